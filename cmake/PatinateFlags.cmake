@@ -1,0 +1,32 @@
+# One INTERFACE target carries our compiler flags; every target of ours links it PRIVATE.
+option(PATINATE_WARNINGS_AS_ERRORS "Stop at the first warning (the presets and CI set this)" OFF)
+set(PATINATE_SANITIZE "" CACHE STRING "Sanitizers for every target, e.g. address,undefined")
+
+add_library(patinate_flags INTERFACE)
+target_compile_features(patinate_flags INTERFACE cxx_std_20)
+# -ffp-contract=off: no fused multiply-add, so equal input gives equal bits on every machine.
+target_compile_options(patinate_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wnon-virtual-dtor -ffp-contract=off
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # g++ 12 warns about every "text" + std::string [GCC bug 105651]
+  $<$<BOOL:${PATINATE_WARNINGS_AS_ERRORS}>:-Werror>)
+if(PATINATE_SANITIZE)
+  target_compile_options(patinate_flags INTERFACE -fsanitize=${PATINATE_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(patinate_flags INTERFACE -fsanitize=${PATINATE_SANITIZE})
+endif()
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
+endif()
+
+# patinate_library(NAME SOURCES a.cpp ... HEADERS a.h ... PUBLIC deps PRIVATE deps)
+# Headers are found from the repository root ("libcommon/image/image.h"), and each is compiled alone by the target
+# all_verify_interface_header_sets.
+function(patinate_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE")
+  add_library(${name} STATIC ${arg_SOURCES})
+  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${arg_HEADERS})
+  set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE patinate_flags ${arg_PRIVATE})
+endfunction()

@@ -1,0 +1,105 @@
+/// \file
+/// Which surface point each texel of a UV atlas shows, how large it is, and what lies around it on the surface.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/geometry/mesh.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+using TexelId = std::int64_t;  ///< y * width + x; -1 = none.
+
+/// A point on a mesh.
+struct SurfacePoint {
+  int triangle = -1;
+  double b1 = 0.0;  ///< Barycentric weights of corners 1 and 2.
+  double b2 = 0.0;
+};
+
+/// Texel -> surface. A texel is covered when its centre lies in a triangle's UVs; where UVs overlap, the lowest triangle
+/// wins. Stores 12 bytes per texel; positions, frames and neighbours are computed.
+class TexelMap {
+ public:
+  /// @param mesh  With UVs in [0, 1], in mm. Kept by copy.
+  /// @throws InvalidInput if the mesh has no UVs, they leave [0, 1] by more than a texel, or a size is outside [1, 65536].
+  TexelMap(Mesh mesh, int width, int height, const RunControl& control = {});
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] std::int64_t num_texels() const { return std::int64_t{width_} * height_; }
+  [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
+  /// Texels that a second triangle wanted too.
+  [[nodiscard]] std::int64_t num_overlapping() const { return num_overlapping_; }
+  [[nodiscard]] const Mesh& mesh() const { return mesh_; }
+
+  [[nodiscard]] bool is_covered(TexelId t) const { return triangle_[static_cast<std::size_t>(t)] >= 0; }
+  /// UV-connected piece of the atlas, from 0; -1 outside.
+  [[nodiscard]] int chart(TexelId t) const;
+  [[nodiscard]] SurfacePoint point(TexelId t) const;
+  [[nodiscard]] Vec3 position_mm(TexelId t) const;
+  /// Interpolated shading normal, unit.
+  [[nodiscard]] Vec3 normal(TexelId t) const;
+  /// Columns: surface vectors (mm) of one texel step to the right and one down, constant in a triangle.
+  [[nodiscard]] Eigen::Matrix<double, 3, 2> mm_per_texel(int triangle) const;
+  /// Orthonormal tangents of a triangle: first along texel x, second as near texel y as orthogonality allows.
+  [[nodiscard]] Eigen::Matrix<double, 3, 2> tangents(int triangle) const;
+  /// Texel steps per mm in tangents(): the inverse of tangents^T mm_per_texel.
+  [[nodiscard]] Eigen::Matrix2d texels_per_mm(int triangle) const;
+  /// Median over covered texels of sqrt(area of one texel), mm.
+  [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
+  /// 0 / 255.
+  [[nodiscard]] ImageU8 coverage() const;
+
+  /// Texels that lie at `offsets_mm` (in the tangents of the texel's triangle) from texel `t`, walking straight over the
+  /// surface and across seams; -1 where the surface ends.
+  /// @param out  as long as offsets_mm.
+  void gather(TexelId t, std::span<const Vec2> offsets_mm, std::span<TexelId> out) const;
+  /// The straight walk itself: from a surface point along a 3D vector in its triangle's plane. triangle = -1 where the
+  /// surface ends.
+  [[nodiscard]] SurfacePoint walk(SurfacePoint from, Vec3 step_mm) const;
+  /// Texel that shows a surface point, or the nearest covered one of its chart next to it; -1 if there is none.
+  [[nodiscard]] TexelId texel_of(const SurfacePoint& p) const;
+
+ private:
+  Mesh mesh_;
+  int width_;
+  int height_;
+  std::vector<std::int32_t> triangle_;
+  std::vector<std::array<float, 2>> barycentric_;
+  std::vector<std::array<int, 3>> neighbors_;
+  std::vector<int> triangle_chart_;
+  std::int64_t num_covered_ = 0;
+  std::int64_t num_overlapping_ = 0;
+  double median_texel_size_mm_ = 0.0;
+};
+
+/// Neighbours of every texel at one fixed list of offsets: texels whose whole neighbourhood lies inside their chart are
+/// computed by integer arithmetic, and only the bands along seams are stored.
+class TexelNeighborhood {
+ public:
+  TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, const RunControl& control = {});
+
+  [[nodiscard]] std::size_t size() const { return offsets_mm_.size(); }
+  /// Equal to map.gather(t, offsets, out) for every covered texel.
+  void gather(TexelId t, std::span<TexelId> out) const;
+  [[nodiscard]] std::int64_t num_stored() const { return num_stored_; }
+
+ private:
+  const TexelMap& map_;
+  std::vector<Vec2> offsets_mm_;
+  std::vector<std::int32_t> band_row_;  ///< Per texel: row of `stored_`, or -1 for the interior.
+  std::vector<TexelId> stored_;
+  std::int64_t num_stored_ = 0;
+};
+
+/// Fills texels outside the charts from the nearest covered one, up to `radius` texels away (all when < 0), so that
+/// filtering at chart borders does not bleed.
+/// @param coverage  0 = to be filled.
+void dilate(ImageF& image, const ImageU8& coverage, int radius);
+
+}  // namespace patinate

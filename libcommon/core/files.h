@@ -1,0 +1,25 @@
+/// \file
+/// Files that are whole or absent.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace patinate {
+
+/// Calls `write` with a temporary path beside `path` (same extension), then renames it over `path`.
+/// @throws CannotComplete if the folder cannot be written or the disk is full; `path` is then untouched.
+void write_atomically(const std::filesystem::path& path, const std::function<void(const std::filesystem::path&)>& write);
+/// The same with the bytes given.
+void write_atomically(const std::filesystem::path& path, std::string_view bytes);
+/// The whole file. @throws IoError if it cannot be read or holds more than `max_bytes`.
+[[nodiscard]] std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes = std::uint64_t{1} << 32);
+/// Files of `folder` whose names match `pattern` (`*` and `?`), in natural order ("2.png" before "10.png").
+/// @throws IoError if the folder cannot be listed.
+[[nodiscard]] std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder, std::string_view pattern);
+
+}  // namespace patinate

@@ -1,0 +1,22 @@
+/// \file
+/// Small text helpers: numbers that read back exactly, parsing that never depends on the locale, did-you-mean.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace patinate {
+
+/// Shortest decimal text that reads back to the same double.
+[[nodiscard]] std::string number_text(double value);
+/// The whole of `text` as a finite number, or nothing.
+[[nodiscard]] std::optional<double> parse_number(std::string_view text);
+/// Parts between separators; "a,,b" gives three. Blanks around parts are cut.
+[[nodiscard]] std::vector<std::string> split(std::string_view text, char separator);
+/// "; did you mean `x`?" for the candidate within edit distance 2 of `word` (or a third of its length), else "".
+[[nodiscard]] std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
+
+}  // namespace patinate

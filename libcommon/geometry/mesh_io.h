@@ -1,0 +1,20 @@
+/// \file
+/// OBJ (tinyobjloader), glTF and GLB (tinygltf), PLY. Files are not trusted: every count is bounded before allocating.
+#pragma once
+
+#include <filesystem>
+
+#include "libcommon/geometry/mesh.h"
+
+namespace patinate {
+
+/// Reads by extension (.obj, .ply, .gltf, .glb). Polygons are triangulated, degenerate triangles (repeated corner) dropped,
+/// positions that are equal within a node are merged, node transforms applied (glTF metres are kept as they are).
+/// Node and material names fill `surfaces`; OBJ groups (`o`) are nodes. glTF UVs are flipped to v up.
+/// @throws IoError if it is missing, truncated, malformed, has no faces (a point cloud says so), or a NaN or index out of range.
+[[nodiscard]] Mesh read_mesh(const std::filesystem::path& path);
+
+/// OBJ with positions, UVs and normals; numbers read back exactly; no date. @throws CannotComplete
+void write_obj(const std::filesystem::path& path, const Mesh& mesh);
+
+}  // namespace patinate

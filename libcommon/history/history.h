@@ -1,0 +1,104 @@
+/// \file
+/// The material history: colour of a surface over time with its control parameters. A folder with `history.json`.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+enum class TimeUnit { Seconds, Minutes, Hours, Days };
+/// "s", "min", "h", "d".
+[[nodiscard]] std::string time_unit_text(TimeUnit unit);
+/// @throws InvalidInput
+[[nodiscard]] TimeUnit parse_time_unit(const std::string& text);
+[[nodiscard]] double seconds_per(TimeUnit unit);
+
+/// A control parameter, float, normalised to [0, 1].
+struct ControlParameter {
+  std::string name;
+  std::filesystem::path file;        ///< Relative to the history.
+  double low = 0.0;                  ///< Physical value that 0 stands for.
+  double high = 1.0;                 ///< Physical value that 1 stands for.
+  std::string unit = "";             ///< "1/mm", "relative", ...
+};
+
+struct HistoryFrame {
+  double time = 0.0;                 ///< In the history's time unit; strictly increasing.
+  std::filesystem::path file;        ///< Half RGB EXR, linear albedo; relative to the history.
+};
+
+/// What `history.json` says.
+struct HistoryManifest {
+  std::string name;
+  std::string origin = "captured";   ///< captured | simulated | synthetic
+  int width = 0;
+  int height = 0;
+  std::optional<double> texel_size_mm;
+  TimeUnit time_unit = TimeUnit::Seconds;
+  std::vector<HistoryFrame> frames;
+  std::vector<ControlParameter> controls;
+  std::optional<std::filesystem::path> mask;
+  std::string key;
+};
+
+/// Where a time falls: frame `index` and `index + 1` weighted (1 - fraction) and fraction. Clamped to the ends.
+struct TimePosition {
+  int index = 0;
+  double fraction = 0.0;
+};
+
+/// Reads a history frame by frame; memory does not grow with the number of frames. Thread-safe.
+class HistoryReader {
+ public:
+  /// Opens a folder (or its history.json) and checks that every file is there and has the right size.
+  /// @throws IoError
+  explicit HistoryReader(const std::filesystem::path& path);
+
+  [[nodiscard]] const HistoryManifest& manifest() const { return manifest_; }
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+  [[nodiscard]] int num_frames() const { return static_cast<int>(manifest_.frames.size()); }
+  /// H x W x 3, linear.
+  [[nodiscard]] ImageF read_frame(int index) const;
+  /// H x W x 1 in [0, 1].
+  [[nodiscard]] ImageF read_control(const std::string& name) const;
+  /// 0 / 255; all 255 when the history has no mask.
+  [[nodiscard]] ImageU8 read_mask() const;
+  /// @throws InvalidInput listing the names there are.
+  [[nodiscard]] const ControlParameter& control(const std::string& name) const;
+  [[nodiscard]] TimePosition locate(double time) const;
+  /// The history at any time: two frames and a blend. Equal to read_frame() at frame times, to the bit.
+  [[nodiscard]] ImageF sample(double time) const;
+
+ private:
+  std::filesystem::path folder_;
+  HistoryManifest manifest_;
+};
+
+/// Writes a history into an existing folder, frame by frame, and the manifest last.
+class HistoryWriter {
+ public:
+  HistoryWriter(std::filesystem::path folder, HistoryManifest manifest);
+  /// The file name, relative to the history, that frame `index` gets: frames/0007.exr.
+  [[nodiscard]] static std::filesystem::path frame_file(int index);
+  /// @param values  H x W, physical; normalised to [0, 1] by [low, high] and clamped when written.
+  void write_control(const std::string& name, const ImageF& values, double low, double high, const std::string& unit);
+  void write_frame(int index, double time, const ImageF& rgb);
+  /// Names a frame that an earlier, interrupted run has written already.
+  void add_written_frame(int index, double time);
+  void write_mask(const ImageU8& mask);
+  /// Sorts frames by time and writes history.json. @throws InvalidInput if times are equal.
+  void finish();
+  [[nodiscard]] const HistoryManifest& manifest() const { return manifest_; }
+
+ private:
+  std::filesystem::path folder_;
+  HistoryManifest manifest_;
+};
+
+}  // namespace patinate

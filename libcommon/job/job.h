@@ -1,0 +1,52 @@
+/// \file
+/// Long work as a plan of items: plan -> run each -> join. What is finished is never redone, and the output is whole or absent.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+
+namespace patinate {
+
+/// One piece of work, independent of the others.
+struct JobItem {
+  std::string name;                                                  ///< Unique in the plan; [A-Za-z0-9._-].
+  std::vector<std::filesystem::path> outputs;                        ///< Files it makes, relative to the output folder.
+  std::function<void(const std::filesystem::path& folder, const RunControl& control)> run;
+};
+
+struct JobPlan {
+  std::filesystem::path output;      ///< The folder to make.
+  std::string manifest;              ///< File in it that holds `"key"`, e.g. "history.json".
+  std::string key;                   ///< Content key of inputs, parameters and stage versions.
+  std::vector<JobItem> items;        ///< Run in order; `parallel_items` at a time.
+  bool parallel_items = true;        ///< false: one after another (each uses all threads itself).
+  /// Called last, after every item, with the folder: writes the manifest (with the key).
+  std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;
+};
+
+enum class JobStatus { Done, UpToDate };
+
+struct JobOptions {
+  bool force = false;  ///< Replace a different existing output (the folders are exchanged atomically).
+};
+
+/// Works in `OUT.partial` (locked, its key inside), marks finished items there, and renames it to OUT at the end. A partial
+/// folder of another key is discarded; of the same key, continued.
+/// @throws CannotComplete if OUT exists with another key and not `force`, if another process holds the lock, or if it
+/// cannot be written; Cancelled.
+JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control);
+
+/// Single-file outputs: decides by the key that the file carries (EXR, PNG: read_key by the caller).
+/// @returns UpToDate if existing_key equals key. @throws CannotComplete if the file exists with another key and not force.
+JobStatus check_output_file(const std::filesystem::path& output, const std::string& existing_key, const std::string& key,
+                            const JobOptions& options);
+
+/// Writes `run.json` beside a manifest: date, command line, host, seconds. Never part of a key.
+void write_run_record(const std::filesystem::path& folder, const std::vector<std::string>& command_line, double seconds);
+
+}  // namespace patinate

@@ -1,0 +1,145 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/hash.h"
+#include "libcommon/core/options.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/core/random.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+namespace {
+
+// Known answers published with Random123 (kat_vectors: philox4x32 10).
+TEST(Philox, GivesTheAuthorsKnownAnswers) {
+  EXPECT_EQ(philox4x32({0, 0, 0, 0}, {0, 0}),
+            (std::array<std::uint32_t, 4>{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
+  EXPECT_EQ(philox4x32({0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff}, {0xffffffff, 0xffffffff}),
+            (std::array<std::uint32_t, 4>{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd}));
+  EXPECT_EQ(philox4x32({0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344}, {0xa4093822, 0x299f31d0}),
+            (std::array<std::uint32_t, 4>{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}));
+}
+
+TEST(RandomStream, DependsOnItemAndPurposeOnly) {
+  RandomStream a(7, 42), b(7, 42), other_item(7, 43), other_purpose(7, 42, 1);
+  const std::uint32_t first = a.next_u32();
+  EXPECT_EQ(first, b.next_u32());
+  EXPECT_NE(first, other_item.next_u32());
+  EXPECT_NE(first, other_purpose.next_u32());
+}
+
+TEST(RandomStream, BelowIsUniform) {
+  // Chi-square with 9 degrees of freedom: 27.9 is exceeded with probability 0.001; the seed is fixed.
+  constexpr int kDraws = 100'000;
+  std::array<int, 10> counts{};
+  RandomStream random(1, 2);
+  for (int i = 0; i < kDraws; ++i) ++counts[random.below(10)];
+  double chi2 = 0.0;
+  for (int c : counts) chi2 += std::pow(c - kDraws / 10.0, 2) / (kDraws / 10.0);
+  EXPECT_LT(chi2, 27.9);
+}
+
+TEST(ParallelFor, VisitsEveryIndexOnceForAnyNumberOfThreads) {
+  for (int threads : {1, 2, 5}) {
+    std::vector<std::atomic<int>> visits(1001);
+    RunControl control;
+    control.num_threads = threads;
+    parallel_for(1001, 10, control, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i) ++visits[static_cast<std::size_t>(i)];
+    });
+    for (const auto& v : visits) EXPECT_EQ(v, 1);
+  }
+}
+
+TEST(ParallelReduce, GivesTheSameBitsForAnyNumberOfThreads) {
+  const auto sum = [](int threads) {
+    RunControl control;
+    control.num_threads = threads;
+    return parallel_reduce(
+        100'000, 77, control, 0.0,
+        [](std::int64_t begin, std::int64_t end) {
+          double s = 0.0;
+          for (std::int64_t i = begin; i < end; ++i) s += std::sin(static_cast<double>(i));
+          return s;
+        },
+        [](double a, double b) { return a + b; });
+  };
+  EXPECT_EQ(sum(1), sum(2));
+  EXPECT_EQ(sum(1), sum(7));
+}
+
+TEST(ParallelFor, StopsAndSaysSo) {
+  std::stop_source source;
+  RunControl control;
+  control.stop = source.get_token();
+  std::atomic<int> chunks{0};
+  EXPECT_THROW(parallel_for(1000, 1, control,
+                            [&](std::int64_t, std::int64_t) {
+                              ++chunks;
+                              source.request_stop();
+                            }),
+               Cancelled);
+  EXPECT_LT(chunks, 10);
+}
+
+TEST(ParallelFor, ReportsRisingFractionsThatEndAtOne) {
+  std::vector<double> fractions;
+  RunControl control;
+  control.on_progress = [&](double f) { fractions.push_back(f); };
+  parallel_for(100, 1, control, [](std::int64_t, std::int64_t) {});
+  ASSERT_FALSE(fractions.empty());
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_EQ(fractions.back(), 1.0);
+}
+
+TEST(ContentHash, SeparatesValues) {
+  EXPECT_NE(ContentHash().add("ab").add("c").hex(), ContentHash().add("a").add("bc").hex());
+  EXPECT_EQ(ContentHash().add("ab").hex(), ContentHash().add("ab").hex());
+  EXPECT_EQ(ContentHash().hex().size(), 32u);
+}
+
+TEST(Text, NumbersReadBackExactly) {
+  for (double x : {0.1, 1.0 / 3.0, 1e-300, -7.5, 12345678.9}) EXPECT_EQ(parse_number(number_text(x)), x);
+  EXPECT_FALSE(parse_number("nan"));
+  EXPECT_FALSE(parse_number("1.5x"));
+  EXPECT_FALSE(parse_number(""));
+}
+
+TEST(Text, SuggestsTheWordThatWasMeant) {
+  const std::vector<std::string> words{"accessibility", "facing", "spray"};
+  EXPECT_EQ(did_you_mean("acessibility", words), "; did you mean `accessibility`?");
+  EXPECT_EQ(did_you_mean("temperature", words), "");
+}
+
+struct SampleOptions {
+  double sigma_px = 2.0;
+  int passes = 3;
+};
+void describe(OptionVisitor& v, SampleOptions& o) {
+  v.visit({"sigma", "window", "px", above(0)}, o.sigma_px);
+  v.visit({"passes", "passes", "", between(1, 9)}, o.passes);
+}
+
+TEST(Options, RangeErrorsNameTheOptionItsValueAndItsRange) {
+  EXPECT_NO_THROW(check_ranges(SampleOptions{}));
+  const auto message = [](SampleOptions o) -> std::string {
+    try {
+      check_ranges(o);
+    } catch (const InvalidInput& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message({.sigma_px = 0}), "sigma: 0 is out of range; use > 0");
+  EXPECT_EQ(message({.passes = 10}), "passes: 10 is out of range; use [1, 9]");
+  EXPECT_NE(message({.sigma_px = std::numeric_limits<double>::quiet_NaN()}), "");
+}
+
+}  // namespace
+}  // namespace patinate

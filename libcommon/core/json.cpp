@@ -1,0 +1,166 @@
+#include "libcommon/core/json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kMaxDepth = 64;
+
+/// "3:14" of a byte offset.
+std::string line_and_column(std::string_view text, std::size_t offset) {
+  const std::string_view before = text.substr(0, std::min(offset, text.size()));
+  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  const std::size_t line_start = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
+  return "line " + std::to_string(line) + ", column " + std::to_string(before.size() - line_start + 1);
+}
+
+/// Short text of a value for an error: "the string \"abc\"", "an array of 3".
+std::string found_text(const Json& json) {
+  if (json.is_null()) return "null";
+  if (json.is_object()) return "an object";
+  if (json.is_array()) return "an array of " + std::to_string(json.size());
+  if (json.is_string()) {
+    std::string text = json.get<std::string>();
+    if (text.size() > 60) text = text.substr(0, 57) + "...";
+    return "\"" + text + "\"";
+  }
+  return json.dump();
+}
+
+}  // namespace
+
+Json load_json(const std::filesystem::path& path) {
+  const std::string text = read_file(path, std::uint64_t{64} << 20);
+  const auto limit_depth = [&](int depth, Json::parse_event_t, Json&) {
+    if (depth > kMaxDepth) throw IoError(path.string(), "is nested more than 64 levels deep");
+    return true;
+  };
+  try {
+    return Json::parse(text, limit_depth, /*allow_exceptions=*/true, /*ignore_comments=*/true);
+  } catch (const nlohmann::json::parse_error& e) {
+    throw IoError(path.string(), "is no valid JSON at " + line_and_column(text, e.byte > 0 ? e.byte - 1 : 0) +
+                                     (text.empty() ? " (the file is empty)" : ""));
+  } catch (const nlohmann::json::exception& e) {
+    throw IoError(path.string(), std::string("is no valid JSON: ") + e.what());
+  }
+}
+
+void save_json(const std::filesystem::path& path, const Json& json) {
+  write_atomically(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+JsonReader::JsonReader(std::string file, const Json& json, std::string pointer)
+    : file_(std::move(file)), json_(&json), pointer_(std::move(pointer)) {}
+
+bool JsonReader::has(std::string_view key) const { return json_->is_object() && json_->contains(key); }
+bool JsonReader::is_string() const { return json_->is_string(); }
+bool JsonReader::is_object() const { return json_->is_object(); }
+bool JsonReader::is_number() const { return json_->is_number(); }
+bool JsonReader::is_array() const { return json_->is_array(); }
+bool JsonReader::is_null() const { return json_->is_null(); }
+
+void JsonReader::fail(const std::string& expected) const {
+  throw IoError(file_, (pointer_.empty() ? "/" : pointer_) + ": found " + found_text(*json_) + "; expected " + expected);
+}
+
+JsonReader JsonReader::member(std::string_view key) {
+  if (!json_->is_object()) fail("an object");
+  asked_.insert(std::string(key));
+  const auto it = json_->find(std::string(key));
+  if (it == json_->end()) {
+    throw IoError(file_, (pointer_.empty() ? "/" : pointer_) + ": `" + std::string(key) + "` is missing");
+  }
+  return JsonReader(file_, *it, pointer_ + "/" + std::string(key));
+}
+
+std::vector<JsonReader> JsonReader::elements(std::size_t max_size) const {
+  if (!json_->is_array()) fail("an array");
+  if (json_->size() > max_size) fail("an array of at most " + std::to_string(max_size));
+  std::vector<JsonReader> result;
+  for (std::size_t i = 0; i < json_->size(); ++i) {
+    result.emplace_back(file_, (*json_)[i], pointer_ + "/" + std::to_string(i));
+  }
+  return result;
+}
+
+double JsonReader::number(const Range& range) const {
+  const std::string allowed = range.text();
+  const std::string expected = allowed.empty() ? "a number" : "a number " + allowed;
+  if (!json_->is_number()) fail(expected);
+  const double value = json_->get<double>();
+  if (!std::isfinite(value) || !range.contains(value)) fail(expected);
+  return value;
+}
+
+std::int64_t JsonReader::integer(const Range& range) const {
+  const std::string allowed = range.text();
+  const std::string expected = allowed.empty() ? "an integer" : "an integer " + allowed;
+  if (!json_->is_number()) fail(expected);
+  const double value = json_->get<double>();
+  if (!(std::abs(value) <= 0x1p53) || value != std::floor(value) || !range.contains(value)) fail(expected);
+  return static_cast<std::int64_t>(value);
+}
+
+bool JsonReader::boolean() const {
+  if (!json_->is_boolean()) fail("true or false");
+  return json_->get<bool>();
+}
+
+std::string JsonReader::string() const {
+  if (!json_->is_string()) fail("a string");
+  return json_->get<std::string>();
+}
+
+int JsonReader::choice(std::span<const std::string_view> names) const {
+  std::string list;
+  std::vector<std::string> candidates;
+  for (std::string_view name : names) {
+    list += (list.empty() ? "\"" : ", \"") + std::string(name) + "\"";
+    candidates.emplace_back(name);
+  }
+  if (!json_->is_string()) fail("one of " + list);
+  const std::string value = json_->get<std::string>();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == value) return static_cast<int>(i);
+  }
+  fail("one of " + list + did_you_mean(value, candidates));
+}
+
+std::vector<double> JsonReader::numbers(std::size_t count, const Range& range) const {
+  if (!json_->is_array() || json_->size() != count) fail("an array of " + std::to_string(count) + " numbers");
+  std::vector<double> result;
+  for (const JsonReader& element : elements(count)) result.push_back(element.number(range));
+  return result;
+}
+
+std::filesystem::path JsonReader::path() const {
+  const std::string text = string();
+  if (text.empty() || text.find('\0') != std::string::npos) fail("a path");
+  return std::filesystem::path(file_).parent_path() / text;
+}
+
+void JsonReader::expect_format(std::string_view format, int version) {
+  const JsonReader found = member("format");
+  if (found.string() != format) found.fail("\"" + std::string(format) + "\"");
+  const JsonReader found_version = member("version");
+  if (found_version.integer() != version) found_version.fail("version " + std::to_string(version));
+}
+
+void JsonReader::finish() const {
+  if (!json_->is_object()) fail("an object");
+  for (const auto& [key, value] : json_->items()) {
+    if (asked_.contains(key)) continue;
+    const std::vector<std::string> known(asked_.begin(), asked_.end());
+    throw IoError(file_, pointer_ + "/" + key + ": unknown key" + did_you_mean(key, known));
+  }
+}
+
+}  // namespace patinate

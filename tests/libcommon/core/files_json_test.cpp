@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/json.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::TempFolder;
+
+template <class Function>
+std::string message_of(Function&& f) {
+  try {
+    f();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(Files, AreListedInNaturalOrder) {
+  TempFolder folder;
+  for (const char* name : {"10.png", "9.png", "a2.png", "a10.png", "x.txt", "09.png"}) std::ofstream(folder / name) << "x";
+  std::vector<std::string> names;
+  for (const auto& p : list_files(folder.path(), "*.png")) names.push_back(p.filename());
+  EXPECT_EQ(names, (std::vector<std::string>{"09.png", "9.png", "10.png", "a2.png", "a10.png"}));
+}
+
+TEST(Files, AFailedWriteLeavesTheOldFile) {
+  TempFolder folder;
+  write_atomically(folder / "a.txt", "old");
+  EXPECT_THROW(write_atomically(folder / "a.txt",
+                                [](const std::filesystem::path& p) {
+                                  std::ofstream(p) << "half";
+                                  throw CannotComplete("disk full");
+                                }),
+               CannotComplete);
+  EXPECT_EQ(read_file(folder / "a.txt"), "old");
+  EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
+}
+
+TEST(Json, CommentsAreAllowedAndSyntaxErrorsNameLineAndColumn) {
+  TempFolder folder;
+  write_atomically(folder / "a.json", "{ // why\n \"x\": 1 }");
+  EXPECT_EQ(load_json(folder / "a.json")["x"], 1);
+  write_atomically(folder / "b.json", "{\n  \"x\": ,\n}");
+  EXPECT_EQ(message_of([&] { (void)load_json(folder / "b.json"); }),
+            (folder / "b.json").string() + ": is no valid JSON at line 2, column 8");
+  write_atomically(folder / "c.json", "");
+  EXPECT_NE(message_of([&] { (void)load_json(folder / "c.json"); }).find("empty"), std::string::npos);
+  write_atomically(folder / "deep.json", std::string(100'000, '['));
+  EXPECT_THROW((void)load_json(folder / "deep.json"), IoError);
+}
+
+TEST(Json, ErrorsNamePointerFoundAndExpected) {
+  const Json json = Json::parse(R"({"a": {"b": [1, "x"]}, "typo": 1})");
+  JsonReader reader("f.json", json);
+  EXPECT_EQ(message_of([&] { (void)reader.member("a").member("b").elements()[1].number(); }),
+            "f.json: /a/b/1: found \"x\"; expected a number");
+  EXPECT_EQ(message_of([&] { (void)reader.member("a").member("b").elements()[0].number(above(1)); }),
+            "f.json: /a/b/0: found 1; expected a number > 1");
+  EXPECT_EQ(message_of([&] { (void)reader.member("c"); }), "f.json: /: `c` is missing");
+  EXPECT_EQ(message_of([&] { reader.finish(); }), "f.json: /typo: unknown key");
+}
+
+TEST(Json, UnknownKeysComeWithASuggestion) {
+  const Json json = Json::parse(R"({"intervall": 1})");
+  JsonReader reader("f.json", json);
+  EXPECT_FALSE(reader.has("interval"));
+  (void)message_of([&] { (void)reader.member("interval"); });
+  EXPECT_EQ(message_of([&] { reader.finish(); }), "f.json: /intervall: unknown key; did you mean `interval`?");
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,128 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/image_io.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/test_data.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::TempFolder;
+
+ImageF ramp(int width, int height, int channels) {
+  ImageF image(width, height, channels);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < channels; ++c) {
+        image.at(x, y, c) = static_cast<float>(x + width * y) / static_cast<float>(width * height) + 0.001f * static_cast<float>(c);
+      }
+    }
+  }
+  return image;
+}
+
+TEST(Color, All256CodesRoundTripExactly) {
+  for (int code = 0; code < 256; ++code) {
+    EXPECT_EQ(srgb8_from_linear(linear_from_srgb(static_cast<float>(code) / 255.0f)), code);
+  }
+}
+
+TEST(Color, FollowsTheStandard) {
+  // IEC 61966-2-1: code 0.5 is 0.21404114 linear.
+  EXPECT_NEAR(linear_from_srgb(0.5f), 0.21404114f, 1e-7f);
+  EXPECT_NEAR(srgb_from_linear(0.21404114f), 0.5f, 1e-6f);
+  EXPECT_EQ(srgb8_from_linear(-1.0f), 0);
+  EXPECT_EQ(srgb8_from_linear(7.0f), 255);
+}
+
+TEST(ImageIo, EqualImagesGiveEqualBytes) {
+  TempFolder folder;
+  const ImageF image = ramp(33, 17, 3);
+  for (const char* name : {"a.exr", "a.png", "a.tif"}) {
+    write_color(folder / name, image);
+    const std::string first = read_file(folder / name);
+    std::filesystem::remove(folder / name);
+    write_color(folder / name, image);
+    EXPECT_EQ(first, read_file(folder / name)) << name;
+  }
+}
+
+TEST(ImageIo, FloatExrKeepsNamedChannelsWhateverTheirOrder) {
+  TempFolder folder;
+  const ImageF image = ramp(8, 5, 2);
+  write_exr(folder / "m.exr", image, {"source.y", "source.x"}, ExrDepth::Float, "k1");
+  const ImageF swapped = read_channels(folder / "m.exr", {"source.x", "source.y"});
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      EXPECT_EQ(swapped.at(x, y, 0), image.at(x, y, 1));
+      EXPECT_EQ(swapped.at(x, y, 1), image.at(x, y, 0));
+    }
+  }
+  EXPECT_EQ(probe_image(folder / "m.exr").key, "k1");
+  EXPECT_THROW((void)read_channels(folder / "m.exr", {"Y"}), IoError);
+}
+
+TEST(ImageIo, PngCarriesTheKey) {
+  TempFolder folder;
+  write_srgb8(folder / "k.png", ramp(4, 4, 3), "abc");
+  EXPECT_EQ(probe_image(folder / "k.png").key, "abc");
+}
+
+TEST(ImageIo, BadFilesAreOneLine) {
+  TempFolder folder;
+  write_atomically(folder / "empty.png", "");
+  write_atomically(folder / "text.png", "this is no image");
+  write_srgb8(folder / "good.png", ramp(64, 64, 3));
+  const std::string good = read_file(folder / "good.png");
+  write_atomically(folder / "cut.png", std::string_view(good).substr(0, good.size() / 2));
+  for (const char* name : {"missing.png", "empty.png", "text.png", "cut.png"}) {
+    try {
+      (void)read_color(folder / name);
+      ADD_FAILURE() << name << " was read";
+    } catch (const IoError& e) {
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+      EXPECT_EQ(std::string(e.what()).find((folder / name).string()), 0u) << e.what();
+    }
+  }
+}
+
+TEST(ImageIo, TruncatedExrIsAnErrorAtEveryLength) {
+  TempFolder folder;
+  write_exr(folder / "good.exr", ramp(64, 64, 3), {"R", "G", "B"}, ExrDepth::Half);
+  const std::string good = read_file(folder / "good.exr");
+  for (std::size_t length = 0; length + 64 < good.size(); length += good.size() / 37 + 1) {
+    write_atomically(folder / "cut.exr", std::string_view(good).substr(0, length));
+    EXPECT_THROW((void)read_color(folder / "cut.exr"), IoError) << length << " of " << good.size();
+  }
+}
+
+TEST(ImageIo, NanIsNeitherWrittenNorRead) {
+  TempFolder folder;
+  ImageF image = ramp(4, 4, 1);
+  image.at(1, 1) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(write_exr(folder / "n.exr", image, {"Y"}, ExrDepth::Float), InvalidInput);
+  EXPECT_FALSE(std::filesystem::exists(folder / "n.exr"));
+}
+
+TEST(ImageIo, UnwritablePlacesAreCannotComplete) {
+  TempFolder folder;
+  EXPECT_THROW(write_srgb8(folder / "no/such/a.png", ramp(4, 4, 3)), CannotComplete);
+  EXPECT_THROW(write_srgb8(folder / "a.nonsense", ramp(4, 4, 3)), UsageError);
+}
+
+TEST(ImageIo, ReadsRealPhotographs) {
+  PATINATE_REQUIRE_DATA(file, "timelapse/banana_14_B/14_B_2020-05-28_18-20_U.png");
+  const ImageF image = read_color(file);
+  EXPECT_EQ(image.width(), 1488);
+  EXPECT_EQ(image.height(), 1141);
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,308 @@
+#include "libcommon/atlas/texel_map.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kMaxSide = 65536;
+constexpr double kInsideTolerance = 1e-9;    ///< Barycentric; centres on an edge belong to both triangles.
+constexpr double kOverlapTolerance = 1e-6;   ///< Deeper inside than this is an overlap, not a shared edge.
+constexpr int kMaxCrossings = 10'000;
+
+/// Texel coordinates (x right, y down, centres at integers) of a UV.
+Vec2 texel_from_uv(const Vec2& uv, int width, int height) {
+  return {uv.x() * width - 0.5, (1.0 - uv.y()) * height - 0.5};
+}
+
+double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+void check_uvs(const Mesh& mesh, int width, int height) {
+  if (!mesh.has_uvs()) throw InvalidInput("the mesh has no UVs; unwrap it in a modelling program, or export it with UVs");
+  const double slack_u = 1.0 / width, slack_v = 1.0 / height;
+  for (const Triangle& corners : mesh.uv_triangles) {
+    for (int corner : corners) {
+      const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner)];
+      if (uv.x() >= -slack_u && uv.x() <= 1.0 + slack_u && uv.y() >= -slack_v && uv.y() <= 1.0 + slack_v) continue;
+      throw InvalidInput("the mesh has UVs outside [0, 1] (" + number_text(uv.x()) + ", " + number_text(uv.y()) +
+                         "); tiled and UDIM layouts must be laid out in one tile first");
+    }
+  }
+}
+
+/// Triangles joined where both ends of a shared edge have equal UVs.
+std::vector<int> label_charts(const Mesh& mesh, const std::vector<std::array<int, 3>>& neighbors) {
+  const auto uv_at = [&](int triangle, int position) -> const Vec2& {
+    const auto t = static_cast<std::size_t>(triangle);
+    std::size_t corner = 0;
+    while (mesh.triangles[t][corner] != position && corner < 2) ++corner;
+    return mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][corner])];
+  };
+  std::vector<int> chart(mesh.triangles.size(), -1);
+  std::vector<int> open;
+  int num_charts = 0;
+  for (int seed = 0; seed < mesh.num_triangles(); ++seed) {
+    if (chart[static_cast<std::size_t>(seed)] >= 0) continue;
+    chart[static_cast<std::size_t>(seed)] = num_charts;
+    open.assign(1, seed);
+    while (!open.empty()) {
+      const int t = open.back();
+      open.pop_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int n = neighbors[static_cast<std::size_t>(t)][k];
+        if (n < 0 || chart[static_cast<std::size_t>(n)] >= 0) continue;
+        const int a = mesh.triangles[static_cast<std::size_t>(t)][k];
+        const int b = mesh.triangles[static_cast<std::size_t>(t)][(k + 1) % 3];
+        if (uv_at(t, a) != uv_at(n, a) || uv_at(t, b) != uv_at(n, b)) continue;
+        chart[static_cast<std::size_t>(n)] = num_charts;
+        open.push_back(n);
+      }
+    }
+    ++num_charts;
+  }
+  return chart;
+}
+
+}  // namespace
+
+TexelMap::TexelMap(Mesh mesh, int width, int height, const RunControl& control)
+    : mesh_(std::move(mesh)), width_(width), height_(height) {
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
+    throw InvalidInput("atlas size " + std::to_string(width) + " x " + std::to_string(height) +
+                       " is out of range; use [1, 65536]");
+  }
+  check_uvs(mesh_, width, height);
+  neighbors_ = triangle_neighbors(mesh_);
+  triangle_chart_ = label_charts(mesh_, neighbors_);
+  triangle_.assign(static_cast<std::size_t>(num_texels()), -1);
+  barycentric_.assign(static_cast<std::size_t>(num_texels()), {0.0f, 0.0f});
+  std::vector<float> sizes;
+  for (int t = 0; t < mesh_.num_triangles(); ++t) {
+    if (t % 4096 == 0) control.throw_if_stopped();
+    const Triangle& corners = mesh_.uv_triangles[static_cast<std::size_t>(t)];
+    std::array<Vec2, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = texel_from_uv(mesh_.uvs[static_cast<std::size_t>(corners[k])], width, height);
+    const double area = cross2(p[1] - p[0], p[2] - p[0]);
+    if (!(std::abs(area) > 0.0)) continue;
+    const auto low = [](double a, double b, double c) { return static_cast<int>(std::ceil(std::min({a, b, c}) - 1e-6)); };
+    const auto high = [](double a, double b, double c) { return static_cast<int>(std::floor(std::max({a, b, c}) + 1e-6)); };
+    const int x0 = std::max(0, low(p[0].x(), p[1].x(), p[2].x())), x1 = std::min(width - 1, high(p[0].x(), p[1].x(), p[2].x()));
+    const int y0 = std::max(0, low(p[0].y(), p[1].y(), p[2].y())), y1 = std::min(height - 1, high(p[0].y(), p[1].y(), p[2].y()));
+    const float texel_size = static_cast<float>(std::sqrt(area_vector(mesh_, t).norm() / std::abs(area)));
+    for (int y = y0; y <= y1; ++y) {
+      for (int x = x0; x <= x1; ++x) {
+        const Vec2 q(x, y);
+        const double b1 = cross2(q - p[0], p[2] - p[0]) / area;
+        const double b2 = cross2(p[1] - p[0], q - p[0]) / area;
+        const double inside = std::min({1.0 - b1 - b2, b1, b2});
+        if (inside < -kInsideTolerance) continue;
+        const auto texel = static_cast<std::size_t>(TexelId{y} * width + x);
+        if (triangle_[texel] >= 0) {
+          if (inside > kOverlapTolerance) ++num_overlapping_;
+          continue;
+        }
+        triangle_[texel] = t;
+        barycentric_[texel] = {static_cast<float>(b1), static_cast<float>(b2)};
+        sizes.push_back(texel_size);
+      }
+    }
+  }
+  num_covered_ = static_cast<std::int64_t>(sizes.size());
+  if (!sizes.empty()) {
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    median_texel_size_mm_ = static_cast<double>(*middle);
+  }
+}
+
+int TexelMap::chart(TexelId t) const {
+  const int triangle = triangle_[static_cast<std::size_t>(t)];
+  return triangle < 0 ? -1 : triangle_chart_[static_cast<std::size_t>(triangle)];
+}
+
+SurfacePoint TexelMap::point(TexelId t) const {
+  const auto i = static_cast<std::size_t>(t);
+  return {triangle_[i], static_cast<double>(barycentric_[i][0]), static_cast<double>(barycentric_[i][1])};
+}
+
+namespace {
+
+/// Sum of three corner values weighted by a surface point's barycentrics.
+template <class Values>
+auto interpolate(const Values& values, const Triangle& corners, const SurfacePoint& p) ->
+    typename Values::value_type {
+  return (1.0 - p.b1 - p.b2) * values[static_cast<std::size_t>(corners[0])] +
+         p.b1 * values[static_cast<std::size_t>(corners[1])] + p.b2 * values[static_cast<std::size_t>(corners[2])];
+}
+
+}  // namespace
+
+Vec3 TexelMap::position_mm(TexelId t) const {
+  const SurfacePoint p = point(t);
+  return interpolate(mesh_.positions, mesh_.triangles[static_cast<std::size_t>(p.triangle)], p);
+}
+
+Vec3 TexelMap::normal(TexelId t) const {
+  const SurfacePoint p = point(t);
+  Vec3 n = area_vector(mesh_, p.triangle);
+  if (!mesh_.normal_triangles.empty()) {
+    const Vec3 shading = interpolate(mesh_.normals, mesh_.normal_triangles[static_cast<std::size_t>(p.triangle)], p);
+    if (shading.norm() > 1e-12) n = shading;
+  }
+  const double length = n.norm();
+  return length > 0.0 ? Vec3(n / length) : Vec3(0.0, 0.0, 1.0);
+}
+
+Eigen::Matrix<double, 3, 2> TexelMap::mm_per_texel(int triangle) const {
+  const Triangle& c = mesh_.triangles[static_cast<std::size_t>(triangle)];
+  const Triangle& u = mesh_.uv_triangles[static_cast<std::size_t>(triangle)];
+  const auto texel = [&](std::size_t k) {
+    return texel_from_uv(mesh_.uvs[static_cast<std::size_t>(u[k])], width_, height_);
+  };
+  const auto position = [&](std::size_t k) -> const Vec3& { return mesh_.positions[static_cast<std::size_t>(c[k])]; };
+  const Vec2 d1 = texel(1) - texel(0), d2 = texel(2) - texel(0);
+  const Vec3 e1 = position(1) - position(0), e2 = position(2) - position(0);
+  const double det = cross2(d1, d2);
+  Eigen::Matrix<double, 3, 2> j = Eigen::Matrix<double, 3, 2>::Zero();
+  if (det != 0.0) {
+    j.col(0) = (e1 * d2.y() - e2 * d1.y()) / det;
+    j.col(1) = (e2 * d1.x() - e1 * d2.x()) / det;
+  }
+  return j;
+}
+
+Eigen::Matrix<double, 3, 2> TexelMap::tangents(int triangle) const {
+  const Eigen::Matrix<double, 3, 2> j = mm_per_texel(triangle);
+  Eigen::Matrix<double, 3, 2> frame = Eigen::Matrix<double, 3, 2>::Zero();
+  if (!(j.col(0).norm() > 0.0)) return frame;
+  frame.col(0) = j.col(0).normalized();
+  const Vec3 rest = j.col(1) - frame.col(0) * frame.col(0).dot(j.col(1));
+  if (rest.norm() > 0.0) frame.col(1) = rest.normalized();
+  return frame;
+}
+
+Eigen::Matrix2d TexelMap::texels_per_mm(int triangle) const {
+  const Eigen::Matrix2d m = tangents(triangle).transpose() * mm_per_texel(triangle);
+  const double det = m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0);
+  if (!(std::abs(det) > 1e-300)) return Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d inverse;
+  inverse << m(1, 1) / det, -m(0, 1) / det, -m(1, 0) / det, m(0, 0) / det;
+  return inverse;
+}
+
+ImageU8 TexelMap::coverage() const {
+  ImageU8 image(width_, height_);
+  std::transform(triangle_.begin(), triangle_.end(), image.values().begin(),
+                 [](std::int32_t t) { return static_cast<std::uint8_t>(t >= 0 ? 255 : 0); });
+  return image;
+}
+
+SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
+  constexpr SurfacePoint kNowhere{};
+  for (int crossing = 0; crossing < kMaxCrossings; ++crossing) {
+    const auto t = static_cast<std::size_t>(from.triangle);
+    const Triangle& corners = mesh_.triangles[t];
+    const auto position = [&](std::size_t k) -> const Vec3& { return mesh_.positions[static_cast<std::size_t>(corners[k % 3])]; };
+    const Vec3 e1 = position(1) - position(0), e2 = position(2) - position(0);
+    const double g11 = e1.dot(e1), g12 = e1.dot(e2), g22 = e2.dot(e2), det = g11 * g22 - g12 * g12;
+    if (!(det > 1e-24 * g11 * g22)) return from;  // No area: nowhere to go.
+    const double s1 = e1.dot(step_mm), s2 = e2.dot(step_mm);
+    const double d1 = (g22 * s1 - g12 * s2) / det, d2 = (g11 * s2 - g12 * s1) / det;
+    const std::array<double, 3> weight{1.0 - from.b1 - from.b2, from.b1, from.b2};
+    const std::array<double, 3> slope{-d1 - d2, d1, d2};
+    double fraction = 1.0;
+    std::size_t left = 3;  // The corner whose weight runs out first: we leave over the edge opposite to it.
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (slope[k] < 0.0 && std::max(0.0, weight[k]) < -slope[k] * fraction) {
+        fraction = std::max(0.0, weight[k]) / -slope[k];
+        left = k;
+      }
+    }
+    if (left == 3) return {from.triangle, from.b1 + d1, from.b2 + d2};
+    const std::size_t edge = (left + 1) % 3;
+    const int next = neighbors_[t][edge];
+    if (next < 0) return kNowhere;
+    // Unfold the next triangle into this one's plane: keep the part along the edge, turn the part across it.
+    const Vec3 along = (position(edge + 1) - position(edge)).normalized();
+    Vec3 outward = position(edge) - position(left);
+    outward = (outward - along * along.dot(outward)).normalized();
+    const Triangle& next_corners = mesh_.triangles[static_cast<std::size_t>(next)];
+    std::array<double, 3> next_weight{0.0, 0.0, 0.0};
+    Vec3 inward = Vec3::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto at = [&](std::size_t c) { return weight[c % 3] + fraction * slope[c % 3]; };
+      if (next_corners[k] == corners[edge]) {
+        next_weight[k] = std::max(0.0, at(edge));
+      } else if (next_corners[k] == corners[(edge + 1) % 3]) {
+        next_weight[k] = std::max(0.0, at(edge + 1));
+      } else {
+        inward = mesh_.positions[static_cast<std::size_t>(next_corners[k])] - position(edge);
+      }
+    }
+    inward -= along * along.dot(inward);
+    const double total = next_weight[0] + next_weight[1] + next_weight[2];
+    if (!(inward.norm() > 0.0) || !(total > 0.0)) return kNowhere;
+    step_mm = (1.0 - fraction) * (along * along.dot(step_mm) + inward.normalized() * outward.dot(step_mm));
+    from = {next, next_weight[1] / total, next_weight[2] / total};
+  }
+  return kNowhere;
+}
+
+TexelId TexelMap::texel_of(const SurfacePoint& p) const {
+  if (p.triangle < 0) return -1;
+  const Vec2 uv = interpolate(mesh_.uvs, mesh_.uv_triangles[static_cast<std::size_t>(p.triangle)], p);
+  const Vec2 texel = texel_from_uv(uv, width_, height_);
+  const int x = static_cast<int>(std::floor(texel.x() + 0.5)), y = static_cast<int>(std::floor(texel.y() + 0.5));
+  const int wanted_chart = triangle_chart_[static_cast<std::size_t>(p.triangle)];
+  TexelId best = -1;
+  double best_distance = 1e30;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int qx = x + dx, qy = y + dy;
+      if (qx < 0 || qy < 0 || qx >= width_ || qy >= height_) continue;
+      const TexelId q = TexelId{qy} * width_ + qx;
+      if (chart(q) != wanted_chart) continue;
+      const double distance = (Vec2(qx, qy) - texel).squaredNorm();
+      if (distance < best_distance) {
+        best_distance = distance;
+        best = q;
+      }
+    }
+  }
+  return best;
+}
+
+void TexelMap::gather(TexelId t, std::span<const Vec2> offsets_mm, std::span<TexelId> out) const {
+  const SurfacePoint p = point(t);
+  const int own_chart = chart(t);
+  const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle);
+  const int x = static_cast<int>(t % width_), y = static_cast<int>(t / width_);
+  const auto is_own = [&](int qx, int qy) {
+    return qx >= 0 && qy >= 0 && qx < width_ && qy < height_ && chart(TexelId{qy} * width_ + qx) == own_chart;
+  };
+  for (std::size_t k = 0; k < offsets_mm.size(); ++k) {
+    const Vec2 step = to_texels * offsets_mm[k];
+    const int dx = static_cast<int>(std::floor(step.x() + 0.5)), dy = static_cast<int>(std::floor(step.y() + 0.5));
+    // Inside the chart all the way: the chart's own grid says it. Otherwise walk over the surface.
+    const int num_steps = std::max(std::abs(dx), std::abs(dy));
+    bool stays_inside = true;
+    for (int i = 1; i <= num_steps && stays_inside; ++i) {
+      stays_inside = is_own(x + (2 * dx * i + num_steps) / (2 * num_steps), y + (2 * dy * i + num_steps) / (2 * num_steps)) ||
+                     is_own(x + dx * i / num_steps, y + dy * i / num_steps);
+    }
+    if (stays_inside && is_own(x + dx, y + dy)) {
+      out[k] = TexelId{y + dy} * width_ + (x + dx);
+    } else {
+      out[k] = texel_of(walk(p, tangents(p.triangle) * offsets_mm[k]));
+    }
+  }
+}
+
+}  // namespace patinate

@@ -56,21 +56,22 @@ struct TimePosition {
 /// Reads a history frame by frame; memory does not grow with the number of frames. Thread-safe.
 class HistoryReader {
  public:
-  /// Opens a folder (or its history.json) and checks that every file is there and has the right size.
-  /// @throws IoError
+  /// Opens a folder (or its history.json) and checks that every file is there and has the right size; pixels are decoded later.
+  /// @throws IoError naming the file.
   explicit HistoryReader(const std::filesystem::path& path);
 
   [[nodiscard]] const HistoryManifest& manifest() const { return manifest_; }
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] int num_frames() const { return static_cast<int>(manifest_.frames.size()); }
-  /// H x W x 3, linear.
+  /// H x W x 3, linear. @throws InvalidInput if there is no such index; IoError if the file is truncated or holds NaN.
   [[nodiscard]] ImageF read_frame(int index) const;
-  /// H x W x 1 in [0, 1].
+  /// H x W x 1 in [0, 1]. @throws InvalidInput if there is no such control; IoError if a value is outside.
   [[nodiscard]] ImageF read_control(const std::string& name) const;
-  /// 0 / 255; all 255 when the history has no mask.
+  /// 0 / 255; all 255 when the history has no mask. @throws IoError if it is 0 everywhere.
   [[nodiscard]] ImageU8 read_mask() const;
   /// @throws InvalidInput listing the names there are.
   [[nodiscard]] const ControlParameter& control(const std::string& name) const;
+  /// @throws InvalidInput if `time` is NaN.
   [[nodiscard]] TimePosition locate(double time) const;
   /// The history at any time: two frames and a blend. Equal to read_frame() at frame times, to the bit.
   [[nodiscard]] ImageF sample(double time) const;
@@ -80,19 +81,33 @@ class HistoryReader {
   HistoryManifest manifest_;
 };
 
-/// Writes a history into an existing folder, frame by frame, and the manifest last.
+/// Writes a history into an existing folder, frame by frame, and the manifest last. Not thread-safe; the static functions are.
 class HistoryWriter {
  public:
+  /// @param manifest  name, origin, size, texel_size_mm, time_unit and key; lists may be empty.
+  /// @throws InvalidInput if a size is outside [1, 65536] or the origin is unknown.
   HistoryWriter(std::filesystem::path folder, HistoryManifest manifest);
   /// The file name, relative to the history, that frame `index` gets: frames/0007.exr.
   [[nodiscard]] static std::filesystem::path frame_file(int index);
-  /// @param values  H x W, physical; normalised to [0, 1] by [low, high] and clamped when written.
+  /// controls/<name>.exr. @param name  [A-Za-z0-9._-]+, not starting with a dot; @throws InvalidInput.
+  [[nodiscard]] static std::filesystem::path control_file(const std::string& name);
+  [[nodiscard]] static std::filesystem::path mask_file() { return "mask.png"; }
+
+  /// @param values  H x W x 1, physical; normalised to [0, 1] by [low, high] and clamped when written (float).
+  /// @param low,high  finite, low <= high; when equal, 0 is written everywhere.
   void write_control(const std::string& name, const ImageF& values, double low, double high, const std::string& unit);
+  /// Names a control that an earlier step has written already, as control_file(control.name).
+  void add_written_control(const ControlParameter& control);
+  /// @param rgb  H x W x 3, linear, finite, at most 65504.
   void write_frame(int index, double time, const ImageF& rgb);
   /// Names a frame that an earlier, interrupted run has written already.
   void add_written_frame(int index, double time);
+  /// @param mask  H x W; not 0 = inside. @throws InvalidInput if it covers nothing.
   void write_mask(const ImageU8& mask);
-  /// Sorts frames by time and writes history.json. @throws InvalidInput if times are equal.
+  /// Names the mask that an earlier step has written already, as mask_file().
+  void add_written_mask();
+  /// Sorts frames by time and writes history.json. @throws InvalidInput if there is no frame, times are equal or not
+  /// finite, or two controls share a name; CannotComplete if it cannot be written.
   void finish();
   [[nodiscard]] const HistoryManifest& manifest() const { return manifest_; }
 
@@ -100,5 +115,14 @@ class HistoryWriter {
   std::filesystem::path folder_;
   HistoryManifest manifest_;
 };
+
+/// The file in a history's folder that says what is in it.
+inline constexpr const char* kHistoryManifestFile = "history.json";
+/// `history.json` of a folder, or the file itself. Other files are not looked at; keys of the format that
+/// HistoryManifest does not hold ("maps", extra images of a frame) are accepted and left alone.
+/// @throws IoError if it breaks the format: unknown key, wrong type, times not strictly increasing, ...
+[[nodiscard]] HistoryManifest read_history_manifest(const std::filesystem::path& path);
+/// Equal manifests give equal bytes. @throws InvalidInput as HistoryWriter::finish; CannotComplete.
+void write_history_manifest(const std::filesystem::path& file, const HistoryManifest& manifest);
 
 }  // namespace patinate

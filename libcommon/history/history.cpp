@@ -1,0 +1,217 @@
+#include "libcommon/history/history.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/image_io.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
+
+/// @throws IoError if the file is no image of the history's size.
+void check_file(const fs::path& file, const HistoryManifest& manifest) {
+  const ImageInfo info = probe_image(file);
+  if (info.width == manifest.width && info.height == manifest.height) return;
+  throw IoError(file.string(), "is " + size_text(info.width, info.height) + " pixels; the history says " +
+                                   size_text(manifest.width, manifest.height));
+}
+
+template <class T>
+void check_size(const std::string& what, const Image<T>& image, const HistoryManifest& manifest, int channels) {
+  if (image.width() == manifest.width && image.height() == manifest.height && image.channels() == channels) return;
+  throw InvalidInput(what + ": is " + size_text(image.width(), image.height()) + " with " +
+                     std::to_string(image.channels()) + " channels; expected " +
+                     size_text(manifest.width, manifest.height) + " with " + std::to_string(channels));
+}
+
+void make_parent(const fs::path& file) {
+  std::error_code error;
+  fs::create_directories(file.parent_path(), error);
+  if (error) throw CannotComplete(file.parent_path().string() + ": cannot be made; " + error.message());
+}
+
+}  // namespace
+
+HistoryReader::HistoryReader(const fs::path& path) {
+  std::error_code error;
+  folder_ = fs::is_directory(path, error) ? path : path.parent_path();
+  manifest_ = read_history_manifest(path);
+  for (const HistoryFrame& frame : manifest_.frames) check_file(folder_ / frame.file, manifest_);
+  for (const ControlParameter& control : manifest_.controls) check_file(folder_ / control.file, manifest_);
+  if (manifest_.mask) check_file(folder_ / *manifest_.mask, manifest_);
+}
+
+ImageF HistoryReader::read_frame(int index) const {
+  if (index < 0 || index >= num_frames()) {
+    throw InvalidInput("frame " + std::to_string(index) + ": is not in the history; use [0, " +
+                       std::to_string(num_frames() - 1) + "]");
+  }
+  const fs::path file = folder_ / manifest_.frames[static_cast<std::size_t>(index)].file;
+  ImageF frame = read_color(file);
+  if (frame.width() != manifest_.width || frame.height() != manifest_.height) check_file(file, manifest_);
+  return frame;
+}
+
+const ControlParameter& HistoryReader::control(const std::string& name) const {
+  std::vector<std::string> names;
+  std::string list;
+  for (const ControlParameter& c : manifest_.controls) {
+    if (c.name == name) return c;
+    names.push_back(c.name);
+    list += (list.empty() ? "" : ", ") + c.name;
+  }
+  throw InvalidInput(folder_.string() + ": has no control `" + name + "`; there " +
+                     (list.empty() ? "are none" : "is: " + list) + did_you_mean(name, names));
+}
+
+ImageF HistoryReader::read_control(const std::string& name) const {
+  const fs::path file = folder_ / control(name).file;
+  ImageF values = read_gray(file);
+  if (values.width() != manifest_.width || values.height() != manifest_.height) check_file(file, manifest_);
+  for (float v : values.values()) {
+    if (!(v >= 0.0f && v <= 1.0f)) {
+      throw IoError(file.string(), "holds " + number_text(static_cast<double>(v)) +
+                                       "; a control is normalised to [0, 1], with `range` for its physical values");
+    }
+  }
+  return values;
+}
+
+ImageU8 HistoryReader::read_mask() const {
+  if (!manifest_.mask) return ImageU8(manifest_.width, manifest_.height, 1, 255);
+  const fs::path file = folder_ / *manifest_.mask;
+  ImageU8 mask = patinate::read_mask(file);
+  if (mask.width() != manifest_.width || mask.height() != manifest_.height) check_file(file, manifest_);
+  const auto values = mask.values();
+  if (std::all_of(values.begin(), values.end(), [](std::uint8_t v) { return v == 0; })) {
+    throw IoError(file.string(), "is 0 everywhere; a mask must leave something inside (255)");
+  }
+  return mask;
+}
+
+TimePosition HistoryReader::locate(double time) const {
+  if (std::isnan(time)) throw InvalidInput("time: is not a number");
+  const auto& frames = manifest_.frames;
+  if (time <= frames.front().time) return {0, 0.0};
+  if (time >= frames.back().time) return {num_frames() - 1, 0.0};
+  const auto next = std::upper_bound(frames.begin(), frames.end(), time,
+                                     [](double t, const HistoryFrame& frame) { return t < frame.time; });
+  const HistoryFrame& before = *(next - 1);
+  return {static_cast<int>(next - frames.begin()) - 1, (time - before.time) / (next->time - before.time)};
+}
+
+ImageF HistoryReader::sample(double time) const {
+  const TimePosition position = locate(time);
+  ImageF image = read_frame(position.index);
+  if (position.fraction == 0.0) return image;
+  const ImageF next = read_frame(position.index + 1);
+  const float fraction = static_cast<float>(position.fraction);
+  const auto to = image.values();
+  const auto from = next.values();
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] = (1.0f - fraction) * to[i] + fraction * from[i];
+  return image;
+}
+
+HistoryWriter::HistoryWriter(fs::path folder, HistoryManifest manifest)
+    : folder_(std::move(folder)), manifest_(std::move(manifest)) {
+  constexpr int kMaxSide = 65536;
+  if (manifest_.width < 1 || manifest_.height < 1 || manifest_.width > kMaxSide || manifest_.height > kMaxSide) {
+    throw InvalidInput("history " + manifest_.name + ": a size of " + size_text(manifest_.width, manifest_.height) +
+                       " is out of range; use 1 to 65536");
+  }
+  if (manifest_.origin != "captured" && manifest_.origin != "simulated" && manifest_.origin != "synthetic") {
+    throw InvalidInput("history " + manifest_.name + ": unknown origin `" + manifest_.origin +
+                       "`; use captured, simulated or synthetic");
+  }
+  if (manifest_.texel_size_mm && !(*manifest_.texel_size_mm > 0 && std::isfinite(*manifest_.texel_size_mm))) {
+    throw InvalidInput("history " + manifest_.name + ": texel_size_mm must be > 0");
+  }
+}
+
+fs::path HistoryWriter::frame_file(int index) {
+  if (index < 0) throw InvalidInput("frame " + std::to_string(index) + ": indices start at 0");
+  char name[32];
+  std::snprintf(name, sizeof(name), "%04d.exr", index);
+  return fs::path("frames") / name;
+}
+
+fs::path HistoryWriter::control_file(const std::string& name) {
+  const auto is_allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+  };
+  if (name.empty() || name.front() == '.' || !std::all_of(name.begin(), name.end(), is_allowed)) {
+    throw InvalidInput("control `" + name + "`: names consist of letters, digits, dots, `_` and `-`");
+  }
+  return fs::path("controls") / (name + ".exr");
+}
+
+void HistoryWriter::write_control(const std::string& name, const ImageF& values, double low, double high,
+                                  const std::string& unit) {
+  check_size("control " + name, values, manifest_, 1);
+  if (!(low <= high) || !std::isfinite(low) || !std::isfinite(high)) {
+    throw InvalidInput("control " + name + ": its range [" + number_text(low) + ", " + number_text(high) +
+                       "] must be finite with low <= high");
+  }
+  ImageF normalised(values.width(), values.height());
+  for (std::int64_t i = 0; i < values.num_pixels(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double value = static_cast<double>(values.values()[k]);
+    if (!std::isfinite(value)) throw InvalidInput("control " + name + ": holds NaN or infinite values");
+    if (low < high) normalised.values()[k] = static_cast<float>(std::clamp((value - low) / (high - low), 0.0, 1.0));
+  }
+  const fs::path file = control_file(name);
+  make_parent(folder_ / file);
+  write_exr(folder_ / file, normalised, {"Y"}, ExrDepth::Float);
+  add_written_control({.name = name, .file = file, .low = low, .high = high, .unit = unit});
+}
+
+void HistoryWriter::add_written_control(const ControlParameter& control) {
+  manifest_.controls.push_back(control);
+  manifest_.controls.back().file = control_file(control.name);
+}
+
+void HistoryWriter::write_frame(int index, double time, const ImageF& rgb) {
+  check_size(frame_file(index).string(), rgb, manifest_, 3);
+  make_parent(folder_ / frame_file(index));
+  write_exr(folder_ / frame_file(index), rgb, {"R", "G", "B"}, ExrDepth::Half);
+  add_written_frame(index, time);
+}
+
+void HistoryWriter::add_written_frame(int index, double time) {
+  manifest_.frames.push_back({.time = time, .file = frame_file(index)});
+}
+
+void HistoryWriter::write_mask(const ImageU8& mask) {
+  check_size("mask", mask, manifest_, 1);
+  ImageU8 codes(mask.width(), mask.height());
+  bool is_empty = true;
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) {
+      codes.at(x, y) = mask.at(x, y) != 0 ? 255 : 0;
+      is_empty = is_empty && mask.at(x, y) == 0;
+    }
+  }
+  if (is_empty) throw InvalidInput("mask: is 0 everywhere; a mask must leave something inside (255)");
+  make_parent(folder_ / mask_file());
+  write_codes(folder_ / mask_file(), codes);
+  add_written_mask();
+}
+
+void HistoryWriter::add_written_mask() { manifest_.mask = mask_file(); }
+
+void HistoryWriter::finish() {
+  std::stable_sort(manifest_.frames.begin(), manifest_.frames.end(),
+                   [](const HistoryFrame& a, const HistoryFrame& b) { return a.time < b.time; });
+  write_history_manifest(folder_ / kHistoryManifestFile, manifest_);
+}
+
+}  // namespace patinate

@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/text.h"
+#include "libcommon/history/history.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::array<std::string_view, 4> kTimeUnitNames{"s", "min", "h", "d"};
+constexpr std::array<std::string_view, 3> kOriginNames{"captured", "simulated", "synthetic"};
+constexpr std::array<std::string_view, 5> kFrameExtras{"mask", "stddev", "specular", "normal", "height"};
+constexpr std::array<std::string_view, 4> kMapNames{"position", "normal", "height", "texel_size"};
+constexpr std::size_t kMaxFrames = 1'000'000;
+constexpr std::size_t kMaxControls = 1'000;
+constexpr double kMaxSide = 65536;
+
+/// A file that the reader does not need: its name is checked, no more.
+void skip_files(JsonReader& json, std::span<const std::string_view> keys) {
+  for (std::string_view key : keys) {
+    if (json.has(key)) (void)json.member(key).path();
+  }
+}
+
+std::filesystem::path relative_file(const JsonReader& json) {
+  (void)json.path();  // Rejects what is no path.
+  return json.string();
+}
+
+HistoryFrame read_frame_entry(JsonReader json) {
+  HistoryFrame frame;
+  frame.time = json.member("time").number();
+  frame.file = relative_file(json.member("file"));
+  skip_files(json, kFrameExtras);
+  json.finish();
+  return frame;
+}
+
+ControlParameter read_control_entry(JsonReader json) {
+  ControlParameter control;
+  control.name = json.member("name").string();
+  control.file = relative_file(json.member("file"));
+  if (json.has("range")) {
+    const JsonReader range = json.member("range");
+    const std::vector<double> ends = range.numbers(2);
+    if (!(ends[0] <= ends[1])) range.fail("[low, high] with low <= high");
+    control.low = ends[0];
+    control.high = ends[1];
+  }
+  if (json.has("unit")) control.unit = json.member("unit").string();
+  json.finish();
+  return control;
+}
+
+/// Whole numbers are written without ".0", as a person would.
+Json number_json(double value) {
+  if (value == std::floor(value) && std::abs(value) < 1e15) return Json(static_cast<std::int64_t>(value));
+  return Json(value);
+}
+
+void check_manifest(const HistoryManifest& m) {
+  if (m.frames.empty()) throw InvalidInput("history " + m.name + ": has no frames; give at least one");
+  for (std::size_t i = 0; i < m.frames.size(); ++i) {
+    const double time = m.frames[i].time;
+    if (!std::isfinite(time)) throw InvalidInput(m.frames[i].file.string() + ": its time is not a number");
+    if (i > 0 && !(m.frames[i - 1].time < time)) {
+      throw InvalidInput(m.frames[i].file.string() + ": has time " + number_text(time) + ", not later than " +
+                         m.frames[i - 1].file.string() + "; times must be strictly increasing");
+    }
+  }
+  std::vector<std::string> names;
+  for (const ControlParameter& c : m.controls) names.push_back(c.name);
+  std::sort(names.begin(), names.end());
+  const auto twice = std::adjacent_find(names.begin(), names.end());
+  if (twice != names.end()) throw InvalidInput("control " + *twice + ": is given twice; names must differ");
+}
+
+}  // namespace
+
+std::string time_unit_text(TimeUnit unit) { return std::string(kTimeUnitNames[static_cast<std::size_t>(unit)]); }
+
+TimeUnit parse_time_unit(const std::string& text) {
+  const auto it = std::find(kTimeUnitNames.begin(), kTimeUnitNames.end(), text);
+  if (it == kTimeUnitNames.end()) throw InvalidInput("time unit: found `" + text + "`; use s, min, h or d");
+  return static_cast<TimeUnit>(it - kTimeUnitNames.begin());
+}
+
+double seconds_per(TimeUnit unit) {
+  constexpr std::array<double, 4> kSeconds{1.0, 60.0, 3600.0, 86400.0};
+  return kSeconds[static_cast<std::size_t>(unit)];
+}
+
+HistoryManifest read_history_manifest(const std::filesystem::path& path) {
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(path, error);
+  const std::filesystem::path file = is_folder ? path / kHistoryManifestFile : path;
+  const Json document = load_json(file);
+  JsonReader json(file.string(), document);
+  json.expect_format("patinate.history", 1);
+  HistoryManifest m;
+  m.name = json.member("name").string();
+  m.origin = kOriginNames[static_cast<std::size_t>(json.member("origin").choice(kOriginNames))];
+  m.width = static_cast<int>(json.member("width").integer(between(1, kMaxSide)));
+  m.height = static_cast<int>(json.member("height").integer(between(1, kMaxSide)));
+  if (json.has("texel_size_mm")) {
+    const JsonReader size = json.member("texel_size_mm");
+    if (!size.is_null()) m.texel_size_mm = size.number(above(0));
+  }
+  if (json.has("time_unit")) m.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnitNames));
+  const JsonReader frames = json.member("frames");
+  for (JsonReader& frame : frames.elements(kMaxFrames)) m.frames.push_back(read_frame_entry(frame));
+  if (json.has("controls")) {
+    for (JsonReader& c : json.member("controls").elements(kMaxControls)) m.controls.push_back(read_control_entry(c));
+  }
+  if (json.has("mask") && !json.member("mask").is_null()) m.mask = relative_file(json.member("mask"));
+  if (json.has("maps")) {
+    JsonReader maps = json.member("maps");
+    skip_files(maps, kMapNames);
+    maps.finish();
+  }
+  if (json.has("key")) m.key = json.member("key").string();
+  json.finish();
+  try {
+    check_manifest(m);
+  } catch (const InvalidInput& e) {
+    throw IoError(file.string(), e.what());
+  }
+  return m;
+}
+
+void write_history_manifest(const std::filesystem::path& file, const HistoryManifest& manifest) {
+  check_manifest(manifest);
+  Json json = {{"format", "patinate.history"}, {"version", 1},
+               {"name", manifest.name},        {"origin", manifest.origin},
+               {"width", manifest.width},      {"height", manifest.height}};
+  json["texel_size_mm"] = manifest.texel_size_mm ? number_json(*manifest.texel_size_mm) : Json(nullptr);
+  json["time_unit"] = time_unit_text(manifest.time_unit);
+  json["frames"] = Json::array();
+  for (const HistoryFrame& f : manifest.frames) {
+    json["frames"].push_back({{"time", number_json(f.time)}, {"file", f.file.generic_string()}});
+  }
+  json["controls"] = Json::array();
+  for (const ControlParameter& c : manifest.controls) {
+    Json entry = {{"name", c.name}, {"file", c.file.generic_string()}};
+    entry["range"] = Json::array({number_json(c.low), number_json(c.high)});
+    if (!c.unit.empty()) entry["unit"] = c.unit;
+    json["controls"].push_back(std::move(entry));
+  }
+  if (manifest.mask) json["mask"] = manifest.mask->generic_string();
+  json["key"] = manifest.key;
+  save_json(file, json);
+}
+
+}  // namespace patinate

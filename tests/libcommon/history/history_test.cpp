@@ -1,0 +1,289 @@
+#include "libcommon/history/history.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/image/image_io.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+namespace fs = std::filesystem;
+using testing_support::TempFolder;
+
+constexpr int kWidth = 6, kHeight = 4;
+
+/// Values that half floats hold exactly.
+ImageF make_frame(float offset) {
+  ImageF frame(kWidth, kHeight, 3);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        frame.at(x, y, c) = offset + static_cast<float>(x) / 16.0f + static_cast<float>(y) / 64.0f +
+                            static_cast<float>(c) / 128.0f;
+      }
+    }
+  }
+  return frame;
+}
+
+HistoryManifest make_manifest() {
+  HistoryManifest m;
+  m.name = "test";
+  m.width = kWidth;
+  m.height = kHeight;
+  m.time_unit = TimeUnit::Days;
+  m.key = "0123";
+  return m;
+}
+
+/// Three frames at uneven times, a control and a mask.
+void write_history(const fs::path& folder) {
+  HistoryWriter writer(folder, make_manifest());
+  writer.write_frame(2, 10.0, make_frame(0.5f));
+  writer.write_frame(0, 0.0, make_frame(0.0f));
+  writer.write_frame(1, 2.5, make_frame(0.25f));
+  ImageF control(kWidth, kHeight);
+  for (int x = 0; x < kWidth; ++x) control.at(x, 0) = static_cast<float>(x) - 1.0f;
+  writer.write_control("thickness", control, 0.0, 4.0, "relative");
+  ImageU8 mask(kWidth, kHeight, 1, 1);
+  mask.at(0, 0) = 0;
+  writer.write_mask(mask);
+  writer.finish();
+}
+
+std::string reading_error(const fs::path& path) {
+  try {
+    const HistoryReader reader(path);
+    (void)reader.read_mask();
+    for (int i = 0; i < reader.num_frames(); ++i) (void)reader.read_frame(i);
+    for (const auto& c : reader.manifest().controls) (void)reader.read_control(c.name);
+  } catch (const IoError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+void replace_in_manifest(const fs::path& folder, const std::string& from, const std::string& to) {
+  std::string text = read_file(folder / "history.json");
+  const std::size_t at = text.find(from);
+  ASSERT_NE(at, std::string::npos) << from;
+  write_atomically(folder / "history.json", text.replace(at, from.size(), to));
+}
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(History, ReadsBackWhatWasWritten) {
+  const TempFolder folder;
+  write_history(folder.path());
+  for (const fs::path& path : {folder.path(), folder / "history.json"}) {
+    const HistoryReader reader(path);
+    const HistoryManifest& m = reader.manifest();
+    EXPECT_EQ(m.name, "test");
+    EXPECT_EQ(m.origin, "captured");
+    EXPECT_EQ(m.time_unit, TimeUnit::Days);
+    EXPECT_EQ(m.key, "0123");
+    EXPECT_FALSE(m.texel_size_mm);
+    ASSERT_EQ(reader.num_frames(), 3);
+    EXPECT_EQ(m.frames[1].time, 2.5);
+    EXPECT_EQ(reader.read_frame(0), make_frame(0.0f));
+    EXPECT_EQ(reader.read_frame(1), make_frame(0.25f));
+    EXPECT_EQ(reader.read_frame(2), make_frame(0.5f));
+    EXPECT_EQ(reader.read_mask().at(0, 0), 0);
+    EXPECT_EQ(reader.read_mask().at(1, 0), 255);
+    EXPECT_EQ(reader.control("thickness").high, 4.0);
+    EXPECT_EQ(reader.control("thickness").unit, "relative");
+  }
+}
+
+TEST(History, ControlsAreNormalisedByTheirRangeAndClamped) {
+  const TempFolder folder;
+  write_history(folder.path());
+  const ImageF control = HistoryReader(folder.path()).read_control("thickness");
+  // Written: x - 1 with range [0, 4].
+  EXPECT_EQ(control.at(0, 0), 0.0f);
+  EXPECT_EQ(control.at(1, 0), 0.0f);
+  EXPECT_EQ(control.at(3, 0), 0.5f);
+  EXPECT_EQ(control.at(5, 0), 1.0f);
+}
+
+TEST(History, SampleAtFrameTimesIsThatFrameToTheBit) {
+  const TempFolder folder;
+  write_history(folder.path());
+  const HistoryReader reader(folder.path());
+  for (int i = 0; i < reader.num_frames(); ++i) {
+    const double time = reader.manifest().frames[static_cast<std::size_t>(i)].time;
+    EXPECT_EQ(reader.sample(time), reader.read_frame(i));
+  }
+  EXPECT_EQ(reader.sample(-1.0), reader.read_frame(0));
+  EXPECT_EQ(reader.sample(1e9), reader.read_frame(2));
+}
+
+TEST(History, SampleBetweenFramesIsLinearInTime) {
+  const TempFolder folder;
+  write_history(folder.path());
+  const HistoryReader reader(folder.path());
+  // Offsets 0 at time 0 and 0.25 at time 2.5: 0.1 at time 1.
+  const ImageF sampled = reader.sample(1.0), first = reader.read_frame(0);
+  EXPECT_NEAR(sampled.at(3, 2, 1) - first.at(3, 2, 1), 0.1f, 1e-6f);
+  EXPECT_EQ(reader.locate(2.5).index, 1);
+  EXPECT_EQ(reader.locate(2.5).fraction, 0.0);
+  EXPECT_THROW((void)reader.locate(std::numeric_limits<double>::quiet_NaN()), InvalidInput);
+}
+
+TEST(History, EqualWorkGivesEqualBytes) {
+  const TempFolder a, b;
+  write_history(a.path());
+  write_history(b.path());
+  for (const char* file : {"history.json", "frames/0001.exr", "controls/thickness.exr", "mask.png"}) {
+    EXPECT_EQ(read_file(a / file), read_file(b / file)) << file;
+  }
+}
+
+TEST(History, ManifestKeepsUnknownTexelSizeAsNull) {
+  const TempFolder folder;
+  write_history(folder.path());
+  EXPECT_TRUE(has(read_file(folder / "history.json"), "\"texel_size_mm\": null"));
+}
+
+TEST(History, AcceptsTheOptionalImagesOfTheFormat) {
+  const TempFolder folder;
+  write_history(folder.path());
+  replace_in_manifest(folder.path(), "\"file\": \"frames/0001.exr\"",
+                      "\"file\": \"frames/0001.exr\", \"stddev\": \"s.exr\", \"mask\": \"m.png\" // later\n");
+  replace_in_manifest(folder.path(), "\"key\"", "\"maps\": {\"height\": \"h.exr\"}, \"key\"");
+  EXPECT_EQ(reading_error(folder.path()), "");
+}
+
+TEST(History, UnknownKeysAreErrorsWithASuggestion) {
+  const TempFolder folder;
+  write_history(folder.path());
+  replace_in_manifest(folder.path(), "\"origin\"", "\"origin\": \"captured\", \"orign\"");
+  EXPECT_TRUE(has(reading_error(folder.path()), "history.json: /orign: unknown key; did you mean `origin`?"))
+      << reading_error(folder.path());
+}
+
+TEST(History, GarbageManifestsAreOneLineErrors) {
+  const TempFolder folder;
+  EXPECT_TRUE(has(reading_error(folder / "nothing"), "nothing"));
+  EXPECT_TRUE(has(reading_error(folder.path()), "history.json: does not exist"));
+  write_history(folder.path());
+  const std::string good = read_file(folder / "history.json");
+  for (std::size_t length = 0; length + 2 < good.size(); length += 7) {
+    write_atomically(folder / "history.json", good.substr(0, length));
+    const std::string error = reading_error(folder.path());
+    EXPECT_TRUE(has(error, "history.json")) << length;
+    EXPECT_FALSE(has(error, "\n")) << length;
+  }
+  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
+           {"\"version\": 1", "\"version\": 2"},
+           {"patinate.history", "patinate.scene"},
+           {"\"width\": 6", "\"width\": 0"},
+           {"\"width\": 6", "\"width\": 6e9"},
+           {"\"width\": 6", "\"width\": \"6\""},
+           {"\"origin\": \"captured\"", "\"origin\": \"found\""},
+           {"\"time\": 2.5", "\"time\": 1e999"},
+           {"\"time\": 2.5", "\"time\": null"},
+           {"\"time_unit\": \"d\"", "\"time_unit\": \"days\""},
+           {"\"frames\": [", "\"frames\": 3, \"x\": ["}}) {
+    write_atomically(folder / "history.json", good);
+    replace_in_manifest(folder.path(), from, to);
+    EXPECT_TRUE(has(reading_error(folder.path()), "history.json")) << to;
+  }
+}
+
+TEST(History, EqualOrUnsortedTimesAreErrors) {
+  const TempFolder folder;
+  write_history(folder.path());
+  replace_in_manifest(folder.path(), "\"time\": 2.5", "\"time\": 10");
+  EXPECT_TRUE(has(reading_error(folder.path()), "times must be strictly increasing"));
+  replace_in_manifest(folder.path(), "\"time\": 10", "\"time\": 11");
+  EXPECT_TRUE(has(reading_error(folder.path()), "times must be strictly increasing"));
+
+  HistoryWriter writer(folder.path(), make_manifest());
+  EXPECT_THROW(writer.finish(), InvalidInput);
+  writer.add_written_frame(0, 1.0);
+  writer.add_written_frame(1, 1.0);
+  EXPECT_THROW(writer.finish(), InvalidInput);
+  HistoryWriter nan_writer(folder.path(), make_manifest());
+  nan_writer.add_written_frame(0, std::nan(""));
+  EXPECT_THROW(nan_writer.finish(), InvalidInput);
+}
+
+TEST(History, BrokenFilesAreNamed) {
+  for (const std::string file : {"frames/0001.exr", "controls/thickness.exr", "mask.png"}) {
+    const TempFolder folder;
+    write_history(folder.path());
+    const std::string good = read_file(folder / file);
+    fs::remove(folder / file);
+    EXPECT_TRUE(has(reading_error(folder.path()), file)) << file;
+    for (std::size_t length : {std::size_t{0}, std::size_t{10}, good.size() / 2, good.size() - 40}) {
+      write_atomically(folder / file, good.substr(0, length));
+      EXPECT_TRUE(has(reading_error(folder.path()), file)) << file << " of " << length;
+    }
+    write_atomically(folder / file, "this is no image, but long enough to be looked at by every decoder");
+    EXPECT_TRUE(has(reading_error(folder.path()), file)) << file;
+    write_exr(folder / "small.exr", ImageF(2, 2, 3), {"R", "G", "B"}, ExrDepth::Half);
+    fs::rename(folder / "small.exr", folder / file);
+    EXPECT_TRUE(has(reading_error(folder.path()), "is 2 x 2 pixels; the history says 6 x 4")) << file;
+  }
+}
+
+TEST(History, ControlsOutsideTheUnitIntervalAndEmptyMasksAreErrors) {
+  const TempFolder folder;
+  write_history(folder.path());
+  write_codes(folder / "mask.png", ImageU8(kWidth, kHeight));
+  EXPECT_TRUE(has(reading_error(folder.path()), "mask.png: is 0 everywhere"));
+  write_codes(folder / "mask.png", ImageU8(kWidth, kHeight, 1, 255));
+  write_exr(folder / "controls/thickness.exr", ImageF(kWidth, kHeight, 1, 1.5f), {"Y"}, ExrDepth::Float);
+  EXPECT_TRUE(has(reading_error(folder.path()), "thickness.exr: holds 1.5"));
+}
+
+TEST(History, WriterRefusesWhatTheFormatDoesNotAllow) {
+  const TempFolder folder;
+  HistoryWriter writer(folder.path(), make_manifest());
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(writer.write_frame(0, 0.0, ImageF(3, 3, 3)), InvalidInput);
+  EXPECT_THROW(writer.write_frame(0, 0.0, ImageF(kWidth, kHeight, 3, nan)), InvalidInput);
+  EXPECT_THROW(writer.write_frame(-1, 0.0, make_frame(0)), InvalidInput);
+  EXPECT_THROW(writer.write_mask(ImageU8(kWidth, kHeight)), InvalidInput);
+  EXPECT_THROW(writer.write_control("x", ImageF(kWidth, kHeight, 1, nan), 0, 1, ""), InvalidInput);
+  EXPECT_THROW(writer.write_control("x", ImageF(kWidth, kHeight), 1, 0, ""), InvalidInput);
+  EXPECT_THROW(writer.write_control("../x", ImageF(kWidth, kHeight), 0, 1, ""), InvalidInput);
+  HistoryManifest wrong = make_manifest();
+  wrong.width = 0;
+  EXPECT_THROW(HistoryWriter(folder.path(), wrong), InvalidInput);
+  wrong = make_manifest();
+  wrong.origin = "found";
+  EXPECT_THROW(HistoryWriter(folder.path(), wrong), InvalidInput);
+}
+
+TEST(History, UnknownControlsAreListed) {
+  const TempFolder folder;
+  write_history(folder.path());
+  try {
+    (void)HistoryReader(folder.path()).control("thicknes");
+    FAIL();
+  } catch (const InvalidInput& e) {
+    EXPECT_TRUE(has(e.what(), "there is: thickness; did you mean `thickness`?")) << e.what();
+  }
+}
+
+TEST(History, TimeUnitsAreThoseOfTheFormat) {
+  for (TimeUnit unit : {TimeUnit::Seconds, TimeUnit::Minutes, TimeUnit::Hours, TimeUnit::Days}) {
+    EXPECT_EQ(parse_time_unit(time_unit_text(unit)), unit);
+  }
+  EXPECT_EQ(seconds_per(TimeUnit::Days), 86400.0);
+  EXPECT_THROW((void)parse_time_unit("weeks"), InvalidInput);
+}
+
+}  // namespace
+}  // namespace patinate

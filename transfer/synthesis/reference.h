@@ -1,0 +1,30 @@
+/// \file
+/// Texture synthesis as the source describes it, one texel at a time: slow, plain, and the measure of the fast one.
+#pragma once
+
+#include <span>
+
+#include "libcommon/core/options.h"
+#include "transfer/synthesis/problem.h"
+
+namespace patinate {
+
+struct ReferenceOptions {
+  int window_px = 100;           ///< [8, 4096]. Side of the search window.
+  double tolerance = 0.05;       ///< [0, 1]. How near a window's centre must be in control value.
+  int num_passes = 3;            ///< [1, 8]. The first sees only texels done before; later ones see all.
+  double first_coherence = 0.1;  ///< [0, 1]. Coherence share of the first pass; rises linearly to the final one.
+};
+void describe(OptionVisitor& v, ReferenceOptions& o);
+
+/// Searches, for each texel in row order, the whole window for the source pixel of least energy. The window's centre is the
+/// source pixel of similar control value (one of 64 tried) that lies nearest to the weighted mean position from which the
+/// known neighbours came [Observing and Transferring Material Histories, sec. 4; docs/decisions/0003].
+///
+/// One thread; about 10,000 costs a texel and pass. @param seed  Chooses which similar pixels are tried.
+[[nodiscard]] CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationLevel& destination,
+                                                 const Neighborhood& neighborhood, double coherence_share,
+                                                 std::span<const double> control_weights, std::uint64_t seed,
+                                                 const ReferenceOptions& options = {}, const RunControl& control = {});
+
+}  // namespace patinate

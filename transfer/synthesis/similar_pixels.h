@@ -1,0 +1,25 @@
+/// \file
+/// For every source pixel the few others that look most like it: the candidates of k-coherence search [Tong et al. 2002].
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "transfer/synthesis/problem.h"
+
+namespace patinate {
+
+inline constexpr int kNumSimilar = 3;
+
+/// Per pixel of a level: indices of its most similar usable pixels, at least 5 px away, nearest first; -1 = none.
+using SimilarPixels = std::vector<std::array<std::int32_t, kNumSimilar>>;
+
+/// Exact nearest neighbours in appearance and control (FLANN, a single k-d tree); up to 65,536 pixels, evenly chosen, are searched.
+/// Deterministic for any number of threads.
+[[nodiscard]] SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& control = {});
+
+/// The same for the next finer level, from the coarser one's: pixel p is similar to where p's parent's similar pixels lead.
+[[nodiscard]] SimilarPixels refine_similar_pixels(const SimilarPixels& coarse, const SourceLevel& coarse_source,
+                                                  const SourceLevel& fine_source);
+
+}  // namespace patinate

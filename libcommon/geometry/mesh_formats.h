@@ -1,0 +1,23 @@
+/// \file
+/// The readers behind read_mesh(), one per format. Each takes the path for its error messages.
+#pragma once
+
+#include <filesystem>
+
+#include "libcommon/geometry/mesh.h"
+
+namespace patinate {
+
+/// v, vt, vn, f (polygons, negative indices, continued lines), o, usemtl. Numbers are read to the last bit; a line that
+/// cannot be understood is named. (tinyobjloader reads "nan" as 0, rounds numbers and does not continue lines.)
+[[nodiscard]] Mesh read_obj(const std::filesystem::path& path);
+
+/// ASCII and both binary forms; per-vertex (s, t), (u, v) or (texture_u, texture_v); per-face `texcoord` lists;
+/// tristrips.
+[[nodiscard]] Mesh read_ply(const std::filesystem::path& path);
+
+/// glTF and GLB through tinygltf: the default scene's nodes with their transforms, all primitives of triangles, strips
+/// and fans. Skins, morph targets and images are not looked at; Draco and meshopt compression are refused.
+[[nodiscard]] Mesh read_gltf(const std::filesystem::path& path);
+
+}  // namespace patinate

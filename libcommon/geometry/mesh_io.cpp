@@ -1,0 +1,97 @@
+#include "libcommon/geometry/mesh_io.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/geometry/mesh_formats.h"
+
+namespace patinate {
+
+namespace {
+
+template <class Number>
+void append(std::string& text, Number value) {
+  char buffer[32];
+  const auto result = std::to_chars(buffer, buffer + sizeof(buffer), value);
+  text.append(buffer, result.ptr);
+}
+
+template <class Vector>
+void append_vectors(std::string& text, const char* keyword, const std::vector<Vector>& vectors) {
+  for (const Vector& v : vectors) {
+    text += keyword;
+    for (Eigen::Index i = 0; i < v.size(); ++i) {
+      if (!std::isfinite(v[i])) throw InvalidInput("write_obj: the mesh holds a value that is not finite");
+      text += ' ';
+      append(text, v[i]);
+    }
+    text += '\n';
+  }
+}
+
+/// A name as one OBJ statement can hold it.
+std::string one_line(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  return name;
+}
+
+void append_surface(std::string& text, const Mesh::Surface& surface) {
+  text += "o " + one_line(surface.node) + '\n';
+  if (!surface.material.empty()) text += "usemtl " + one_line(surface.material) + '\n';
+}
+
+}  // namespace
+
+Mesh read_mesh(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const bool is_gltf = extension == ".gltf" || extension == ".glb";
+  if (extension != ".obj" && extension != ".ply" && !is_gltf) {
+    throw IoError(path.string(), "no mesh format has the extension `" + extension + "`; use .obj, .ply, .gltf or .glb");
+  }
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) throw IoError(path.string(), "is a folder; a mesh file is needed");
+  if (std::filesystem::is_regular_file(path, error) && std::filesystem::file_size(path, error) == 0 && !error) {
+    throw IoError(path.string(), "the file is empty (0 bytes)");
+  }
+  if (is_gltf) return read_gltf(path);
+  return extension == ".obj" ? read_obj(path) : read_ply(path);
+}
+
+void write_obj(const std::filesystem::path& path, const Mesh& mesh) {
+  const bool has_uvs = mesh.has_uvs();
+  const bool has_normals = !mesh.triangles.empty() && mesh.normal_triangles.size() == mesh.triangles.size();
+  std::string text = "# patinate\n";
+  append_vectors(text, "v", mesh.positions);
+  if (has_uvs) append_vectors(text, "vt", mesh.uvs);
+  if (has_normals) append_vectors(text, "vn", mesh.normals);
+  int surface = -1;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const int s = t < mesh.triangle_surface.size() ? mesh.triangle_surface[t] : -1;
+    if (s != surface) {
+      append_surface(text, mesh.surfaces[static_cast<std::size_t>(s)]);
+      surface = s;
+    }
+    text += 'f';
+    for (std::size_t k = 0; k < 3; ++k) {
+      text += ' ';
+      append(text, mesh.triangles[t][k] + 1);
+      if (has_uvs || has_normals) text += '/';
+      if (has_uvs) append(text, mesh.uv_triangles[t][k] + 1);
+      if (has_normals) {
+        text += '/';
+        append(text, mesh.normal_triangles[t][k] + 1);
+      }
+    }
+    text += '\n';
+  }
+  write_atomically(path, text);
+}
+
+}  // namespace patinate

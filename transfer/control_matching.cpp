@@ -1,0 +1,75 @@
+#include "transfer/control_matching.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "libcommon/core/error.h"
+
+namespace patinate {
+
+namespace {
+
+std::vector<float> values_inside(const ImageF& image, const ImageU8& mask) {
+  std::vector<float> values;
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      if (is_inside(mask, x, y)) values.push_back(image.at(x, y));
+    }
+  }
+  if (values.empty()) throw InvalidInput("a control map is empty: its mask leaves no pixel");
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
+/// Value at a fraction of sorted values, linear between them.
+double quantile(const std::vector<float>& sorted, double fraction) {
+  const double position = std::clamp(fraction * static_cast<double>(sorted.size()) - 0.5, 0.0, static_cast<double>(sorted.size() - 1));
+  const auto index = static_cast<std::size_t>(position);
+  const double next = static_cast<double>(sorted[std::min(index + 1, sorted.size() - 1)]);
+  const double here = static_cast<double>(sorted[index]);
+  return here + (position - static_cast<double>(index)) * (next - here);
+}
+
+}  // namespace
+
+ImageF match_control(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
+                     const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping) {
+  const std::vector<float> from = values_inside(destination, destination_mask);
+  const std::vector<float> to = values_inside(source, source_mask);
+  if (mapping == ControlMapping::Physical && destination_range.unit != source_range.unit) {
+    throw InvalidInput("mapping `physical` needs equal units: the history's control is in `" + source_range.unit +
+                       "`, the destination's in `" + destination_range.unit + "`; use rank or linear");
+  }
+  const auto mapped = [&](float value) -> double {
+    const double v = static_cast<double>(value);
+    switch (mapping) {
+      case ControlMapping::Rank: {
+        const auto [low, high] = std::equal_range(from.begin(), from.end(), value);
+        const double rank = 0.5 * static_cast<double>((low - from.begin()) + (high - from.begin()));
+        return quantile(to, rank / static_cast<double>(from.size()));
+      }
+      case ControlMapping::Linear: {
+        const double low = static_cast<double>(from.front()), span = static_cast<double>(from.back()) - low;
+        const double fraction = span > 0.0 ? (v - low) / span : 0.5;
+        return static_cast<double>(to.front()) + fraction * static_cast<double>(to.back() - to.front());
+      }
+      case ControlMapping::Physical: {
+        const double physical = destination_range.low + v * (destination_range.high - destination_range.low);
+        const double span = source_range.high - source_range.low;
+        return span != 0.0 ? (physical - source_range.low) / span : 0.0;
+      }
+    }
+    return v;
+  };
+  ImageF result(destination.width(), destination.height());
+  for (int y = 0; y < result.height(); ++y) {
+    for (int x = 0; x < result.width(); ++x) {
+      if (is_inside(destination_mask, x, y)) {
+        result.at(x, y) = static_cast<float>(std::clamp(mapped(destination.at(x, y)), 0.0, 1.0));
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace patinate

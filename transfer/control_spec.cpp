@@ -1,0 +1,52 @@
+#include "transfer/control_spec.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+bool is_name(std::string_view text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
+  });
+}
+
+}  // namespace
+
+ControlSpec parse_control_spec(std::string_view text) {
+  const auto fail = [&](const std::string& problem) -> ControlSpec {
+    throw UsageError("--control " + std::string(text) + ": " + problem + "; use [SOURCE=]DESTINATION[:weight[:mapping]]");
+  };
+  ControlSpec spec;
+  std::string_view rest = text;
+  if (const std::size_t equals = rest.find('='); equals != std::string_view::npos) {
+    spec.source = rest.substr(0, equals);
+    if (!is_name(spec.source)) return fail("`" + spec.source + "` is no control name");
+    rest.remove_prefix(equals + 1);
+  }
+  const std::vector<std::string> parts = split(rest, ':');
+  if (parts.size() > 3) return fail("too many `:`");
+  spec.destination = parts[0];
+  if (spec.destination.empty()) return fail("the destination is missing");
+  if (parts.size() > 1) {
+    const auto weight = parse_number(parts[1]);
+    if (!weight || !(*weight > 0.0)) return fail("weight `" + parts[1] + "` is no number > 0");
+    spec.weight = *weight;
+  }
+  if (parts.size() > 2) {
+    const auto it = std::find(kControlMappingNames.begin(), kControlMappingNames.end(), parts[2]);
+    if (it == kControlMappingNames.end()) {
+      const std::vector<std::string> names(kControlMappingNames.begin(), kControlMappingNames.end());
+      return fail("unknown mapping `" + parts[2] + "`" + did_you_mean(parts[2], names) + " (rank, linear, physical)");
+    }
+    spec.mapping = static_cast<ControlMapping>(it - kControlMappingNames.begin());
+  }
+  return spec;
+}
+
+}  // namespace patinate

@@ -1,0 +1,166 @@
+#include "transfer/transfer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/parallel.h"
+
+namespace patinate {
+
+void describe(OptionVisitor& v, TransferOptions& o) {
+  v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
+  v.visit({"coherence", "Weight of texture against control: 1 = texture only, 0 = control only", "", between(0, 1)}, o.coherence_share);
+  v.visit({"neighborhood", "Radius of the neighbourhood that is compared", "px", between(1, 5)}, o.neighborhood_radius_px);
+  describe(v, o.appearance);
+  describe(v, o.multi_level);
+  describe(v, o.reference);
+}
+
+namespace {
+
+/// C images of H x W in [0, 1] as one of integers.
+ControlImage interleave(const std::vector<ImageF>& controls) {
+  ControlImage result(controls[0].width(), controls[0].height(), static_cast<int>(controls.size()));
+  for (std::size_t c = 0; c < controls.size(); ++c) {
+    for (int y = 0; y < result.height(); ++y) {
+      for (int x = 0; x < result.width(); ++x) {
+        const double value = std::clamp(static_cast<double>(controls[c].at(x, y)), 0.0, 1.0);
+        result.at(x, y, static_cast<int>(c)) = static_cast<std::uint16_t>(value * kControlSteps + 0.5);
+      }
+    }
+  }
+  return result;
+}
+
+/// Mean of the 2 x 2 finer pixels that count.
+template <class Counts>
+ControlImage halve(const ControlImage& fine, int width, int height, Counts&& counts) {
+  ControlImage coarse(width, height, fine.channels());
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < fine.channels(); ++c) {
+        int sum = 0, n = 0;
+        for (int dy = 0; dy < 2; ++dy) {
+          for (int dx = 0; dx < 2; ++dx) {
+            const int fx = 2 * x + dx, fy = 2 * y + dy;
+            if (!fine.contains(fx, fy) || !counts(fx, fy)) continue;
+            sum += fine.at(fx, fy, c);
+            ++n;
+          }
+        }
+        if (n > 0) coarse.at(x, y, c) = static_cast<std::uint16_t>((sum + n / 2) / n);
+      }
+    }
+  }
+  return coarse;
+}
+
+constexpr int kSmallestSide = 32;
+
+int usable_levels(const HistoryReader& history, const TexelMap& map, const TransferOptions& options) {
+  if (options.method == TransferMethod::Reference) return 1;
+  const int smallest = std::min({history.manifest().width, history.manifest().height, map.width(), map.height()});
+  int levels = 1;
+  while (levels < options.multi_level.num_levels && (smallest >> levels) >= kSmallestSide) ++levels;
+  return levels;
+}
+
+/// Texels that are covered on a coarse level but by no fine texel keep a control of their own: filled from the finer level by position.
+void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const ControlImage& fine, const TexelMap& fine_map) {
+  for (TexelId t = 0; t < coarse_map.num_texels(); ++t) {
+    if (!coarse_map.is_covered(t)) continue;
+    const int x = static_cast<int>(t % coarse_map.width()), y = static_cast<int>(t / coarse_map.width());
+    bool has_child = false;
+    for (int dy = 0; dy < 2; ++dy) {
+      for (int dx = 0; dx < 2; ++dx) {
+        has_child |= fine.contains(2 * x + dx, 2 * y + dy) && fine_map.is_covered(TexelId{2 * y + dy} * fine_map.width() + 2 * x + dx);
+      }
+    }
+    const TexelId near = has_child ? -1 : fine_map.texel_of(coarse_map.point(t));
+    if (near < 0) continue;
+    for (int c = 0; c < coarse.channels(); ++c) coarse.at(x, y, c) = fine.data()[near * fine.channels() + c];
+  }
+}
+
+std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, const std::vector<ImageF>& source_controls,
+                                        const std::vector<ImageF>& matched, std::shared_ptr<const TexelMap> map,
+                                        double texel_size_mm, const Neighborhood& neighborhood, const RunControl& control) {
+  std::vector<SynthesisLevel> levels;
+  ControlImage source = interleave(source_controls), destination = interleave(matched);
+  for (std::size_t l = 0; l < appearance.levels.size(); ++l) {
+    if (l > 0) {
+      const ImageU8& fine_mask = appearance.masks[l - 1];
+      source = halve(source, appearance.levels[l].width(), appearance.levels[l].height(),
+                     [&](int x, int y) { return fine_mask.at(x, y) != 0; });
+      auto coarse_map = std::make_shared<TexelMap>(map->mesh(), map->width() / 2, map->height() / 2, control);
+      if (coarse_map->num_covered() == 0) break;
+      ControlImage coarse = halve(destination, coarse_map->width(), coarse_map->height(), [&](int x, int y) {
+        return map->is_covered(TexelId{y} * map->width() + x);
+      });
+      fill_uncovered(coarse, *coarse_map, destination, *map);
+      destination = std::move(coarse);
+      map = std::move(coarse_map);
+    }
+    try {
+      levels.push_back({make_source_level(appearance.levels[l], source, appearance.masks[l], appearance.variances[l], neighborhood),
+                        make_destination_level(map, destination, neighborhood, texel_size_mm * static_cast<double>(1 << l), control)});
+    } catch (const InvalidInput&) {
+      if (l == 0) throw;
+      break;  // A coarse level without usable pixels is not needed.
+    }
+  }
+  return levels;
+}
+
+void check_controls(const std::vector<TransferControl>& controls, const TexelMap& map) {
+  if (controls.empty()) throw InvalidInput("transfer needs at least one control");
+  for (const TransferControl& c : controls) {
+    if (c.values.width() != map.width() || c.values.height() != map.height()) {
+      throw InvalidInput("control `" + c.destination + "`: a map of " + std::to_string(c.values.width()) + " x " +
+                         std::to_string(c.values.height()) + " was given; expected " + std::to_string(map.width()) + " x " +
+                         std::to_string(map.height()));
+    }
+  }
+}
+
+}  // namespace
+
+TransferResult transfer(const HistoryReader& history, std::shared_ptr<const TexelMap> map, double texel_size_mm,
+                        const std::vector<TransferControl>& controls, const TransferOptions& options, const RunControl& control) {
+  check_ranges(options);
+  check_controls(controls, *map);
+  if (!(texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
+  if (map->num_covered() == 0) throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
+  TransferResult result;
+  const ImageU8 source_mask = history.read_mask();
+  std::vector<ImageF> source_controls;
+  std::vector<double> weights;
+  for (const TransferControl& c : controls) {
+    const ControlParameter& parameter = history.control(c.source);
+    source_controls.push_back(history.read_control(c.source));
+    result.matched_controls.push_back(match_control(c.values, map->coverage(), c.range, source_controls.back(), source_mask,
+                                                    {parameter.low, parameter.high, parameter.unit}, c.mapping));
+    weights.push_back(c.weight);
+  }
+  const AppearanceSpace appearance =
+      build_appearance_space(history, usable_levels(history, *map, options), options.appearance, control.part(0.0, 0.3));
+  result.explained_variance = appearance.explained_variance;
+  const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  const std::vector<SynthesisLevel> levels =
+      make_levels(appearance, source_controls, result.matched_controls, map, texel_size_mm, neighborhood, silent);
+  const auto seed = static_cast<std::uint64_t>(options.seed);
+  const RunControl synthesis_control = control.part(0.35, 0.97);
+  result.coordinates = options.method == TransferMethod::Reference
+                           ? synthesise_reference(levels[0].source, levels[0].destination, neighborhood, options.coherence_share,
+                                                  weights, seed, options.reference, synthesis_control)
+                           : synthesise_multi_level(levels, neighborhood, options.coherence_share, weights, seed,
+                                                    options.multi_level, synthesis_control);
+  result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
+                                 options.coherence_share, weights, silent);
+  control.report(1.0);
+  return result;
+}
+
+}  // namespace patinate

@@ -1,0 +1,81 @@
+/// \file
+/// Transfers a material history onto a mesh: for every texel of its atlas the source coordinates of its value, once for all times.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libcommon/atlas/texel_map.h"
+#include "libcommon/core/options.h"
+#include "libcommon/core/run_control.h"
+#include "libcommon/history/history.h"
+#include "libcommon/job/job.h"
+#include "transfer/appearance/appearance_space.h"
+#include "transfer/control_matching.h"
+#include "transfer/control_spec.h"
+#include "transfer/synthesis/multi_level.h"
+#include "transfer/synthesis/problem.h"
+#include "transfer/synthesis/reference.h"
+
+namespace patinate {
+
+enum class TransferMethod { Fast, Reference };
+inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "reference"};
+
+struct TransferOptions {
+  TransferMethod method = TransferMethod::Fast;
+  double coherence_share = 0.7;     ///< [0, 1]. a of the energy: 1 = texture only, 0 = control only.
+  int neighborhood_radius_px = 2;   ///< [1, 5]. 2 = the 24 nearest neighbours.
+  std::int64_t seed = 1;
+  AppearanceOptions appearance;
+  MultiLevelOptions multi_level;
+  ReferenceOptions reference;
+};
+void describe(OptionVisitor& v, TransferOptions& o);
+
+/// One control pair: where in the history, where on the mesh.
+struct TransferControl {
+  std::string source;        ///< Name of the history's control.
+  std::string destination;   ///< What the user asked for, as text.
+  ImageF values;             ///< H x W over the atlas, [0, 1].
+  ControlRange range;        ///< What 0 and 1 of `values` stand for.
+  double weight = 1.0;
+  ControlMapping mapping = ControlMapping::Rank;
+};
+
+struct TransferResult {
+  CoordinateMap coordinates;              ///< Per texel of the atlas, index into the history's pixels; -1 outside.
+  std::vector<ImageF> matched_controls;   ///< In the history's values.
+  EnergyReport energy;
+  double explained_variance = 0.0;        ///< Of the history's colours, by the appearance that was compared.
+};
+
+/// @param map       The destination in mm.
+/// @param texel_size_mm  Surface length of one history pixel.
+/// @throws InvalidInput
+[[nodiscard]] TransferResult transfer(const HistoryReader& history, std::shared_ptr<const TexelMap> map, double texel_size_mm,
+                                      const std::vector<TransferControl>& controls, const TransferOptions& options,
+                                      const RunControl& control = {});
+
+/// Everything a transfer folder is made from.
+struct TransferTask {
+  std::filesystem::path history;
+  std::shared_ptr<const TexelMap> map;       ///< In mm.
+  std::string mesh_name;                     ///< For provenance: the file's name.
+  std::string mesh_hash;
+  std::optional<std::string> unit;           ///< The mesh file's unit when it was said.
+  double mm_per_mesh_unit = 1.0;
+  double texel_size_mm = 1.0;
+  std::vector<TransferControl> controls;
+  TransferOptions options;
+};
+
+/// The folder of formats.md: coordinates.exr, control.exr, mesh.obj, transfer.json.
+[[nodiscard]] JobPlan plan_transfer(TransferTask task, const std::filesystem::path& output);
+
+}  // namespace patinate

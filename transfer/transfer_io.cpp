@@ -1,0 +1,176 @@
+#include "transfer/transfer_io.h"
+
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/hash.h"
+#include "libcommon/core/json.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/image/image_io.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other coordinates.
+
+fs::path control_file(const TransferTask& task, std::size_t index) {
+  return task.controls.size() == 1 ? fs::path("control.exr") : fs::path("control." + task.controls[index].source + ".exr");
+}
+
+Json energy_json(const EnergyReport& e) {
+  return {{"energy", e.energy},
+          {"coherence", e.coherence},
+          {"control_mismatch", e.control_mismatch},
+          {"control_error_mean", e.control_error_mean},
+          {"control_error_p95", e.control_error_p95},
+          {"coherent_share", e.coherent_share},
+          {"used_share", e.used_share}};
+}
+
+Json controls_json(const TransferTask& task) {
+  Json controls = Json::array();
+  for (std::size_t i = 0; i < task.controls.size(); ++i) {
+    const TransferControl& c = task.controls[i];
+    controls.push_back({{"source", c.source},
+                        {"destination", c.destination},
+                        {"weight", c.weight},
+                        {"mapping", kControlMappingNames[static_cast<std::size_t>(c.mapping)]},
+                        {"destination_range", {c.range.low, c.range.high}},
+                        {"destination_unit", c.range.unit},
+                        {"file", control_file(task, i).string()}});
+  }
+  return controls;
+}
+
+/// Of everything that coordinates depend on: by content, never by path.
+std::string transfer_key(const TransferTask& task, const std::string& history_key) {
+  ContentHash hash;
+  hash.add("transfer").add(kStageVersion).add(history_key).add(task.mesh_hash);
+  hash.add(std::int64_t{task.map->width()}).add(std::int64_t{task.map->height()}).add(task.texel_size_mm).add(task.mm_per_mesh_unit);
+  hash.add(task.unit.value_or(""));
+  for (const TransferControl& c : task.controls) {
+    hash.add(c.source).add(c.destination).add(c.weight).add(static_cast<std::int64_t>(c.mapping));
+    hash.add(std::as_bytes(c.values.values())).add(c.range.low).add(c.range.high).add(c.range.unit);
+  }
+  for (const auto& [name, value] : option_values(task.options)) hash.add(name).add(value);
+  return hash.add(task.options.seed).hex();
+}
+
+/// The history's own key, or of its files when it has none.
+std::string history_content_key(const HistoryReader& history) {
+  if (!history.manifest().key.empty()) return history.manifest().key;
+  ContentHash hash;
+  hash.add_file(history.folder() / "history.json");
+  for (const HistoryFrame& frame : history.manifest().frames) hash.add_file(history.folder() / frame.file);
+  for (const ControlParameter& control : history.manifest().controls) hash.add_file(history.folder() / control.file);
+  return hash.hex();
+}
+
+EnergyReport read_energy(JsonReader json) {
+  EnergyReport e;
+  e.energy = json.member("energy").number();
+  e.coherence = json.member("coherence").number();
+  e.control_mismatch = json.member("control_mismatch").number();
+  e.control_error_mean = json.member("control_error_mean").number();
+  e.control_error_p95 = json.member("control_error_p95").number();
+  e.coherent_share = json.member("coherent_share").number();
+  e.used_share = json.member("used_share").number();
+  return e;
+}
+
+}  // namespace
+
+ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width) {
+  ImageF image(width, height, 2, -1.0f);
+  for (std::size_t t = 0; t < coordinates.size(); ++t) {
+    if (coordinates[t] < 0) continue;
+    image.values()[2 * t] = static_cast<float>(coordinates[t] % source_width);
+    image.values()[2 * t + 1] = static_cast<float>(coordinates[t] / source_width);
+  }
+  return image;
+}
+
+void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result, int source_width) {
+  for (std::size_t i = 0; i < task.controls.size(); ++i) {
+    write_exr(folder / control_file(task, i), task.controls[i].values, {"Y"}, ExrDepth::Float);
+  }
+  write_obj(folder / "mesh.obj", task.map->mesh());
+  write_exr(folder / "coordinates.exr", coordinate_image(result.coordinates, task.map->width(), task.map->height(), source_width),
+            {kCoordinateChannels[0], kCoordinateChannels[1]}, ExrDepth::Float);
+}
+
+void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
+                             const EnergyReport& energy, double explained_variance, const std::string& key) {
+  const HistoryReader history(task.history);
+  Json options = Json::object();
+  for (const auto& [name, value] : option_values(task.options)) options[name] = value;
+  const fs::path history_path = fs::relative(fs::canonical(history.folder()), fs::weakly_canonical(final_folder));
+  Json json;
+  json["format"] = "patinate.transfer";
+  json["version"] = 1;
+  json["history"] = {{"path", history_path.string()}, {"key", history_content_key(history)}, {"name", history.manifest().name},
+                     {"width", history.manifest().width}, {"height", history.manifest().height}};
+  json["mesh"] = {{"file", "mesh.obj"}, {"made_from", task.mesh_name}, {"key", task.mesh_hash},
+                  {"unit", task.unit ? Json(*task.unit) : Json(nullptr)}, {"mm_per_mesh_unit", task.mm_per_mesh_unit}};
+  json["width"] = task.map->width();
+  json["height"] = task.map->height();
+  json["covered_texels"] = task.map->num_covered();
+  json["texel_size_mm"] = task.texel_size_mm;
+  json["coordinates"] = "coordinates.exr";
+  json["subpixel"] = false;
+  json["controls"] = controls_json(task);
+  json["options"] = options;
+  json["seed"] = task.options.seed;
+  json["energy"] = energy_json(energy);
+  json["explained_variance"] = explained_variance;
+  json["key"] = key;
+  save_json(folder / "transfer.json", json);
+}
+
+TransferManifest read_transfer_manifest(const fs::path& path) {
+  const fs::path folder = path.filename() == "transfer.json" ? path.parent_path() : path;
+  if (!fs::is_directory(folder)) throw IoError(path.string(), "is no transfer folder");
+  const fs::path file = folder / "transfer.json";
+  const Json json = load_json(file);
+  JsonReader reader(file.string(), json);
+  reader.expect_format("patinate.transfer", 1);
+  TransferManifest manifest;
+  JsonReader history = reader.member("history");
+  manifest.history = history.member("path").path();
+  manifest.history_key = history.member("key").string();
+  JsonReader mesh = reader.member("mesh");
+  manifest.mesh = mesh.member("file").path();
+  manifest.mm_per_mesh_unit = mesh.member("mm_per_mesh_unit").number(above(0));
+  if (const JsonReader unit = mesh.member("unit"); !unit.is_null()) manifest.unit = unit.string();
+  manifest.coordinates = reader.member("coordinates").path();
+  if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
+  for (JsonReader& c : reader.member("controls").elements(64)) {
+    manifest.controls.push_back(c.member("source").string() + "=" + c.member("destination").string());
+  }
+  manifest.energy = read_energy(reader.member("energy"));
+  manifest.key = reader.member("key").string();
+  return manifest;
+}
+
+JobPlan plan_transfer(TransferTask task, const fs::path& output) {
+  check_ranges(task.options);
+  const auto shared = std::make_shared<const TransferTask>(std::move(task));
+  const auto result = std::make_shared<TransferResult>();
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = "transfer.json";
+  plan.key = transfer_key(*shared, history_content_key(HistoryReader(shared->history)));
+  plan.parallel_items = false;
+  // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
+  plan.join = [shared, result, key = plan.key, output](const fs::path& folder, const RunControl& control) {
+    const HistoryReader history(shared->history);
+    *result = transfer(history, shared->map, shared->texel_size_mm, shared->controls, shared->options, control);
+    write_transfer_files(folder, *shared, *result, history.manifest().width);
+    write_transfer_manifest(folder, output, *shared, result->energy, result->explained_variance, key);
+  };
+  return plan;
+}
+
+}  // namespace patinate

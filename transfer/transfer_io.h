@@ -1,0 +1,42 @@
+/// \file
+/// The transfer folder: `transfer.json` and the files beside it.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libcommon/image/image.h"
+#include "transfer/synthesis/problem.h"
+#include "transfer/transfer.h"
+
+namespace patinate {
+
+inline constexpr const char* kCoordinateChannels[2] = {"source.x", "source.y"};
+
+/// H x W x 2 source pixel coordinates, -1 outside, of a coordinate map.
+[[nodiscard]] ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width);
+
+/// What a reader needs of `transfer.json`.
+struct TransferManifest {
+  std::filesystem::path history;      ///< Absolute or relative to the working folder.
+  std::string history_key;
+  std::filesystem::path mesh;
+  std::filesystem::path coordinates;
+  std::vector<std::string> controls;  ///< "thickness=facing", ...
+  std::optional<std::string> unit;
+  double mm_per_mesh_unit = 1.0;
+  EnergyReport energy;
+  std::string key;
+};
+/// @param folder  A transfer folder. @throws IoError
+[[nodiscard]] TransferManifest read_transfer_manifest(const std::filesystem::path& folder);
+
+/// Writes coordinates, controls and mesh into an existing folder.
+void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result, int source_width);
+/// Writes transfer.json. @param final_folder  Where the folder will stand: the history's path is written relative to it.
+void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder, const TransferTask& task,
+                             const EnergyReport& energy, double explained_variance, const std::string& key);
+
+}  // namespace patinate

@@ -1,0 +1,109 @@
+#include "libcommon/geometry/ray_scene.h"
+
+#include <embree3/rtcore.h>
+
+#include <cmath>
+
+#include "libcommon/core/error.h"
+
+namespace patinate {
+
+namespace {
+
+struct ReleaseDevice {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+struct ReleaseScene {
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+};
+struct ReleaseGeometry {
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+using Device = std::unique_ptr<RTCDeviceTy, ReleaseDevice>;
+using Scene = std::unique_ptr<RTCSceneTy, ReleaseScene>;
+using Geometry = std::unique_ptr<RTCGeometryTy, ReleaseGeometry>;
+
+void check(const Device& device) {
+  const RTCError error = rtcGetDeviceError(device.get());
+  if (error != RTC_ERROR_NONE) {
+    throw CannotComplete(error == RTC_ERROR_OUT_OF_MEMORY ? "ray casting: out of memory"
+                                                          : "ray casting: Embree cannot build its scene");
+  }
+}
+
+}  // namespace
+
+struct RayScene::Impl {
+  Device device;
+  Scene scene;
+  Vec3 center = Vec3::Zero();  ///< Subtracted before coordinates become float.
+
+  [[nodiscard]] RTCRay ray(const Vec3& origin, const Vec3& direction, double from, double to) const {
+    const Eigen::Vector3f o = (origin - center).cast<float>(), d = direction.cast<float>();
+    RTCRay r{};
+    r.org_x = o.x(), r.org_y = o.y(), r.org_z = o.z();
+    r.dir_x = d.x(), r.dir_y = d.y(), r.dir_z = d.z();
+    r.tnear = static_cast<float>(from);
+    r.tfar = static_cast<float>(to);
+    r.mask = 0xffffffffu;
+    return r;
+  }
+};
+
+RayScene::RayScene(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
+  impl_->device.reset(rtcNewDevice(nullptr));
+  if (!impl_->device) throw CannotComplete("ray casting: Embree cannot start");
+  impl_->scene.reset(rtcNewScene(impl_->device.get()));
+  rtcSetSceneFlags(impl_->scene.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(impl_->scene.get(), RTC_BUILD_QUALITY_HIGH);
+  if (!mesh.triangles.empty()) {
+    impl_->center = bounding_box(mesh).center();
+    const Geometry geometry(rtcNewGeometry(impl_->device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
+        geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
+    check(impl_->device);
+    for (const Vec3& p : mesh.positions) {
+      for (Eigen::Index c = 0; c < 3; ++c) *vertices++ = static_cast<float>(p[c] - impl_->center[c]);
+    }
+    for (const Triangle& t : mesh.triangles) {
+      for (int corner : t) *indices++ = static_cast<unsigned>(corner);
+    }
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometry(impl_->scene.get(), geometry.get());
+  }
+  rtcCommitScene(impl_->scene.get());
+  check(impl_->device);
+}
+
+RayScene::~RayScene() = default;
+RayScene::RayScene(RayScene&&) noexcept = default;
+RayScene& RayScene::operator=(RayScene&&) noexcept = default;
+
+std::optional<RayHit> RayScene::first_hit(const Vec3& origin, const Vec3& direction, double min_distance,
+                                          double max_distance) const {
+  RTCRayHit query{};
+  query.ray = impl_->ray(origin, direction, min_distance, max_distance);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(impl_->scene.get(), &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  return RayHit{.triangle = static_cast<int>(query.hit.primID),
+                .b1 = static_cast<double>(query.hit.u),
+                .b2 = static_cast<double>(query.hit.v),
+                .distance = static_cast<double>(query.ray.tfar)};
+}
+
+bool RayScene::is_blocked(const Vec3& from, const Vec3& to, double epsilon) const {
+  const double length = (to - from).norm();
+  if (!(length > 2.0 * epsilon)) return false;
+  RTCRay query = impl_->ray(from, (to - from) / length, epsilon, length - epsilon);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(impl_->scene.get(), &context, &query);
+  return query.tfar < 0.0F;
+}
+
+}  // namespace patinate

@@ -1,0 +1,64 @@
+#include "libcommon/geometry/ray_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libcommon/core/random.h"
+#include "tests/libcommon/geometry/shapes.h"
+
+namespace patinate {
+namespace {
+
+constexpr double kFloat = 1e-5;  // Embree computes in float
+
+TEST(RayScene, HitsTheSphereWhereTheFormulaSaysAndGivesItsBarycentrics) {
+  const double radius = 2.0;
+  Mesh sphere = testing_support::make_icosphere(radius, 4);
+  const Vec3 center(1e5, 0, 0);  // far from the origin: float coordinates are kept relative to the mesh
+  for (Vec3& p : sphere.positions) p += center;
+  const RayScene scene(sphere);
+  RandomStream random(1, 0);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 direction = Vec3(random.normal(), random.normal(), random.normal()).normalized();
+    const auto hit = scene.first_hit(center + 5.0 * direction, -direction);
+    ASSERT_TRUE(hit);
+    EXPECT_NEAR(hit->distance, 3.0, 0.01);  // facets lie inside by up to h^2 / 8R
+    const Triangle& t = sphere.triangles[static_cast<std::size_t>(hit->triangle)];
+    const auto at = [&](std::size_t k) { return sphere.positions[static_cast<std::size_t>(t[k])]; };
+    const Vec3 point = (1 - hit->b1 - hit->b2) * at(0) + hit->b1 * at(1) + hit->b2 * at(2);
+    EXPECT_LT((point - (center + (5.0 - hit->distance) * direction)).norm(), kFloat * 5);
+  }
+  EXPECT_FALSE(scene.first_hit(center + Vec3(5, 0, 0), Vec3::UnitX()));
+}
+
+TEST(RayScene, KeepsToItsRangeOfDistances) {
+  const RayScene scene(testing_support::make_cube(1.0));
+  const Vec3 origin(0.3, 0.4, -1.0);
+  EXPECT_NEAR(scene.first_hit(origin, Vec3::UnitZ())->distance, 1.0, kFloat);
+  EXPECT_NEAR(scene.first_hit(origin, Vec3::UnitZ(), 1.5)->distance, 2.0, kFloat);
+  EXPECT_FALSE(scene.first_hit(origin, Vec3::UnitZ(), 0.0, 0.9));
+}
+
+TEST(RayScene, SegmentsAreBlockedOnlyBetweenTheirEnds) {
+  const RayScene scene(testing_support::make_cube(1.0));
+  EXPECT_TRUE(scene.is_blocked(Vec3(0.3, 0.4, -1), Vec3(0.3, 0.4, 2), 1e-3));
+  EXPECT_FALSE(scene.is_blocked(Vec3(0.3, 0.4, -1), Vec3(0.3, 0.4, 0), 1e-3));
+  EXPECT_FALSE(scene.is_blocked(Vec3(0.3, 0.4, 0), Vec3(0.3, 0.4, 1), 1e-3));
+  EXPECT_FALSE(scene.is_blocked(Vec3(2, 2, 2), Vec3(2, 2, 2), 1e-3));
+}
+
+TEST(RayScene, RaysDoNotSlipThroughEdges) {
+  const RayScene scene(testing_support::make_icosphere(1.0, 2));
+  const Mesh sphere = testing_support::make_icosphere(1.0, 2);
+  for (const Vec3& p : sphere.positions) EXPECT_TRUE(scene.first_hit(3.0 * p, -p.normalized()));
+}
+
+TEST(RayScene, OfAnEmptyMeshIsNeverHit) {
+  const RayScene scene{Mesh{}};
+  EXPECT_FALSE(scene.first_hit(Vec3::Zero(), Vec3::UnitX()));
+  EXPECT_FALSE(scene.is_blocked(Vec3::Zero(), Vec3::UnitX(), 0.0));
+}
+
+}  // namespace
+}  // namespace patinate

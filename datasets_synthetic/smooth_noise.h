@@ -1,0 +1,29 @@
+/// \file
+/// Smooth random fields for synthetic surfaces.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace patinate {
+
+/// Cubic B-spline through a lattice of independent uniform values: twice differentiable, mean 0, values in [-1, 1],
+/// standard deviation about 0.28. Independent of resolution where cell sizes are given in physical lengths.
+class SmoothNoise {
+ public:
+  /// @param width, height  Extent that will be asked for, [0, width] x [0, height]; > 0.
+  /// @param cell_x, cell_y  Lattice spacing; > 0.
+  SmoothNoise(std::uint64_t seed, std::uint32_t purpose, double width, double height, double cell_x, double cell_y);
+
+  /// Positions outside the extent are clamped to it.
+  [[nodiscard]] double operator()(double x, double y) const;
+
+ private:
+  double cell_x_;
+  double cell_y_;
+  int columns_;
+  int rows_;
+  std::vector<float> values_;
+};
+
+}  // namespace patinate

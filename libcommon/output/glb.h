@@ -1,0 +1,37 @@
+/// \file
+/// A mesh with its ages as one binary glTF 2.0 file: one material per time, chosen by KHR_materials_variants.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/geometry/mesh.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+/// One look of the mesh. The first one is what viewers without the extension show.
+struct GlbVariant {
+  std::string name;   ///< Shown in viewers, UTF-8, e.g. "12.5 d"; unique.
+  ImageF base_color;  ///< Linear RGB, any size; stored as 8-bit sRGB PNG.
+};
+
+struct GlbOptions {
+  std::string name = "object";      ///< Of node and mesh.
+  double metres_per_unit = 0.001;   ///< glTF is in metres; > 0. 0.001 for a mesh in mm.
+  double roughness = 0.8;           ///< [0, 1]. metallicFactor is 0.
+  std::string key = "";             ///< Content key, kept in asset.extras.patinate_key.
+};
+
+/// Writes atomically; equal input gives equal bytes. Axes are kept as they are, v is flipped as glTF asks.
+/// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, or a value is not finite;
+/// CannotComplete if it cannot be written.
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::vector<GlbVariant>& variants,
+               const GlbOptions& options = {}, const RunControl& control = {});
+
+/// The content key in a GLB that write_glb() made; "" if it carries none or is no GLB. @throws IoError if it cannot be read.
+[[nodiscard]] std::string read_glb_key(const std::filesystem::path& path);
+
+}  // namespace patinate

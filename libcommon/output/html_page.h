@@ -1,0 +1,54 @@
+/// \file
+/// One self-describing HTML page: text, pictures, tables, a time slider. Works from file://, needs nothing from a network.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace patinate {
+
+/// Text for HTML: & < > " ' are replaced, control characters dropped.
+[[nodiscard]] std::string html_escape(std::string_view text);
+/// A file's bytes as a data: URI (png, jpg, svg, json by extension, else octet-stream). @throws IoError
+[[nodiscard]] std::string data_uri(const std::filesystem::path& file);
+
+/// A picture of a page.
+struct HtmlPicture {
+  std::string source;   ///< Path relative to the page, or a data: URI. `/` separates folders; needs no escaping.
+  std::string caption;  ///< Also the text for those who cannot see it.
+};
+
+/// Builds a page from top to bottom. All text is plain and is escaped.
+class HtmlPage {
+ public:
+  explicit HtmlPage(std::string title);
+
+  HtmlPage& heading(std::string_view text);
+  HtmlPage& paragraph(std::string_view text);
+  /// Preformatted text, e.g. a command line.
+  HtmlPage& code(std::string_view text);
+  HtmlPage& picture(const HtmlPicture& picture);
+  /// Side by side, as many in a row as fit.
+  HtmlPage& pictures(const std::vector<HtmlPicture>& pictures);
+  /// @throws InvalidInput if a row is not as long as the header.
+  HtmlPage& table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
+  /// A slider that shows one picture of a sequence; captions are the times. Plays on a button. Not empty.
+  HtmlPage& time_slider(const std::vector<HtmlPicture>& frames, std::string_view caption);
+  /// A link to a file beside the page.
+  HtmlPage& link(std::string_view target, std::string_view text);
+
+  /// The whole document, valid HTML 5, UTF-8.
+  [[nodiscard]] std::string text() const;
+  /// Writes atomically. @throws CannotComplete
+  void save(const std::filesystem::path& path) const;
+
+ private:
+  std::string title_;
+  std::string body_;
+  int num_sliders_ = 0;
+};
+
+}  // namespace patinate

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
@@ -28,26 +27,28 @@ constexpr double kMinBarrierPx = 0.75;  // Half width of a crack's band in the c
 constexpr double kFirstOnset = 0.03;
 constexpr double kLastOnset = 0.72;
 
-// A ramp across the plate, bent by broad swells, scaled to fill [min, max] exactly.
+// A ramp across the plate, bent by broad swells, scaled to fill [min, max].
 ImageF make_thickness(const CrackleOptions& o) {
   const int w = o.width, h = o.height;
   const double size = std::max(w, h);
   const SmoothNoise broad(static_cast<std::uint64_t>(o.seed), kThicknessNoise, w, h, 0.30 * size, 0.30 * size);
   const SmoothNoise fine(static_cast<std::uint64_t>(o.seed), kThicknessNoise + 1, w, h, 0.13 * size, 0.13 * size);
   ImageF field(w, h);
-  float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
   for (int y = 0; y < h; ++y) {
     for (int x = 0; x < w; ++x) {
       const double ramp = (0.8 * x + 0.45 * y) / size;
-      const float value = static_cast<float>(ramp + 0.85 * broad(x, y) + 0.25 * fine(x, y));
-      field.at(x, y) = value;
-      low = std::min(low, value);
-      high = std::max(high, value);
+      field.at(x, y) = static_cast<float>(ramp + 0.85 * broad(x, y) + 0.25 * fine(x, y));
     }
   }
-  const double range = static_cast<double>(high) - static_cast<double>(low);
+  // Half way to equal shares of all thicknesses, so that each of them has room for whole cells.
+  std::vector<float> sorted(field.values().begin(), field.values().end());
+  std::sort(sorted.begin(), sorted.end());
+  const double range = static_cast<double>(sorted.back()) - static_cast<double>(sorted.front());
   for (float& value : field.values()) {
-    const double f = std::clamp((static_cast<double>(value) - static_cast<double>(low)) / range, 0.0, 1.0);
+    const auto below = std::lower_bound(sorted.begin(), sorted.end(), value) - sorted.begin();
+    const double rank = static_cast<double>(below) / static_cast<double>(sorted.size());
+    const double share = (static_cast<double>(value) - static_cast<double>(sorted.front())) / range;
+    const double f = std::clamp(0.5 * share + 0.5 * rank, 0.0, 1.0);
     value = static_cast<float>(o.thickness_min_mm + f * (o.thickness_max_mm - o.thickness_min_mm));
   }
   return field;

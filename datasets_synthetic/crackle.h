@@ -77,7 +77,7 @@ struct CrackleDataset {
 /// divisions"]: each begins where the distance to older cracks is largest compared with the spacing that the local
 /// thickness asks for (spacing proportional to thickness), runs across its cell the short way, turns to meet the older
 /// crack at a right angle, and stops there. Thin paint has small cells and unsteady cracks, thick paint large cells and
-/// straight ones; thin paint also cracks earlier. A crack opens as width (1 - exp(-(t - start) / tau)), never closing.
+/// straight ones; thin paint begins first. A crack opens as width (1 - exp(-(t - start) / tau)), never closing.
 /// Cost: about 1 s for 512 x 512.
 /// @throws InvalidInput
 [[nodiscard]] CrackleDataset crackle(const CrackleOptions& options, const RunControl& control = {});

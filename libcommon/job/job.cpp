@@ -1,0 +1,226 @@
+#include "libcommon/job/job.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <ctime>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+#include <system_error>
+
+#include "libcommon/core/files.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/job/partial_folder.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void check_plan(const JobPlan& plan) {
+  std::set<std::string> names;
+  for (const JobItem& item : plan.items) {
+    const bool is_plain = std::all_of(item.name.begin(), item.name.end(), [](unsigned char c) {
+      return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
+    });
+    if (item.name.empty() || item.name.front() == '.' || !is_plain || !names.insert(item.name).second) {
+      throw InvalidInput("job: `" + item.name + "` is no unique item name of [A-Za-z0-9._-]");
+    }
+    for (const fs::path& output : item.outputs) {
+      if (output.is_absolute() || output.empty() || *output.lexically_normal().begin() == "..") {
+        throw InvalidInput("job: the output `" + output.string() + "` lies outside the folder");
+      }
+    }
+  }
+}
+
+/// "a/b/" and "a/b" are the same folder.
+fs::path without_trailing_slash(const fs::path& path) {
+  return path.has_filename() || !path.has_parent_path() ? path : path.parent_path();
+}
+
+enum class Found { Nothing, Same, Different };
+
+Found look_at_output(const fs::path& output, const JobPlan& plan, const JobOptions& options) {
+  std::error_code error;
+  const fs::file_status status = fs::status(output, error);
+  if (!fs::exists(status)) {
+    const fs::path parent = output.has_parent_path() ? output.parent_path() : fs::path(".");
+    if (!fs::is_directory(parent, error)) {
+      throw CannotComplete(output.string() + ": cannot be made; the folder " + parent.string() + " does not exist");
+    }
+    return Found::Nothing;
+  }
+  if (!fs::is_directory(status)) {
+    throw CannotComplete(output.string() + ": is a file; the output is a folder, give another name");
+  }
+  if (fs::is_empty(output, error) && !error) return Found::Nothing;
+  const std::string key = manifest_key(output, plan.manifest);
+  if (key == plan.key && !key.empty()) return Found::Same;
+  if (key.empty()) {
+    throw CannotComplete(output.string() + ": exists and holds no " + plan.manifest +
+                         " of patinate, so it is left untouched; give another output");
+  }
+  if (!options.force) {
+    throw CannotComplete(output.string() +
+                         ": exists and was made from other input or options; give --force to replace it, or another output");
+  }
+  return Found::Different;
+}
+
+/// Progress of items that run side by side as one rising fraction. The join counts as one more item.
+class ItemProgress {
+ public:
+  ItemProgress(const RunControl& control, std::size_t num_items) : control_(control), fractions_(num_items + 1, 0.0) {}
+
+  void set(std::size_t item, double fraction) {
+    if (!control_.on_progress) return;
+    const std::lock_guard lock(mutex_);
+    fractions_[item] = std::max(fractions_[item], fraction);
+    const double total =
+        std::accumulate(fractions_.begin(), fractions_.end(), 0.0) / static_cast<double>(fractions_.size());
+    if (total > reported_ && total < 1.0) control_.report(reported_ = total);
+  }
+  [[nodiscard]] RunControl item_control(std::size_t item, int num_threads) {
+    RunControl inner = control_;
+    inner.num_threads = num_threads;
+    inner.on_progress = [this, item](double f) { set(item, f); };
+    return inner;
+  }
+
+ private:
+  const RunControl& control_;
+  std::mutex mutex_;
+  std::vector<double> fractions_;
+  double reported_ = 0.0;
+};
+
+void run_item(const JobItem& item, PartialFolder& folder, const RunControl& control) {
+  control.throw_if_stopped();
+  for (const fs::path& output : item.outputs) {
+    std::error_code error;
+    fs::create_directories((folder.path() / output).parent_path(), error);
+    if (error) throw CannotComplete((folder.path() / output).string() + ": cannot be made; " + error.message());
+  }
+  item.run(folder.path(), control);
+  folder.mark_done(item.name, item.outputs);
+}
+
+void run_items(const JobPlan& plan, PartialFolder& folder, const RunControl& control) {
+  ItemProgress progress(control, plan.items.size());
+  std::vector<std::size_t> pending;
+  std::set<fs::path> finished;
+  for (std::size_t i = 0; i < plan.items.size(); ++i) {
+    const JobItem& item = plan.items[i];
+    const bool is_done = folder.is_done(item.name) &&
+                         std::all_of(item.outputs.begin(), item.outputs.end(),
+                                     [&](const fs::path& p) { return fs::exists(folder.path() / p); });
+    if (!is_done) {
+      pending.push_back(i);
+      continue;
+    }
+    for (const fs::path& output : item.outputs) finished.insert(output.lexically_normal());
+    progress.set(i, 1.0);
+  }
+  folder.keep_only(finished);
+
+  const int num_threads = thread_count(control);
+  const int num_side_by_side =
+      plan.parallel_items ? static_cast<int>(std::min<std::size_t>(pending.size(), static_cast<std::size_t>(num_threads)))
+                          : 1;
+  RunControl workers;
+  workers.stop = control.stop;
+  workers.num_threads = std::max(1, num_side_by_side);
+  const int threads_per_item = std::max(1, num_threads / workers.num_threads);
+  parallel_for(static_cast<std::int64_t>(pending.size()), 1, workers, [&](std::int64_t begin, std::int64_t) {
+    const std::size_t i = pending[static_cast<std::size_t>(begin)];
+    run_item(plan.items[i], folder, progress.item_control(i, threads_per_item));
+    progress.set(i, 1.0);
+  });
+
+  plan.join(folder.path(), progress.item_control(plan.items.size(), num_threads));
+  if (manifest_key(folder.path(), plan.manifest) != plan.key) {
+    throw CannotComplete((folder.path() / plan.manifest).string() + ": was not written by the last step");
+  }
+}
+
+/// What an earlier --force run was killed while removing.
+void remove_leftover(const fs::path& output, const std::string& manifest) {
+  std::error_code error;
+  if (!fs::exists(output.string() + ".partial", error)) return;
+  try {
+    PartialFolder(output, manifest).discard();
+  } catch (const CannotComplete&) {
+    // In use or not ours: the finished output does not depend on it.
+  }
+}
+
+}  // namespace
+
+JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control) try {
+  check_plan(plan);
+  const fs::path output = without_trailing_slash(plan.output);
+  if (look_at_output(output, plan, options) == Found::Same) {
+    remove_leftover(output, plan.manifest);
+    control.report(1.0);
+    return JobStatus::UpToDate;
+  }
+  PartialFolder folder(output, plan.manifest);
+  // Looked at again under the lock: another run may have finished in between.
+  const Found found = look_at_output(output, plan, options);
+  if (found == Found::Same) {
+    folder.discard();
+    control.report(1.0);
+    return JobStatus::UpToDate;
+  }
+  if (!folder.is_whole(plan.key)) {
+    try {
+      folder.begin(plan.key);
+      run_items(plan, folder, control);
+    } catch (const InvalidInput&) {
+      folder.discard();  // the same input would fail again
+      throw;
+    } catch (...) {
+      if (!folder.has_done_items()) folder.discard();
+      throw;
+    }
+  }
+  folder.publish(found == Found::Different);
+  control.report(1.0);
+  return JobStatus::Done;
+} catch (const fs::filesystem_error& e) {
+  throw CannotComplete(e.path1().string() + ": cannot be written; " + e.code().message());
+}
+
+JobStatus check_output_file(const fs::path& output, const std::string& existing_key, const std::string& key,
+                            const JobOptions& options) {
+  std::error_code error;
+  if (!fs::exists(output, error)) return JobStatus::Done;
+  if (fs::is_directory(output, error)) {
+    throw CannotComplete(output.string() + ": is a folder; the output is a file, give another name");
+  }
+  if (!key.empty() && existing_key == key) return JobStatus::UpToDate;
+  if (options.force) return JobStatus::Done;
+  throw CannotComplete(output.string() +
+                       ": exists and was made from other input or options; give --force to replace it, or another output");
+}
+
+void write_run_record(const fs::path& folder, const std::vector<std::string>& command_line, double seconds) {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  std::array<char, 32> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  save_json(folder / "run.json",
+            Json{{"date", date.data()}, {"command", command_line}, {"host", host.data()}, {"seconds", seconds}});
+}
+
+}  // namespace patinate

@@ -1,0 +1,56 @@
+/// \file
+/// `OUT.partial`: where a job collects what is finished until the output is whole.
+#pragma once
+
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace patinate {
+
+/// The `"key"` in `folder / manifest`, or "" when there is no such file or it is not ours.
+[[nodiscard]] std::string manifest_key(const std::filesystem::path& folder, const std::string& manifest);
+
+/// `OUT.partial`, locked from construction to destruction. The lock is a flock on the folder itself, so it ends with the
+/// process however that ends, and moves along when the folder is renamed. Book-keeping lies in `OUT.partial/.job`: `key`, and
+/// one empty file per finished item in `done`.
+class PartialFolder {
+ public:
+  /// Makes or opens the folder and locks it.
+  /// @throws CannotComplete if it cannot be made or locked, another process holds it, or it holds files that are not ours.
+  PartialFolder(const std::filesystem::path& output, std::string manifest);
+  ~PartialFolder();
+  PartialFolder(const PartialFolder&) = delete;
+  PartialFolder& operator=(const PartialFolder&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+  /// Everything was made under this key and only the final rename is missing.
+  [[nodiscard]] bool is_whole(const std::string& key) const;
+  /// Keeps what was made under the same key, discards everything else.
+  void begin(const std::string& key);
+  [[nodiscard]] bool is_done(const std::string& item) const;
+  /// Call when the item's outputs are written: forces them to the disk, then sets the marker.
+  /// @throws CannotComplete if an output is missing.
+  void mark_done(const std::string& item, const std::vector<std::filesystem::path>& outputs);
+  [[nodiscard]] bool has_done_items() const;
+  /// Removes what interrupted items left: every file that is not in `keep` (relative paths), and empty folders.
+  void keep_only(const std::set<std::filesystem::path>& keep);
+  /// Removes the book-keeping and renames the folder to OUT; with `replace`, exchanges the two and removes the old one.
+  void publish(bool replace);
+  /// Removes the folder.
+  void discard();
+
+ private:
+  void lock();
+  /// Before anything is removed: a folder whose removal was interrupted must never pass for a whole one.
+  void mark_unfinished();
+
+  std::filesystem::path output_;
+  std::filesystem::path path_;
+  std::string manifest_;
+  int fd_ = -1;
+};
+
+}  // namespace patinate

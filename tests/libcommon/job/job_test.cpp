@@ -1,0 +1,279 @@
+#include "libcommon/job/job.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "libcommon/core/files.h"
+#include "libcommon/core/json.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+namespace fs = std::filesystem;
+using testing_support::TempFolder;
+using Tree = std::map<std::string, std::string>;  ///< Relative path -> bytes ("/" for a folder).
+
+Tree tree_of(const fs::path& folder) {
+  Tree tree;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    tree[entry.path().lexically_relative(folder).string()] = entry.is_directory() ? "/" : read_file(entry.path());
+  }
+  return tree;
+}
+
+/// Eight items of one file each; `hook(i)` is called before item i writes.
+JobPlan sample_plan(const fs::path& output, const std::string& key, const std::function<void(int)>& hook = {}) {
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = "sample.json";
+  plan.key = key;
+  for (int i = 0; i < 8; ++i) {
+    const fs::path file = "parts/" + std::to_string(i) + ".txt";
+    plan.items.push_back({.name = "part" + std::to_string(i),
+                          .outputs = {file},
+                          .run = [i, file, key, hook](const fs::path& folder, const RunControl&) {
+                            if (hook) hook(i);
+                            write_atomically(folder / file, key + std::to_string(i));
+                          }});
+  }
+  plan.join = [key](const fs::path& folder, const RunControl&) {
+    save_json(folder / "sample.json", Json{{"key", key}});
+  };
+  return plan;
+}
+
+RunControl threads(int n) {
+  RunControl control;
+  control.num_threads = n;
+  return control;
+}
+
+std::string message_of(const JobPlan& plan, const JobOptions& options = {}) {
+  try {
+    (void)run_job(plan, options, {});
+  } catch (const CannotComplete& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Job, MakesOutputsAndManifestAndNothingElse) {
+  TempFolder temp;
+  for (int n : {1, 3}) {
+    const fs::path out = temp / ("out" + std::to_string(n));
+    EXPECT_EQ(run_job(sample_plan(out, "k"), {}, threads(n)), JobStatus::Done);
+    const Tree tree = tree_of(out);
+    EXPECT_EQ(tree.size(), 10u);  // 8 files, their folder, the manifest
+    EXPECT_EQ(tree.at("parts/3.txt"), "k3");
+    EXPECT_FALSE(fs::exists(out.string() + ".partial"));
+  }
+}
+
+TEST(Job, RunsNoItemWhenTheOutputIsUpToDate) {
+  TempFolder temp;
+  (void)run_job(sample_plan(temp / "out", "k"), {}, {});
+  std::atomic<int> runs{0};
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int) { ++runs; }), {.force = true}, {}), JobStatus::UpToDate);
+  EXPECT_EQ(run_job(sample_plan(temp / "out/", "k", [&](int) { ++runs; }), {}, {}), JobStatus::UpToDate);
+  EXPECT_EQ(runs, 0);
+}
+
+TEST(Job, LeavesADifferentOutputUntouchedUnlessForced) {
+  TempFolder temp;
+  (void)run_job(sample_plan(temp / "out", "old"), {}, {});
+  const Tree before = tree_of(temp / "out");
+  EXPECT_NE(message_of(sample_plan(temp / "out", "new")).find("--force"), std::string::npos);
+  EXPECT_EQ(tree_of(temp / "out"), before);
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "new"), {.force = true}, {}), JobStatus::Done);
+  EXPECT_EQ(tree_of(temp / "out").at("parts/0.txt"), "new0");
+  EXPECT_FALSE(fs::exists(temp / "out.partial"));
+}
+
+TEST(Job, NeverRemovesWhatItDidNotMake) {
+  TempFolder temp;
+  fs::create_directory(temp / "photos");
+  write_atomically(temp / "photos" / "a.jpg", "precious");
+  write_atomically(temp / "file", "precious");
+  fs::create_directory(temp / "out.partial");
+  write_atomically(temp / "out.partial" / "a.jpg", "precious");
+  for (const char* name : {"photos", "file", "out"}) {
+    EXPECT_NE(message_of(sample_plan(temp / name, "k"), {.force = true}), "") << name;
+  }
+  EXPECT_EQ(tree_of(temp.path()).size(), 5u);
+}
+
+TEST(Job, TakesAnEmptyFolderAsItsOutput) {
+  TempFolder temp;
+  fs::create_directory(temp / "out");
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k"), {}, {}), JobStatus::Done);
+}
+
+TEST(Job, SaysWhichFolderIsMissing) {
+  TempFolder temp;
+  EXPECT_NE(message_of(sample_plan(temp / "no" / "out", "k")).find((temp / "no").string()), std::string::npos);
+  write_atomically(temp / "file", "");
+  EXPECT_NE(message_of(sample_plan(temp / "file" / "out", "k")), "");
+}
+
+TEST(Job, GoesOnWithFinishedItemsAfterCancelling) {
+  TempFolder temp;
+  (void)run_job(sample_plan(temp / "whole", "k"), {}, {});
+  std::stop_source stop;
+  RunControl control = threads(1);
+  control.stop = stop.get_token();
+  const auto stop_at_5 = [&](int i) {
+    if (i == 5) stop.request_stop();
+  };
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", stop_at_5), {}, control), Cancelled);
+  EXPECT_FALSE(fs::exists(temp / "out"));
+  std::vector<int> runs;
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), {}, threads(1)), JobStatus::Done);
+  EXPECT_EQ(runs, (std::vector<int>{6, 7}));
+  EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
+}
+
+TEST(Job, DiscardsAPartialResultOfAnotherKey) {
+  TempFolder temp;
+  const auto fail_at_4 = [](int i) {
+    if (i == 4) throw CannotComplete("disk full");
+  };
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "old", fail_at_4), {}, threads(1)), CannotComplete);
+  EXPECT_TRUE(fs::exists(temp / "out.partial"));
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "new"), {}, {}), JobStatus::Done);
+  EXPECT_EQ(tree_of(temp / "out").at("parts/0.txt"), "new0");
+}
+
+TEST(Job, LeavesNothingBehindWhenTheInputIsWrong) {
+  TempFolder temp;
+  const auto bad_photo = [](int i) {
+    if (i == 4) throw IoError("a.jpg", "is truncated");
+  };
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", bad_photo), {}, threads(1)), IoError);
+  EXPECT_TRUE(fs::is_empty(temp.path()));
+}
+
+TEST(Job, ReportsRisingFractionsThatEndAtOne) {
+  TempFolder temp;
+  std::vector<double> fractions;
+  RunControl control = threads(2);
+  control.on_progress = [&](double f) { fractions.push_back(f); };
+  (void)run_job(sample_plan(temp / "out", "k"), {}, control);
+  ASSERT_GE(fractions.size(), 9u);
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_EQ(fractions.back(), 1.0);
+  EXPECT_EQ(std::count(fractions.begin(), fractions.end(), 1.0), 1);
+}
+
+TEST(Job, RefusesItemNamesThatAreNoFileNames) {
+  TempFolder temp;
+  JobPlan plan = sample_plan(temp / "out", "k");
+  plan.items[1].name = plan.items[0].name;
+  EXPECT_THROW((void)run_job(plan, {}, {}), InvalidInput);
+  plan.items[1].name = "../escape";
+  EXPECT_THROW((void)run_job(plan, {}, {}), InvalidInput);
+  plan = sample_plan(temp / "out", "k");
+  plan.items[0].outputs = {"../escape.txt"};
+  EXPECT_THROW((void)run_job(plan, {}, {}), InvalidInput);
+}
+
+/// Runs the job in a child process, which is killed once `ready` items are finished.
+void kill_after_items(const JobPlan& plan, int ready) {
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    try {
+      (void)run_job(plan, {}, threads(1));
+    } catch (...) {
+    }
+    ::_exit(0);
+  }
+  const fs::path done = plan.output.string() + ".partial/.job/done";
+  const auto num_done = [&] {
+    std::error_code error;
+    const fs::directory_iterator markers(done, error);
+    return std::count_if(begin(markers), end(markers), [](const auto& e) { return e.path().stem().string()[0] != '.'; });
+  };
+  for (int i = 0; i < 2000 && num_done() < ready; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  ::kill(child, SIGKILL);
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status)) << "the job ended before it was killed";
+}
+
+TEST(Job, KilledAnywhereItFinishesWithTheSameBytes) {
+  TempFolder temp;
+  (void)run_job(sample_plan(temp / "whole", "k"), {}, {});
+  for (int kill_at : {0, 1, 4, 7}) {
+    const fs::path out = temp / ("out" + std::to_string(kill_at));
+    const auto hang = [&](int i) {
+      if (i < kill_at) return;
+      // What a kill in the middle of writing leaves.
+      std::ofstream(out.string() + ".partial/parts/." + std::to_string(i) + ".tmp99.txt") << "half";
+      std::this_thread::sleep_for(std::chrono::seconds(30));
+    };
+    kill_after_items(sample_plan(out, "k", hang), kill_at);
+    std::vector<int> runs;
+    EXPECT_EQ(run_job(sample_plan(out, "k", [&](int i) { runs.push_back(i); }), {}, threads(1)), JobStatus::Done);
+    EXPECT_EQ(static_cast<int>(runs.size()), 8 - kill_at);
+    EXPECT_EQ(tree_of(out), tree_of(temp / "whole"));
+  }
+}
+
+TEST(Job, FinishesWhenKilledBetweenTheJoinAndTheRename) {
+  TempFolder temp;
+  (void)run_job(sample_plan(temp / "out", "k"), {}, {});
+  fs::rename(temp / "out", temp / "out.partial");
+  std::atomic<int> runs{0};
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int) { ++runs; }), {}, {}), JobStatus::Done);
+  EXPECT_EQ(runs, 0);
+  EXPECT_EQ(tree_of(temp / "out").size(), 10u);
+}
+
+TEST(Job, TwoProcessesDoNotMakeTheSameOutput) {
+  TempFolder temp;
+  const JobPlan plan = sample_plan(temp / "out", "k", [](int) { std::this_thread::sleep_for(std::chrono::seconds(30)); });
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    (void)run_job(plan, {}, threads(1));
+    ::_exit(0);
+  }
+  while (!fs::exists(temp / "out.partial" / ".job" / "key")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_NE(message_of(sample_plan(temp / "out", "k")).find("another process"), std::string::npos);
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  EXPECT_EQ(message_of(sample_plan(temp / "out", "k")), "");
+}
+
+TEST(OutputFile, IsReplacedOnlyWithForceOrWhenAbsent) {
+  TempFolder temp;
+  EXPECT_EQ(check_output_file(temp / "a.png", "", "k", {}), JobStatus::Done);
+  write_atomically(temp / "a.png", "x");
+  EXPECT_EQ(check_output_file(temp / "a.png", "k", "k", {}), JobStatus::UpToDate);
+  EXPECT_THROW((void)check_output_file(temp / "a.png", "other", "k", {}), CannotComplete);
+  EXPECT_THROW((void)check_output_file(temp / "a.png", "", "k", {}), CannotComplete);
+  EXPECT_EQ(check_output_file(temp / "a.png", "other", "k", {.force = true}), JobStatus::Done);
+  EXPECT_THROW((void)check_output_file(temp.path(), "", "k", {.force = true}), CannotComplete);
+}
+
+TEST(RunRecord, StandsBesideTheManifest) {
+  TempFolder temp;
+  write_run_record(temp.path(), {"patinate", "ingest", "a.json"}, 1.5);
+  const Json record = load_json(temp / "run.json");
+  EXPECT_EQ(record["command"][1], "ingest");
+  EXPECT_EQ(record["seconds"], 1.5);
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,254 @@
+#include "capture/thickness/mode_filter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/parallel.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kLanes = 8;              ///< Bins are padded to whole groups of this many.
+constexpr int kMarginBins = 2;         ///< Empty bins at either end, so that every peak has neighbours.
+constexpr double kStepsPerSigma = 2.5; ///< Layers are sampled this often per spatial sigma.
+constexpr double kCutSigmas = 3.0;
+constexpr std::size_t kBandBytes = std::size_t{48} << 20;
+
+/// Symmetric Gaussian weights -radius..radius of sum 1.
+std::vector<float> gaussian_kernel(double sigma) {
+  const int radius = std::max(1, static_cast<int>(std::ceil(kCutSigmas * sigma)));
+  std::vector<double> weights;
+  double sum = 0.0;
+  for (int k = -radius; k <= radius; ++k) sum += weights.emplace_back(std::exp(-0.5 * k * k / (sigma * sigma)));
+  std::vector<float> kernel;
+  for (double w : weights) kernel.push_back(static_cast<float>(w / sum));
+  return kernel;
+}
+
+/// Where values and pixels fall among the bins and nodes.
+struct Layout {
+  double step = 1.0;    ///< Pixels between two nodes.
+  int num_columns = 0;  ///< Nodes across; the last lies at or past the last pixel.
+  int num_rows = 0;
+  double low = 0.0;     ///< Value of bin 0.
+  double bin_width = 1.0;
+  int num_bins = 0;     ///< Padded to whole lanes.
+  std::vector<float> spatial_kernel;
+  std::vector<float> range_kernel;
+
+  [[nodiscard]] int spatial_radius() const { return static_cast<int>(spatial_kernel.size() / 2); }
+  [[nodiscard]] std::size_t row_size() const {
+    return static_cast<std::size_t>(num_columns) * static_cast<std::size_t>(num_bins);
+  }
+};
+
+Layout make_layout(const ImageF& in, double low, double high, const ModeFilterOptions& options) {
+  Layout layout;
+  layout.step = std::max(1.0, options.spatial_sigma_px / kStepsPerSigma);
+  const auto num_nodes = [&](int length) { return static_cast<int>(std::floor((length - 1) / layout.step)) + 2; };
+  layout.num_columns = num_nodes(in.width());
+  layout.num_rows = num_nodes(in.height());
+  layout.num_bins = (options.num_bins + kLanes - 1) / kLanes * kLanes;
+  layout.bin_width = (high - low) / (options.num_bins - 1 - 2 * kMarginBins);
+  layout.low = low - kMarginBins * layout.bin_width;
+  // Linear weights between nodes add a variance of step^2 / 6 when splatting and again when reading; between bins once.
+  const double sigma = options.spatial_sigma_px / layout.step;
+  layout.spatial_kernel = gaussian_kernel(layout.step > 1.0 ? std::sqrt(sigma * sigma - 2.0 / 6.0) : sigma);
+  const double range_sigma = std::max(1.0, options.range_sigma / layout.bin_width);
+  const double longest = layout.num_bins / kCutSigmas;
+  layout.range_kernel = gaussian_kernel(std::min(longest, std::sqrt(range_sigma * range_sigma - 1.0 / 6.0)));
+  return layout;
+}
+
+/// Histograms of one row of nodes: every pixel within a step of it, with linear weights.
+void splat_row(const ImageF& in, const ImageU8& mask, const Layout& layout, int node_row, std::span<float> out) {
+  std::fill(out.begin(), out.end(), 0.0f);
+  const double center = node_row * layout.step;
+  const int first = std::max(0, static_cast<int>(std::floor(center - layout.step)) + 1);
+  const int last = std::min(in.height() - 1, static_cast<int>(std::ceil(center + layout.step)) - 1);
+  const std::size_t num_bins = static_cast<std::size_t>(layout.num_bins);
+  const double bins_per_unit = 1.0 / layout.bin_width;
+  for (int y = first; y <= last; ++y) {
+    const float weight_y = static_cast<float>(1.0 - std::abs(y - center) / layout.step);
+    for (int x = 0; x < in.width(); ++x) {
+      if (!is_inside(mask, x, y)) continue;
+      const double column = x / layout.step;
+      const double bin = (static_cast<double>(in.at(x, y)) - layout.low) * bins_per_unit;
+      const std::size_t c = static_cast<std::size_t>(column), b = static_cast<std::size_t>(bin);
+      const float right = static_cast<float>(column - static_cast<double>(c)) * weight_y, left = weight_y - right;
+      const float upper = static_cast<float>(bin - static_cast<double>(b));
+      float* histogram = &out[c * num_bins + b];
+      histogram[0] += left * (1.0f - upper);
+      histogram[1] += left * upper;
+      histogram[num_bins] += right * (1.0f - upper);
+      histogram[num_bins + 1] += right * upper;
+    }
+  }
+}
+
+void add_scaled(float weight, const float* in, std::size_t size, float* out) {
+  for (std::size_t i = 0; i < size; ++i) out[i] += weight * in[i];
+}
+
+/// Blurs along columns of nodes and along bins.
+void blur_row(std::span<const float> in, const Layout& layout, std::span<float> out) {
+  const std::size_t num_bins = static_cast<std::size_t>(layout.num_bins);
+  const int radius = layout.spatial_radius(), range_radius = static_cast<int>(layout.range_kernel.size() / 2);
+  std::vector<float> histogram(num_bins);
+  std::fill(out.begin(), out.end(), 0.0f);
+  for (int column = 0; column < layout.num_columns; ++column) {
+    std::fill(histogram.begin(), histogram.end(), 0.0f);
+    for (int k = std::max(-radius, -column); k <= std::min(radius, layout.num_columns - 1 - column); ++k) {
+      add_scaled(layout.spatial_kernel[static_cast<std::size_t>(k + radius)],
+                 &in[static_cast<std::size_t>(column + k) * num_bins], num_bins, histogram.data());
+    }
+    float* target = &out[static_cast<std::size_t>(column) * num_bins];
+    const int last_shift = std::min(range_radius, layout.num_bins - 1);
+    for (int k = -last_shift; k <= last_shift; ++k) {
+      const std::size_t from = static_cast<std::size_t>(std::max(0, -k)), to = static_cast<std::size_t>(std::max(0, k));
+      add_scaled(layout.range_kernel[static_cast<std::size_t>(k + range_radius)], &histogram[from],
+                 num_bins - static_cast<std::size_t>(std::abs(k)), target + to);
+    }
+  }
+}
+
+/// Position of the highest bin of (1 - t) a + t b, refined by a parabola through the logarithms of three bins (exact for
+/// a Gaussian peak). The lowest bin wins a tie.
+double peak_position(const float* a, const float* b, float t, int num_bins, float* blended) {
+  std::array<float, kLanes> best{};
+  for (int bin = 0; bin < num_bins; bin += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const float value = (1.0f - t) * a[bin + lane] + t * b[bin + lane];
+      blended[bin + lane] = value;
+      const std::size_t l = static_cast<std::size_t>(lane);
+      best[l] = value > best[l] ? value : best[l];
+    }
+  }
+  const float highest = *std::max_element(best.begin(), best.end());
+  const int at = static_cast<int>(std::find(blended, blended + num_bins, highest) - blended);
+  if (at < 1 || at > num_bins - 2 || !(blended[at - 1] > 0.0f) || !(blended[at + 1] > 0.0f)) return at;
+  const float before = std::log(blended[at - 1] / highest), after = std::log(blended[at + 1] / highest);
+  const float curvature = before + after;
+  if (!(curvature < 0.0f)) return at;
+  return at + static_cast<double>(std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f));
+}
+
+/// Rows of nodes [first_row, first_row + rows.size()), a sliding part of the whole.
+class NodeRows {
+ public:
+  NodeRows(std::size_t row_size, int capacity) : row_size_(row_size), values_(row_size * static_cast<std::size_t>(capacity)) {}
+  /// Slot of a row; rows `capacity` apart share one.
+  [[nodiscard]] std::span<float> row(int index) {
+    const std::size_t capacity = values_.size() / row_size_;
+    return std::span<float>(values_).subspan(static_cast<std::size_t>(index) % capacity * row_size_, row_size_);
+  }
+
+ private:
+  std::size_t row_size_;
+  std::vector<float> values_;
+};
+
+void filter_pixel_row(const ImageU8& mask, const Layout& layout, int y, NodeRows& blurred, ImageF& out) {
+  const double node_row = y / layout.step;
+  const int above = static_cast<int>(node_row);
+  const float fraction = static_cast<float>(node_row - above);
+  std::vector<float> histograms(layout.row_size());
+  const auto upper = blurred.row(above), lower = blurred.row(above + 1);
+  for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i] = (1.0f - fraction) * upper[i] + fraction * lower[i];
+  std::vector<float> blended(static_cast<std::size_t>(layout.num_bins));
+  for (int x = 0; x < out.width(); ++x) {
+    if (!is_inside(mask, x, y)) continue;
+    const double column = x / layout.step;
+    const int left = static_cast<int>(column);
+    const float* a = &histograms[static_cast<std::size_t>(left) * static_cast<std::size_t>(layout.num_bins)];
+    const double bin =
+        peak_position(a, a + layout.num_bins, static_cast<float>(column - left), layout.num_bins, blended.data());
+    out.at(x, y) = static_cast<float>(layout.low + bin * layout.bin_width);
+  }
+}
+
+/// Smallest and largest value inside the mask. @throws InvalidInput
+std::pair<float, float> checked_range(const ImageF& in, const ImageU8& mask) {
+  bool is_any = false;
+  float low = 0.0f, high = 0.0f;
+  for (int y = 0; y < in.height(); ++y) {
+    for (int x = 0; x < in.width(); ++x) {
+      if (!is_inside(mask, x, y)) continue;
+      const float value = in.at(x, y);
+      if (!std::isfinite(value)) {
+        throw InvalidInput("mode_filter: the value at (" + std::to_string(x) + ", " + std::to_string(y) +
+                           ") is not finite; mask it out");
+      }
+      low = is_any ? std::min(low, value) : value;
+      high = is_any ? std::max(high, value) : value;
+      is_any = true;
+    }
+  }
+  if (!is_any) throw InvalidInput("mode_filter: the mask is empty; it must cover at least one pixel");
+  return {low, high};
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, ModeFilterOptions& o) {
+  v.visit({"spatial_sigma", "Gaussian window of the mode filter; larger than the widest crack", "px", {0.5, 10000}},
+          o.spatial_sigma_px);
+  v.visit({"range_sigma", "Smoothing of the local histogram, in units of the image's value", "", above(0)}, o.range_sigma);
+  v.visit({"num_bins", "Bins of the local histogram; peaks are refined between them", "", between(16, 4096)}, o.num_bins);
+}
+
+ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options, const RunControl& control) {
+  check_ranges(options);
+  if (in.channels() != 1) throw InvalidInput("mode_filter: the image has several channels; give one");
+  if (!mask.empty() && !in.same_size(mask)) throw InvalidInput("mode_filter: image and mask differ in size");
+  const auto [low, high] = checked_range(in, mask);
+  ImageF out(in.width(), in.height());
+  if (!(low < high)) {
+    for (int y = 0; y < in.height(); ++y) {
+      for (int x = 0; x < in.width(); ++x) out.at(x, y) = is_inside(mask, x, y) ? low : 0.0f;
+    }
+    control.report(1.0);
+    return out;
+  }
+  const Layout layout = make_layout(in, static_cast<double>(low), static_cast<double>(high), options);
+  const int radius = layout.spatial_radius();
+  const int rows_that_fit = static_cast<int>(kBandBytes / (layout.row_size() * sizeof(float)));
+  const int band = std::clamp(rows_that_fit, 2, layout.num_rows - 1);  // Intervals between node rows at a time.
+  NodeRows raw(layout.row_size(), band + 1 + 2 * radius), blurred(layout.row_size(), band + 1);
+  RunControl inner = control;
+  inner.on_progress = {};
+  int num_splatted = 0, num_blurred = 0;
+  for (int begin = 0; begin < layout.num_rows - 1; begin += band) {
+    const int end = std::min(begin + band, layout.num_rows - 1);  // The pixels from node row `begin` up to node row `end`.
+    const int splat_end = std::min(layout.num_rows, end + 1 + radius);
+    parallel_for(splat_end - num_splatted, 1, inner, [&](std::int64_t i, std::int64_t) {
+      const int row = num_splatted + static_cast<int>(i);
+      splat_row(in, mask, layout, row, raw.row(row));
+    });
+    num_splatted = splat_end;
+    parallel_for(end + 1 - num_blurred, 1, inner, [&](std::int64_t i, std::int64_t) {
+      const int row = num_blurred + static_cast<int>(i);
+      std::vector<float> sum(layout.row_size());
+      for (int k = std::max(-radius, -row); k <= std::min(radius, layout.num_rows - 1 - row); ++k) {
+        add_scaled(layout.spatial_kernel[static_cast<std::size_t>(k + radius)], raw.row(row + k).data(), sum.size(), sum.data());
+      }
+      blur_row(sum, layout, blurred.row(row));
+    });
+    num_blurred = end + 1;
+    const int first_y = static_cast<int>(std::ceil(begin * layout.step));
+    const int last_y = std::min(in.height(), static_cast<int>(std::ceil(end * layout.step)));
+    parallel_for(last_y - first_y, 4, inner, [&](std::int64_t i, std::int64_t i_end) {
+      for (; i < i_end; ++i) filter_pixel_row(mask, layout, first_y + static_cast<int>(i), blurred, out);
+    });
+    control.report(static_cast<double>(end) / (layout.num_rows - 1));
+  }
+  return out;
+}
+
+}  // namespace patinate

@@ -16,6 +16,8 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
   v.visit({"fine_passes", "fast: passes on the finest level", "", between(1, 16)}, o.fine_passes);
   v.visit({"random_candidates", "fast: candidates of similar control value a texel and pass", "", between(0, 64)}, o.num_random);
   v.visit({"coarse_coherence", "fast: coherence share on the coarsest level", "", between(0, 1)}, o.first_coherence);
+  v.visit({"coherence_bonus", "fast: preference for continuing pieces of the source", "", between(0, 8)}, o.coherence_bonus);
+  v.visit({"reuse_penalty", "fast: preference for sources that are used rarely", "", between(0, 8)}, o.reuse_penalty);
 }
 
 namespace {
@@ -55,12 +57,49 @@ CoordinateMap upsample(const CoordinateMap& coarse, const SynthesisLevel& coarse
   return fine;
 }
 
+/// How often the sources around a pixel are used more than their share: integers in [0, kMaxOveruse] per cell of pixels.
+class SourceUse {
+ public:
+  static constexpr int kCell_px = 4;
+  static constexpr std::int64_t kMaxOveruse = 8;
+
+  SourceUse(const SynthesisLevel& level, const CoordinateMap& coordinates)
+      : source_width_(level.source.width()), width_((level.source.width() + kCell_px - 1) / kCell_px) {
+    const int height = (level.source.height() + kCell_px - 1) / kCell_px;
+    overuse_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height), 0);
+    for (TexelId t : level.destination.texels) ++overuse_[cell(coordinates[static_cast<std::size_t>(t)])];
+    const auto num_texels = static_cast<std::int64_t>(level.destination.texels.size());
+    const auto num_usable = static_cast<std::int64_t>(level.source.usable.size());
+    const std::int64_t share = std::max<std::int64_t>(1, num_texels * kCell_px * kCell_px / num_usable);
+    for (std::int64_t& n : overuse_) n = std::clamp<std::int64_t>(n / share - 1, 0, kMaxOveruse);
+  }
+  [[nodiscard]] std::int64_t overuse(std::int32_t pixel) const { return overuse_[cell(pixel)]; }
+
+ private:
+  [[nodiscard]] std::size_t cell(std::int32_t pixel) const {
+    return static_cast<std::size_t>(pixel / source_width_ / kCell_px * width_ + pixel % source_width_ / kCell_px);
+  }
+  int source_width_;
+  int width_;
+  std::vector<std::int64_t> overuse_;
+};
+
+/// Factors on costs, in sixteenths.
+struct Preferences {
+  static constexpr std::int64_t kOne = 16;
+  std::int64_t bonus = 0;
+  std::int64_t penalty = 0;
+  explicit Preferences(const MultiLevelOptions& o)
+      : bonus(static_cast<std::int64_t>(o.coherence_bonus * kOne)), penalty(static_cast<std::int64_t>(o.reuse_penalty * kOne)) {}
+};
+
 /// The best of the candidates of one texel.
 class CandidateSearch {
  public:
-  CandidateSearch(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar, int num_random)
-      : source_(level.source), destination_(level.destination), neighborhood_(neighborhood), similar_(similar),
-        num_random_(num_random), cost_(level.source, level.destination, neighborhood) {
+  CandidateSearch(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
+                  const SourceUse& use, const MultiLevelOptions& options)
+      : source_(level.source), destination_(level.destination), neighborhood_(neighborhood), similar_(similar), use_(use),
+        preferences_(options), num_random_(options.num_random), cost_(level.source, level.destination, neighborhood) {
     for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
       const Offset& o = neighborhood.offsets[k];
       if (std::abs(o.x) <= 1 && std::abs(o.y) <= 1) adjacent_.push_back(k);
@@ -69,11 +108,10 @@ class CandidateSearch {
 
   std::int32_t best(TexelId t, const CoordinateMap& coordinates, const EnergyScale& scale, RandomStream random) {
     cost_.prepare(t, coordinates, scale);
-    best_ = coordinates[static_cast<std::size_t>(t)];
-    best_cost_ = cost_.total(best_, std::numeric_limits<std::int64_t>::max());
+    const std::int32_t current = coordinates[static_cast<std::size_t>(t)];
+    best_ = current;
+    best_cost_ = std::numeric_limits<std::int64_t>::max();
     num_tried_ = 0;
-    remember(best_);
-    try_similar(best_);
     for (std::size_t k : adjacent_) {
       const TexelId n = cost_.neighbor(k);
       if (n < 0) continue;
@@ -82,18 +120,25 @@ class CandidateSearch {
       if (x < 0 || y < 0 || x >= source_.width() || y >= source_.height()) continue;
       const std::int32_t candidate = y * source_.width() + x;
       if (source_.is_usable[static_cast<std::size_t>(candidate)] == 0 || !remember(candidate)) continue;
-      consider(candidate);
+      consider(candidate, 0);
       try_similar(candidate);
+    }
+    if (remember(current)) {
+      consider(current, preferences_.bonus);
+      try_similar(current);
     }
     const int target = destination_.controls.data()[t * destination_.controls.channels()];
     const auto alike = source_.similar(target, kSimilarTolerance);
-    for (int i = 0; i < num_random_; ++i) consider(alike[random.below(static_cast<std::uint32_t>(alike.size()))]);
+    for (int i = 0; i < num_random_; ++i) {
+      consider(alike[random.below(static_cast<std::uint32_t>(alike.size()))], preferences_.bonus);
+    }
     return best_;
   }
 
  private:
-  void consider(std::int32_t candidate) {
-    const std::int64_t cost = cost_.total(candidate, best_cost_);
+  void consider(std::int32_t candidate, std::int64_t bonus) {
+    const std::int64_t factor = Preferences::kOne + bonus + preferences_.penalty * use_.overuse(candidate);
+    const std::int64_t cost = cost_.total(candidate, best_cost_ / factor + 1) * factor;
     if (cost < best_cost_) {
       best_cost_ = cost;
       best_ = candidate;
@@ -101,7 +146,7 @@ class CandidateSearch {
   }
   void try_similar(std::int32_t pixel) {
     for (std::int32_t other : similar_[static_cast<std::size_t>(pixel)]) {
-      if (other >= 0) consider(other);
+      if (other >= 0) consider(other, preferences_.bonus);
     }
   }
   /// False if this coherent candidate was there before: in coherent regions all eight neighbours agree.
@@ -116,6 +161,8 @@ class CandidateSearch {
   const DestinationLevel& destination_;
   const Neighborhood& neighborhood_;
   const SimilarPixels& similar_;
+  const SourceUse& use_;
+  Preferences preferences_;
   int num_random_;
   TexelCost cost_;
   std::vector<std::size_t> adjacent_;
@@ -126,10 +173,11 @@ class CandidateSearch {
 };
 
 /// One pass: four interleaved sets, each decided from the state before it.
-void improve(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar, int num_random,
-             const EnergyScale& scale, std::uint64_t seed, std::uint32_t pass, CoordinateMap& coordinates, const RunControl& control) {
+void improve(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
+             const MultiLevelOptions& options, const EnergyScale& scale, std::uint64_t seed, std::uint32_t pass, CoordinateMap& coordinates, const RunControl& control) {
   const DestinationLevel& destination = level.destination;
   const int width = destination.map->width();
+  const SourceUse use(level, coordinates);
   for (int set = 0; set < 4; ++set) {
     std::vector<TexelId> members;
     for (TexelId t : destination.texels) {
@@ -137,7 +185,7 @@ void improve(const SynthesisLevel& level, const Neighborhood& neighborhood, cons
     }
     std::vector<std::int32_t> decided(members.size());
     parallel_for(static_cast<std::int64_t>(members.size()), 2048, control, [&](std::int64_t begin, std::int64_t end) {
-      CandidateSearch search(level, neighborhood, similar, num_random);
+      CandidateSearch search(level, neighborhood, similar, use, options);
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
         decided[i] = search.best(members[i], coordinates, scale, RandomStream(seed, static_cast<std::uint64_t>(members[i]), pass));
       }
@@ -174,7 +222,7 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
         level.source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
     const int num_passes = l == 0 ? options.fine_passes : options.coarse_passes;
     for (int pass = 0; pass < num_passes; ++pass) {
-      improve(level, neighborhood, similar, options.num_random, scale, seed, static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)),
+      improve(level, neighborhood, similar, options, scale, seed, static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)),
               coordinates, silent);
       done += work(l) / num_passes;
       control.report(std::min(0.999, done / std::max(1.0, total)));

@@ -16,6 +16,8 @@ struct MultiLevelOptions {
   int fine_passes = 3;           ///< [1, 16]. On the finest.
   int num_random = 3;            ///< [0, 64]. Candidates of similar control value a texel and pass.
   double first_coherence = 0.3;  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one.
+  double coherence_bonus = 1.0;  ///< [0, 8]. A candidate that continues no neighbour's source counts (1 + this) times its cost.
+  double reuse_penalty = 0.5;   ///< [0, 8]. ... and this much more for each time its source is already overused.
 };
 void describe(OptionVisitor& v, MultiLevelOptions& o);
 
@@ -27,7 +29,8 @@ struct SynthesisLevel {
 
 /// Starts on the coarsest level from pixels of similar control value. Each pass visits the texels in four interleaved sets;
 /// a texel takes the best of: what it has, where its eight neighbours' sources lead, what looks like those (k-coherence), and a few
-/// pixels of similar control value. A set is decided from the state before it, so that order and threads do not matter.
+/// pixels of similar control value. The lowest energy is not the best texture: it is smooth and repeats a few favourites, so that
+/// continued pieces and rarely used sources are preferred, by factors on the cost (a cost of zero stays zero). A set is decided from the state before it, so that order and threads do not matter.
 /// [Lefebvre and Hoppe 2005, "Parallel controllable texture synthesis"; Tong et al. 2002]
 ///
 /// Cost: about 40 costs a texel and pass. Same bits for any number of threads and instruction set.

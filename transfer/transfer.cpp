@@ -55,7 +55,7 @@ ControlImage halve(const ControlImage& fine, int width, int height, Counts&& cou
   return coarse;
 }
 
-constexpr int kSmallestSide = 32;
+constexpr int kSmallestSide = 12;
 
 int usable_levels(const HistoryReader& history, const TexelMap& map, const TransferOptions& options) {
   if (options.method == TransferMethod::Reference) return 1;

@@ -4,9 +4,7 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +12,6 @@
 #include "libcommon/core/options.h"
 #include "libcommon/core/run_control.h"
 #include "libcommon/history/history.h"
-#include "libcommon/job/job.h"
 #include "transfer/appearance/appearance_space.h"
 #include "transfer/control_matching.h"
 #include "transfer/control_spec.h"
@@ -32,9 +29,9 @@ struct TransferOptions {
   double coherence_share = 0.7;     ///< [0, 1]. a of the energy: 1 = texture only, 0 = control only.
   int neighborhood_radius_px = 2;   ///< [1, 5]. 2 = the 24 nearest neighbours.
   std::int64_t seed = 1;
-  AppearanceOptions appearance;
-  MultiLevelOptions multi_level;
-  ReferenceOptions reference;
+  AppearanceOptions appearance = {};
+  MultiLevelOptions multi_level = {};
+  ReferenceOptions reference = {};
 };
 void describe(OptionVisitor& v, TransferOptions& o);
 
@@ -61,21 +58,5 @@ struct TransferResult {
 [[nodiscard]] TransferResult transfer(const HistoryReader& history, std::shared_ptr<const TexelMap> map, double texel_size_mm,
                                       const std::vector<TransferControl>& controls, const TransferOptions& options,
                                       const RunControl& control = {});
-
-/// Everything a transfer folder is made from.
-struct TransferTask {
-  std::filesystem::path history;
-  std::shared_ptr<const TexelMap> map;       ///< In mm.
-  std::string mesh_name;                     ///< For provenance: the file's name.
-  std::string mesh_hash;
-  std::optional<std::string> unit;           ///< The mesh file's unit when it was said.
-  double mm_per_mesh_unit = 1.0;
-  double texel_size_mm = 1.0;
-  std::vector<TransferControl> controls;
-  TransferOptions options;
-};
-
-/// The folder of formats.md: coordinates.exr, control.exr, mesh.obj, transfer.json.
-[[nodiscard]] JobPlan plan_transfer(TransferTask task, const std::filesystem::path& output);
 
 }  // namespace patinate

@@ -30,8 +30,7 @@ CoordinateMap initial_coordinates(const SynthesisLevel& level, std::uint64_t see
   CoordinateMap coordinates(static_cast<std::size_t>(destination.map->num_texels()), -1);
   for (TexelId t : destination.texels) {
     RandomStream random(seed, static_cast<std::uint64_t>(t), 100);
-    const int target = destination.controls.data()[t * destination.controls.channels()];
-    const auto similar = level.source.similar(target, kSimilarTolerance);
+    const auto similar = level.source.similar(destination.target(t), kSimilarTolerance);
     coordinates[static_cast<std::size_t>(t)] = similar[random.below(static_cast<std::uint32_t>(similar.size()))];
   }
   return coordinates;
@@ -127,8 +126,7 @@ class CandidateSearch {
       consider(current, preferences_.bonus);
       try_similar(current);
     }
-    const int target = destination_.controls.data()[t * destination_.controls.channels()];
-    const auto alike = source_.similar(target, kSimilarTolerance);
+    const auto alike = source_.similar(destination_.target(t), kSimilarTolerance);
     for (int i = 0; i < num_random_; ++i) {
       consider(alike[random.below(static_cast<std::uint32_t>(alike.size()))], preferences_.bonus);
     }
@@ -222,7 +220,9 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
         level.source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
     const int num_passes = l == 0 ? options.fine_passes : options.coarse_passes;
     for (int pass = 0; pass < num_passes; ++pass) {
-      improve(level, neighborhood, similar, options, scale, seed, static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)),
+      MultiLevelOptions preferences = options;
+      if (l == 0 && pass + 1 == num_passes) preferences.coherence_bonus = preferences.reuse_penalty = 0.0;  // The last word is the energy's.
+      improve(level, neighborhood, similar, preferences, scale, seed, static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)),
               coordinates, silent);
       done += work(l) / num_passes;
       control.report(std::min(0.999, done / std::max(1.0, total)));

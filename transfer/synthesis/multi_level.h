@@ -12,7 +12,7 @@ namespace patinate {
 
 struct MultiLevelOptions {
   int num_levels = 4;            ///< [1, 8]. Fewer when source or atlas become smaller than 32.
-  int coarse_passes = 4;         ///< [1, 16]. On each level but the finest.
+  int coarse_passes = 8;         ///< [1, 16]. On each level but the finest.
   int fine_passes = 3;           ///< [1, 16]. On the finest.
   int num_random = 3;            ///< [0, 64]. Candidates of similar control value a texel and pass.
   double first_coherence = 0.3;  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one.

@@ -30,13 +30,54 @@ Neighborhood Neighborhood::square(int radius_px) {
   return n;
 }
 
-std::span<const std::int32_t> SourceLevel::similar(int value, int tolerance) const {
-  const auto first_control = [this](std::int32_t p) {
-    return static_cast<int>(controls.data()[static_cast<std::size_t>(p) * static_cast<std::size_t>(controls.channels())]);
-  };
+namespace {
+
+int grid_index(std::span<const std::uint16_t> controls) {
+  constexpr int kStepsPerCell = kControlSteps / SourceLevel::kGridSide + 1;
+  return controls[1] / kStepsPerCell * SourceLevel::kGridSide + controls[0] / kStepsPerCell;
+}
+
+std::span<const std::uint16_t> controls_of(const ControlImage& controls, std::int64_t pixel) {
+  const auto n = static_cast<std::size_t>(controls.channels());
+  return controls.values().subspan(static_cast<std::size_t>(pixel) * n, n);
+}
+
+/// Sorts the usable pixels into cells and leads every empty cell to the nearest filled one.
+void fill_grid(SourceLevel& level) {
+  constexpr int kSide = SourceLevel::kGridSide;
+  level.grid_begin.assign(kSide * kSide + 1, 0);
+  level.grid_pixels.resize(level.usable.size());
+  const auto cell = [&](std::int32_t p) { return static_cast<std::size_t>(grid_index(controls_of(level.controls, p))); };
+  for (std::int32_t p : level.usable) ++level.grid_begin[cell(p) + 1];
+  for (std::size_t c = 1; c < level.grid_begin.size(); ++c) level.grid_begin[c] += level.grid_begin[c - 1];
+  std::vector<std::int32_t> next(level.grid_begin.begin(), level.grid_begin.end() - 1);
+  for (std::int32_t p : level.usable) level.grid_pixels[static_cast<std::size_t>(next[cell(p)]++)] = p;
+
+  std::vector<std::int32_t> filled;
+  for (int c = 0; c < kSide * kSide; ++c) {
+    if (level.grid_begin[static_cast<std::size_t>(c)] < level.grid_begin[static_cast<std::size_t>(c) + 1]) filled.push_back(c);
+  }
+  for (int c = 0; c < kSide * kSide; ++c) {
+    const auto squared = [&](std::int32_t f) {
+      const int dx = f % kSide - c % kSide, dy = f / kSide - c / kSide;
+      return dx * dx + dy * dy;
+    };
+    level.grid_cell.push_back(*std::min_element(filled.begin(), filled.end(), [&](auto a, auto b) { return squared(a) < squared(b); }));
+  }
+}
+
+}  // namespace
+
+std::span<const std::int32_t> SourceLevel::similar(std::span<const std::uint16_t> target, int tolerance) const {
+  if (target.size() > 1) {
+    const auto cell = static_cast<std::size_t>(grid_cell[static_cast<std::size_t>(grid_index(target))]);
+    return {grid_pixels.begin() + grid_begin[cell], grid_pixels.begin() + grid_begin[cell + 1]};
+  }
+  const auto first_control = [this](std::int32_t p) { return int{controls_of(controls, p)[0]}; };
+  const int value = target[0];
   auto begin = std::partition_point(usable.begin(), usable.end(), [&](std::int32_t p) { return first_control(p) < value - tolerance; });
   auto end = std::partition_point(begin, usable.end(), [&](std::int32_t p) { return first_control(p) <= value + tolerance; });
-  if (begin == end) {  // The nearest value on either side.
+  if (begin == end) {  // The nearest values on either side.
     constexpr std::ptrdiff_t kFew = 16;
     begin -= std::min<std::ptrdiff_t>(kFew, begin - usable.begin());
     end += std::min<std::ptrdiff_t>(kFew, usable.end() - end);
@@ -95,6 +136,7 @@ SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls,
     return level.controls.data()[std::int64_t{a} * n] < level.controls.data()[std::int64_t{b} * n];
   });
   level.control_variances = control_variances(level.controls, level.usable);
+  if (level.controls.channels() > 1) fill_grid(level);
   return level;
 }
 
@@ -153,7 +195,7 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
   }
   coherence_scale_ = scale.coherence_scale(sum_of_weights);
   control_scale_ = scale.control_scale;
-  target_ = {destination_.controls.data() + texel * destination_.controls.channels(), control_scale_.size()};
+  target_ = destination_.target(texel);
 }
 
 std::int64_t TexelCost::control(std::int32_t source_pixel) const {

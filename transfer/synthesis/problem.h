@@ -55,8 +55,12 @@ struct SourceLevel {
 
   [[nodiscard]] int width() const { return appearance.width(); }
   [[nodiscard]] int height() const { return appearance.height(); }
-  /// Usable pixels whose first control lies within `tolerance` of `value`; the nearest ones when there are none.
-  [[nodiscard]] std::span<const std::int32_t> similar(int value, int tolerance) const;
+  /// Usable pixels of similar control values, never empty. One control: those within `tolerance` of the target, or the
+  /// nearest. Several: those of the target's cell in a grid over the first two, or of the nearest cell that holds any.
+  [[nodiscard]] std::span<const std::int32_t> similar(std::span<const std::uint16_t> target, int tolerance) const;
+  /// Grid over the first two controls: `grid_pixels[grid_begin[c] .. grid_begin[c + 1])` of the cell that `grid_cell` leads to.
+  static constexpr int kGridSide = 64;
+  std::vector<std::int32_t> grid_cell, grid_begin, grid_pixels;
 };
 
 /// @throws InvalidInput if no pixel is usable.
@@ -69,6 +73,11 @@ struct DestinationLevel {
   std::shared_ptr<const TexelNeighborhood> neighbors;
   ControlImage controls;                 ///< Mapped into the source's values.
   std::vector<TexelId> texels;           ///< The covered ones, ascending.
+
+  [[nodiscard]] std::span<const std::uint16_t> target(TexelId t) const {
+    const auto n = static_cast<std::size_t>(controls.channels());
+    return controls.values().subspan(static_cast<std::size_t>(t) * n, n);
+  }
 };
 
 /// @param source_pixel_mm  Surface length of one source pixel of this level.
@@ -115,7 +124,7 @@ class TexelCost {
   std::vector<std::int16_t> weight_;
   std::vector<std::int32_t> delta_;        ///< Their offset in the source, in values.
   std::span<const std::uint16_t> target_;
-  std::span<const std::int64_t> control_scale_;
+  std::vector<std::int64_t> control_scale_;
   std::int64_t coherence_scale_ = 0;
   int num_known_ = 0;
 };

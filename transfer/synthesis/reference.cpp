@@ -38,7 +38,7 @@ std::optional<Position> mean_position(const SourceLevel& source, const Neighborh
 }
 
 /// Of 64 pixels of similar control value, the one nearest to the mean position.
-Position window_centre(const SourceLevel& source, int target, int tolerance, const std::optional<Position>& mean,
+Position window_centre(const SourceLevel& source, std::span<const std::uint16_t> target, int tolerance, const std::optional<Position>& mean,
                        RandomStream& random) {
   constexpr int kTries = 64;
   const auto similar = source.similar(target, tolerance);
@@ -99,9 +99,8 @@ CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationL
       const TexelId t = destination.texels[i];
       cost.prepare(t, coordinates, scale);
       RandomStream random(seed, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass));
-      const int target = destination.controls.data()[t * destination.controls.channels()];
       const Position centre =
-          window_centre(source, target, tolerance, mean_position(source, neighborhood, cost, coordinates), random);
+          window_centre(source, destination.target(t), tolerance, mean_position(source, neighborhood, cost, coordinates), random);
       coordinates[static_cast<std::size_t>(t)] = search_window(source, cost, centre, options.window_px);
     }
   }

@@ -1,0 +1,201 @@
+#include "libcommon/atlas/texel_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "libcommon/atlas/dilate.h"
+#include "libcommon/atlas/texel_neighborhood.h"
+#include "libcommon/core/random.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "tests/support/meshes.h"
+#include "tests/support/test_data.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::cut_plane;
+using testing_support::unit_plane;
+
+std::vector<Vec2> square_offsets(int radius, double step_mm) {
+  std::vector<Vec2> offsets;
+  for (int y = -radius; y <= radius; ++y) {
+    for (int x = -radius; x <= radius; ++x) {
+      if (x != 0 || y != 0) offsets.emplace_back(x * step_mm, y * step_mm);
+    }
+  }
+  return offsets;
+}
+
+TEST(TexelMap, PlacesTexelCentresByTheUvConvention) {
+  const TexelMap map(unit_plane(64.0), 64, 64);
+  EXPECT_EQ(map.num_covered(), 64 * 64);
+  EXPECT_EQ(map.num_overlapping(), 0);
+  EXPECT_NEAR(map.median_texel_size_mm(), 1.0, 1e-6);  // float rounding
+  // Texel (x, y): u = (x + 0.5) / 64, v = 1 - (y + 0.5) / 64.
+  const Vec3 p = map.position_mm(10 * 64 + 3);
+  EXPECT_NEAR(p.x(), 3.5, 1e-5);
+  EXPECT_NEAR(p.y(), 64.0 - 10.5, 1e-5);
+  EXPECT_NEAR(map.normal(0).z(), 1.0, 1e-12);
+}
+
+TEST(TexelMap, TangentsFollowTexelStepsAndKnowTheirSize) {
+  const TexelMap map(unit_plane(128.0), 64, 32);  // 2 mm per texel across, 4 mm down.
+  const auto j = map.mm_per_texel(0);
+  EXPECT_NEAR(j(0, 0), 2.0, 1e-12);
+  EXPECT_NEAR(j(1, 1), -4.0, 1e-12);
+  const Eigen::Matrix2d texels = map.texels_per_mm(0);
+  EXPECT_NEAR(texels(0, 0), 0.5, 1e-12);
+  EXPECT_NEAR(texels(1, 1), 0.25, 1e-12);
+}
+
+TEST(TexelMap, WithoutUvsOrWithUvsOutsideIsInvalid) {
+  Mesh mesh = unit_plane(1.0);
+  mesh.uvs[0] = Vec2(1.7, 0.0);
+  EXPECT_THROW(TexelMap(mesh, 64, 64), InvalidInput);
+  mesh.uvs.clear();
+  mesh.uv_triangles.clear();
+  EXPECT_THROW(TexelMap(mesh, 64, 64), InvalidInput);
+  EXPECT_THROW(TexelMap(unit_plane(1.0), 0, 64), InvalidInput);
+}
+
+TEST(TexelMap, LabelsCharts) {
+  const TexelMap map(cut_plane(64.0), 128, 128);
+  std::set<int> charts;
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (map.is_covered(t)) charts.insert(map.chart(t));
+  }
+  EXPECT_EQ(charts.size(), 2u);
+}
+
+// On a plane, whatever its charts, the neighbour at an offset lies at that offset: closed form. The tolerance is the atlas's own grid:
+// half a texel in each direction for the neighbour, plus one where the nearest covered texel is not the nearest one.
+TEST(TexelMap, GatherCrossesASeamStraight) {
+  constexpr double kSide = 64.0;
+  const TexelMap map(cut_plane(kSide), 128, 128);
+  const double texel_mm = map.median_texel_size_mm();
+  const std::vector<Vec2> offsets = square_offsets(3, texel_mm);
+  std::vector<TexelId> found(offsets.size());
+  std::int64_t num_crossing = 0;
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    map.gather(t, offsets, found);
+    const auto frame = map.tangents(map.point(t).triangle);
+    for (std::size_t k = 0; k < offsets.size(); ++k) {
+      const Vec3 expected = map.position_mm(t) + frame * offsets[k];
+      const bool is_on_plane = expected.x() > 0.0 && expected.y() > 0.0 && expected.x() < kSide && expected.y() < kSide;
+      if (!is_on_plane) continue;
+      ASSERT_GE(found[k], 0) << t << " " << k;
+      EXPECT_LT((map.position_mm(found[k]) - expected).norm(), 1.6 * texel_mm);
+      num_crossing += map.chart(found[k]) != map.chart(t);
+    }
+  }
+  EXPECT_GT(num_crossing, 500);
+}
+
+TEST(TexelMap, GatherEndsWhereTheSurfaceEnds) {
+  const TexelMap map(unit_plane(32.0), 32, 32);
+  std::vector<TexelId> found(1);
+  map.gather(5, std::vector<Vec2>{{0.0, -3.0}}, found);  // Up from the top row.
+  EXPECT_EQ(found[0], -1);
+}
+
+TEST(TexelMap, WalkRoundACubeComesBack) {
+  // Four faces of a cube's belt, 10 mm each: 40 mm straight on is where one started.
+  Mesh mesh;
+  mesh.surfaces.push_back({"", ""});
+  const Vec3 ring[4] = {{0, 0, 0}, {10, 0, 0}, {10, 0, -10}, {0, 0, -10}};
+  for (const Vec3& p : ring) {
+    mesh.positions.push_back(p);
+    mesh.positions.push_back(p + Vec3(0, 10, 0));
+  }
+  for (int i = 0; i < 4; ++i) {
+    const int a = 2 * i, b = 2 * ((i + 1) % 4);
+    for (const Triangle& t : {Triangle{a, b, b + 1}, Triangle{a, b + 1, a + 1}}) {
+      Triangle uv{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const bool is_right = t[k] / 2 != i;
+        uv[k] = static_cast<int>(mesh.uvs.size());
+        mesh.uvs.emplace_back(0.05 + 0.24 * i + (is_right ? 0.2 : 0.0), t[k] % 2 ? 0.5 : 0.3);
+      }
+      mesh.triangles.push_back(t);
+      mesh.uv_triangles.push_back(uv);
+      mesh.triangle_surface.push_back(0);
+    }
+  }
+  const TexelMap map(mesh, 256, 256);
+  const SurfacePoint start{0, 0.3, 0.25};
+  const SurfacePoint end = map.walk(start, Vec3(40, 0, 0));
+  EXPECT_EQ(end.triangle, start.triangle);
+  EXPECT_NEAR(end.b1, start.b1, 1e-9);
+  EXPECT_NEAR(end.b2, start.b2, 1e-9);
+}
+
+TEST(TexelNeighborhood, EqualsGatherForEveryTexelAndStoresOnlyBands) {
+  const TexelMap map(cut_plane(64.0), 128, 128);
+  const std::vector<Vec2> offsets = square_offsets(2, map.median_texel_size_mm());
+  const TexelNeighborhood neighborhood(map, offsets);
+  std::vector<TexelId> expected(offsets.size()), found(offsets.size());
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    map.gather(t, offsets, expected);
+    neighborhood.gather(t, found);
+    ASSERT_EQ(found, expected) << t;
+  }
+  EXPECT_LT(neighborhood.num_stored(), map.num_covered() / 3);
+}
+
+TEST(TexelNeighborhood, EqualsGatherOnARealAtlas) {
+  PATINATE_REQUIRE_DATA(file, "meshes/marble_bust/marble_bust_01_1k.gltf");
+  Mesh mesh = read_mesh(file);
+  scale_mesh(mesh, 1000.0);
+  const TexelMap map(mesh, 256, 256);
+  const std::vector<Vec2> offsets = square_offsets(2, map.median_texel_size_mm());
+  const TexelNeighborhood neighborhood(map, offsets);
+  std::vector<TexelId> expected(offsets.size()), found(offsets.size());
+  std::int64_t num_missing = 0;
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    map.gather(t, offsets, expected);
+    neighborhood.gather(t, found);
+    ASSERT_EQ(found, expected) << t;
+    for (TexelId n : found) num_missing += n < 0;
+  }
+  // The bust is closed but for its base: nearly every neighbour exists.
+  EXPECT_LT(static_cast<double>(num_missing), 0.02 * static_cast<double>(map.num_covered() * static_cast<std::int64_t>(offsets.size())));
+}
+
+TEST(Dilate, FillsFromTheNearestCoveredTexel) {
+  // Oracle: brute force over all covered texels. The two-sweep transform may err by less than a texel [Danielsson 1980].
+  constexpr int kSize = 40;
+  ImageF image(kSize, kSize);
+  ImageU8 coverage(kSize, kSize);
+  RandomStream random(3, 0);
+  for (int i = 0; i < 25; ++i) {
+    const int x = static_cast<int>(random.below(kSize)), y = static_cast<int>(random.below(kSize));
+    coverage.at(x, y) = 255;
+    image.at(x, y) = static_cast<float>(y * kSize + x + 1);
+  }
+  const ImageF before = image;
+  dilate(image, coverage, -1);
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      double nearest = 1e9;
+      for (int j = 0; j < kSize; ++j) {
+        for (int i = 0; i < kSize; ++i) {
+          if (coverage.at(i, j)) nearest = std::min(nearest, std::hypot(i - x, j - y));
+        }
+      }
+      const int from = static_cast<int>(image.at(x, y)) - 1;
+      ASSERT_GE(from, 0);
+      EXPECT_LE(std::hypot(from % kSize - x, from / kSize - y), nearest + 1.0);
+      if (coverage.at(x, y)) {
+        EXPECT_EQ(image.at(x, y), before.at(x, y));
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace patinate

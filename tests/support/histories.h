@@ -1,0 +1,20 @@
+/// \file
+/// Small material histories with known content.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include "libcommon/history/history.h"
+
+namespace patinate::testing_support {
+
+/// Writes a history of `num_frames` frames (times 0, 1, ...) whose colour is `color(x, y, frame, channel)` and whose controls "x" and
+/// "y" are the pixel coordinates over [0, size - 1].
+void write_history(const std::filesystem::path& folder, int width, int height, int num_frames,
+                   const std::function<float(int x, int y, int frame, int channel)>& color);
+
+/// Blotches and streaks of several sizes that darken and turn green, from a fixed seed: a texture worth synthesising.
+[[nodiscard]] float blotches(int x, int y, int frame, int channel);
+
+}  // namespace patinate::testing_support

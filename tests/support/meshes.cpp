@@ -1,0 +1,50 @@
+#include "tests/support/meshes.h"
+
+#include <functional>
+
+namespace patinate::testing_support {
+
+namespace {
+
+/// n x n cells over [0, side]^2; `uv` gives the UV of a corner of cell column `cell`.
+Mesh grid(double side_mm, int n, const std::function<Vec2(double x, double y, int cell)>& uv) {
+  Mesh mesh;
+  mesh.surfaces.push_back({"plane", "plane"});
+  for (int j = 0; j <= n; ++j) {
+    for (int i = 0; i <= n; ++i) mesh.positions.emplace_back(side_mm * i / n, side_mm * j / n, 0.0);
+  }
+  const auto add = [&](int cell, const std::array<std::array<int, 2>, 3>& corners) {
+    Triangle positions{}, uvs{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      positions[k] = corners[k][1] * (n + 1) + corners[k][0];
+      uvs[k] = static_cast<int>(mesh.uvs.size());
+      mesh.uvs.push_back(uv(static_cast<double>(corners[k][0]) / n, static_cast<double>(corners[k][1]) / n, cell));
+    }
+    mesh.triangles.push_back(positions);
+    mesh.uv_triangles.push_back(uvs);
+    mesh.triangle_surface.push_back(0);
+  };
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      add(i, {{{i, j}, {i + 1, j}, {i + 1, j + 1}}});
+      add(i, {{{i, j}, {i + 1, j + 1}, {i, j + 1}}});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Mesh unit_plane(double side_mm, int n) {
+  return grid(side_mm, n, [](double x, double y, int) { return Vec2(x, y); });
+}
+
+Mesh cut_plane(double side_mm, int n) {
+  return grid(side_mm, n, [n](double x, double y, int cell) {
+    constexpr double kDensity = 0.5;  // UV per side; the left half takes 0.25 x 0.5, the right one 0.5 x 0.25.
+    if (cell < n / 2) return Vec2(0.1 + kDensity * x, 0.1 + kDensity * y);
+    return Vec2(0.45 + kDensity * y, 0.9 - kDensity * (x - 0.5));
+  });
+}
+
+}  // namespace patinate::testing_support

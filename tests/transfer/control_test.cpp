@@ -1,0 +1,88 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/random.h"
+#include "transfer/control_matching.h"
+#include "transfer/control_spec.h"
+
+namespace patinate {
+namespace {
+
+TEST(ControlSpec, ReadsEveryPartOfTheGrammar) {
+  const ControlSpec plain = parse_control_spec("accessibility");
+  EXPECT_EQ(plain.source, "");
+  EXPECT_EQ(plain.destination, "accessibility");
+  EXPECT_EQ(plain.weight, 1.0);
+  EXPECT_EQ(plain.mapping, ControlMapping::Rank);
+  const ControlSpec full = parse_control_spec("progress=0.7*accessibility + 0.3*facing:2.5:linear");
+  EXPECT_EQ(full.source, "progress");
+  EXPECT_EQ(full.destination, "0.7*accessibility + 0.3*facing");
+  EXPECT_EQ(full.weight, 2.5);
+  EXPECT_EQ(full.mapping, ControlMapping::Linear);
+  EXPECT_EQ(parse_control_spec("thickness=!spray").destination, "!spray");
+}
+
+TEST(ControlSpec, SaysWhatIsWrong) {
+  const auto message = [](const char* text) -> std::string {
+    try {
+      (void)parse_control_spec(text);
+    } catch (const UsageError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message("a=b:heavy").find("weight `heavy`"), std::string::npos);
+  EXPECT_NE(message("a=b:1:liner").find("did you mean `linear`"), std::string::npos);
+  EXPECT_NE(message("a=").find("destination is missing"), std::string::npos);
+  EXPECT_NE(message("a=b:-1").find("weight"), std::string::npos);
+  EXPECT_NE(message("a=b:nan").find("weight"), std::string::npos);
+}
+
+ImageF random_image(int size, std::uint64_t item, double power) {
+  RandomStream random(9, item);
+  ImageF image(size, size);
+  for (float& v : image.values()) {
+    const double u = random.uniform();
+    v = static_cast<float>(power == 1.0 ? u : u * u);
+  }
+  return image;
+}
+
+TEST(MatchControl, RankGivesTheDestinationTheSourcesDistribution) {
+  const ImageF destination = random_image(60, 1, 2.0), source = random_image(50, 2, 1.0);
+  const ImageF matched = match_control(destination, {}, {}, source, {}, {}, ControlMapping::Rank);
+  std::vector<float> a(matched.values().begin(), matched.values().end()), b(source.values().begin(), source.values().end());
+  std::sort(a.begin(), a.end());
+  std::sort(b.begin(), b.end());
+  for (double q : {0.05, 0.25, 0.5, 0.75, 0.95}) {
+    EXPECT_NEAR(a[static_cast<std::size_t>(q * static_cast<double>(a.size()))], b[static_cast<std::size_t>(q * static_cast<double>(b.size()))], 2e-3) << q;
+  }
+  // Order is kept.
+  for (std::size_t i = 1; i < destination.values().size(); ++i) {
+    if (destination.values()[i - 1] < destination.values()[i]) {
+      EXPECT_LE(matched.values()[i - 1], matched.values()[i]);
+    }
+  }
+}
+
+TEST(MatchControl, OntoItselfIsTheIdentity) {
+  const ImageF image = random_image(40, 3, 1.0);
+  for (ControlMapping mapping : {ControlMapping::Rank, ControlMapping::Linear, ControlMapping::Physical}) {
+    const ImageF matched = match_control(image, {}, {}, image, {}, {}, mapping);
+    for (std::size_t i = 0; i < image.values().size(); ++i) EXPECT_NEAR(matched.values()[i], image.values()[i], 1e-6);
+  }
+}
+
+TEST(MatchControl, PhysicalConvertsBetweenRangesAndRefusesOtherUnits) {
+  const ImageF destination(1, 1, 1, 0.5f), source(1, 1, 1, 0.0f);
+  // 0.5 of [0, 2] mm is 1 mm, which is 0.25 of [0, 4] mm.
+  const ImageF matched = match_control(destination, {}, {0.0, 2.0, "mm"}, source, {}, {0.0, 4.0, "mm"}, ControlMapping::Physical);
+  EXPECT_FLOAT_EQ(matched.at(0, 0), 0.25f);
+  EXPECT_THROW((void)match_control(destination, {}, {0.0, 2.0, "mm"}, source, {}, {0.0, 4.0, "1/mm"}, ControlMapping::Physical), InvalidInput);
+}
+
+}  // namespace
+}  // namespace patinate

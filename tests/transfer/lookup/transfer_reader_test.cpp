@@ -1,0 +1,88 @@
+#include "transfer/lookup/transfer_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "libcommon/core/files.h"
+#include "tests/support/histories.h"
+#include "tests/support/meshes.h"
+#include "tests/support/temp_folder.h"
+#include "transfer/transfer_job.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::TempFolder;
+
+class FinishedTransfer : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directory(folder_ / "history");
+    testing_support::write_history(folder_ / "history", 48, 40, 3, testing_support::blotches);
+    TransferTask task;
+    task.history = folder_ / "history";
+    task.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
+    task.mesh_name = "plane.obj";
+    task.mesh_hash = "hash";
+    task.texel_size_mm = task.map->median_texel_size_mm();
+    ImageF guide(64, 64);
+    for (int i = 0; i < 64 * 64; ++i) guide.data()[i] = static_cast<float>(i % 64) / 63.0f;
+    task.controls.push_back({"x", "image", guide, {}, 1.0, ControlMapping::Rank});
+    EXPECT_EQ(run_job(plan_transfer(task, folder_ / "transfer"), {}, {}), JobStatus::Done);
+    EXPECT_EQ(run_job(plan_transfer(task, folder_ / "transfer"), {}, {}), JobStatus::UpToDate);
+  }
+  TempFolder folder_;
+};
+
+TEST_F(FinishedTransfer, FramesAreExactlyThoseOfTheHistoryAtItsCoordinates) {
+  const TransferReader transfer(folder_ / "transfer");
+  const ImageF& s = transfer.coordinates();
+  for (int f = 0; f < 3; ++f) {
+    const ImageF frame = transfer.history().read_frame(f), texture = transfer.sample(f);
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        if (s.at(x, y, 0) < 0.0f) continue;
+        for (int c = 0; c < 3; ++c) {
+          ASSERT_EQ(texture.at(x, y, c), frame.at(static_cast<int>(s.at(x, y, 0)), static_cast<int>(s.at(x, y, 1)), c));
+        }
+      }
+    }
+  }
+}
+
+TEST_F(FinishedTransfer, BetweenFramesIsTheirBlend) {
+  const TransferReader transfer(folder_ / "transfer");
+  const ImageF a = transfer.sample(1.0), b = transfer.sample(2.0), between = transfer.sample(1.25);
+  const auto coverage = transfer.coverage();
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      if (coverage.at(x, y)) {
+        EXPECT_NEAR(between.at(x, y, 1), 0.75f * a.at(x, y, 1) + 0.25f * b.at(x, y, 1), 1e-6f);
+      }
+    }
+  }
+}
+
+TEST_F(FinishedTransfer, AHistoryThatHasChangedIsNoticed) {
+  const auto manifest = folder_ / "history/history.json";
+  std::string text = read_file(manifest);
+  text.replace(text.find("0123456789abcdef"), 16, "fedcba9876543210");
+  write_atomically(manifest, text);
+  EXPECT_THROW(TransferReader(folder_ / "transfer"), IoError);
+}
+
+TEST_F(FinishedTransfer, ADamagedFolderIsOneLine) {
+  const std::string good = read_file(folder_ / "transfer/transfer.json");
+  for (std::size_t length = 0; length + 2 < good.size(); length += good.size() / 23 + 1) {
+    write_atomically(folder_ / "transfer/transfer.json", std::string_view(good).substr(0, length));
+    EXPECT_THROW(TransferReader(folder_ / "transfer"), IoError) << length;
+  }
+  write_atomically(folder_ / "transfer/transfer.json", good);
+  const std::string exr = read_file(folder_ / "transfer/coordinates.exr");
+  write_atomically(folder_ / "transfer/coordinates.exr", std::string_view(exr).substr(0, exr.size() / 2));
+  EXPECT_THROW(TransferReader(folder_ / "transfer"), IoError);
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,189 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "libcommon/core/random.h"
+#include "tests/support/histories.h"
+#include "tests/support/meshes.h"
+#include "tests/support/temp_folder.h"
+#include "transfer/transfer.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::TempFolder;
+
+/// A plane of `size` texels with controls "x" and "y" that are source pixel coordinates, moved by `shift` pixels.
+struct PlaneTask {
+  TempFolder folder;
+  std::unique_ptr<HistoryReader> history;
+  std::shared_ptr<const TexelMap> map;
+  std::vector<TransferControl> controls;
+
+  PlaneTask(int source_size, int size, int shift, const std::function<float(int, int, int, int)>& color = testing_support::blotches) {
+    testing_support::write_history(folder.path(), source_size, source_size, 4, color);
+    history = std::make_unique<HistoryReader>(folder.path());
+    map = std::make_shared<TexelMap>(testing_support::unit_plane(size), size, size);
+    ImageF xs(size, size), ys(size, size);
+    for (int y = 0; y < size; ++y) {
+      for (int x = 0; x < size; ++x) {
+        xs.at(x, y) = static_cast<float>(x + shift) / static_cast<float>(source_size - 1);
+        ys.at(x, y) = static_cast<float>(y + shift) / static_cast<float>(source_size - 1);
+      }
+    }
+    const ControlRange range{0.0, source_size - 1.0, "px"};
+    controls.push_back({"x", "x", xs, range, 1.0, ControlMapping::Physical});
+    controls.push_back({"y", "y", ys, range, 1.0, ControlMapping::Physical});
+  }
+  [[nodiscard]] TransferResult run(const TransferOptions& options, int threads = 0) const {
+    RunControl control;
+    control.num_threads = threads;
+    return transfer(*history, map, 1.0, controls, options, control);
+  }
+  /// Only "x", matched by rank: a guide that leaves the texture free.
+  [[nodiscard]] TransferResult run_guided(const TransferOptions& options, int threads = 0) const {
+    RunControl control;
+    control.num_threads = threads;
+    TransferControl guide = controls[0];
+    guide.mapping = ControlMapping::Rank;
+    return transfer(*history, map, 1.0, {guide}, options, control);
+  }
+};
+
+constexpr int kShift = 7;
+
+TEST(ReferenceSynthesis, SameControlsGiveTheIdentityWithZeroEnergy) {
+  const PlaneTask task(48, 32, kShift);
+  const TransferResult result = task.run({.method = TransferMethod::Reference});
+  EXPECT_EQ(result.energy.energy, 0.0);
+  EXPECT_EQ(result.energy.coherent_share, 1.0);
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 32; ++x) {
+      ASSERT_EQ(result.coordinates[static_cast<std::size_t>(y * 32 + x)], (y + kShift) * 48 + x + kShift);
+    }
+  }
+}
+
+// A pixel of the next coarser level covers 2 x 2: under an odd shift whole pieces may end one pixel off in x and y, coherent in
+// themselves. sqrt(2) px and rounding is the tolerance.
+TEST(MultiLevelSynthesis, AShiftOfTheGuideGivesTheSameShift) {
+  const PlaneTask task(96, 64, kShift);
+  TransferOptions options;
+  options.coherence_share = 0.5;
+  const TransferResult result = task.run(options);
+  double sum_of_distances = 0.0;
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      const std::int32_t s = result.coordinates[static_cast<std::size_t>(y * 64 + x)];
+      sum_of_distances += std::hypot(s % 96 - (x + kShift), s / 96 - (y + kShift));
+    }
+  }
+  EXPECT_LT(sum_of_distances / (64.0 * 64.0), 1.5);
+}
+
+TEST(MultiLevelSynthesis, FreeRunningEnergyIsAtMostOnePointTwoTimesTheReferences) {
+  const PlaneTask task(96, 96, 0);
+  const TransferResult reference = task.run_guided({.method = TransferMethod::Reference});
+  const TransferResult fast = task.run_guided({.method = TransferMethod::Fast});
+  RecordProperty("energy_ratio", std::to_string(fast.energy.energy / reference.energy.energy));
+  EXPECT_LE(fast.energy.energy, 1.2 * reference.energy.energy);
+}
+
+TEST(Synthesis, GivesTheSameCoordinatesForAnyNumberOfThreads) {
+  const PlaneTask task(64, 80, 0);
+  const CoordinateMap one = task.run_guided({}, 1).coordinates;
+  EXPECT_EQ(one, task.run_guided({}, 2).coordinates);
+  EXPECT_EQ(one, task.run_guided({}, 5).coordinates);
+}
+
+TEST(Synthesis, ASeedChoosesTheResult) {
+  const PlaneTask task(64, 48, 0);
+  TransferOptions other;
+  other.seed = 2;
+  EXPECT_EQ(task.run_guided({}).coordinates, task.run_guided({}).coordinates);
+  EXPECT_NE(task.run_guided({}).coordinates, task.run_guided(other).coordinates);
+}
+
+TEST(Synthesis, AConstantSourceHasNoCoherenceCost) {
+  const PlaneTask task(40, 40, 0, [](int, int, int frame, int) { return 0.1f * static_cast<float>(frame + 1); });
+  const TransferResult result = task.run_guided({});
+  EXPECT_EQ(result.energy.coherence, 0.0);
+}
+
+TEST(Synthesis, OnlyUsesPixelsWhoseNeighbourhoodLiesInTheMask) {
+  TempFolder folder;
+  testing_support::write_history(folder.path(), 64, 64, 2, testing_support::blotches);
+  HistoryManifest manifest = HistoryReader(folder.path()).manifest();
+  HistoryWriter writer(folder.path(), manifest);
+  ImageU8 mask(64, 64);
+  for (int y = 8; y < 40; ++y) {
+    for (int x = 16; x < 60; ++x) mask.at(x, y) = 255;
+  }
+  writer.write_mask(mask);
+  writer.finish();
+  const HistoryReader history(folder.path());
+  const auto map = std::make_shared<TexelMap>(testing_support::unit_plane(48), 48, 48);
+  ImageF guide(48, 48);
+  for (int i = 0; i < 48 * 48; ++i) guide.data()[i] = static_cast<float>(i % 48) / 47.0f;
+  const TransferResult result = transfer(history, map, 1.0, {{"x", "image", guide, {}, 1.0, ControlMapping::Rank}}, {});
+  for (std::int32_t s : result.coordinates) {
+    EXPECT_GE(s % 64, 18);
+    EXPECT_LT(s % 64, 58);
+    EXPECT_GE(s / 64, 10);
+    EXPECT_LT(s / 64, 38);
+  }
+}
+
+// The integer cost against the formula of problem.h in doubles.
+TEST(TexelCost, EqualsTheFormula) {
+  const PlaneTask task(32, 24, 0);
+  const Neighborhood neighborhood = Neighborhood::square(2);
+  AppearanceSpace space = build_appearance_space(*task.history, 1);
+  ControlImage source_control(32, 32, 1), target(24, 24, 1);
+  RandomStream random(4, 4);
+  for (auto& v : source_control.values()) v = static_cast<std::uint16_t>(random.below(kControlSteps + 1));
+  for (auto& v : target.values()) v = static_cast<std::uint16_t>(random.below(kControlSteps + 1));
+  const SourceLevel source = make_source_level(space.levels[0], source_control, space.masks[0], space.variances[0], neighborhood);
+  const DestinationLevel destination = make_destination_level(task.map, target, neighborhood, 1.0);
+  CoordinateMap coordinates(24 * 24);
+  const auto random_pixel = [&] { return source.usable[random.below(static_cast<std::uint32_t>(source.usable.size()))]; };
+  for (auto& s : coordinates) s = random.below(5) == 0 ? -1 : random_pixel();
+
+  constexpr double kShare = 0.6;
+  const std::vector<double> weights{1.0};
+  TexelCost cost(source, destination, neighborhood);
+  for (TexelId t : {TexelId{0}, TexelId{5 * 24 + 7}, TexelId{23 * 24 + 23}, TexelId{12 * 24}}) {
+    cost.prepare(t, coordinates, EnergyScale::make(source, kShare, weights));
+    const std::int32_t s = random_pixel();
+    double coherence = 0.0, sum_of_weights = 0.0;
+    for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
+      const int x = static_cast<int>(t % 24) + neighborhood.offsets[k].x, y = static_cast<int>(t / 24) + neighborhood.offsets[k].y;
+      if (x < 0 || y < 0 || x >= 24 || y >= 24 || coordinates[static_cast<std::size_t>(y * 24 + x)] < 0) continue;
+      const std::int32_t n = coordinates[static_cast<std::size_t>(y * 24 + x)];
+      const std::int32_t moved = s + neighborhood.offsets[k].y * 32 + neighborhood.offsets[k].x;
+      for (int d = 0; d < kAppearanceSize; ++d) {
+        const double difference = source.appearance.data()[n * kAppearanceSize + d] - source.appearance.data()[moved * kAppearanceSize + d];
+        coherence += neighborhood.weights[k] * difference * difference;
+      }
+      sum_of_weights += neighborhood.weights[k];
+    }
+    coherence /= sum_of_weights * 2.0 * source.appearance_variance;
+    const double difference = source_control.data()[s] - target.data()[t];
+    const double mismatch = difference * difference / (2.0 * source.control_variances[0]);
+    const double expected = kShare * coherence + (1.0 - kShare) * mismatch;
+    // Rounding of the two integer scales: below 1e-4 of the value.
+    EXPECT_NEAR(static_cast<double>(cost.total(s, std::numeric_limits<std::int64_t>::max())) / EnergyScale::kOne, expected, 1e-4 * expected + 1e-9);
+  }
+}
+
+TEST(AppearanceSpace, KeepsAllOfAHistoryOfTwoFrames) {
+  TempFolder folder;
+  testing_support::write_history(folder.path(), 32, 32, 2, testing_support::blotches);  // 6 numbers per pixel, 8 components.
+  const AppearanceSpace space = build_appearance_space(HistoryReader(folder.path()), 2, {.spatial_radius_px = 0});
+  EXPECT_NEAR(space.explained_variance, 1.0, 1e-9);
+  EXPECT_EQ(space.levels[1].width(), 16);
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,138 @@
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
+#include "tools/patinate/commands.h"
+#include "tools/patinate/path_kind.h"
+#include "transfer/transfer_io.h"
+
+namespace patinate {
+
+namespace {
+
+/// Lines "name: value" that are also members of a JSON object.
+class Facts {
+ public:
+  explicit Facts(const std::string& kind) : json_{{"kind", kind}}, text_(kind) {}
+  void add(const std::string& name, const Json& value, const std::string& shown) {
+    json_[name] = value;
+    if (shown.empty()) return;
+    std::string label = name + ":";
+    std::replace(label.begin(), label.end(), '_', ' ');
+    label.resize(std::max<std::size_t>(label.size() + 1, 20), ' ');
+    text_ += "\n  " + label + shown;
+  }
+  void add(const std::string& name, const std::string& value) { add(name, value, value); }
+  void add(const std::string& name, std::int64_t value) { add(name, value, std::to_string(value)); }
+  void report(CommandRun& run) const { run.report(json_, text_); }
+
+ private:
+  Json json_;
+  std::string text_;
+};
+
+std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
+
+Facts history_facts(const std::filesystem::path& path) {
+  const HistoryReader history(path);
+  const HistoryManifest& m = history.manifest();
+  const std::string unit = time_unit_text(m.time_unit);
+  Facts facts("history");
+  facts.add("name", m.name);
+  facts.add("origin", m.origin);
+  facts.add("size", Json{m.width, m.height}, size_text(m.width, m.height));
+  Json times = Json::array(), controls = Json::array();
+  for (const HistoryFrame& frame : m.frames) times.push_back(frame.time);
+  facts.add("times", times,
+            std::to_string(m.frames.size()) + " frames, " + number_text(m.frames.front().time) + " to " +
+                number_text(m.frames.back().time) + " " + unit);
+  facts.add("time_unit", unit, "");
+  if (m.texel_size_mm) facts.add("texel_size_mm", *m.texel_size_mm, number_text(*m.texel_size_mm));
+  std::string shown;
+  for (const ControlParameter& c : m.controls) {
+    controls.push_back(Json{{"name", c.name}, {"range", {c.low, c.high}}, {"unit", c.unit}});
+    shown += (shown.empty() ? "" : "; ") + c.name + ", " + number_text(c.low) + " to " + number_text(c.high) + " " + c.unit;
+  }
+  facts.add("controls", controls, shown.empty() ? "none" : shown);
+  facts.add("mask", m.mask.has_value(), m.mask ? "yes" : "no");
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts transfer_facts(const std::filesystem::path& path) {
+  const TransferManifest m = read_transfer_manifest(path);
+  const ImageInfo atlas = probe_image(m.coordinates);
+  Facts facts("transfer");
+  facts.add("history", m.history.string());
+  facts.add("atlas", Json{atlas.width, atlas.height}, size_text(atlas.width, atlas.height));
+  std::string shown;
+  for (const std::string& c : m.controls) shown += (shown.empty() ? "" : "; ") + c;
+  facts.add("controls", m.controls, shown);
+  facts.add("energy", m.energy.energy, number_text(m.energy.energy));
+  facts.add("control_error_mean", m.energy.control_error_mean, number_text(m.energy.control_error_mean));
+  facts.add("coherent_share", m.energy.coherent_share, number_text(m.energy.coherent_share));
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts image_facts(const std::filesystem::path& path) {
+  const ImageInfo info = probe_image(path);
+  Facts facts("image");
+  facts.add("size", Json{info.width, info.height}, size_text(info.width, info.height));
+  std::string channels;
+  for (const std::string& c : info.channels) channels += (channels.empty() ? "" : " ") + c;
+  facts.add("channels", info.channels, channels);
+  facts.add("values", info.is_integer ? "integer codes" : "floating point");
+  if (info.num_frames > 1) facts.add("frames", info.num_frames);
+  if (!info.date_time.empty()) facts.add("date", info.date_time);
+  if (!info.key.empty()) facts.add("key", info.key);
+  return facts;
+}
+
+Facts mesh_facts(const std::filesystem::path& path) {
+  const Mesh mesh = read_mesh(path);
+  const Box box = bounding_box(mesh);
+  const Vec3 extent = box.high - box.low;
+  Facts facts("mesh");
+  facts.add("positions", static_cast<std::int64_t>(mesh.positions.size()));
+  facts.add("triangles", mesh.num_triangles());
+  facts.add("uvs", mesh.has_uvs(), mesh.has_uvs() ? "yes" : "no");
+  facts.add("extent", Json{extent.x(), extent.y(), extent.z()},
+            number_text(extent.x()) + " x " + number_text(extent.y()) + " x " + number_text(extent.z()) +
+                " (the file has no unit)");
+  Json surfaces = Json::array();
+  std::string shown;
+  for (const Mesh::Surface& s : mesh.surfaces) {
+    surfaces.push_back(Json{{"node", s.node}, {"material", s.material}});
+    shown += "\n    node \"" + s.node + "\", material \"" + s.material + "\"";
+  }
+  facts.add("surfaces", surfaces, std::to_string(mesh.surfaces.size()) + shown);
+  return facts;
+}
+
+Facts facts_of(const std::filesystem::path& path) {
+  switch (kind_of(path)) {
+    case PathKind::History: return history_facts(path);
+    case PathKind::Transfer: return transfer_facts(path);
+    case PathKind::Capture: break;
+    case PathKind::Mesh: return mesh_facts(path);
+    case PathKind::Image: return image_facts(path);
+  }
+  return image_facts(path);
+}
+
+}  // namespace
+
+int cmd_info(CommandRun& run) {
+  std::filesystem::path path;
+  run.line.positional("PATH", "A history, capture or transfer folder, a mesh or an image", path);
+  run.line.example("info copper");
+  run.line.example("info bust.glb --json");
+  if (!run.parse()) return 0;
+  facts_of(path).report(run);
+  return 0;
+}
+
+}  // namespace patinate

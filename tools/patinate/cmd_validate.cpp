@@ -1,0 +1,81 @@
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
+#include "tools/patinate/commands.h"
+#include "tools/patinate/path_kind.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+
+namespace {
+
+/// Runs checks one after another and keeps the line of each that fails.
+class Checks {
+ public:
+  void run(const std::function<void()>& check) {
+    try {
+      check();
+    } catch (const InvalidInput& e) {
+      problems_.emplace_back(e.what());
+    }
+  }
+  [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
+
+ private:
+  std::vector<std::string> problems_;
+};
+
+/// Reads every pixel that the history names.
+void check_history(const std::filesystem::path& path, Checks& checks, const RunControl& control) {
+  const HistoryReader history(path);
+  for (int i = 0; i < history.num_frames(); ++i) {
+    control.throw_if_stopped();
+    checks.run([&] { (void)history.read_frame(i); });
+    control.report((i + 1.0) / (history.num_frames() + 1.0));
+  }
+  for (const ControlParameter& c : history.manifest().controls) {
+    checks.run([&] { (void)history.read_control(c.name); });
+  }
+  checks.run([&] { (void)history.read_mask(); });
+}
+
+void check_path(const std::filesystem::path& path, Checks& checks, const RunControl& control) {
+  switch (kind_of(path)) {
+    case PathKind::History: return check_history(path, checks, control);
+    case PathKind::Transfer: {
+      const TransferReader transfer(path);
+      return check_history(transfer.history().folder(), checks, control);
+    }
+    case PathKind::Capture: throw InvalidInput(path.string() + ": captures are checked by `ingest`");
+    case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
+    case PathKind::Image: return checks.run([&] { (void)read_color(path); });
+  }
+}
+
+}  // namespace
+
+int cmd_validate(CommandRun& run) {
+  std::filesystem::path path;
+  run.line.positional("PATH", "A history, capture or transfer folder, a mesh or an image", path);
+  run.line.example("validate copper");
+  if (!run.parse()) return 0;
+  Checks checks;
+  const RunControl control = run.control("checking");
+  checks.run([&] { check_path(path, checks, control); });
+  control.report(1.0);
+
+  if (checks.problems().empty()) {
+    run.report(Json{{"valid", true}, {"problems", Json::array()}}, path.string() + ": OK");
+    return 0;
+  }
+  // As errors are: one line each on stderr.
+  run.note_problems(checks.problems());
+  if (run.line.common().json) run.report(Json{{"valid", false}, {"problems", checks.problems()}}, "");
+  return 3;
+}
+
+}  // namespace patinate

@@ -1,0 +1,90 @@
+#include "tools/patinate/command_run.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "tools/patinate/progress_line.h"
+
+namespace patinate {
+
+namespace {
+
+void print(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw CannotComplete("standard output: cannot be written; is the disk full?");
+  }
+}
+
+std::string seconds_text(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f s", seconds);
+  return text;
+}
+
+}  // namespace
+
+CommandRun::CommandRun(std::string verb, std::string brief, std::vector<std::string> arguments, std::stop_token stop)
+    : line(verb, std::move(brief)), verb_(std::move(verb)), arguments_(std::move(arguments)), stop_(std::move(stop)) {}
+CommandRun::~CommandRun() = default;
+
+bool CommandRun::parse() {
+  if (line.parse(arguments_)) return true;
+  print(line.help());
+  return false;
+}
+
+RunControl CommandRun::control(const std::string& label) {
+  RunControl control;
+  control.stop = stop_;
+  control.num_threads = line.common().threads;
+  if (!line.common().quiet) {
+    progress_ = std::make_unique<ProgressLine>(label);
+    control.on_progress = [p = progress_.get()](double f) { p->show(f); };
+  }
+  return control;
+}
+
+double CommandRun::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
+std::vector<std::string> CommandRun::command_line() const {
+  std::vector<std::string> words{"patinate", verb_};
+  words.insert(words.end(), arguments_.begin(), arguments_.end());
+  return words;
+}
+
+void CommandRun::note(const std::string& text) {
+  progress_.reset();
+  if (!line.common().quiet) std::fprintf(stderr, "%s\n", text.c_str());
+}
+
+void CommandRun::detail(const std::string& text) {
+  if (line.common().verbose) note(text);
+}
+
+void CommandRun::note_problems(const std::vector<std::string>& problems) {
+  progress_.reset();
+  for (const std::string& problem : problems) std::fprintf(stderr, "patinate: error: %s\n", problem.c_str());
+}
+
+void CommandRun::report_output(JobStatus status, const std::filesystem::path& output) {
+  report_output(status, output, Json::object());
+}
+
+void CommandRun::report_output(JobStatus status, const std::filesystem::path& output, const Json& more) {
+  const bool is_done = status == JobStatus::Done;
+  note(output.string() + ": " + (is_done ? "done in " + seconds_text(seconds()) : "up to date"));
+  if (!line.common().json) return;
+  Json result{{"output", output.string()}, {"status", is_done ? "done" : "up to date"}};
+  result.update(more);
+  print(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+void CommandRun::report(const Json& json, const std::string& text) {
+  progress_.reset();
+  print((line.common().json ? json.dump(2, ' ', false, Json::error_handler_t::replace) : text) + "\n");
+}
+
+}  // namespace patinate

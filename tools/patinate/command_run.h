@@ -1,0 +1,61 @@
+/// \file
+/// One run of a command: its arguments, progress, cancelling and its result.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/json.h"
+#include "libcommon/core/run_control.h"
+#include "libcommon/job/job.h"
+#include "tools/patinate/command_line.h"
+
+namespace patinate {
+
+class ProgressLine;
+
+/// A command declares its arguments on `line`, calls parse(), works with control(), and ends with one of the reports.
+class CommandRun {
+ public:
+  /// @param arguments  What follows the verb.
+  CommandRun(std::string verb, std::string brief, std::vector<std::string> arguments, std::stop_token stop);
+  ~CommandRun();
+
+  CommandLine line;
+
+  /// @returns false when --help was printed: the command then returns at once.
+  [[nodiscard]] bool parse();
+  /// Progress under a label of one or two words, the stop token, --threads.
+  [[nodiscard]] RunControl control(const std::string& label);
+  [[nodiscard]] JobOptions job_options() const { return {.force = line.common().force}; }
+  /// Seconds since the command began.
+  [[nodiscard]] double seconds() const;
+  /// "patinate", the verb and its arguments, for run.json.
+  [[nodiscard]] std::vector<std::string> command_line() const;
+
+  /// A line on stderr, unless --quiet.
+  void note(const std::string& text);
+  /// A line on stderr with --verbose.
+  void detail(const std::string& text);
+  /// What is wrong with an input, one line each on stderr as errors are.
+  void note_problems(const std::vector<std::string>& problems);
+  /// The end of a command that makes `output`: a line on stderr, or with --json an object with `output`, `status` and the
+  /// members of `more` on stdout.
+  void report_output(JobStatus status, const std::filesystem::path& output);
+  void report_output(JobStatus status, const std::filesystem::path& output, const Json& more);
+  /// The end of a command that tells something: `text` or, with --json, `json`, on stdout.
+  void report(const Json& json, const std::string& text);
+
+ private:
+  std::string verb_;
+  std::vector<std::string> arguments_;
+  std::stop_token stop_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::unique_ptr<ProgressLine> progress_;
+};
+
+}  // namespace patinate

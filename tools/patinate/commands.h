@@ -1,0 +1,13 @@
+/// \file
+/// The commands of patinate, one a file (`cmd_*.cpp`).
+#pragma once
+
+#include "tools/patinate/command_run.h"
+
+namespace patinate {
+
+/// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/core/error.h.
+int cmd_info(CommandRun& run);
+int cmd_validate(CommandRun& run);
+
+}  // namespace patinate

@@ -1,0 +1,107 @@
+// The table from verb to command, and the one place where errors become a line on stderr and an exit code.
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <new>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "tools/patinate/commands.h"
+
+namespace patinate {
+namespace {
+
+struct Verb {
+  const char* name;
+  const char* brief;
+  int (*run)(CommandRun&);
+};
+
+constexpr std::array kVerbs{
+    Verb{"info", "Says what a file or folder is.", cmd_info},
+    Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
+};
+
+constexpr int kDone = 0, kCannot = 1, kUsage = 2, kInput = 3, kInterrupted = 130;
+
+std::string overview() {
+  std::string text =
+      "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND [arguments]\n\nCommands:\n";
+  for (const Verb& verb : kVerbs) {
+    std::string name = std::string("  ") + verb.name;
+    name.resize(14, ' ');
+    text += name + verb.brief + "\n";
+  }
+  return text + "\n`patinate COMMAND --help` says more. `patinate --version` prints the version.\n";
+}
+
+int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
+  if (arguments.empty()) throw UsageError("no command is given; see `patinate --help`");
+  const std::string& name = arguments.front();
+  if (name == "--help" || name == "-h" || name == "help") {
+    std::fputs(overview().c_str(), stdout);
+    return kDone;
+  }
+  if (name == "--version") {
+    std::puts("patinate " PATINATE_VERSION);
+    return kDone;
+  }
+  for (const Verb& verb : kVerbs) {
+    if (name != verb.name) continue;
+    CommandRun run(name, verb.brief, {arguments.begin() + 1, arguments.end()}, std::move(stop));
+    return verb.run(run);
+  }
+  std::vector<std::string> names;
+  for (const Verb& verb : kVerbs) names.emplace_back(verb.name);
+  throw UsageError(name + ": no such command" + did_you_mean(name, names) + "; see `patinate --help`");
+}
+
+int fail(int code, std::string message) {
+  std::replace_if(message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  std::fprintf(stderr, "patinate: error: %s\n", message.c_str());
+  return code;
+}
+
+/// The first Ctrl-C or SIGTERM asks the work to stop; the second ends the process at once (a job resumes from either).
+void stop_on_signals(std::stop_source source) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // inherited by every thread that starts later
+  std::thread([signals, source]() mutable {
+    for (int signal = 0; sigwait(&signals, &signal) == 0;) {
+      if (!source.request_stop()) ::_exit(kInterrupted);
+    }
+  }).detach();
+}
+
+int guarded_main(const std::vector<std::string>& arguments) {
+  std::stop_source source;
+  stop_on_signals(source);
+  try {
+    return run_verb(arguments, source.get_token());
+  } catch (const UsageError& e) {
+    return fail(kUsage, e.what());
+  } catch (const InvalidInput& e) {
+    return fail(kInput, e.what());
+  } catch (const Cancelled& e) {
+    return fail(kInterrupted, std::string(e.what()) + "; the same command goes on from what is finished");
+  } catch (const std::bad_alloc&) {
+    return fail(kCannot, "not enough memory; use a smaller image or atlas, or fewer threads");
+  } catch (const std::exception& e) {
+    return fail(kCannot, e.what());
+  }
+}
+
+}  // namespace
+}  // namespace patinate
+
+int main(int argc, char** argv) { return patinate::guarded_main({argv + 1, argv + argc}); }

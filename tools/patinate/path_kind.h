@@ -1,0 +1,15 @@
+/// \file
+/// What a path given on the command line is.
+#pragma once
+
+#include <filesystem>
+
+namespace patinate {
+
+enum class PathKind { History, Transfer, Capture, Mesh, Image };
+
+/// A folder or manifest by its `"format"`, a file by its extension. Its content is not checked.
+/// @throws IoError if it does not exist or is none of these.
+[[nodiscard]] PathKind kind_of(const std::filesystem::path& path);
+
+}  // namespace patinate

@@ -1,0 +1,50 @@
+#include "tools/patinate/progress_line.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace patinate {
+
+namespace {
+
+constexpr auto kTerminalInterval = std::chrono::milliseconds(100);
+constexpr auto kPlainInterval = std::chrono::seconds(10);
+constexpr int kBarWidth = 30;
+
+std::string time_left(double elapsed, double fraction) {
+  if (!(fraction > 0.01) || elapsed < 1.0) return "";
+  const double left = std::min(elapsed / fraction * (1.0 - fraction), 359999.0);
+  const int seconds = static_cast<int>(left + 0.5);
+  char text[32];
+  std::snprintf(text, sizeof text, ", %d:%02d left", seconds / 60, seconds % 60);
+  return text;
+}
+
+}  // namespace
+
+ProgressLine::ProgressLine(std::string label) : label_(std::move(label)), is_terminal_(::isatty(STDERR_FILENO) != 0) {}
+
+ProgressLine::~ProgressLine() {
+  if (is_shown_ && is_terminal_) std::fputs("\r\033[K", stderr);
+}
+
+void ProgressLine::show(double fraction) {
+  const auto now = Clock::now();
+  if (now - last_ < (is_terminal_ ? Clock::duration(kTerminalInterval) : Clock::duration(kPlainInterval))) return;
+  last_ = now;
+  is_shown_ = true;
+  const int percent = static_cast<int>(100.0 * std::clamp(fraction, 0.0, 1.0));
+  const std::string left = time_left(std::chrono::duration<double>(now - begin_).count(), fraction);
+  if (is_terminal_) {
+    std::string bar(kBarWidth, ' ');
+    std::fill_n(bar.begin(), kBarWidth * percent / 100, '#');
+    std::fprintf(stderr, "\r%s [%s] %d %%%s\033[K", label_.c_str(), bar.c_str(), percent, left.c_str());
+    std::fflush(stderr);
+  } else {
+    std::fprintf(stderr, "%s: %d %%%s\n", label_.c_str(), percent, left.c_str());
+  }
+}
+
+}  // namespace patinate

@@ -12,7 +12,7 @@ namespace patinate {
 
 void describe(OptionVisitor& v, CommonOptions& o) {
   v.visit({"threads", "Threads; 0 = one per processor. Never changes a result", "", between(0, 1024)}, o.threads);
-  v.visit({"seed", "Every random choice derives from it", "", between(0, 0x1p53)}, o.seed);
+  v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
   v.visit({"json", "The result as one JSON object on stdout"}, o.json);
   v.visit({"quiet", "Errors only"}, o.quiet);
   v.visit({"verbose", "More on stderr"}, o.verbose);
@@ -146,10 +146,9 @@ class CommandLine::Declarer final : public OptionVisitor {
   Entry& add(const OptionInfo& info, const std::string& value_name, const std::string& default_text,
              std::function<void(const std::string&)> set) {
     std::string help(info.help);
-    std::string limits(info.unit);
+    if (!info.unit.empty()) help += ", " + std::string(info.unit);
     const std::string range = info.range.text();
-    if (!range.empty()) limits += (limits.empty() ? "" : ", ") + range;
-    if (!limits.empty()) help += " [" + limits + "]";
+    if (!range.empty()) help += ", " + range;
     const std::string name = dashed(std::string(info.name));
     for (const auto& common : line_.entries_) {
       if (is_common_ || !common->is_common || common->name != name) continue;
@@ -355,7 +354,7 @@ std::string CommandLine::help() const {
       usage += " " + left.substr(2) + (entry->kind == EntryKind::PositionalList ? "..." : "");
     }
     std::string help = (entry->has_no_form ? "Without: " : "") + entry->help;
-    if (!entry->default_text.empty()) help += " (default " + entry->default_text + ")";
+    if (!entry->default_text.empty()) help += "; default " + entry->default_text;
     if (entry->kind == EntryKind::Repeated) help += " (may be repeated)";
     if (left.size() + 2 > kIndent) {
       left += "\n" + std::string(kIndent, ' ');

@@ -1,0 +1,222 @@
+#include "libcommon/output/glb.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/json.h"
+#include "libcommon/image/color.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::uint32_t kMagic = 0x46546C67;      // "glTF"
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
+constexpr std::uint32_t kBinaryChunk = 0x004E4942;
+constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
+
+// One vertex per different (position, uv, normal).
+struct VertexBuffers {
+  std::vector<float> positions, normals, uvs;
+  std::vector<std::uint32_t> indices;
+};
+
+VertexBuffers make_buffers(const Mesh& mesh, double scale) {
+  VertexBuffers buffers;
+  std::map<std::array<int, 3>, std::uint32_t> index_of;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::array<int, 3> corner = {mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k]};
+      const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
+      buffers.indices.push_back(found->second);
+      if (!is_new) continue;
+      const Vec3 p = scale * mesh.positions[static_cast<std::size_t>(corner[0])];
+      const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner[1])];
+      const Eigen::Vector3f n = mesh.normals[static_cast<std::size_t>(corner[2])].cast<float>().normalized();
+      for (int i = 0; i < 3; ++i) buffers.positions.push_back(static_cast<float>(p[i]));
+      for (int i = 0; i < 3; ++i) buffers.normals.push_back(n[i]);
+      buffers.uvs.push_back(static_cast<float>(uv.x()));
+      buffers.uvs.push_back(static_cast<float>(1.0 - uv.y()));
+    }
+  }
+  for (const std::vector<float>* values : {&buffers.positions, &buffers.normals, &buffers.uvs}) {
+    for (const float value : *values) {
+      if (!std::isfinite(value)) throw InvalidInput("glb: the mesh has a value that is not finite");
+    }
+  }
+  return buffers;
+}
+
+std::string png_bytes(const ImageF& linear) {
+  const ImageU8 codes = srgb8_from_linear(linear);
+  OIIO::Filesystem::IOVecOutput bytes;
+  const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("picture.png", &bytes);
+  OIIO::ImageSpec spec(codes.width(), codes.height(), codes.channels(), OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  if (!out || !out->open("picture.png", spec) || !out->write_image(OIIO::TypeDesc::UINT8, codes.data()) || !out->close()) {
+    throw CannotComplete("glb: a texture could not be encoded as PNG" + (out ? ": " + out->geterror() : std::string()));
+  }
+  const auto& buffer = bytes.buffer();
+  return {buffer.begin(), buffer.end()};
+}
+
+// The binary chunk and the views into it.
+class BinaryChunk {
+ public:
+  int add(const void* data, std::size_t size, int target = 0) {
+    bytes_.resize((bytes_.size() + 3) / 4 * 4, '\0');
+    Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}};
+    if (target != 0) view["target"] = target;
+    bytes_.append(static_cast<const char*>(data), size);
+    views_.push_back(std::move(view));
+    return static_cast<int>(views_.size()) - 1;
+  }
+  template <class T>
+  int add(const std::vector<T>& values, int target) {
+    return add(values.data(), values.size() * sizeof(T), target);
+  }
+  [[nodiscard]] const Json& views() const { return views_; }
+  [[nodiscard]] const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::string bytes_;
+  Json views_ = Json::array();
+};
+
+Json accessor(int view, int type, std::size_t count, const char* shape) {
+  return {{"bufferView", view}, {"componentType", type}, {"count", count}, {"type", shape}};
+}
+
+Json position_accessor(int view, const std::vector<float>& positions) {
+  Json json = accessor(view, kFloat, positions.size() / 3, "VEC3");
+  std::array<float, 3> low = {positions[0], positions[1], positions[2]}, high = low;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    low[i % 3] = std::min(low[i % 3], positions[i]);
+    high[i % 3] = std::max(high[i % 3], positions[i]);
+  }
+  json["min"] = low;
+  json["max"] = high;
+  return json;
+}
+
+void check(const Mesh& mesh, const std::vector<GlbVariant>& variants, const GlbOptions& options) {
+  if (!mesh.has_uvs()) throw InvalidInput("glb: the mesh has no UVs; unwrap it first");
+  if (variants.empty()) throw InvalidInput("glb: there is no variant to write");
+  std::set<std::string> names;
+  for (const GlbVariant& variant : variants) {
+    if (variant.base_color.empty()) throw InvalidInput("glb: the texture of `" + variant.name + "` is empty");
+    if (!names.insert(variant.name).second) throw InvalidInput("glb: the variant `" + variant.name + "` occurs twice");
+  }
+  if (!(options.metres_per_unit > 0.0)) throw InvalidInput("glb: metres_per_unit must be > 0");
+  if (!(options.roughness >= 0.0 && options.roughness <= 1.0)) throw InvalidInput("glb: roughness must be in [0, 1]");
+}
+
+// Images, textures, materials and the list of variants.
+void add_materials(Json& gltf, BinaryChunk& binary, const std::vector<GlbVariant>& variants, const GlbOptions& options,
+                   const RunControl& control) {
+  gltf["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}};
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    control.throw_if_stopped();
+    const std::string png = png_bytes(variants[i].base_color);
+    gltf["images"].push_back({{"name", variants[i].name}, {"mimeType", "image/png"}, {"bufferView", binary.add(png.data(), png.size())}});
+    gltf["textures"].push_back({{"sampler", 0}, {"source", i}});
+    gltf["materials"].push_back({{"name", variants[i].name},
+                                 {"pbrMetallicRoughness",
+                                  {{"baseColorTexture", {{"index", i}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}});
+    gltf["extensions"]["KHR_materials_variants"]["variants"].push_back({{"name", variants[i].name}});
+    control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(variants.size()));
+  }
+}
+
+void append_u32(std::string& bytes, std::size_t value) {
+  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xFF);
+}
+
+std::string container(std::string json, std::string binary) {
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  binary.resize((binary.size() + 3) / 4 * 4, '\0');
+  const std::size_t total = 12 + 8 + json.size() + 8 + binary.size();
+  if (total > 0xFFFFFFFFu) throw InvalidInput("glb: more than 4 GB; use smaller textures or fewer variants");
+  std::string bytes;
+  bytes.reserve(total);
+  append_u32(bytes, kMagic);
+  append_u32(bytes, 2);
+  append_u32(bytes, total);
+  append_u32(bytes, json.size());
+  append_u32(bytes, kJsonChunk);
+  bytes += json;
+  append_u32(bytes, binary.size());
+  append_u32(bytes, kBinaryChunk);
+  bytes += binary;
+  return bytes;
+}
+
+std::uint32_t u32_at(std::string_view bytes, std::size_t offset) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[offset + i])) << (8 * i);
+  return value;
+}
+
+}  // namespace
+
+void write_glb(const std::filesystem::path& path, const Mesh& input, const std::vector<GlbVariant>& variants,
+               const GlbOptions& options, const RunControl& control) {
+  check(input, variants, options);
+  const Mesh mesh = with_normals(input);
+  const VertexBuffers buffers = make_buffers(mesh, options.metres_per_unit);
+
+  Json gltf;
+  gltf["asset"] = {{"version", "2.0"}, {"generator", "patinate"}};
+  if (!options.key.empty()) gltf["asset"]["extras"] = {{"patinate_key", options.key}};
+  gltf["extensionsUsed"] = {"KHR_materials_variants"};
+  gltf["scene"] = 0;
+  gltf["scenes"] = {{{"nodes", {0}}}};
+  gltf["nodes"] = {{{"name", options.name}, {"mesh", 0}}};
+
+  BinaryChunk binary;
+  gltf["accessors"] = Json::array();
+  gltf["accessors"].push_back(position_accessor(binary.add(buffers.positions, kArrayBuffer), buffers.positions));
+  gltf["accessors"].push_back(accessor(binary.add(buffers.normals, kArrayBuffer), kFloat, buffers.normals.size() / 3, "VEC3"));
+  gltf["accessors"].push_back(accessor(binary.add(buffers.uvs, kArrayBuffer), kFloat, buffers.uvs.size() / 2, "VEC2"));
+  gltf["accessors"].push_back(accessor(binary.add(buffers.indices, kElementBuffer), kUint32, buffers.indices.size(), "SCALAR"));
+  add_materials(gltf, binary, variants, options, control);
+
+  Json primitive = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}}}, {"indices", 3}, {"material", 0}};
+  Json& mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"];
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    mappings.push_back({{"material", i}, {"variants", Json::array({i})}});
+  }
+  gltf["meshes"] = Json::array({{{"name", options.name}, {"primitives", Json::array({primitive})}}});
+  gltf["bufferViews"] = binary.views();
+  gltf["buffers"] = Json::array({{{"byteLength", binary.bytes().size()}}});
+  std::string text;
+  try {
+    text = gltf.dump();
+  } catch (const nlohmann::json::exception&) {
+    throw InvalidInput("glb: a name is not UTF-8");
+  }
+  write_atomically(path, container(std::move(text), binary.bytes()));
+  control.report(1.0);
+}
+
+std::string read_glb_key(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path);
+  if (bytes.size() < 20 || u32_at(bytes, 0) != kMagic || u32_at(bytes, 16) != kJsonChunk) return "";
+  const std::size_t length = u32_at(bytes, 12);
+  if (length > bytes.size() - 20) return "";
+  const Json gltf = Json::parse(bytes.begin() + 20, bytes.begin() + 20 + static_cast<std::ptrdiff_t>(length), nullptr, false);
+  const Json::json_pointer pointer("/asset/extras/patinate_key");
+  if (gltf.is_discarded() || !gltf.is_object() || !gltf.contains(pointer) || !gltf.at(pointer).is_string()) return "";
+  return gltf.at(pointer).get<std::string>();
+}
+
+}  // namespace patinate

@@ -1,0 +1,217 @@
+#include "libcommon/output/html_page.h"
+
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/json.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::string_view kStyle = R"css(
+:root { color-scheme: light dark; --ink: #22252a; --soft: #6a7078; --line: #dcdfe3; --paper: #fbfbfa; --card: #ffffff; --accent: #1f6f5c; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e6e6e3; --soft: #9aa0a6; --line: #3a3d42; --paper: #191a1c; --card: #212327; --accent: #6cc0aa; } }
+* { box-sizing: border-box; }
+body { margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 system-ui, sans-serif; }
+main { max-width: 68rem; margin: 0 auto; padding: 2.5rem 1.25rem 4rem; }
+h1 { font-size: 2rem; line-height: 1.2; margin: 0 0 1.25rem; }
+h2 { font-size: 1.3rem; margin: 2.5rem 0 0.75rem; }
+p { max-width: 46rem; }
+a { color: var(--accent); }
+pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 0.75rem 1rem; overflow-x: auto; font-size: 0.88rem; }
+figure { margin: 1.25rem 0; background: var(--card); border: 1px solid var(--line); border-radius: 6px; overflow: hidden; }
+figure img { display: block; width: 100%; height: auto; }
+figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
+.grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
+.grid figure { margin: 0; }
+.slider { max-width: 44rem; }
+.controls { display: flex; align-items: center; gap: 0.75rem; padding: 0.6rem 0.9rem 0; }
+.controls input { flex: 1; accent-color: var(--accent); }
+.controls button { font: inherit; border: 1px solid var(--line); border-radius: 4px; background: var(--paper); color: inherit; padding: 0.1rem 0.8rem; cursor: pointer; }
+.controls output { min-width: 5rem; text-align: right; font-variant-numeric: tabular-nums; }
+.table { overflow-x: auto; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { text-align: left; padding: 0.35rem 1rem 0.35rem 0; border-bottom: 1px solid var(--line); }
+th { color: var(--soft); font-weight: 600; }
+)css";
+
+constexpr std::string_view kScript = R"js(
+for (const figure of document.querySelectorAll("figure.slider")) {
+  const frames = JSON.parse(figure.querySelector("script").textContent);
+  const image = figure.querySelector("img"), range = figure.querySelector("input");
+  const time = figure.querySelector("output"), button = figure.querySelector("button");
+  let timer = 0;
+  const show = () => {
+    const frame = frames[range.valueAsNumber];
+    image.src = frame.source;
+    image.alt = frame.caption;
+    time.textContent = frame.caption;
+  };
+  const stop = () => { clearInterval(timer); timer = 0; button.textContent = "Play"; };
+  range.addEventListener("input", () => { stop(); show(); });
+  button.addEventListener("click", () => {
+    if (timer) return stop();
+    button.textContent = "Stop";
+    timer = setInterval(() => { range.valueAsNumber = (range.valueAsNumber + 1) % frames.length; show(); }, 150);
+  });
+  for (const frame of frames) new Image().src = frame.source;
+  show();
+}
+)js";
+
+// A path as a URL: what is not plain is percent-encoded. data: URIs stay as they are.
+std::string url(std::string_view source) {
+  if (source.starts_with("data:")) return html_escape(source);
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string out;
+  for (const char c : source) {
+    const unsigned char u = static_cast<unsigned char>(c);
+    const bool is_plain = (u >= '0' && u <= '9') || (u >= 'A' && u <= 'Z') || (u >= 'a' && u <= 'z') ||
+                          std::string_view("-._~/").find(c) != std::string_view::npos;
+    if (is_plain) {
+      out += c;
+    } else {
+      out += '%';
+      out += kHex[u >> 4];
+      out += kHex[u & 15];
+    }
+  }
+  // "a:b" would name a scheme; it is "a%3Ab" by now.
+  return out;
+}
+
+std::string image_tag(const HtmlPicture& picture) {
+  return "<img src=\"" + url(picture.source) + "\" alt=\"" + html_escape(picture.caption) + "\">";
+}
+
+std::string figure(const HtmlPicture& picture) {
+  std::string out = "<figure>" + image_tag(picture);
+  if (!picture.caption.empty()) out += "<figcaption>" + html_escape(picture.caption) + "</figcaption>";
+  return out + "</figure>\n";
+}
+
+std::string cells(const char* tag, const std::vector<std::string>& row) {
+  std::string out = "<tr>";
+  for (const std::string& cell : row) out += "<" + std::string(tag) + ">" + html_escape(cell) + "</" + tag + ">";
+  return out + "</tr>\n";
+}
+
+}  // namespace
+
+std::string html_escape(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      case '\'': out += "&#39;"; break;
+      default:
+        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
+    }
+  }
+  return out;
+}
+
+std::string data_uri(const std::filesystem::path& file) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const std::string bytes = read_file(file);
+  const std::string extension = file.extension().string();
+  std::string out = extension == ".png"    ? "data:image/png;base64,"
+                    : extension == ".jpg"  ? "data:image/jpeg;base64,"
+                    : extension == ".svg"  ? "data:image/svg+xml;base64,"
+                    : extension == ".json" ? "data:application/json;base64,"
+                                           : "data:application/octet-stream;base64,";
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    }
+    for (std::size_t k = 0; k < 4; ++k) out += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
+
+HtmlPage::HtmlPage(std::string title) : title_(std::move(title)) {}
+
+HtmlPage& HtmlPage::heading(std::string_view text) {
+  body_ += "<h2>" + html_escape(text) + "</h2>\n";
+  return *this;
+}
+
+HtmlPage& HtmlPage::paragraph(std::string_view text) {
+  body_ += "<p>" + html_escape(text) + "</p>\n";
+  return *this;
+}
+
+HtmlPage& HtmlPage::code(std::string_view text) {
+  body_ += "<pre><code>" + html_escape(text) + "</code></pre>\n";
+  return *this;
+}
+
+HtmlPage& HtmlPage::picture(const HtmlPicture& picture) {
+  body_ += figure(picture);
+  return *this;
+}
+
+HtmlPage& HtmlPage::pictures(const std::vector<HtmlPicture>& pictures) {
+  body_ += "<div class=\"grid\">\n";
+  for (const HtmlPicture& picture : pictures) body_ += figure(picture);
+  body_ += "</div>\n";
+  return *this;
+}
+
+HtmlPage& HtmlPage::table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
+  body_ += "<div class=\"table\"><table>\n<thead>" + cells("th", header) + "</thead>\n<tbody>\n";
+  for (const std::vector<std::string>& row : rows) {
+    if (row.size() != header.size()) {
+      throw InvalidInput("html table: a row has " + std::to_string(row.size()) + " cells; the header has " + std::to_string(header.size()));
+    }
+    body_ += cells("td", row);
+  }
+  body_ += "</tbody>\n</table></div>\n";
+  return *this;
+}
+
+HtmlPage& HtmlPage::time_slider(const std::vector<HtmlPicture>& frames, std::string_view caption) {
+  if (frames.empty()) throw InvalidInput("html time slider: there is no frame");
+  Json list = Json::array();
+  for (const HtmlPicture& frame : frames) {
+    const bool is_data = frame.source.starts_with("data:");
+    list.push_back({{"source", is_data ? frame.source : url(frame.source)}, {"caption", frame.caption}});
+  }
+  // "</script>" in a name would end the element; JSON may write "<" as an escape.
+  std::string json;
+  for (const char c : list.dump(-1, ' ', false, Json::error_handler_t::replace)) json += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  const std::string last = std::to_string(frames.size() - 1);
+  body_ += "<figure class=\"slider\">" + image_tag(frames.back()) + "<div class=\"controls\"><button type=\"button\">Play</button>" +
+           "<input type=\"range\" min=\"0\" max=\"" + last + "\" value=\"" + last + "\" aria-label=\"Time\"><output>" +
+           html_escape(frames.back().caption) + "</output></div><figcaption>" + html_escape(caption) +
+           "</figcaption><script type=\"application/json\">" + json + "</script></figure>\n";
+  ++num_sliders_;
+  return *this;
+}
+
+HtmlPage& HtmlPage::link(std::string_view target, std::string_view text) {
+  body_ += "<p><a href=\"" + url(target) + "\">" + html_escape(text) + "</a></p>\n";
+  return *this;
+}
+
+std::string HtmlPage::text() const {
+  const std::string title = html_escape(title_);
+  std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n" +
+                    std::string("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>") + title +
+                    "</title>\n<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n<main>\n<h1>" + title + "</h1>\n" + body_ +
+                    "</main>\n";
+  if (num_sliders_ > 0) out += "<script>" + std::string(kScript) + "</script>\n";
+  return out + "</body>\n</html>\n";
+}
+
+void HtmlPage::save(const std::filesystem::path& path) const { write_atomically(path, text()); }
+
+}  // namespace patinate

@@ -1,0 +1,49 @@
+/// \file
+/// The light of render(): what one ray brings, without the texture.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "libcommon/geometry/ray_scene.h"
+#include "libcommon/output/orbit_camera.h"
+
+namespace patinate {
+
+/// What a ray of the camera meets.
+struct LitPoint {
+  bool is_hit = false;
+  Vec2 uv = Vec2::Zero();
+  double diffuse = 1.0;   ///< Hit: times albedo = radiance. Else: share of light that the backdrop keeps.
+  double specular = 0.0;  ///< Radiance.
+};
+
+/// Mesh with everything that light needs. Immutable after construction; queries are thread-safe.
+class LitMesh {
+ public:
+  LitMesh(const Mesh& mesh, const RenderOptions& options, const OrbitCamera& camera, const RunControl& control);
+
+  /// @param sample, num_samples  Which of a pixel's rays this is: chooses the point of the light that it looks at.
+  [[nodiscard]] LitPoint look(const Vec3& origin, const Vec3& direction, int x, int y, int sample, int num_samples) const;
+
+ private:
+  [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, const Vec3& to_light) const;
+  [[nodiscard]] double ground_light(const Vec3& p, const Vec3& to_light) const;
+  [[nodiscard]] Vec3 light_direction(int x, int y, int sample, int num_samples) const;
+  [[nodiscard]] double openness(const Vec3& p, const Vec3& normal, std::uint64_t item) const;
+  void light_vertices(const RunControl& control);
+  void light_ground(const RunControl& control);
+
+  Mesh mesh_;
+  RenderOptions options_;
+  RayScene scene_;
+  Box box_;
+  double diagonal_ = 0.0;
+  Vec3 up_, light_, light_x_, light_y_;
+  Vec3 ground_x_, ground_y_;              // Axes on the ground.
+  double ground_height_ = 0.0;            // Along up_.
+  std::vector<float> ambient_;            // Per position: openness.
+  std::vector<float> ground_openness_;    // kGroundGrid x kGroundGrid around the mesh.
+};
+
+}  // namespace patinate

@@ -1,0 +1,103 @@
+#include "libcommon/output/glb.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "tests/libcommon/output/ball.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::ball;
+using testing_support::TempFolder;
+
+std::vector<GlbVariant> two_ages() {
+  return {{"0 d", ImageF(8, 4, 3, 0.5f)}, {"12.5 d", ImageF(8, 4, 3, 0.1f)}};
+}
+
+TEST(Glb, ReadsBackAsTheSameMeshInMetres) {
+  const TempFolder folder;
+  const Mesh mesh = ball(100.0, 8);
+  write_glb(folder / "ball.glb", mesh, two_ages());
+  const Mesh back = read_mesh(folder / "ball.glb");
+  ASSERT_EQ(back.num_triangles(), mesh.num_triangles());
+  ASSERT_TRUE(back.has_uvs());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 p = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])];
+      const Vec3 q = back.positions[static_cast<std::size_t>(back.triangles[t][k])];
+      EXPECT_NEAR((0.001 * p - q).norm(), 0.0, 2e-8);  // float positions of 0.1
+      const Vec2 u = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
+      const Vec2 w = back.uvs[static_cast<std::size_t>(back.uv_triangles[t][k])];
+      EXPECT_NEAR((u - w).norm(), 0.0, 2e-7);
+    }
+  }
+}
+
+TEST(Glb, IsEqualForEqualInput) {
+  const TempFolder folder;
+  write_glb(folder / "a.glb", ball(1.0, 8), two_ages());
+  write_glb(folder / "b.glb", ball(1.0, 8), two_ages());
+  EXPECT_EQ(read_file(folder / "a.glb"), read_file(folder / "b.glb"));
+}
+
+TEST(Glb, KeepsItsContentKey) {
+  const TempFolder folder;
+  write_glb(folder / "a.glb", ball(1.0, 8), two_ages(), {.key = "00ff"});
+  EXPECT_EQ(read_glb_key(folder / "a.glb"), "00ff");
+  write_glb(folder / "b.glb", ball(1.0, 8), two_ages());
+  EXPECT_EQ(read_glb_key(folder / "b.glb"), "");
+}
+
+TEST(Glb, KeyOfADamagedFileIsEmpty) {
+  const TempFolder folder;
+  write_glb(folder / "a.glb", ball(1.0, 8), two_ages(), {.key = "00ff"});
+  const std::string whole = read_file(folder / "a.glb");
+  for (const std::size_t size : {0u, 3u, 12u, 19u, 20u, 21u, 200u}) {
+    write_atomically(folder / "cut.glb", whole.substr(0, size));
+    EXPECT_EQ(read_glb_key(folder / "cut.glb"), "") << size;
+  }
+  EXPECT_THROW((void)read_glb_key(folder / "absent.glb"), IoError);
+}
+
+TEST(Glb, NamesEveryVariant) {
+  const TempFolder folder;
+  write_glb(folder / "a.glb", ball(1.0, 8), two_ages());
+  const std::string bytes = read_file(folder / "a.glb");
+  EXPECT_NE(bytes.find(R"("KHR_materials_variants":{"variants":[{"name":"0 d"},{"name":"12.5 d"}]})"), std::string::npos);
+  EXPECT_NE(bytes.find(R"("mappings":[{"material":0,"variants":[0]},{"material":1,"variants":[1]}])"), std::string::npos);
+}
+
+TEST(Glb, RefusesWhatWouldNotBeValid) {
+  const TempFolder folder;
+  Mesh mesh = ball(1.0, 8);
+  const auto path = folder / "a.glb";
+  EXPECT_THROW(write_glb(path, mesh, {}), InvalidInput);
+  EXPECT_THROW(write_glb(path, mesh, {two_ages()[0], two_ages()[0]}), InvalidInput);
+  EXPECT_THROW(write_glb(path, mesh, two_ages(), {.metres_per_unit = 0.0}), InvalidInput);
+  EXPECT_THROW(write_glb(path, mesh, two_ages(), {.roughness = 2.0}), InvalidInput);
+  EXPECT_THROW(write_glb(path, mesh, two_ages(), {.name = "\xff"}), InvalidInput);
+  EXPECT_THROW(write_glb(folder / "no/such/folder.glb", mesh, two_ages()), CannotComplete);
+  mesh.positions[20].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(write_glb(path, mesh, two_ages()), InvalidInput);
+  mesh = ball(1.0, 8);
+  mesh.uv_triangles.clear();
+  EXPECT_THROW(write_glb(path, mesh, two_ages()), InvalidInput);
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+// tests/gltf/run.sh validates what this leaves.
+TEST(Glb, SampleForTheKhronosValidator) {
+  const char* folder = std::getenv("PATINATE_GLTF_SAMPLES");
+  if (folder == nullptr) GTEST_SKIP() << "PATINATE_GLTF_SAMPLES is not set";
+  write_glb(std::filesystem::path(folder) / "ball.glb", ball(100.0, 24), two_ages(), {.key = "00ff"});
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,224 @@
+#include "libcommon/output/render.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "libcommon/core/error.h"
+#include "libcommon/output/render_light.h"
+#include "tests/libcommon/output/ball.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::ball;
+using testing_support::plate;
+
+const ImageF kWhite(1, 1, 3, 1.0f);
+
+// Nothing but what a test turns on.
+RenderOptions bare() {
+  RenderOptions o;
+  o.width = o.height = 96;
+  o.samples = 1;
+  o.light = o.ambient = o.ambient_gradient = o.specular = o.light_size_deg = 0.0;
+  o.occlusion_samples = 0;
+  o.ground = false;
+  o.backdrop = Backdrop::White;
+  return o;
+}
+
+struct Extent {
+  int x0 = 1 << 20, x1 = -1, y0 = 1 << 20, y1 = -1;
+};
+
+Extent extent(const ImageU8& mask) {
+  Extent e;
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) {
+      if (mask.at(x, y) == 0) continue;
+      e.x0 = std::min(e.x0, x), e.x1 = std::max(e.x1, x), e.y0 = std::min(e.y0, y), e.y1 = std::max(e.y1, y);
+    }
+  }
+  return e;
+}
+
+// White furnace: all that a convex white body sees is the ambient light.
+TEST(Render, ShowsAConvexWhiteBodyInWhiteLightAsWhite) {
+  RenderOptions o = bare();
+  o.ambient = 1.0;
+  o.occlusion_samples = 32;
+  const ImageF picture = render(ball(1.0, 24), kWhite, o);
+  for (const float value : picture.values()) EXPECT_NEAR(value, 1.0f, 1e-5f);
+}
+
+TEST(Render, ShadesASphereByLambertsLaw) {
+  RenderOptions o = bare();
+  o.light = 1.0;
+  o.azimuth_deg = o.elevation_deg = 0.0;
+  o.light_azimuth_deg = 30.0;
+  o.light_elevation_deg = 25.0;
+  o.width = o.height = 128;
+  const Mesh mesh = ball(1.0, 128);
+  const RenderView view(mesh, o);
+  const ImageF picture = view.shade(kWhite);
+  const ImageU8 mask = view.coverage();
+  const OrbitCamera camera = fitted_camera(mesh, o);
+  const double a = 30.0 * M_PI / 180.0, e = 25.0 * M_PI / 180.0;
+  const Vec3 light(std::cos(e) * std::sin(a), std::sin(e), std::cos(e) * std::cos(a));
+  int num_checked = 0;
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 128; ++x) {
+      const Vec3 d = camera.direction((x + 0.5) / 128, (y + 0.5) / 128);
+      // Closed form: nearer intersection with the unit sphere; its normal is its position.
+      const double b = camera.position.dot(d), disc = b * b - camera.position.squaredNorm() + 1.0;
+      if (disc < 0.02 || mask.at(x, y) == 0) continue;
+      const Vec3 n = camera.position + (-b - std::sqrt(disc)) * d;
+      if (std::abs(n.dot(light)) < 0.03) continue;  // The facets' own shadow line.
+      // The facets lie up to 1 - cos(pi / 128) = 3e-4 inside; seen obliquely that moves the hit, and the normal, by more.
+      EXPECT_NEAR(picture.at(x, y, 0), std::max(0.0, n.dot(light)), 0.01) << x << " " << y;
+      ++num_checked;
+    }
+  }
+  EXPECT_GT(num_checked, 5000);
+}
+
+TEST(Render, FramesTheMeshFromEverySide) {
+  Mesh mesh = ball(1.0, 24);
+  for (Vec3& p : mesh.positions) p = Vec3(3.0 * p.x() + 40.0, 0.5 * p.y() - 7.0, p.z() + 11.0);
+  for (const double azimuth : {0.0, 70.0, 200.0}) {
+    for (const double elevation : {-80.0, 0.0, 35.0}) {
+      RenderOptions o = bare();
+      o.width = 200, o.height = 120, o.samples = 4, o.margin = 0.1;
+      o.azimuth_deg = azimuth, o.elevation_deg = elevation;
+      const Extent e = extent(RenderView(mesh, o).coverage());
+      // 5 % stay free on both sides of the tighter axis: 10 of 200 or 6 of 120 pixels; a pixel for its partial cover.
+      const bool is_wide = e.x0 <= 11;
+      EXPECT_GE(e.x0, 9);
+      EXPECT_LE(e.x1, 190);
+      EXPECT_GE(e.y0, 5);
+      EXPECT_LE(e.y1, 114);
+      if (is_wide) {
+        EXPECT_NEAR(e.x0, 10, 1.01);
+      EXPECT_NEAR(e.x1, 189, 1.01);
+      } else {
+        EXPECT_NEAR(e.y0, 6, 1.01);
+      EXPECT_NEAR(e.y1, 113, 1.01);
+      }
+      EXPECT_NEAR(e.x0 + e.x1, 199, 3.0);
+      EXPECT_NEAR(e.y0 + e.y1, 119, 3.0);
+    }
+  }
+}
+
+TEST(Render, ZUpIsTheSamePictureOfATurnedMesh) {
+  Mesh mesh = ball(1.0, 12);
+  for (Vec3& p : mesh.positions) p = Vec3(2.0 * p.x(), p.y(), 0.5 * p.z());
+  Mesh turned = mesh;
+  for (Vec3& p : turned.positions) p = Vec3(p.x(), -p.z(), p.y());
+  for (Vec3& n : turned.normals) n = Vec3(n.x(), -n.z(), n.y());
+  RenderOptions o = bare();
+  o.light = 1.0;
+  const ImageF a = render(mesh, kWhite, o);
+  o.up = UpAxis::Z;
+  const ImageF b = render(turned, kWhite, o);
+  int num_different = 0;
+  for (std::size_t i = 0; i < a.values().size(); ++i) num_different += std::abs(a.values()[i] - b.values()[i]) > 1e-4f ? 1 : 0;
+  EXPECT_LE(num_different, static_cast<int>(a.values().size() / 500));  // Rounding at outlines.
+}
+
+// A small plate at height 1 above the middle of a large one.
+Mesh table() {
+  Mesh mesh = plate(4.0, 0.0);
+  const Mesh small = plate(1.0, 1.0);
+  const int offset = static_cast<int>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), small.positions.begin(), small.positions.end());
+  mesh.uvs.insert(mesh.uvs.end(), small.uvs.begin(), small.uvs.end());
+  for (Triangle t : small.triangles) {
+    for (int& i : t) i += offset;
+    mesh.triangles.push_back(t);
+    mesh.uv_triangles.push_back(t);
+    mesh.triangle_surface.push_back(0);
+  }
+  return mesh;
+}
+
+// What the picture shows at a place in the world.
+float seen(const ImageF& picture, const OrbitCamera& camera, const Vec3& p) {
+  const Vec3 q = p - camera.position;
+  const double z = -q.dot(camera.backward);
+  const double u = 0.5 * (1.0 + q.dot(camera.right) / (z * camera.tan_x));
+  const double v = 0.5 * (1.0 - q.dot(camera.up) / (z * camera.tan_y));
+  return picture.at(static_cast<int>(u * picture.width()), static_cast<int>(v * picture.height()), 0);
+}
+
+TEST(Render, CastsTheShadowOfOnePlateOnAnother) {
+  RenderOptions o = bare();
+  o.light = 1.0;
+  o.light_elevation_deg = 90.0;
+  o.elevation_deg = 35.0;
+  o.azimuth_deg = 0.0;
+  const OrbitCamera camera = fitted_camera(table(), o);
+  const ImageF picture = render(table(), kWhite, o);
+  EXPECT_NEAR(seen(picture, camera, {0.0, 0.0, 0.4}), 0.0f, 1e-6f);  // Under the small plate.
+  EXPECT_NEAR(seen(picture, camera, {0.0, 1.0, 0.0}), 1.0f, 1e-6f);  // On it.
+  EXPECT_NEAR(seen(picture, camera, {1.5, 0.0, 0.4}), 1.0f, 1e-6f);  // Beside its shadow.
+}
+
+TEST(Render, AmbientLightIsWeakerUnderARoof) {
+  RenderOptions o = bare();
+  o.ambient = 1.0;
+  o.occlusion_samples = 256;
+  o.elevation_deg = 20.0;
+  o.azimuth_deg = 0.0;
+  const OrbitCamera camera = fitted_camera(table(), o);
+  const ImageF picture = render(table(), kWhite, o);
+  EXPECT_LT(seen(picture, camera, {0.0, 0.0, 0.4}), 0.85f);
+  EXPECT_GT(seen(picture, camera, {1.8, 0.0, 1.8}), 0.97f);
+}
+
+TEST(Render, ReadsTheTextureUpright) {
+  // v is up: the texture's upper half is the half of the plate with v > 0.5, which is the far one.
+  ImageF texture(2, 2, 3, 0.0f);
+  texture.at(0, 0, 0) = texture.at(1, 0, 0) = 1.0f;
+  RenderOptions o = bare();
+  o.ambient = 1.0;
+  o.azimuth_deg = 0.0;
+  o.elevation_deg = 90.0;
+  o.backdrop = Backdrop::Studio;
+  o.background = 0.0;
+  const ImageF picture = render(plate(2.0, 0.0), texture, o);
+  EXPECT_NEAR(picture.at(48, 15, 0), 1.0f, 1e-4f);
+  EXPECT_NEAR(picture.at(48, 80, 0), 0.0f, 1e-4f);
+}
+
+TEST(Render, DoesNotDependOnThreads) {
+  RenderOptions o;
+  o.width = o.height = 64;
+  o.occlusion_samples = 8;
+  RunControl one, three;
+  one.num_threads = 1;
+  three.num_threads = 3;
+  EXPECT_EQ(render(ball(1.0, 24), kWhite, o, one), render(ball(1.0, 24), kWhite, o, three));
+}
+
+TEST(Render, RefusesWhatItCannotShow) {
+  Mesh mesh = ball(1.0, 12);
+  RenderOptions o = bare();
+  o.width = 3;
+  EXPECT_THROW((void)render(mesh, kWhite, o), InvalidInput);
+  o = bare();
+  o.zoom = std::nan("");
+  EXPECT_THROW((void)render(mesh, kWhite, o), InvalidInput);
+  EXPECT_THROW((void)render(mesh, ImageF(), bare()), InvalidInput);
+  o = bare();
+  o.width = o.height = 8192;
+  o.samples = 256;
+  EXPECT_THROW((void)render(mesh, kWhite, o), InvalidInput);
+  mesh.uv_triangles.clear();
+  EXPECT_THROW((void)render(mesh, kWhite, bare()), InvalidInput);
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,63 @@
+#include "libcommon/controls/control_map.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+ValueRange area_percentiles(const ImageF& values, const TexelMap& map, double low_percent, double high_percent) {
+  struct Entry {
+    float value;
+    float area;
+  };
+  std::vector<Entry> entries;
+  entries.reserve(static_cast<std::size_t>(map.num_covered()));
+  double total = 0.0, area = 0.0;
+  int area_triangle = -1;
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    const int triangle = map.point(t).triangle;
+    if (triangle != area_triangle) {
+      const Eigen::Matrix<double, 3, 2> step = map.mm_per_texel(triangle);
+      area = step.col(0).cross(step.col(1)).norm();
+      area_triangle = triangle;
+    }
+    entries.push_back({values.values()[static_cast<std::size_t>(t)], static_cast<float>(area)});
+    total += static_cast<double>(entries.back().area);
+  }
+  if (entries.empty()) throw InvalidInput("the atlas covers no texel; are the UVs of the mesh all in one point?");
+  std::sort(entries.begin(), entries.end(),
+            [](const Entry& a, const Entry& b) { return a.value != b.value ? a.value < b.value : a.area < b.area; });
+  const auto value_at = [&](double percent) {
+    double below = 0.0;
+    for (const Entry& e : entries) {
+      below += static_cast<double>(e.area);
+      if (below >= percent / 100.0 * total) return static_cast<double>(e.value);
+    }
+    return static_cast<double>(entries.back().value);
+  };
+  return {value_at(low_percent), value_at(high_percent)};
+}
+
+ControlMap normalized_control(const ImageF& values, const TexelMap& map, const ValueRange& range, std::string unit) {
+  if (!(range.high > range.low)) {
+    throw InvalidInput("control map: its range [" + number_text(range.low) + ", " + number_text(range.high) +
+                       "] is empty");
+  }
+  ControlMap out{ImageF(map.width(), map.height()), range.low, range.high, std::move(unit)};
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    const auto i = static_cast<std::size_t>(t);
+    const double v = (static_cast<double>(values.values()[i]) - range.low) / (range.high - range.low);
+    out.values.values()[i] = static_cast<float>(std::clamp(v, 0.0, 1.0));
+  }
+  return out;
+}
+
+}  // namespace patinate

@@ -1,0 +1,37 @@
+/// \file
+/// What a control map is, and how values become one.
+#pragma once
+
+#include <string>
+
+#include "libcommon/atlas/texel_map.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+/// A parameter of the surface that aging follows, over an atlas.
+struct ControlMap {
+  ImageF values;      ///< H x W x 1 in [0, 1]; 0 outside the charts.
+  double low = 0.0;   ///< What 0 stands for, in `unit`.
+  double high = 1.0;  ///< What 1 stands for, in `unit`; > low unless the map was inverted.
+  std::string unit;   ///< "1/mm", "cosine", ...; "relative" when only ratios mean something.
+};
+
+/// Least and greatest value of what is normalised; values beyond are clamped.
+struct ValueRange {
+  double low = 0.0;
+  double high = 1.0;
+};
+
+/// Values below which `low_percent` and `high_percent` of the surface's area lie, each texel weighted by its area in
+/// mm^2.
+/// @param values  Size of `map`; outside the charts not looked at.
+/// @throws InvalidInput if no texel is covered.
+[[nodiscard]] ValueRange area_percentiles(const ImageF& values, const TexelMap& map, double low_percent,
+                                          double high_percent);
+
+/// (value - low) / (high - low), clamped to [0, 1]; 0 outside the charts. @throws InvalidInput unless high > low.
+[[nodiscard]] ControlMap normalized_control(const ImageF& values, const TexelMap& map, const ValueRange& range,
+                                            std::string unit);
+
+}  // namespace patinate

@@ -1,0 +1,93 @@
+#include "libcommon/controls/spray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/geometry/ray_scene.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr double kDefaultDistance = 1.5;    ///< In diagonals of the bounding box.
+constexpr double kSurfaceClearance = 1e-3;  ///< How far off the surface rays start, in diagonals.
+
+void check_path(const std::vector<SprayStop>& path) {
+  if (path.empty()) throw InvalidInput("spray: the path has no stops");
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const std::string stop = "spray: stop " + std::to_string(i + 1);
+    const SprayStop& s = path[i];
+    if (!s.position_mm.allFinite() || !s.aim_mm.allFinite()) throw InvalidInput(stop + " is not finite");
+    if (!(s.dwell >= 0.0 && std::isfinite(s.dwell))) throw InvalidInput(stop + " has a dwell that is not >= 0");
+    if (!((s.aim_mm - s.position_mm).norm() > 0.0)) throw InvalidInput(stop + " aims at its own position");
+  }
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, SprayOptions& o) {
+  v.visit({"spread", "standard deviation of the spray cone's Gaussian profile", "deg",
+           Range{.low = 0, .high = 90, .is_low_open = true}},
+          o.spread_deg);
+  v.visit({"spray_shadows", "whether the object shades itself from the spray"}, o.casts_shadows);
+  v.visit({"full_percent", "share of the area that is at most what 1 stands for", "%", between(51, 100)},
+          o.full_percent);
+}
+
+std::vector<SprayStop> default_spray_path(const Mesh& mesh) {
+  const Box box = bounding_box(mesh);
+  const Vec3 up_front(0.0, 0.6, 0.8);
+  return {{.position_mm = box.center() + kDefaultDistance * box.diagonal() * up_front,
+           .dwell = 1.0,
+           .aim_mm = box.center()}};
+}
+
+ControlMap spray_map(const TexelMap& map, const std::vector<SprayStop>& path, const SprayOptions& options,
+                     const RunControl& control) {
+  check_ranges(options);
+  check_path(path);
+  std::optional<RayScene> scene;
+  if (options.casts_shadows) scene.emplace(map.mesh());
+  const double clearance = kSurfaceClearance * bounding_box(map.mesh()).diagonal();
+  const double spread = options.spread_deg * std::numbers::pi / 180.0;
+  // Lengths in diagonals, so that 1 / d^2 stays in the range of float whatever the unit.
+  const double unit = clearance / kSurfaceClearance;
+  ImageF thickness(map.width(), map.height());
+  parallel_for(map.num_texels(), 4096, control.part(0.0, 0.95), [&](TexelId begin, TexelId end) {
+    for (TexelId t = begin; t < end; ++t) {
+      if (!map.is_covered(t)) continue;
+      const Vec3 normal = map.normal(t), position = map.position_mm(t);
+      double sum = 0.0;
+      for (const SprayStop& stop : path) {
+        const Vec3 to_nozzle = stop.position_mm - position;
+        const double distance = to_nozzle.norm();
+        const double cosine = normal.dot(to_nozzle) / distance;
+        if (!(cosine > 0.0)) continue;
+        const Vec3 aim = (stop.aim_mm - stop.position_mm).normalized();
+        const double angle = std::acos(std::clamp(-aim.dot(to_nozzle) / distance, -1.0, 1.0));
+        const double paint = stop.dwell * std::exp(-0.5 * (angle / spread) * (angle / spread)) * cosine *
+                             (unit / distance) * (unit / distance);
+        if (scene && paint > 0.0 && scene->is_blocked(position + clearance * normal, stop.position_mm, clearance))
+          continue;
+        sum += paint;
+      }
+      thickness.values()[static_cast<std::size_t>(t)] = static_cast<float>(std::min(sum, 1e30));
+    }
+  });
+  double high = area_percentiles(thickness, map, 0.0, options.full_percent).high;
+  if (!(high > 0.0)) high = area_percentiles(thickness, map, 0.0, 100.0).high;
+  if (!(high > 0.0)) {
+    throw InvalidInput(
+        "spray: no paint arrives at the surface; are the path and the mesh in the same unit, and does it aim at the "
+        "mesh?");
+  }
+  ControlMap out = normalized_control(thickness, map, {0.0, high}, "relative");
+  control.report(1.0);
+  return out;
+}
+
+}  // namespace patinate

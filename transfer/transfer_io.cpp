@@ -4,6 +4,7 @@
 
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
 
@@ -65,6 +66,18 @@ std::string history_content_key(const HistoryReader& history) {
   return hash.hex();
 }
 
+std::string mesh_content_key(const Mesh& mesh) {
+  ContentHash hash;
+  const auto add = [&](const auto& values) { hash.add(std::as_bytes(std::span(values))); };
+  add(mesh.positions);
+  add(mesh.uvs);
+  add(mesh.normals);
+  add(mesh.triangles);
+  add(mesh.uv_triangles);
+  add(mesh.normal_triangles);
+  return hash.hex();
+}
+
 ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width) {
   ImageF image(width, height, 2, -1.0f);
   for (std::size_t t = 0; t < coordinates.size(); ++t) {
@@ -88,14 +101,17 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
                              const EnergyReport& energy, double explained_variance, const std::string& key) {
   const HistoryReader history(task.history);
   Json options = Json::object();
-  for (const auto& [name, value] : option_values(task.options)) options[name] = value;
-  const fs::path history_path = fs::relative(fs::canonical(history.folder()), fs::weakly_canonical(final_folder));
+  for (const auto& [name, value] : option_values(task.options)) {
+    const std::optional<double> number = parse_number(value);
+    options[name] = number ? Json(*number) : Json(value);
+  }
+  const fs::path history_path = fs::relative(fs::canonical(history.folder()), fs::weakly_canonical(fs::absolute(final_folder)));
   Json json;
   json["format"] = "patinate.transfer";
   json["version"] = 1;
   json["history"] = {{"path", history_path.string()}, {"key", history_content_key(history)}, {"name", history.manifest().name},
                      {"width", history.manifest().width}, {"height", history.manifest().height}};
-  json["mesh"] = {{"file", "mesh.obj"}, {"made_from", task.mesh_name}, {"key", task.mesh_hash},
+  json["mesh"] = {{"file", "mesh.obj"}, {"made_from", task.mesh_name}, {"key", mesh_content_key(task.map->mesh())},
                   {"unit", task.unit ? Json(*task.unit) : Json(nullptr)}, {"mm_per_mesh_unit", task.mm_per_mesh_unit}};
   json["width"] = task.map->width();
   json["height"] = task.map->height();

@@ -18,6 +18,9 @@ inline constexpr const char* kCoordinateChannels[2] = {"source.x", "source.y"};
 /// The history's own content key, or one made of its files when it has none.
 [[nodiscard]] std::string history_content_key(const HistoryReader& history);
 
+/// Of positions, UVs, normals and triangles.
+[[nodiscard]] std::string mesh_content_key(const Mesh& mesh);
+
 /// H x W x 2 source pixel coordinates, -1 outside, of a coordinate map.
 [[nodiscard]] ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width);
 
@@ -26,7 +29,6 @@ struct TransferTask {
   std::filesystem::path history;
   std::shared_ptr<const TexelMap> map;       ///< In mm.
   std::string mesh_name;                     ///< For provenance: the file's name.
-  std::string mesh_hash;
   std::optional<std::string> unit;           ///< The mesh file's unit when it was said.
   double mm_per_mesh_unit = 1.0;
   double texel_size_mm = 1.0;

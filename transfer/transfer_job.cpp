@@ -13,7 +13,7 @@ constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives
 /// Of everything that coordinates depend on: by content, never by path.
 std::string transfer_key(const TransferTask& task, const std::string& history_key) {
   ContentHash hash;
-  hash.add("transfer").add(kStageVersion).add(history_key).add(task.mesh_hash);
+  hash.add("transfer").add(kStageVersion).add(history_key).add(mesh_content_key(task.map->mesh()));
   hash.add(std::int64_t{task.map->width()}).add(std::int64_t{task.map->height()}).add(task.texel_size_mm).add(task.mm_per_mesh_unit);
   hash.add(task.unit.value_or(""));
   for (const TransferControl& c : task.controls) {

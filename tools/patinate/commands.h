@@ -8,6 +8,8 @@ namespace patinate {
 
 /// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/core/error.h.
 int cmd_info(CommandRun& run);
+int cmd_lookup(CommandRun& run);
+int cmd_transfer(CommandRun& run);
 int cmd_validate(CommandRun& run);
 
 }  // namespace patinate

@@ -25,6 +25,8 @@ struct Verb {
 };
 
 constexpr std::array kVerbs{
+    Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
+    Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
     Verb{"info", "Says what a file or folder is.", cmd_info},
     Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
 };

@@ -24,7 +24,6 @@ class FinishedTransfer : public testing::Test {
     task.history = folder_ / "history";
     task.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
     task.mesh_name = "plane.obj";
-    task.mesh_hash = "hash";
     task.texel_size_mm = task.map->median_texel_size_mm();
     ImageF guide(64, 64);
     for (int i = 0; i < 64 * 64; ++i) guide.data()[i] = static_cast<float>(i % 64) / 63.0f;

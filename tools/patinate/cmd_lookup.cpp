@@ -1,0 +1,34 @@
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/image_io.h"
+#include "tools/patinate/commands.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+
+int cmd_lookup(CommandRun& run) {
+  std::filesystem::path path, output;
+  std::optional<double> time;
+  run.line.positional("TRANSFER", "A transfer folder", path);
+  run.line.output("IMAGE", "Texture to write: .png, .jpg or .tif in sRGB, .exr linear", output);
+  run.line.option("time", "T", "Any time of the history, in its unit; frames are blended between their times", time);
+  run.line.required();
+  run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
+  if (!run.parse()) return 0;
+
+  const TransferReader transfer(path);
+  const HistoryManifest& history = transfer.history().manifest();
+  const double first = history.frames.front().time, last = history.frames.back().time;
+  if (*time < first || *time > last) {
+    run.note("time " + number_text(*time) + " is outside the history (" + number_text(first) + " to " + number_text(last) + " " +
+             time_unit_text(history.time_unit) + "): its end is used");
+  }
+  const std::string key = ContentHash().add("lookup 1").add(transfer.manifest().key).add(*time).hex();
+  const std::string existing = std::filesystem::is_regular_file(output) ? probe_image(output).key : "";
+  const JobStatus status = check_output_file(output, existing, key, run.job_options());
+  if (status == JobStatus::Done) write_color(output, transfer.sample(*time, run.control("lookup")), key);
+  run.report_output(status, output);
+  return 0;
+}
+
+}  // namespace patinate

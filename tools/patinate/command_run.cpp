@@ -28,6 +28,10 @@ CommandRun::CommandRun(std::string verb, std::string brief, std::vector<std::str
     : line(verb, std::move(brief)), verb_(std::move(verb)), arguments_(std::move(arguments)), stop_(std::move(stop)) {}
 CommandRun::~CommandRun() = default;
 
+std::string CommandRun::first_positional() const {
+  return arguments_.empty() || arguments_.front().starts_with("-") ? "" : arguments_.front();
+}
+
 bool CommandRun::parse() {
   if (line.parse(arguments_)) return true;
   print(line.help());

@@ -27,6 +27,8 @@ class CommandRun {
 
   CommandLine line;
 
+  /// The first word that is no option, "" if the arguments begin with one: for commands whose options depend on it.
+  [[nodiscard]] std::string first_positional() const;
   /// @returns false when --help was printed: the command then returns at once.
   [[nodiscard]] bool parse();
   /// Progress under a label of one or two words, the stop token, --threads.

@@ -7,9 +7,15 @@
 namespace patinate {
 
 /// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/core/error.h.
+int cmd_control(CommandRun& run);
+int cmd_export(CommandRun& run);
 int cmd_info(CommandRun& run);
+<<<<<<< Updated upstream
 int cmd_lookup(CommandRun& run);
 int cmd_transfer(CommandRun& run);
+=======
+int cmd_render(CommandRun& run);
+>>>>>>> Stashed changes
 int cmd_validate(CommandRun& run);
 
 }  // namespace patinate

@@ -1,0 +1,129 @@
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/output/glb.h"
+#include "tools/patinate/commands.h"
+#include "tools/patinate/output_file.h"
+#include "tools/patinate/path_kind.h"
+#include "tools/patinate/times_argument.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+
+namespace {
+
+struct SequenceFormat {
+  enum class Kind { Png, Exr, Tif } kind = Kind::Png;
+};
+constexpr std::array<std::string_view, 3> kFormatNames{"png", "exr", "tif"};
+void describe(OptionVisitor& v, SequenceFormat& o) {
+  v.visit_choice({"format", "Files of an image sequence"}, o.kind, kFormatNames);
+}
+
+std::string glb_key_of(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
+}
+
+int export_glb(CommandRun& run, const TransferReader& transfer, const std::filesystem::path& output,
+               const std::vector<double>& times) {
+  ContentHash hash;
+  hash.add("export glb 1").add(transfer.manifest().key);
+  for (double t : times) hash.add(t);
+  const std::string key = hash.hex();
+  const JobStatus status = check_output_file(output, glb_key_of(output), key, run.job_options());
+  if (status == JobStatus::Done) {
+    const RunControl control = run.control("export");
+    RunControl silent = control;
+    silent.on_progress = {};
+    std::vector<GlbVariant> variants;
+    for (double t : times) {
+      control.report(0.5 * static_cast<double>(variants.size()) / static_cast<double>(times.size()));
+      variants.push_back({time_label(t, transfer.history().manifest().time_unit), transfer.sample(t, silent)});
+    }
+    // A mesh whose unit nobody said keeps the numbers of its file.
+    const TransferManifest& m = transfer.manifest();
+    const GlbOptions options{.name = output.stem().string(),
+                             .metres_per_unit = m.unit ? 0.001 : 1.0 / m.mm_per_mesh_unit,
+                             .key = key};
+    write_glb(output, transfer.mesh(), variants, options, control.part(0.5, 1.0));
+  }
+  run.report_output(status, output, Json{{"times", times}});
+  return 0;
+}
+
+/// A folder of one image per time and `sequence.json`.
+int export_sequence(CommandRun& run, const std::string& source_key, const HistoryManifest& history,
+                    const std::filesystem::path& output, const std::vector<double>& times, const SequenceFormat& format,
+                    const std::function<ImageF(double, const RunControl&)>& sample) {
+  const std::string extension(kFormatNames[static_cast<std::size_t>(format.kind)]);
+  ContentHash hash;
+  hash.add("export sequence 1").add(source_key).add(extension);
+  for (double t : times) hash.add(t);
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = "sequence.json";
+  plan.key = hash.hex();
+  Json files = Json::array();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    std::string number = std::to_string(i);
+    number.insert(0, 5 - std::min<std::size_t>(5, number.size()), '0');
+    const std::string file = number + "." + extension;
+    files.push_back(Json{{"time", times[i]}, {"file", file}});
+    plan.items.push_back({.name = number,
+                          .outputs = {file},
+                          .run = [&sample, t = times[i], file](const std::filesystem::path& folder, const RunControl& control) {
+                            RunControl silent = control;
+                            silent.on_progress = {};
+                            write_color(folder / file, sample(t, silent));
+                          }});
+  }
+  plan.join = [&, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
+    save_json(folder / "sequence.json", Json{{"time_unit", time_unit_text(history.time_unit)}, {"images", files}, {"key", key}});
+  };
+  const JobStatus status = run_job(plan, run.job_options(), run.control("export"));
+  if (status == JobStatus::Done) write_run_record(output, run.command_line(), run.seconds());
+  run.report_output(status, output, Json{{"images", times.size()}});
+  return 0;
+}
+
+}  // namespace
+
+int cmd_export(CommandRun& run) {
+  std::filesystem::path subject, output;
+  TimesArgument times;
+  SequenceFormat format;
+  run.line.positional("SUBJECT", "A transfer (or, for images, a history)", subject);
+  run.line.output("OUTPUT", "MODEL.glb with one variant a time, or a folder of images", output);
+  times.declare(run.line);
+  run.line.options(format);
+  run.line.example("export aged_bust -o bust.glb --times 0,6,12");
+  run.line.example("export aged_bust -o textures --format png");
+  if (!run.parse()) return 0;
+  const std::string extension = output.extension().string();
+  const bool is_glb = extension == ".glb";
+  if (!is_glb && !extension.empty()) {
+    throw UsageError("-o: found `" + output.string() + "`; expected MODEL.glb or the name of a folder");
+  }
+  const PathKind kind = kind_of(subject);
+  if (kind == PathKind::Transfer) {
+    const TransferReader transfer(subject);
+    const HistoryManifest& history = transfer.history().manifest();
+    if (is_glb) return export_glb(run, transfer, output, times.resolve(history, 5));
+    return export_sequence(run, transfer.manifest().key, history, output, times.resolve(history, 0), format,
+                           [&](double t, const RunControl& control) { return transfer.sample(t, control); });
+  }
+  if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer or history");
+  const HistoryReader history(subject);
+  if (is_glb) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
+  return export_sequence(run, history_content_key(history), history.manifest(), output,
+                         times.resolve(history.manifest(), 0), format,
+                         [&](double t, const RunControl&) { return history.sample(t); });
+}
+
+}  // namespace patinate

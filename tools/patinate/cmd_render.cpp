@@ -1,0 +1,116 @@
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/output/contact_strip.h"
+#include "libcommon/output/render.h"
+#include "tools/patinate/commands.h"
+#include "tools/patinate/mesh_argument.h"
+#include "tools/patinate/output_file.h"
+#include "tools/patinate/path_kind.h"
+#include "tools/patinate/times_argument.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+
+namespace {
+
+struct RenderCommand {
+  std::filesystem::path subject;
+  std::filesystem::path output;
+  std::filesystem::path texture;
+  TimesArgument times;
+  RenderOptions options;
+};
+
+ContentHash begin_key(const RenderCommand& command, const std::vector<double>& times) {
+  ContentHash hash;
+  hash.add("render 1").add(command.output.extension().string());
+  for (const auto& [name, value] : option_values(command.options)) hash.add(name).add(value);
+  for (double t : times) hash.add(t);
+  return hash;
+}
+
+/// Side by side with their times under them, or a single picture as it is.
+ImageF strip_of(const std::vector<ImageF>& pictures, const std::vector<double>& times, TimeUnit unit) {
+  if (pictures.size() == 1) return pictures.front();
+  std::vector<std::string> labels;
+  for (double t : times) labels.push_back(time_label(t, unit));
+  return contact_strip(pictures, labels);
+}
+
+/// Asks for the picture only when the output is not up to date.
+int finish(CommandRun& run, const RenderCommand& command, const std::string& key, const std::function<ImageF()>& make) {
+  const JobStatus status = check_output_file(command.output, image_file_key(command.output), key, run.job_options());
+  if (status == JobStatus::Done) write_color(command.output, make(), key);
+  run.report_output(status, command.output);
+  return 0;
+}
+
+int render_transfer(CommandRun& run, const RenderCommand& command) {
+  const TransferReader transfer(command.subject);
+  const HistoryManifest& history = transfer.history().manifest();
+  const std::vector<double> times = command.times.resolve(history, 5);
+  const std::string key = begin_key(command, times).add(transfer.manifest().key).hex();
+  return finish(run, command, key, [&] {
+    const RunControl control = run.control("render");
+    const RenderView view(transfer.mesh(), command.options, control.part(0.0, 0.6));
+    std::vector<ImageF> pictures;
+    for (double t : times) {
+      const double done = static_cast<double>(pictures.size()) / static_cast<double>(times.size());
+      RunControl quiet = control;
+      quiet.on_progress = {};
+      pictures.push_back(view.shade(transfer.sample(t, quiet), quiet));
+      control.report(0.6 + 0.4 * done);
+    }
+    return strip_of(pictures, times, history.time_unit);
+  });
+}
+
+int render_history(CommandRun& run, const RenderCommand& command) {
+  const HistoryReader history(command.subject);
+  const std::vector<double> times = command.times.resolve(history.manifest(), 5);
+  const std::string key = begin_key(command, times).add(history_content_key(history)).hex();
+  return finish(run, command, key, [&] {
+    std::vector<ImageF> pictures;
+    for (double t : times) pictures.push_back(history.sample(t));
+    return strip_of(pictures, times, history.manifest().time_unit);
+  });
+}
+
+int render_mesh(CommandRun& run, const RenderCommand& command) {
+  if (command.texture.empty()) throw UsageError("--texture: is missing; a mesh is rendered with an image");
+  const Mesh mesh = read_mesh(command.subject);
+  if (!mesh.has_uvs()) throw InvalidInput(command.subject.string() + ": has no UVs; unwrap it first");
+  const std::string key =
+      begin_key(command, {}).add(mesh_content_key(mesh)).add_file(command.texture).hex();
+  return finish(run, command, key, [&] {
+    return render(mesh, read_color(command.texture), command.options, run.control("render"));
+  });
+}
+
+}  // namespace
+
+int cmd_render(CommandRun& run) {
+  RenderCommand command;
+  run.line.positional("SUBJECT", "A transfer, a history, or a mesh with --texture", command.subject);
+  run.line.output("PICTURE", "Image to make: .png, .jpg, .tif or .exr", command.output);
+  command.times.declare(run.line);
+  run.line.option("texture", "IMAGE", "Colour of a mesh", command.texture);
+  run.line.options(command.options);
+  run.line.example("render aged_bust --time 12 -o bust.png");
+  run.line.example("render aged_bust --num-times 5 -o strip.png");
+  run.line.example("render bust.glb --texture albedo.png -o bust.png");
+  if (!run.parse()) return 0;
+  require_extension(command.output, {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr"});
+  switch (kind_of(command.subject)) {
+    case PathKind::Transfer: return render_transfer(run, command);
+    case PathKind::History: return render_history(run, command);
+    case PathKind::Mesh: return render_mesh(run, command);
+    default: throw InvalidInput(command.subject.string() + ": is no transfer, history or mesh");
+  }
+}
+
+}  // namespace patinate

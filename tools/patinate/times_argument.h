@@ -1,0 +1,29 @@
+/// \file
+/// Times of a history given on the command line.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libcommon/history/history.h"
+#include "tools/patinate/command_line.h"
+
+namespace patinate {
+
+struct TimesArgument {
+  std::optional<double> time;
+  std::vector<double> times;
+  std::optional<double> count;
+
+  /// --time, --times, --num-times.
+  void declare(CommandLine& line);
+  /// What was asked for; `default_count` times, evenly from the first frame to the last, when nothing was (0 = every frame's).
+  /// @throws UsageError if a time lies outside the history, or several of the options are given.
+  [[nodiscard]] std::vector<double> resolve(const HistoryManifest& history, int default_count) const;
+};
+
+/// "12.5 d".
+[[nodiscard]] std::string time_label(double time, TimeUnit unit);
+
+}  // namespace patinate

@@ -1,0 +1,99 @@
+// Prints what transfer costs and how its methods compare; no test, no threshold. Run it in a release build on a quiet machine:
+//     build/release/bin/transfer_benchmark
+// Medians of five runs; figures are ratios wherever there are two ways of doing the same work.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <tuple>
+#include <vector>
+
+#include "libcommon/history/history.h"
+#include "tests/support/histories.h"
+#include "tests/support/meshes.h"
+#include "tests/support/temp_folder.h"
+#include "transfer/lookup/transfer_reader.h"
+#include "transfer/transfer.h"
+
+namespace patinate {
+namespace {
+
+double seconds(const std::function<void()>& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+double median_of_five(const std::function<void()>& work) {
+  std::array<double, 5> times{};
+  for (double& t : times) t = seconds(work);
+  std::sort(times.begin(), times.end());
+  return times[2];
+}
+
+struct Setting {
+  testing_support::TempFolder folder;
+  std::unique_ptr<HistoryReader> history;
+  std::shared_ptr<const TexelMap> map;
+  std::vector<TransferControl> controls;
+
+  Setting(int source_size, int num_frames, int atlas) {
+    testing_support::write_history(folder.path(), source_size, source_size, num_frames, testing_support::blotches);
+    history = std::make_unique<HistoryReader>(folder.path());
+    map = std::make_shared<TexelMap>(testing_support::cut_plane(atlas), atlas, atlas);
+    ImageF guide(atlas, atlas);
+    for (TexelId t = 0; t < map->num_texels(); ++t) {
+      if (map->is_covered(t)) guide.data()[t] = static_cast<float>(map->position_mm(t).x() / atlas);
+    }
+    controls.push_back({"x", "gradient", guide, {}, 1.0, ControlMapping::Rank});
+  }
+  [[nodiscard]] TransferResult run(TransferMethod method) const {
+    TransferOptions options;
+    options.method = method;
+    return transfer(*history, map, map->median_texel_size_mm(), controls, options);
+  }
+};
+
+void compare_methods() {
+  const Setting setting(256, 12, 384);
+  TransferResult reference, fast;
+  const double reference_s = seconds([&] { reference = setting.run(TransferMethod::Reference); });
+  const double fast_s = median_of_five([&] { fast = setting.run(TransferMethod::Fast); });
+  std::printf("384 x 384 atlas, 256 x 256 x 12 history (%lld texels)\n", static_cast<long long>(setting.map->num_covered()));
+  for (const auto& [name, result, s] : {std::tuple{"reference", &reference, reference_s}, {"fast", &fast, fast_s}}) {
+    std::printf("  %-10s %8.2f s  energy %.5f  control error %.4f  coherent pairs %.3f  source used %.3f\n", name, s,
+                result->energy.energy, result->energy.control_error_mean, result->energy.coherent_share, result->energy.used_share);
+  }
+  std::printf("  fast / reference: energy %.3f, time 1 / %.1f\n", fast.energy.energy / reference.energy.energy, reference_s / fast_s);
+}
+
+void long_history() {
+  const Setting setting(512, 100, 1024);
+  TransferResult result;
+  const double s = seconds([&] { result = setting.run(TransferMethod::Fast); });
+  std::printf("1k atlas, 512 x 512 x 100 history (%lld texels): fast %.1f s, energy %.5f\n",
+              static_cast<long long>(setting.map->num_covered()), s, result.energy.energy);
+}
+
+void lookup_against_copy() {
+  const Setting setting(512, 1, 2048);
+  const ImageF frame = setting.history->read_frame(0);
+  const ImageF coordinates = coordinate_image(setting.run(TransferMethod::Fast).coordinates, 2048, 2048, 512);
+  ImageF copy(2048, 2048, 3);
+  const ImageF original(2048, 2048, 3, 0.5f);
+  const double copy_s = median_of_five([&] { std::memcpy(copy.data(), original.data(), original.values().size_bytes()); });
+  const double gather_s = median_of_five([&] { copy = gather(frame, coordinates); });
+  std::printf("2k lookup: %.1f ms; a plain copy of the same bytes: %.1f ms; ratio %.2f\n", 1e3 * gather_s, 1e3 * copy_s, gather_s / copy_s);
+}
+
+}  // namespace
+}  // namespace patinate
+
+int main() {
+  patinate::compare_methods();
+  patinate::long_history();
+  patinate::lookup_against_copy();
+}

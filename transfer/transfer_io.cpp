@@ -6,6 +6,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
+#include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
 
 namespace patinate {
@@ -63,18 +64,6 @@ std::string history_content_key(const HistoryReader& history) {
   hash.add_file(history.folder() / "history.json");
   for (const HistoryFrame& frame : history.manifest().frames) hash.add_file(history.folder() / frame.file);
   for (const ControlParameter& control : history.manifest().controls) hash.add_file(history.folder() / control.file);
-  return hash.hex();
-}
-
-std::string mesh_content_key(const Mesh& mesh) {
-  ContentHash hash;
-  const auto add = [&](const auto& values) { hash.add(std::as_bytes(std::span(values))); };
-  add(mesh.positions);
-  add(mesh.uvs);
-  add(mesh.normals);
-  add(mesh.triangles);
-  add(mesh.uv_triangles);
-  add(mesh.normal_triangles);
   return hash.hex();
 }
 

@@ -18,9 +18,6 @@ inline constexpr const char* kCoordinateChannels[2] = {"source.x", "source.y"};
 /// The history's own content key, or one made of its files when it has none.
 [[nodiscard]] std::string history_content_key(const HistoryReader& history);
 
-/// Of positions, UVs, normals and triangles.
-[[nodiscard]] std::string mesh_content_key(const Mesh& mesh);
-
 /// H x W x 2 source pixel coordinates, -1 outside, of a coordinate map.
 [[nodiscard]] ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width);
 

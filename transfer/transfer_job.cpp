@@ -1,6 +1,7 @@
 #include "transfer/transfer_job.h"
 
 #include "libcommon/core/hash.h"
+#include "libcommon/geometry/mesh_key.h"
 
 namespace patinate {
 

@@ -6,9 +6,10 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
-#include "tools/patinate/mesh_argument.h"
+#include "tools/patinate/mesh_source.h"
 #include "tools/patinate/output_file.h"
 
 namespace patinate {
@@ -16,11 +17,11 @@ namespace patinate {
 namespace {
 
 struct ControlCommandOptions {
-  int size = 1024;
+  AtlasOptions atlas;
   ControlKindOptions kinds;
 };
 void describe(OptionVisitor& v, ControlCommandOptions& o) {
-  v.visit({"size", "Width and height of the map", "px", between(1, 16384)}, o.size);
+  describe(v, o.atlas);
   describe(v, o.kinds);
 }
 
@@ -48,19 +49,20 @@ std::string control_key(const std::string& kind, const Mesh& mesh_mm, const Cont
 }
 
 /// glTF is in metres by its standard; other files are taken as mm unless --unit says otherwise.
-double mm_per_unit(const MeshArgument& argument) {
-  const std::string extension = argument.path.extension().string();
-  return argument.mm_per_unit().value_or(extension == ".gltf" || extension == ".glb" ? 1000.0 : 1.0);
+double mm_per_mesh_unit(const MeshSource& source) {
+  if (const auto unit = source.unit_or_none()) return mm_per_unit(*unit);
+  const std::string extension = source.path.extension().string();
+  return extension == ".gltf" || extension == ".glb" ? 1000.0 : 1.0;
 }
 
 }  // namespace
 
 int cmd_control(CommandRun& run) {
-  MeshArgument mesh_argument;
+  MeshSource mesh_source;
   std::filesystem::path output;
   std::string kind;
   ControlCommandOptions options;
-  mesh_argument.declare(run.line);
+  declare_mesh(run.line, mesh_source);
   run.line.option("kind", "KIND", "accessibility, facing, spray, image, or an expression of them and of map files", kind);
   run.line.required();
   run.line.output("MAP.exr", "The control map to make, float, channel Y, [0, 1]", output);
@@ -71,8 +73,8 @@ int cmd_control(CommandRun& run) {
   if (!run.parse()) return 0;
   require_extension(output, {".exr"});
 
-  Mesh mesh = read_mesh_argument(mesh_argument);
-  scale_mesh(mesh, mm_per_unit(mesh_argument));
+  Mesh mesh = load_mesh(mesh_source);
+  scale_mesh(mesh, mm_per_mesh_unit(mesh_source));
   const std::string key = control_key(kind, mesh, options);
   const JobStatus status = check_output_file(output, image_file_key(output), key, run.job_options());
   if (status == JobStatus::UpToDate) {
@@ -80,12 +82,12 @@ int cmd_control(CommandRun& run) {
     return 0;
   }
   const RunControl control = run.control("control");
-  const TexelMap map(std::move(mesh), options.size, options.size, control.part(0.0, 0.2));
+  const TexelMap map = make_texel_map(mesh_source.path, mesh, options.atlas, control.part(0.0, 0.2));
   const ControlMap result = is_kind(kind) ? make_control(kind, map, options.kinds, control.part(0.2, 1.0))
                                           : make_control_expression(kind, map, options.kinds, control.part(0.2, 1.0));
   write_exr(output, result.values, {"Y"}, ExrDepth::Float, key);
   if (map.num_overlapping() > 0) {
-    run.note(mesh_argument.path.string() + ": the UVs of " + std::to_string(map.num_overlapping()) +
+    run.note(mesh_source.path.string() + ": the UVs of " + std::to_string(map.num_overlapping()) +
              " texels overlap; choose a surface with --node or --material");
   }
   run.detail("0 stands for " + number_text(result.low) + ", 1 for " + number_text(result.high) + " " + result.unit);

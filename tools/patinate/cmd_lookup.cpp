@@ -2,6 +2,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
+#include "tools/patinate/output_file.h"
 #include "transfer/lookup/transfer_reader.h"
 
 namespace patinate {
@@ -24,8 +25,7 @@ int cmd_lookup(CommandRun& run) {
              time_unit_text(history.time_unit) + "): its end is used");
   }
   const std::string key = ContentHash().add("lookup 1").add(transfer.manifest().key).add(*time).hex();
-  const std::string existing = std::filesystem::is_regular_file(output) ? probe_image(output).key : "";
-  const JobStatus status = check_output_file(output, existing, key, run.job_options());
+  const JobStatus status = check_output_file(output, image_file_key(output), key, run.job_options());
   if (status == JobStatus::Done) write_color(output, transfer.sample(*time, run.control("lookup")), key);
   run.report_output(status, output);
   return 0;

@@ -10,12 +10,9 @@ namespace patinate {
 int cmd_control(CommandRun& run);
 int cmd_export(CommandRun& run);
 int cmd_info(CommandRun& run);
-<<<<<<< Updated upstream
 int cmd_lookup(CommandRun& run);
 int cmd_transfer(CommandRun& run);
-=======
 int cmd_render(CommandRun& run);
->>>>>>> Stashed changes
 int cmd_validate(CommandRun& run);
 
 }  // namespace patinate

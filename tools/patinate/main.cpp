@@ -25,14 +25,11 @@ struct Verb {
 };
 
 constexpr std::array kVerbs{
-<<<<<<< Updated upstream
+    Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
-=======
-    Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"render", "Makes a picture of a transfer at a time, or a strip of times.", cmd_render},
     Verb{"export", "Writes a transfer as GLB, or a transfer or history as images.", cmd_export},
->>>>>>> Stashed changes
     Verb{"info", "Says what a file or folder is.", cmd_info},
     Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
 };

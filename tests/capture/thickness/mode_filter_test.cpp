@@ -32,8 +32,8 @@ TEST(ModeFilter, ReachesTheHighestPeakOfTheExactHistogram) {
   // Heights are compared, not positions: where two peaks are equally high either is right. Discretisation: 0.4 % for each cut at
   // 3 sigma, and nodes 0.4 sigma apart, not on pixels (worst at sigma 3: 2.04 %; 4 % with nodes 0.5 sigma apart).
   constexpr double kDiscretisation = 0.025;
-  const ImageF in = cracked_paint(36, 28, 0.002f, 1);
-  ImageU8 mask(36, 28, 1, 255);
+  const ImageF in = cracked_paint(32, 24, 0.002f, 1);
+  ImageU8 mask(32, 24, 1, 255);
   for (int y = 10; y < 20; ++y) {
     for (int x = 10; x < 30; ++x) mask.at(x, y) = 0;
   }

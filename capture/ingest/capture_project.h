@@ -1,0 +1,78 @@
+/// \file
+/// A capture project (`patinate.capture`, docs/capture.md): which photographs make a history, and when they were taken.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libcommon/history/history.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+struct CapturePhoto {
+  double time = 0.0;           ///< In the project's time unit.
+  std::filesystem::path file;
+  bool has_alpha = false;      ///< Transparent pixels are outside the mask.
+};
+
+/// Photographs on a back-light, in register with the frames.
+struct TransmissionPhotos {
+  std::filesystem::path photo;
+  std::optional<std::filesystem::path> blank;  ///< The back-light without the layer.
+};
+
+/// A control map that was measured elsewhere.
+struct GivenControl {
+  std::string name;
+  std::filesystem::path file;  ///< One channel, as large as the photographs or as the history.
+  std::string unit;
+};
+
+/// Part of the photographs, in their pixels.
+struct PixelRectangle {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+/// `kind: "fixed"`: a fixed camera under constant light. Every path is usable as it stands.
+struct CaptureProject {
+  std::filesystem::path file;          ///< The project file itself.
+  std::string name;
+  TimeUnit time_unit = TimeUnit::Seconds;
+  std::string time_source;             ///< "interval", "list", "dates in file names" or "EXIF".
+  Response response;
+  std::vector<CapturePhoto> frames;    ///< Strictly increasing time; excluded ones are left out.
+  int photo_width = 0;                 ///< Size of every photograph.
+  int photo_height = 0;
+  PixelRectangle roi;                  ///< Inside the photographs; all of them when none is given.
+  double scale = 1.0;                  ///< (0, 1]; applied after the roi.
+  std::optional<TransmissionPhotos> transmission;
+  std::vector<GivenControl> controls;
+  std::optional<std::filesystem::path> mask;
+  std::optional<double> texel_size_mm; ///< Surface length of a pixel of the photographs.
+
+  /// Size of the history: the roi times scale, rounded, at least 1.
+  [[nodiscard]] int width() const;
+  [[nodiscard]] int height() const;
+};
+
+/// Reads and checks a project: every file is there, is an image, and has the right size; pixels are not decoded.
+/// @throws IoError / InvalidInput naming the file and what is wrong.
+[[nodiscard]] CaptureProject read_capture_project(const std::filesystem::path& file);
+
+/// Cuts the roi out and scales it (area averages). An image of the history's size is taken as it is.
+/// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.
+[[nodiscard]] ImageF to_history_size(const ImageF& image, const CaptureProject& project, const std::filesystem::path& file);
+/// A photograph as the history shows it: linear colour, roi, scale. @throws IoError
+[[nodiscard]] ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file);
+/// What all frames show: the given mask without what is transparent in any frame; empty when everything is inside.
+/// @throws IoError naming the file if nothing is left.
+[[nodiscard]] ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& control = {});
+
+}  // namespace patinate

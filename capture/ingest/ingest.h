@@ -1,0 +1,33 @@
+/// \file
+/// From a capture project to a material history.
+#pragma once
+
+#include <filesystem>
+
+#include "capture/ingest/capture_project.h"
+#include "capture/ingest/progress_control.h"
+#include "capture/thickness/thickness.h"
+#include "libcommon/core/options.h"
+#include "libcommon/job/job.h"
+
+namespace patinate {
+
+/// Settings of plan_ingest() that are not facts about the photographs (those stand in the project).
+struct IngestOptions {
+  bool add_progress = false;        ///< Make the `progress` control also beside measured ones.
+  ThicknessOptions thickness = {};  ///< For projects with a transmission photograph.
+  ProgressOptions progress = {};
+};
+void describe(OptionVisitor& v, IngestOptions& o);
+
+/// Plan that writes the history of a project into `output`: one item per frame, in any order and memory that does not
+/// depend on their number; then the mask, the controls and history.json.
+///
+/// Controls: those given; `thickness` (relative) if there is a transmission photograph; `progress` (relative,
+/// progress_from_history()) if there would be none otherwise and there is more than one frame, or `add_progress`.
+/// The key covers the photographs and maps by content, times, options and the version of this stage; not their paths.
+/// @throws InvalidInput if an option is out of range or `progress` is both given and asked for; IoError if a file cannot be read.
+[[nodiscard]] JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
+                                  const std::filesystem::path& output);
+
+}  // namespace patinate

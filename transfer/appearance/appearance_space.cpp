@@ -98,10 +98,12 @@ ImageF temporal_projection(const HistoryReader& history, const ImageU8& mask, co
   explained = components.explained;
 
   ImageF projected(mask.width(), mask.height(), kAppearanceSize);
+  RunControl silent = control;
+  silent.on_progress = nullptr;
   for (std::size_t f = 0; f < frames.size(); ++f) {
     const ImageF frame = history.read_frame(frames[f]);
     const auto row = static_cast<Eigen::Index>(3 * f);
-    parallel_for(mask.height(), 16, control.part(0.0, 0.0), [&](std::int64_t begin, std::int64_t end) {
+    parallel_for(mask.height(), 16, silent, [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t p = begin * mask.width(); p < end * mask.width(); ++p) {
         for (int c = 0; c < 3; ++c) {
           const double value = encode(frame.data()[p * 3 + c]) - components.mean[row + c];

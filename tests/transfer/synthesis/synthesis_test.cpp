@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -95,6 +96,32 @@ TEST(Synthesis, GivesTheSameCoordinatesForAnyNumberOfThreads) {
   const CoordinateMap one = task.run_guided({}, 1).coordinates;
   EXPECT_EQ(one, task.run_guided({}, 2).coordinates);
   EXPECT_EQ(one, task.run_guided({}, 5).coordinates);
+}
+
+TEST(Synthesis, ReportsFractionsThatNeverFallAndEndAtOne) {
+  const PlaneTask task(64, 48, 0);
+  for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
+    std::vector<double> fractions;
+    RunControl control;
+    control.on_progress = [&](double f) { fractions.push_back(f); };
+    TransferOptions options;
+    options.method = method;
+    (void)transfer(*task.history, task.map, 1.0, task.controls, options, control);
+    ASSERT_FALSE(fractions.empty());
+    EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+    EXPECT_EQ(fractions.back(), 1.0);
+  }
+}
+
+TEST(Synthesis, StopsWhenAsked) {
+  const PlaneTask task(64, 48, 0);
+  std::stop_source source;
+  RunControl control;
+  control.stop = source.get_token();
+  control.on_progress = [&](double f) {
+    if (f > 0.4) source.request_stop();
+  };
+  EXPECT_THROW((void)transfer(*task.history, task.map, 1.0, task.controls, {}, control), Cancelled);
 }
 
 TEST(Synthesis, ASeedChoosesTheResult) {

@@ -46,7 +46,8 @@ double default_accessibility_scale_mm(const Mesh& mesh) { return kDefaultScaleSh
 ControlMap accessibility_map(const TexelMap& map, const AccessibilityOptions& options, const RunControl& control) {
   check_ranges(options);
   const double scale = options.scale_mm.value_or(default_accessibility_scale_mm(map.mesh()));
-  Mesh fine = refine_edges(map.mesh(), scale / 2.0, std::max(kMaxTriangles, map.mesh().num_triangles()));
+  Mesh fine =
+      refine_edges(map.mesh(), scale / 2.0, std::max(kMaxTriangles, map.mesh().num_triangles()), RefineShape::Curved);
   control.throw_if_stopped();
   control.report(0.2);
   const std::vector<double> curvature = mean_curvature(fine, scale, control.part(0.2, 0.8));

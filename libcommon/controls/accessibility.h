@@ -25,10 +25,10 @@ void describe(OptionVisitor& visitor, AccessibilityOptions& options);
 /// Mean curvature at a scale, concave high: crevices are 1, ridges and tips 0 [Miller 1994, in the form of
 /// mean_curvature()].
 ///
-/// The mesh is refined to edges of at most half the scale (and at most 1,000,000 triangles), its curvature is found at
-/// the positions and interpolated to the texels. Range: percentiles by area, in 1/mm, at least 0.001 / scale wide, so
-/// that a plane or a sphere is even and not noise. Parts that only touch or pass through each other do not see each
-/// other.
+/// The mesh is refined to edges of at most half the scale (and at most 1,000,000 triangles), curved as its shading normals ask
+/// for, so that facets do not show; its curvature is found at the positions and interpolated to the texels. Range:
+/// percentiles by area, in 1/mm, at least 0.001 / scale wide, so that a plane or a sphere is even and not noise. Parts that
+/// only touch or pass through each other do not see each other.
 /// @throws InvalidInput if an option is out of range or the mesh has no area.
 /// Cost: about 1 s for 100,000 triangles. Same bits for any number of threads.
 [[nodiscard]] ControlMap accessibility_map(const TexelMap& map, const AccessibilityOptions& options = {},

@@ -54,9 +54,18 @@ void scale_mesh(Mesh& mesh, double factor);
 /// Only the triangles whose node / material equals the given names ("" = any), with unused entries removed.
 /// @throws InvalidInput listing the names there are if nothing remains.
 [[nodiscard]] Mesh select_surfaces(const Mesh& mesh, const std::string& node, const std::string& material);
+/// Where refine_edges() puts new positions.
+enum class RefineShape {
+  Flat,    ///< On the edge: the surface stays the same.
+  Curved,  ///< On the curve that the normals at the edge's ends ask for [Vlachos et al. 2001, PN triangles]; on the edge where
+           ///< its sides have different normals (creases). Normals of the mesh that are more than 45 degrees off their
+           ///< triangle, or missing, are found from the triangles around that are within 45 degrees.
+};
 /// Splits edges at midpoints (consistently, UVs and normals interpolated) until none is longer than `max_edge`, or
-/// `max_triangles` is reached. Edges keep conforming: no cracks.
-[[nodiscard]] Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles = 2'000'000);
+/// `max_triangles` is reached. Edges keep conforming: no cracks. Curved gives every corner a normal of its own.
+/// @throws InvalidInput unless max_edge > 0.
+[[nodiscard]] Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles = 2'000'000,
+                                RefineShape shape = RefineShape::Flat);
 /// neighbours[t][k] = triangle across the edge (corner k, corner k+1) of t, by positions; -1 at a boundary or where more
 /// than two triangles share the edge.
 [[nodiscard]] std::vector<std::array<int, 3>> triangle_neighbors(const Mesh& mesh);

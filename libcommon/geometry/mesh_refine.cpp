@@ -69,9 +69,111 @@ class Midpoints {
     return entry->second;
   }
 
+  /// Adds offset(a, b) to every midpoint.
+  template <class Offset>
+  void move_by(Offset&& offset) {
+    for (const auto& [key, index] : made_) {
+      values_[static_cast<std::size_t>(index)] +=
+          offset(static_cast<int>(key >> 32), static_cast<int>(key & 0xffffffffu));
+    }
+  }
+
  private:
   std::vector<Vector>& values_;
   std::unordered_map<std::uint64_t, int> made_;
+};
+
+constexpr double kSmoothCosine = 0.7;  ///< Of 45 degrees: sharper is a crease.
+
+/// A normal for every corner: the one that the mesh has if it is within 45 degrees of its triangle's, else the
+/// angle-weighted mean over the triangles around the position that are.
+Mesh with_crease_normals(Mesh mesh) {
+  const bool has_normals = mesh.normal_triangles.size() == mesh.triangles.size();
+  std::vector<Vec3> face(mesh.triangles.size());
+  std::vector<std::vector<int>> around(mesh.positions.size());
+  for (int t = 0; t < mesh.num_triangles(); ++t) {
+    const Vec3 area = area_vector(mesh, t);
+    face[static_cast<std::size_t>(t)] = area.norm() > 0.0 ? Vec3(area.normalized()) : Vec3(Vec3::Zero());
+    for (int p : mesh.triangles[static_cast<std::size_t>(t)]) around[static_cast<std::size_t>(p)].push_back(t);
+  }
+  const auto angle_at = [&mesh](int t, int position) {
+    const Triangle& c = mesh.triangles[static_cast<std::size_t>(t)];
+    const std::size_t k = c[0] == position ? 0 : c[1] == position ? 1 : 2;
+    const auto at = [&](std::size_t i) -> const Vec3& { return mesh.positions[static_cast<std::size_t>(c[i % 3])]; };
+    const Vec3 a = at(k + 1) - at(k), b = at(k + 2) - at(k);
+    return std::atan2(a.cross(b).norm(), a.dot(b));
+  };
+  std::vector<Vec3> normals(mesh.triangles.size() * 3);
+  std::vector<Triangle> normal_triangles(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3& normal = normals[3 * t + k];
+      normal_triangles[t][k] = static_cast<int>(3 * t + k);
+      if (has_normals) normal = mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])];
+      if (has_normals && normal.dot(face[t]) > kSmoothCosine) continue;
+      const int position = mesh.triangles[t][k];
+      Vec3 sum = Vec3::Zero();
+      for (int other : around[static_cast<std::size_t>(position)]) {
+        const Vec3& n = face[static_cast<std::size_t>(other)];
+        if (n.dot(face[t]) > kSmoothCosine) sum += angle_at(other, position) * n;
+      }
+      normal = sum.norm() > 1e-9 ? Vec3(sum.normalized()) : Vec3(Vec3::UnitZ());
+    }
+  }
+  mesh.normals = std::move(normals);
+  mesh.normal_triangles = std::move(normal_triangles);
+  return mesh;
+}
+
+/// What is added to the midpoints of some edges.
+class Bulges {
+ public:
+  /// Visits every side of every triangle that is one of the edges.
+  Bulges(const Mesh& mesh, const std::unordered_set<std::uint64_t>& edges) {
+    if (edges.empty()) return;
+    for (int t = 0; t < mesh.num_triangles(); ++t) {
+      const Triangle& corners = mesh.triangles[static_cast<std::size_t>(t)];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t next = (k + 1) % 3;
+        if (!edges.contains(edge_key(corners[k], corners[next]))) continue;
+        const bool is_rising = corners[k] < corners[next];
+        add(mesh, t, is_rising ? k : next, is_rising ? next : k);
+      }
+    }
+  }
+
+  [[nodiscard]] Vec3 of(int a, int b) const {
+    const auto found = edges_.find(edge_key(a, b));
+    return found != edges_.end() && found->second.is_smooth ? found->second.bulge : Vec3(Vec3::Zero());
+  }
+
+ private:
+  struct Edge {
+    Vec3 normal_a, normal_b;
+    Vec3 bulge;
+    bool is_smooth;
+  };
+
+  void add(const Mesh& mesh, int t, std::size_t a, std::size_t b) {
+    const Triangle& corners = mesh.triangles[static_cast<std::size_t>(t)];
+    const Triangle& normals = mesh.normal_triangles[static_cast<std::size_t>(t)];
+    const Vec3& na = mesh.normals[static_cast<std::size_t>(normals[a])];
+    const Vec3& nb = mesh.normals[static_cast<std::size_t>(normals[b])];
+    const Vec3 area = area_vector(mesh, t);
+    const bool fits = std::min(area.dot(na), area.dot(nb)) > kSmoothCosine * area.norm();
+    const auto [entry, is_new] = edges_.try_emplace(edge_key(corners[a], corners[b]));
+    Edge& edge = entry->second;
+    if (is_new) {
+      const Vec3 ab =
+          mesh.positions[static_cast<std::size_t>(corners[b])] - mesh.positions[static_cast<std::size_t>(corners[a])];
+      edge = {na, nb, (ab.dot(nb) * nb - ab.dot(na) * na) / 8.0, fits};
+    } else {
+      edge.is_smooth =
+          edge.is_smooth && fits && (edge.normal_a - na).norm() < 1e-3 && (edge.normal_b - nb).norm() < 1e-3;
+    }
+  }
+
+  std::unordered_map<std::uint64_t, Edge> edges_;
 };
 
 /// A triangle pattern over corners 0-2 and edge midpoints 3 (0-1), 4 (1-2), 5 (2-0).
@@ -96,7 +198,8 @@ Pattern pattern_of(const std::array<bool, 3>& is_split, const std::array<Vec3, 3
 }
 
 /// One pass: splits the given edges wherever they occur.
-void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split) {
+void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, RefineShape shape) {
+  const Bulges bulges(mesh, shape == RefineShape::Curved ? is_split : std::unordered_set<std::uint64_t>{});
   Midpoints<Vec3> mid_position(mesh.positions);
   Midpoints<Vec2> mid_uv(mesh.uvs);
   Midpoints<Vec3> mid_normal(mesh.normals);
@@ -137,6 +240,7 @@ void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split) 
       if (has_normals) normal_triangles.push_back(pick(normal, f));
     }
   }
+  mid_position.move_by([&bulges](int a, int b) { return bulges.of(a, b); });
   mesh.triangles = std::move(triangles);
   mesh.uv_triangles = std::move(uv_triangles);
   mesh.normal_triangles = std::move(normal_triangles);
@@ -145,8 +249,9 @@ void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split) 
 
 }  // namespace
 
-Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles) {
+Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles, RefineShape shape) {
   if (!(max_edge > 0.0)) throw InvalidInput("max_edge: " + number_text(max_edge) + " is out of range; use > 0");
+  if (shape == RefineShape::Curved) mesh = with_crease_normals(std::move(mesh));
   while (true) {
     std::int64_t budget = std::int64_t{max_triangles} - mesh.num_triangles();
     std::unordered_set<std::uint64_t> chosen;
@@ -156,7 +261,7 @@ Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles) {
       chosen.insert(edge.key);
     }
     if (chosen.empty()) return mesh;
-    split_edges(mesh, chosen);
+    split_edges(mesh, chosen, shape);
   }
 }
 

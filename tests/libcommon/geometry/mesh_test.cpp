@@ -134,6 +134,38 @@ TEST(RefineEdges, RejectsLengthsThatAreNotPositive) {
   EXPECT_THROW((void)refine_edges(make_cube(1.0), std::nan("")), InvalidInput);
 }
 
+TEST(RefineEdges, CurvedFollowsTheSurfaceThatNormalsDescribe) {
+  // Flat facets of this sphere lie up to several per cent inside; curved edges keep a small share of that.
+  Mesh sphere = make_icosphere(1.0, 1);
+  sphere.normals = sphere.positions;
+  sphere.normal_triangles = sphere.triangles;
+  const auto worst = [](const Mesh& mesh) {
+    double error = 0.0;
+    for (const Vec3& p : mesh.positions) error = std::max(error, std::abs(p.norm() - 1.0));
+    return error;
+  };
+  EXPECT_GT(worst(refine_edges(sphere, 0.1)), 0.03);
+  const Mesh curved = refine_edges(sphere, 0.1, 1'000'000, RefineShape::Curved);
+  EXPECT_LT(worst(curved), 0.005);
+  EXPECT_EQ(num_open_sides(curved), 0);
+}
+
+TEST(RefineEdges, CurvedKeepsCreases) {
+  // A cube without normals, with one a face, and with normals that are wrongly smooth (55 degrees off its faces).
+  const Mesh plain = make_cube(1.0);
+  Mesh hard = plain;
+  for (int t = 0; t < hard.num_triangles(); ++t) {
+    hard.normals.push_back(area_vector(hard, t).normalized());
+    hard.normal_triangles.push_back({t, t, t});
+  }
+  for (const Mesh& cube : {plain, hard, with_normals(plain)}) {
+    const Mesh refined = refine_edges(cube, 0.2, 1'000'000, RefineShape::Curved);
+    EXPECT_NEAR(total_area(refined), 6.0, 1e-9);
+    for (const Vec3& p : refined.positions)
+      EXPECT_NEAR((p - Vec3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff(), 0.5, kRounding);
+  }
+}
+
 TEST(SelectSurfaces, KeepsOnlyWhatIsUsed) {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}};

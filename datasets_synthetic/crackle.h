@@ -30,8 +30,8 @@ struct CrackleOptions {
   double strain = 0.055;                   ///< Final width of a crack over the local spacing; [0, 0.5].
   double grain = 0.35;                     ///< How much first cracks follow the plate's grain (vertical); [0, 1].
   double yellowing = 0.10;                 ///< Share of blue that the paint loses until the end; [0, 1].
-  TransmissionLaw law = TransmissionLaw::BeerLambert;
-  double absorption_per_mm = 3.0;          ///< a; > 0. For Linear a thickness_max_mm < 1.
+  TransmissionLaw law = TransmissionLaw::Reciprocal;
+  double absorption_per_mm = 5.0;          ///< a; > 0. For Linear a thickness_max_mm < 1.
   double noise = 0.006;                    ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
   std::int64_t seed = 1;                   ///< >= 0.
 };

@@ -76,7 +76,7 @@ ImageF reflected(const CrackleDataset& d, double time_s, const RunControl& contr
       const EdgeState& s = states[static_cast<std::size_t>(p)];
       // Edges curl up; light from the upper left.
       const double slope = 0.5 * (height_at(x + 1, y) - height_at(x - 1, y) + height_at(x, y + 1) - height_at(x, y - 1));
-      const double shade = 1.0 + std::clamp(0.30 * slope, -0.18, 0.18) + 0.05 * s.rim;
+      const double shade = 1.0 + std::clamp(0.55 * slope, -0.25, 0.25) + 0.06 * s.rim;
       for (int c = 0; c < 3; ++c) {
         const std::size_t i = static_cast<std::size_t>(c);
         const double aged = 1.0 - d.options.yellowing * age * kAged[i];

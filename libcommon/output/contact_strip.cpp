@@ -58,7 +58,7 @@ ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::stri
   const int count = static_cast<int>(pictures.size());
   const int columns = options.columns > 0 ? std::min(options.columns, count) : count;
   const int rows = (count + columns - 1) / columns;
-  const int letter = labels.empty() ? 0 : options.label_px > 0 ? options.label_px : std::max(10, h / 20);
+  const int letter = labels.empty() ? 0 : options.label_px > 0 ? options.label_px : std::max(10, h / 26);
   const int label_height = labels.empty() ? 0 : 2 * letter;
   const int gap = options.gap_px;
   ImageF strip(columns * (w + gap) + gap, rows * (h + label_height + gap) + gap, 3, options.background);

@@ -14,6 +14,8 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+constexpr int kLightRays = 3;              // Per ray of the camera.
+constexpr double kRayOffset = 1e-4;        // Of the diagonal, off the surface.
 constexpr int kGroundGrid = 96;
 constexpr double kGroundExtent = 1.4;      // Half side of that grid, in diagonals.
 constexpr double kRefinedEdge = 1.0 / 48;  // Longest edge for the ambient term, in diagonals.
@@ -149,19 +151,21 @@ Vec3 LitMesh::light_direction(int x, int y, int sample, int num_samples) const {
 }
 
 LitPoint LitMesh::look(const Vec3& origin, const Vec3& direction, int x, int y, int sample, int num_samples) const {
-  if (const std::optional<RayHit> hit = scene_.first_hit(origin, direction)) {
-    return surface(*hit, direction, light_direction(x, y, sample, num_samples));
+  std::array<Vec3, kLightRays> to_light;
+  for (int i = 0; i < kLightRays; ++i) {
+    to_light[static_cast<std::size_t>(i)] = light_direction(x, y, sample * kLightRays + i, num_samples * kLightRays);
   }
+  if (const std::optional<RayHit> hit = scene_.first_hit(origin, direction)) return surface(*hit, direction, to_light);
   LitPoint point;
   const double fall = direction.dot(up_);
   if (options_.ground && fall < -1e-6) {
     const double distance = (ground_height_ - origin.dot(up_)) / fall;
-    point.diffuse = ground_light(origin + distance * direction, light_direction(x, y, sample, num_samples));
+    point.diffuse = ground_light(origin + distance * direction, to_light);
   }
   return point;
 }
 
-LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, const Vec3& to_light) const {
+LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const {
   const std::size_t t = static_cast<std::size_t>(hit.triangle);
   std::array<Vec3, 3> p, n;
   std::array<Vec2, 3> uv;
@@ -186,25 +190,25 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, const Vec3& 
   point.uv = blend(uv, hit.b1, hit.b2);
   const double gradient = 1.0 - options_.ambient_gradient * 0.5 * (1.0 - normal.dot(up_));
   point.diffuse = options_.ambient * gradient * (options_.occlusion_samples > 0 ? blend(open, hit.b1, hit.b2) : 1.0);
-  const double facing = normal.dot(to_light);
-  if (!(facing > 0.0) || !(options_.light > 0.0)) return point;
-
+  if (!(options_.light > 0.0)) return point;
   std::array<Vec3, 3> lifted;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 off = place - p[k];
     lifted[k] = place - std::min(0.0, off.dot(side * n[k])) * side * n[k];
   }
-  const double epsilon = 1e-4 * diagonal_;
-  const Vec3 from = blend(lifted, hit.b1, hit.b2) + epsilon * face;
-  if (scene_.first_hit(from, to_light)) return point;
-  point.diffuse += options_.light * facing;
-  if (!(options_.specular > 0.0)) return point;
-  point.specular = options_.light * coat(normal, -direction, to_light, options_.specular, options_.roughness);
+  const Vec3 from = blend(lifted, hit.b1, hit.b2) + kRayOffset * diagonal_ * face;
+  const double share = options_.light / static_cast<double>(to_light.size());
+  for (const Vec3& light : to_light) {
+    const double facing = normal.dot(light);
+    if (!(facing > 0.0) || scene_.first_hit(from, light)) continue;
+    point.diffuse += share * facing;
+    if (options_.specular > 0.0) point.specular += share * coat(normal, -direction, light, options_.specular, options_.roughness);
+  }
   return point;
 }
 
 // Share of the light on open ground that arrives at p.
-double LitMesh::ground_light(const Vec3& p, const Vec3& to_light) const {
+double LitMesh::ground_light(const Vec3& p, std::span<const Vec3> to_light) const {
   const Vec3 off = p - box_.center();
   const double u = off.dot(ground_x_) / (kGroundExtent * diagonal_), v = off.dot(ground_y_) / (kGroundExtent * diagonal_);
   double open = 1.0;
@@ -221,8 +225,11 @@ double LitMesh::ground_light(const Vec3& p, const Vec3& to_light) const {
   const double key = options_.light * std::max(0.0, light_.dot(up_));
   const double whole = options_.ambient + key;
   if (!(whole > 0.0)) return 1.0;
-  const bool is_lit = to_light.dot(up_) > 0.0 && !scene_.first_hit(p + 1e-4 * diagonal_ * up_, to_light);
-  return (options_.ambient * open + (is_lit ? key : 0.0)) / whole;
+  double lit = 0.0;
+  for (const Vec3& light : to_light) {
+    if (light.dot(up_) > 0.0 && !scene_.first_hit(p + kRayOffset * diagonal_ * up_, light)) lit += 1.0;
+  }
+  return (options_.ambient * open + key * lit / static_cast<double>(to_light.size())) / whole;
 }
 
 }  // namespace patinate

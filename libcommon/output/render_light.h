@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "libcommon/geometry/ray_scene.h"
@@ -27,8 +28,8 @@ class LitMesh {
   [[nodiscard]] LitPoint look(const Vec3& origin, const Vec3& direction, int x, int y, int sample, int num_samples) const;
 
  private:
-  [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, const Vec3& to_light) const;
-  [[nodiscard]] double ground_light(const Vec3& p, const Vec3& to_light) const;
+  [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const;
+  [[nodiscard]] double ground_light(const Vec3& p, std::span<const Vec3> to_light) const;
   [[nodiscard]] Vec3 light_direction(int x, int y, int sample, int num_samples) const;
   [[nodiscard]] double openness(const Vec3& p, const Vec3& normal, std::uint64_t item) const;
   void light_vertices(const RunControl& control);

@@ -16,6 +16,7 @@ constexpr int kMaxSide = 65536;
 constexpr double kInsideTolerance = 1e-9;    ///< Barycentric; centres on an edge belong to both triangles.
 constexpr double kOverlapTolerance = 1e-6;   ///< Deeper inside than this is an overlap, not a shared edge.
 constexpr int kMaxCrossings = 10'000;
+constexpr double kUvSlack = 0.01;            ///< Charts that lean over the atlas's edge lose that strip.
 
 /// Texel coordinates (x right, y down, centres at integers) of a UV.
 Vec2 texel_from_uv(const Vec2& uv, int width, int height) {
@@ -24,13 +25,12 @@ Vec2 texel_from_uv(const Vec2& uv, int width, int height) {
 
 double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-void check_uvs(const Mesh& mesh, int width, int height) {
+void check_uvs(const Mesh& mesh) {
   if (!mesh.has_uvs()) throw InvalidInput("the mesh has no UVs; unwrap it in a modelling program, or export it with UVs");
-  const double slack_u = 1.0 / width, slack_v = 1.0 / height;
   for (const Triangle& corners : mesh.uv_triangles) {
     for (int corner : corners) {
       const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner)];
-      if (uv.x() >= -slack_u && uv.x() <= 1.0 + slack_u && uv.y() >= -slack_v && uv.y() <= 1.0 + slack_v) continue;
+      if (uv.minCoeff() >= -kUvSlack && uv.maxCoeff() <= 1.0 + kUvSlack) continue;
       throw InvalidInput("the mesh has UVs outside [0, 1] (" + number_text(uv.x()) + ", " + number_text(uv.y()) +
                          "); tiled and UDIM layouts must be laid out in one tile first");
     }
@@ -78,7 +78,7 @@ TexelMap::TexelMap(Mesh mesh, int width, int height, const RunControl& control)
     throw InvalidInput("atlas size " + std::to_string(width) + " x " + std::to_string(height) +
                        " is out of range; use [1, 65536]");
   }
-  check_uvs(mesh_, width, height);
+  check_uvs(mesh_);
   neighbors_ = triangle_neighbors(mesh_);
   triangle_chart_ = label_charts(mesh_, neighbors_);
   triangle_.assign(static_cast<std::size_t>(num_texels()), -1);

@@ -26,7 +26,7 @@ struct SurfacePoint {
 class TexelMap {
  public:
   /// @param mesh  With UVs in [0, 1], in mm. Kept by copy.
-  /// @throws InvalidInput if the mesh has no UVs, they leave [0, 1] by more than a texel, or a size is outside [1, 65536].
+  /// @throws InvalidInput if the mesh has no UVs, they leave [0, 1] by more than 1 %, or a size is outside [1, 65536].
   TexelMap(Mesh mesh, int width, int height, const RunControl& control = {});
 
   [[nodiscard]] int width() const { return width_; }

@@ -1,0 +1,217 @@
+// The main job on real photographs and real meshes: ingest, control, transfer, lookup. Needs $PATINATE_DATA.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "capture/ingest/capture_project.h"
+#include "capture/ingest/ingest.h"
+#include "libcommon/controls/control_kinds.h"
+#include "libcommon/core/files.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/job/job.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/test_data.h"
+#include "transfer/lookup/transfer_reader.h"
+#include "transfer/transfer_job.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::TempFolder;
+
+constexpr int kAtlas = 512;
+// The flash's streak on the copper plate, which moves with nothing and ages with nothing: these columns are masked.
+constexpr int kStreakBegin = 88, kStreakEnd = 156;
+
+void ingest(const std::filesystem::path& project_file, const std::string& project, const std::filesystem::path& history) {
+  write_atomically(project_file, project);
+  ASSERT_EQ(run_job(plan_ingest(read_capture_project(project_file), {}, history), {}, {}), JobStatus::Done);
+}
+
+/// 26 frames over 8 h, the streak masked.
+void ingest_copper(const TempFolder& folder, const std::filesystem::path& frames) {
+  ImageU8 mask(256, 256, 1, 255);
+  for (int y = 0; y < 256; ++y) {
+    for (int x = kStreakBegin; x < kStreakEnd; ++x) mask.at(x, y) = 0;
+  }
+  write_codes(folder / "mask.png", mask);
+  ingest(folder / "capture.json",
+         R"({"format": "patinate.capture", "version": 1, "name": "copper", "kind": "fixed", "time_unit": "min", "response": "srgb",
+             "frames": {"pattern": ")" + (frames / "*.png").string() + R"(", "interval": 19.4}, "mask": "mask.png"})",
+         folder / "history");
+}
+
+/// The mesh scaled so that one texel equals one pixel, and a control of it.
+TransferTask make_task(const std::filesystem::path& history, Mesh mesh, const std::string& source, const std::string& destination) {
+  mesh = with_normals(std::move(mesh));
+  const double size = TexelMap(mesh, kAtlas, kAtlas).median_texel_size_mm();
+  scale_mesh(mesh, 1.0 / size);
+  TransferTask task;
+  task.history = history;
+  task.mesh_name = "mesh";
+  task.mm_per_mesh_unit = 1.0 / size;
+  task.map = std::make_shared<TexelMap>(std::move(mesh), kAtlas, kAtlas);
+  ControlMap made = make_control_expression(destination, *task.map);
+  task.controls.push_back({source, destination, std::move(made.values), {made.low, made.high, made.unit}, 1.0, ControlMapping::Rank});
+  return task;
+}
+
+std::vector<double> ranks(const std::vector<double>& values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+  std::vector<double> rank(values.size());
+  for (std::size_t i = 0; i < order.size(); ++i) rank[order[i]] = static_cast<double>(i);
+  return rank;
+}
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  const double n = static_cast<double>(a.size());
+  const double mean_a = std::accumulate(a.begin(), a.end(), 0.0) / n, mean_b = std::accumulate(b.begin(), b.end(), 0.0) / n;
+  double ab = 0.0, aa = 0.0, bb = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ab += (a[i] - mean_a) * (b[i] - mean_b);
+    aa += (a[i] - mean_a) * (a[i] - mean_a);
+    bb += (b[i] - mean_b) * (b[i] - mean_b);
+  }
+  return ab / std::sqrt(aa * bb);
+}
+
+/// Rank correlation over the covered texels between the destination's control and the source's at their coordinates.
+double control_agreement(const TransferTask& task, const TransferReader& transfer) {
+  const ImageF source = transfer.history().read_control(task.controls[0].source);
+  std::vector<double> wanted, got;
+  for (int y = 0; y < kAtlas; ++y) {
+    for (int x = 0; x < kAtlas; ++x) {
+      const float sx = transfer.coordinates().at(x, y, 0);
+      if (sx < 0.0f) continue;
+      wanted.push_back(static_cast<double>(task.controls[0].values.at(x, y)));
+      got.push_back(static_cast<double>(source.at(static_cast<int>(sx), static_cast<int>(transfer.coordinates().at(x, y, 1)))));
+    }
+  }
+  return correlation(ranks(wanted), ranks(got));
+}
+
+/// Mean over what a mask covers, per channel.
+std::array<double, 3> mean_color(const ImageF& image, const ImageU8& mask) {
+  std::array<double, 3> sum{};
+  double count = 0.0;
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      if (mask.at(x, y) == 0) continue;
+      for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += static_cast<double>(image.at(x, y, c));
+      count += 1.0;
+    }
+  }
+  for (double& s : sum) s /= count;
+  return sum;
+}
+
+void expect_frames_exact(const TransferReader& transfer) {
+  for (int f : {0, transfer.history().num_frames() - 1}) {
+    const ImageF frame = transfer.history().read_frame(f);
+    const ImageF texture = transfer.sample(transfer.history().manifest().frames[static_cast<std::size_t>(f)].time);
+    const ImageF expected = gather(frame, transfer.coordinates());
+    const ImageU8 coverage = transfer.coverage();
+    for (int y = 0; y < kAtlas; ++y) {
+      for (int x = 0; x < kAtlas; ++x) {
+        if (coverage.at(x, y) != 0) {
+          ASSERT_EQ(texture.at(x, y, 1), expected.at(x, y, 1));
+        }
+      }
+    }
+  }
+}
+
+/// What every copper transfer must show, whatever the mesh.
+void expect_copper_ages(const TransferTask& task, const TransferReader& transfer) {
+  expect_frames_exact(transfer);
+  for (int y = 0; y < kAtlas; ++y) {
+    for (int x = 0; x < kAtlas; ++x) {
+      const float sx = transfer.coordinates().at(x, y, 0);
+      if (sx >= 0.0f) {
+        ASSERT_TRUE(sx < kStreakBegin || sx >= kStreakEnd) << "a masked pixel was transferred";
+      }
+    }
+  }
+  EXPECT_LT(transfer.manifest().energy.control_error_mean, 0.06);
+  EXPECT_GT(control_agreement(task, transfer), 0.9);
+  // The photographs' own mean colour, at the start and at the end: rank matching uses every part of the plate in its proportion. 0.03 of
+  // full scale is a third of the change in red.
+  const HistoryReader& history = transfer.history();
+  const double last = history.manifest().frames.back().time;
+  for (double time : {0.0, last}) {
+    const auto photographs = mean_color(history.sample(time), history.read_mask());
+    const auto mesh = mean_color(transfer.sample(time), transfer.coverage());
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(mesh[c], photographs[c], 0.03) << "time " << time << " channel " << c;
+  }
+  // Copper turns green-blue.
+  const auto fresh = mean_color(transfer.sample(0.0), transfer.coverage()), aged = mean_color(transfer.sample(last), transfer.coverage());
+  EXPECT_GT(fresh[0] / fresh[2], 1.05);
+  EXPECT_LT(aged[0] / aged[2], 0.95);
+}
+
+TEST(RealData, CopperAgesTheHydrantByAccessibility) {
+  PATINATE_REQUIRE_DATA(frames, "timelapse/copper_patinating/frames_every4");
+  PATINATE_REQUIRE_DATA(mesh_file, "meshes/fire_hydrant/fire_hydrant_1k.gltf");
+  TempFolder folder;
+  ingest_copper(folder, frames);
+  const TransferTask task =
+      make_task(folder / "history", select_surfaces(read_mesh(mesh_file), "", "fire_hydrant"), "progress", "accessibility");
+  ASSERT_EQ(run_job(plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
+  expect_copper_ages(task, TransferReader(folder / "transfer"));
+}
+
+TEST(RealData, CopperAgesTheBustByAccessibility) {
+  PATINATE_REQUIRE_DATA(frames, "timelapse/copper_patinating/frames_every4");
+  PATINATE_REQUIRE_DATA(mesh_file, "meshes/marble_bust/marble_bust_01_1k.gltf");
+  TempFolder folder;
+  ingest_copper(folder, frames);
+  const TransferTask task = make_task(folder / "history", read_mesh(mesh_file), "progress", "accessibility");
+  ASSERT_EQ(run_job(plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
+  expect_copper_ages(task, TransferReader(folder / "transfer"));
+}
+
+TEST(RealData, ABananaWithUnevenDatesRipensASpottedCow) {
+  PATINATE_REQUIRE_DATA(photos, "timelapse/banana_14_B");
+  PATINATE_REQUIRE_DATA(mesh_file, "meshes/spot/spot_triangulated.obj");
+  TempFolder folder;
+  // The fruit fills the middle of the picture on every date; its background is white.
+  ImageU8 mask(1488, 1141);
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) mask.at(x, y) = std::hypot((x - 744) / 300.0, (y - 570) / 130.0) < 1.0 ? 255 : 0;
+  }
+  write_codes(folder / "mask.png", mask);
+  ingest(folder / "capture.json",
+         R"({"format": "patinate.capture", "version": 1, "name": "banana", "kind": "fixed", "time_unit": "d", "response": "srgb",
+             "frames": {"pattern": ")" + (photos / "*.png").string() + R"("}, "scale": 0.25, "mask": "mask.png"})",
+         folder / "history");
+  const HistoryReader history(folder / "history");
+  ASSERT_EQ(history.num_frames(), 20);
+  // File names: 2020-05-28 18:20 to 2020-06-17 18:00.
+  EXPECT_NEAR(history.manifest().frames.back().time - history.manifest().frames.front().time, 20.0 - 20.0 / 1440.0, 1e-9);
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < 20; ++i) steps.push_back(history.manifest().frames[i].time - history.manifest().frames[i - 1].time);
+  EXPECT_GT(*std::max_element(steps.begin(), steps.end()), 1.3 * *std::min_element(steps.begin(), steps.end()));
+
+  const TransferTask task = make_task(folder / "history", read_mesh(mesh_file), "progress", "facing");
+  ASSERT_EQ(run_job(plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
+  const TransferReader transfer(folder / "transfer");
+  expect_frames_exact(transfer);
+  // Half way between two uneven dates is their mean.
+  const auto& f = history.manifest().frames;
+  const ImageF a = transfer.sample(f[4].time), b = transfer.sample(f[5].time), between = transfer.sample(0.5 * (f[4].time + f[5].time));
+  const ImageU8 coverage = transfer.coverage();
+  for (int i = 0; i < kAtlas; ++i) {
+    if (coverage.at(i, i) != 0) {
+      EXPECT_NEAR(between.at(i, i, 0), 0.5f * (a.at(i, i, 0) + b.at(i, i, 0)), 1e-4f);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace patinate

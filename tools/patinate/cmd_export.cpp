@@ -114,15 +114,15 @@ int cmd_export(CommandRun& run) {
   if (kind == PathKind::Transfer) {
     const TransferReader transfer(subject);
     const HistoryManifest& history = transfer.history().manifest();
-    if (is_glb) return export_glb(run, transfer, output, times.resolve(history, 5));
-    return export_sequence(run, transfer.manifest().key, history, output, times.resolve(history, 0), format,
+    if (is_glb) return export_glb(run, transfer, output, times.resolve(run, history, 5));
+    return export_sequence(run, transfer.manifest().key, history, output, times.resolve(run, history, 0), format,
                            [&](double t, const RunControl& control) { return transfer.sample(t, control); });
   }
   if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer or history");
   const HistoryReader history(subject);
   if (is_glb) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
   return export_sequence(run, history_content_key(history), history.manifest(), output,
-                         times.resolve(history.manifest(), 0), format,
+                         times.resolve(run, history.manifest(), 0), format,
                          [&](double t, const RunControl&) { return history.sample(t); });
 }
 

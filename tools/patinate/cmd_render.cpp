@@ -3,11 +3,11 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/geometry/mesh_io.h"
-#include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/render.h"
 #include "tools/patinate/commands.h"
+#include "tools/patinate/mesh_source.h"
 #include "tools/patinate/output_file.h"
 #include "tools/patinate/path_kind.h"
 #include "tools/patinate/times_argument.h"
@@ -52,7 +52,7 @@ int finish(CommandRun& run, const RenderCommand& command, const std::string& key
 int render_transfer(CommandRun& run, const RenderCommand& command) {
   const TransferReader transfer(command.subject);
   const HistoryManifest& history = transfer.history().manifest();
-  const std::vector<double> times = command.times.resolve(history, 5);
+  const std::vector<double> times = command.times.resolve(run, history, 5);
   const std::string key = begin_key(command, times).add(transfer.manifest().key).hex();
   return finish(run, command, key, [&] {
     const RunControl control = run.control("render");
@@ -71,7 +71,7 @@ int render_transfer(CommandRun& run, const RenderCommand& command) {
 
 int render_history(CommandRun& run, const RenderCommand& command) {
   const HistoryReader history(command.subject);
-  const std::vector<double> times = command.times.resolve(history.manifest(), 5);
+  const std::vector<double> times = command.times.resolve(run, history.manifest(), 5);
   const std::string key = begin_key(command, times).add(history_content_key(history)).hex();
   return finish(run, command, key, [&] {
     std::vector<ImageF> pictures;

@@ -11,8 +11,8 @@ int cmd_control(CommandRun& run);
 int cmd_export(CommandRun& run);
 int cmd_info(CommandRun& run);
 int cmd_lookup(CommandRun& run);
-int cmd_transfer(CommandRun& run);
 int cmd_render(CommandRun& run);
+int cmd_transfer(CommandRun& run);
 int cmd_validate(CommandRun& run);
 
 }  // namespace patinate

@@ -27,7 +27,7 @@ void TimesArgument::declare(CommandLine& line) {
   line.option("num_times", "N", "So many times, evenly from the first frame to the last", count);
 }
 
-std::vector<double> TimesArgument::resolve(const HistoryManifest& history, int default_count) const {
+std::vector<double> TimesArgument::resolve(CommandRun& run, const HistoryManifest& history, int default_count) const {
   if ((time ? 1 : 0) + (times.empty() ? 0 : 1) + (count ? 1 : 0) > 1) {
     throw UsageError("--time, --times, --num-times: give one of them");
   }
@@ -41,9 +41,8 @@ std::vector<double> TimesArgument::resolve(const HistoryManifest& history, int d
   if (time) chosen = {*time};
   for (double t : chosen) {
     if (t >= history.frames.front().time && t <= history.frames.back().time) continue;
-    throw UsageError(number_text(t) + ": lies outside the history; give times from " +
-                     number_text(history.frames.front().time) + " to " + number_text(history.frames.back().time) + " " +
-                     time_unit_text(history.time_unit));
+    run.note("time " + number_text(t) + " is outside the history (" + number_text(history.frames.front().time) + " to " +
+             number_text(history.frames.back().time) + " " + time_unit_text(history.time_unit) + "): its end is used");
   }
   if (!chosen.empty()) return chosen;
   if (default_count > 0) return evenly(history, default_count);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libcommon/history/history.h"
-#include "tools/patinate/command_line.h"
+#include "tools/patinate/command_run.h"
 
 namespace patinate {
 
@@ -19,8 +19,9 @@ struct TimesArgument {
   /// --time, --times, --num-times.
   void declare(CommandLine& line);
   /// What was asked for; `default_count` times, evenly from the first frame to the last, when nothing was (0 = every frame's).
-  /// @throws UsageError if a time lies outside the history, or several of the options are given.
-  [[nodiscard]] std::vector<double> resolve(const HistoryManifest& history, int default_count) const;
+  /// Says so when a time lies outside the history, whose end is then used.
+  /// @throws UsageError if several of the options are given.
+  [[nodiscard]] std::vector<double> resolve(CommandRun& run, const HistoryManifest& history, int default_count) const;
 };
 
 /// "12.5 d".

@@ -10,6 +10,7 @@
 #include "tools/patinate/commands.h"
 #include "tools/patinate/mesh_source.h"
 #include "tools/patinate/output_file.h"
+#include "transfer/transfer_io.h"
 
 namespace patinate {
 

@@ -12,6 +12,7 @@ int cmd_export(CommandRun& run);
 int cmd_info(CommandRun& run);
 int cmd_lookup(CommandRun& run);
 int cmd_render(CommandRun& run);
+int cmd_synth(CommandRun& run);
 int cmd_transfer(CommandRun& run);
 int cmd_validate(CommandRun& run);
 

@@ -30,6 +30,7 @@ constexpr std::array kVerbs{
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
     Verb{"render", "Makes a picture of a transfer at a time, or a strip of times.", cmd_render},
     Verb{"export", "Writes a transfer as GLB, or a transfer or history as images.", cmd_export},
+    Verb{"synth", "Makes test data with known truth: crackle, sculpture.", cmd_synth},
     Verb{"info", "Says what a file or folder is.", cmd_info},
     Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
 };

@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <span>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "libcommon/core/error.h"
-#include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 
@@ -42,17 +39,6 @@ Mesh load_mesh(const MeshSource& source) {
     }
   }
   return with_normals(std::move(mesh));
-}
-
-std::string mesh_content_key(const Mesh& mesh) {
-  ContentHash hash;
-  add_array(hash, mesh.positions);
-  add_array(hash, mesh.uvs);
-  add_array(hash, mesh.normals);
-  add_array(hash, mesh.triangles);
-  add_array(hash, mesh.uv_triangles);
-  add_array(hash, mesh.normal_triangles);
-  return hash.hex();
 }
 
 double mm_per_unit(const std::string& unit) {

@@ -25,8 +25,6 @@ struct MeshSource {
 void declare_mesh(CommandLine& line, MeshSource& source);
 /// The chosen surfaces, with normals, in the file's unit. @throws IoError
 [[nodiscard]] Mesh load_mesh(const MeshSource& source);
-/// Content key of a mesh: everything that was read, from however many files.
-[[nodiscard]] std::string mesh_content_key(const Mesh& mesh);
 /// "um", "mm", "cm", "m". @throws UsageError
 [[nodiscard]] double mm_per_unit(const std::string& unit);
 

@@ -1,0 +1,68 @@
+#include <nlohmann/json.hpp>
+
+#include "datasets_synthetic/crackle_io.h"
+#include "datasets_synthetic/sculpture.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "tools/patinate/commands.h"
+
+namespace patinate {
+
+namespace {
+
+const std::vector<std::string> kKinds{"crackle", "sculpture"};
+
+JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output) {
+  check_ranges(options);
+  ContentHash hash;
+  hash.add("sculpture 1");
+  Json values;
+  for (const auto& [name, value] : option_values(options)) {
+    hash.add(name).add(value);
+    values[name] = value;
+  }
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = "sculpture.json";
+  plan.key = hash.hex();
+  plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj"}, .run = [options](const auto& folder, const RunControl&) {
+                          write_obj(folder / "mesh.obj", sculpture(options));
+                        }});
+  plan.join = [values, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
+    save_json(folder / "sculpture.json",
+              Json{{"mesh", "mesh.obj"}, {"unit", "mm"}, {"options", values}, {"key", key}});
+  };
+  return plan;
+}
+
+}  // namespace
+
+int cmd_synth(CommandRun& run) {
+  std::string kind;
+  std::filesystem::path output;
+  CrackleOptions crackle_options;
+  SculptureOptions sculpture_options;
+  run.line.positional("KIND", "crackle (a capture project with its truth) or sculpture (a mesh to age)", kind);
+  run.line.output("FOLDER", "Folder to make", output);
+  // Each kind has options of its own, so the kind decides what --help lists and what is accepted.
+  const std::string asked = run.first_positional();
+  if (asked == "crackle") run.line.options(crackle_options);
+  if (asked == "sculpture") run.line.options(sculpture_options);
+  run.line.example("synth crackle -o crackle");
+  run.line.example("synth crackle --help");
+  if (asked.empty() || asked == "crackle" || asked == "sculpture") {
+    if (!run.parse()) return 0;
+  } else {
+    throw UsageError("KIND: found `" + asked + "`; expected one of crackle, sculpture" + did_you_mean(asked, kKinds));
+  }
+  const JobPlan plan =
+      kind == "crackle" ? plan_crackle(crackle_options, output) : plan_sculpture(sculpture_options, output);
+  const JobStatus status = run_job(plan, run.job_options(), run.control("synth " + kind));
+  if (status == JobStatus::Done) write_run_record(output, run.command_line(), run.seconds());
+  run.report_output(status, output);
+  return 0;
+}
+
+}  // namespace patinate

@@ -6,11 +6,11 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/mesh_source.h"
 #include "tools/patinate/output_file.h"
-#include "transfer/transfer_io.h"
 
 namespace patinate {
 
@@ -50,9 +50,9 @@ std::string control_key(const std::string& kind, const Mesh& mesh_mm, const Cont
 
 /// glTF is in metres by its standard; other files are taken as mm unless --unit says otherwise.
 double mm_per_mesh_unit(const MeshSource& source) {
+  if (const auto unit = source.unit_or_none()) return mm_per_unit(*unit);
   const std::string extension = source.path.extension().string();
-  const bool is_gltf = extension == ".gltf" || extension == ".glb";
-  return mm_per_unit(source.unit_or_none().value_or(is_gltf ? "m" : "mm"));
+  return extension == ".gltf" || extension == ".glb" ? 1000.0 : 1.0;
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "capture/ingest/capture_project.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/history/history.h"
@@ -77,6 +79,23 @@ Facts transfer_facts(const std::filesystem::path& path) {
   return facts;
 }
 
+Facts capture_facts(const std::filesystem::path& path) {
+  const CaptureProject project = read_capture_project(capture_file(path));
+  const std::string unit = time_unit_text(project.time_unit);
+  Facts facts("capture");
+  facts.add("name", project.name);
+  facts.add("photographs", Json{project.photo_width, project.photo_height}, size_text(project.photo_width, project.photo_height));
+  facts.add("size", Json{project.width(), project.height()}, size_text(project.width(), project.height()));
+  Json times = Json::array();
+  for (const CapturePhoto& frame : project.frames) times.push_back(frame.time);
+  facts.add("times", times,
+            std::to_string(project.frames.size()) + " frames, " + number_text(project.frames.front().time) + " to " +
+                number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source + ")");
+  facts.add("time_unit", unit, "");
+  facts.add("transmission", project.transmission.has_value(), project.transmission ? "yes" : "no");
+  return facts;
+}
+
 Facts image_facts(const std::filesystem::path& path) {
   const ImageInfo info = probe_image(path);
   Facts facts("image");
@@ -116,7 +135,7 @@ Facts facts_of(const std::filesystem::path& path) {
   switch (kind_of(path)) {
     case PathKind::History: return history_facts(path);
     case PathKind::Transfer: return transfer_facts(path);
-    case PathKind::Capture: break;
+    case PathKind::Capture: return capture_facts(path);
     case PathKind::Mesh: return mesh_facts(path);
     case PathKind::Image: return image_facts(path);
   }

@@ -1,6 +1,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "capture/ingest/capture_project.h"
 #include "libcommon/core/error.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/history/history.h"
@@ -43,6 +44,24 @@ void check_history(const std::filesystem::path& path, Checks& checks, const RunC
   checks.run([&] { (void)history.read_mask(); });
 }
 
+/// Decodes every photograph.
+void check_capture(const CaptureProject& project, Checks& checks, const RunControl& control) {
+  double num_done = 0.0;
+  for (const CapturePhoto& frame : project.frames) {
+    control.throw_if_stopped();
+    checks.run([&] { (void)read_photo(project, frame.file); });
+    control.report(++num_done / (static_cast<double>(project.frames.size()) + 1.0));
+  }
+  if (project.transmission) {
+    checks.run([&] { (void)read_photo(project, project.transmission->photo); });
+    if (project.transmission->blank) checks.run([&] { (void)read_photo(project, *project.transmission->blank); });
+  }
+  for (const GivenControl& c : project.controls) {
+    checks.run([&] { (void)to_history_size(read_gray(c.file), project, c.file); });
+  }
+  checks.run([&] { (void)read_capture_mask(project); });
+}
+
 void check_path(const std::filesystem::path& path, Checks& checks, const RunControl& control) {
   switch (kind_of(path)) {
     case PathKind::History: return check_history(path, checks, control);
@@ -50,7 +69,7 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
       const TransferReader transfer(path);
       return check_history(transfer.history().folder(), checks, control);
     }
-    case PathKind::Capture: throw InvalidInput(path.string() + ": captures are checked by `ingest`");
+    case PathKind::Capture: return check_capture(read_capture_project(capture_file(path)), checks, control);
     case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
     case PathKind::Image: return checks.run([&] { (void)read_color(path); });
   }

@@ -10,6 +10,7 @@ namespace patinate {
 int cmd_control(CommandRun& run);
 int cmd_export(CommandRun& run);
 int cmd_info(CommandRun& run);
+int cmd_ingest(CommandRun& run);
 int cmd_lookup(CommandRun& run);
 int cmd_render(CommandRun& run);
 int cmd_synth(CommandRun& run);

@@ -25,6 +25,7 @@ struct Verb {
 };
 
 constexpr std::array kVerbs{
+    Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},

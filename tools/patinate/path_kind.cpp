@@ -57,4 +57,9 @@ PathKind kind_of(const fs::path& path) {
   return is_mesh ? PathKind::Mesh : PathKind::Image;
 }
 
+fs::path capture_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_directory(path, error) ? path / "capture.json" : path;
+}
+
 }  // namespace patinate

@@ -12,4 +12,7 @@ enum class PathKind { History, Transfer, Capture, Mesh, Image };
 /// @throws IoError if it does not exist or is none of these.
 [[nodiscard]] PathKind kind_of(const std::filesystem::path& path);
 
+/// The capture.json in a folder, or the file itself.
+[[nodiscard]] std::filesystem::path capture_file(const std::filesystem::path& path);
+
 }  // namespace patinate

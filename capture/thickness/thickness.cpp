@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "libcommon/core/error.h"
@@ -20,6 +21,9 @@ constexpr float kDarkest = 1.0f / 1024.0f;
 void describe(OptionVisitor& v, ThicknessOptions& o) {
   v.visit_choice({"thickness_curve", "How transmitted light T becomes thickness: 1/T, -log T or 1 - T"}, o.curve, kCurveNames);
   describe(v, o.mode_filter);
+  v.visit({"num_refinements", "How often the mode filter is run again on what differs from its blurred result; 0 keeps edges sharp", "",
+           between(0, 10)},
+          o.num_refinements);
 }
 
 double thickness_of(double transmittance, ThicknessCurve curve) {
@@ -29,6 +33,26 @@ double thickness_of(double transmittance, ThicknessCurve curve) {
     case ThicknessCurve::Linear: return 1.0 - transmittance;
   }
   throw InvalidInput("thickness_curve: unknown; use reciprocal, beer_lambert or linear");
+}
+
+ImageF fill_cracks(const ImageF& in, const ImageU8& mask, const ThicknessOptions& options, const RunControl& control) {
+  check_ranges(options);
+  const double num_passes = 1.0 + options.num_refinements;
+  ImageF filled = mode_filter(in, mask, options.mode_filter, control.part(0.0, 1.0 / num_passes));
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  for (int pass = 1; pass <= options.num_refinements; ++pass) {
+    const ImageF trend = gaussian_blur(filled, mask, 0.5 * options.mode_filter.spatial_sigma_px, quiet);
+    ImageF rest = in;
+    std::transform(in.values().begin(), in.values().end(), trend.values().begin(), rest.values().begin(), std::minus<>());
+    filled = mode_filter(rest, mask, options.mode_filter, control.part(pass / num_passes, (pass + 1) / num_passes));
+    for (int y = 0; y < in.height(); ++y) {
+      for (int x = 0; x < in.width(); ++x) {
+        if (is_inside(mask, x, y)) filled.at(x, y) += trend.at(x, y);
+      }
+    }
+  }
+  return filled;
 }
 
 ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blank, const ImageU8& mask,
@@ -57,7 +81,7 @@ ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blan
   if (std::all_of(known_values.begin(), known_values.end(), [](std::uint8_t v) { return v == 0; })) {
     throw InvalidInput("thickness: the mask or the blank photograph leaves no pixel; the blank must be brighter than black");
   }
-  ThicknessMap map{mode_filter(transmittance, known, options.mode_filter, control), 0.0, 0.0, known};
+  ThicknessMap map{fill_cracks(transmittance, known, options, control), 0.0, 0.0, known};
   for (int y = 0; y < photo.height(); ++y) {
     for (int x = 0; x < photo.width(); ++x) {
       float& value = map.values.at(x, y);

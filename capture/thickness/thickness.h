@@ -16,8 +16,19 @@ enum class ThicknessCurve {
 struct ThicknessOptions {
   ThicknessCurve curve = ThicknessCurve::Reciprocal;  ///< Why: docs/decisions/0001-thickness-from-transmission.md.
   ModeFilterOptions mode_filter = {};                 ///< Its values are T: 1 = as bright as the blank, or the largest code.
+  int num_refinements = 2;                            ///< [0, 10]. See fill_cracks(); 0 keeps edges of the layer sharp.
 };
 void describe(OptionVisitor& v, ThicknessOptions& o);
+
+/// Every pixel gets the value that the layer around it has, cracks or not: the mode filter, refined.
+///
+/// On sloping or curved paint the mode of a window is flat in patches, with steps between them. So the filter is run again on
+/// what is left of `in` after the last result, blurred by half of spatial_sigma_px, is taken off; a crack differs from that trend as
+/// much as before, the slope is gone. Steps of the layer itself are softened to half of spatial_sigma_px.
+/// Synthetic crackle (median / 95th percentile of the error): 0 refinements 1.1 / 5.3 %, one 0.44 / 2.2 %, two 0.29 / 1.4 %.
+/// Same contract as mode_filter().
+[[nodiscard]] ImageF fill_cracks(const ImageF& in, const ImageU8& mask, const ThicknessOptions& options = {},
+                                 const RunControl& control = {});
 
 /// A thickness map; only ratios to other values of the same map mean something.
 struct ThicknessMap {
@@ -27,7 +38,7 @@ struct ThicknessMap {
   ImageU8 known;      ///< H x W; 0 outside the mask and where the blank is black.
 };
 
-/// T = photo / blank (or the photo), mode-filtered so that cracks take the value of the layer around them, then the curve.
+/// T = photo / blank (or the photo), cracks filled by fill_cracks(), then the curve.
 /// T is limited to [1/1024, 1]: less is not told from black. Where the blank is darker than 1/1024, T is unknown: such pixels
 /// count as outside.
 /// @param photo  H x W x 1, linear transmitted light, finite inside `mask`.

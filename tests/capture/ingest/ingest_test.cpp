@@ -137,6 +137,7 @@ TEST(Ingest, TransmissionBecomesThicknessAndProgressCanBeAdded) {
   write_project(folder.path(), R"("transmission": {"photo": "backlight.png"}, "response": "linear")");
   IngestOptions options;
   options.thickness.mode_filter.spatial_sigma_px = 2.0;
+  options.thickness.num_refinements = 0;  // The layer has an edge.
   {
     const HistoryReader history = ingest(folder.path(), options);
     ASSERT_EQ(history.manifest().controls.size(), 1u);

@@ -79,38 +79,71 @@ TEST(Thickness, RefusesBadInput) {
   EXPECT_THROW((void)thickness_from_transmission(photo, {}, {}, {.mode_filter = {.range_sigma = -1.0}}), InvalidInput);
 }
 
+TEST(FillCracks, WithoutRefinementIsTheModeFilter) {
+  const Layer layer = make_layer(ThicknessCurve::Reciprocal);
+  EXPECT_EQ(fill_cracks(layer.photo, {}, {.num_refinements = 0}), mode_filter(layer.photo, {}));
+  EXPECT_THROW((void)fill_cracks(layer.photo, {}, {.num_refinements = -1}), InvalidInput);
+}
+
+TEST(FillCracks, FollowsSteepPaintWithoutSteps) {
+  // T rises by 0.5 over 128 px: a window of sigma 12 px spans more than twice range_sigma. Rounding of the peaks: a bin / 20.
+  ImageF in(128, 64);
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 128; ++x) in.at(x, y) = x % 16 < 2 ? 1.0f : 0.2f + 0.5f * static_cast<float>(x * x) / (128.0f * 128.0f);
+  }
+  const auto worst_error = [&](int num_refinements) {
+    const ImageF out = fill_cracks(in, {}, {.mode_filter = {.spatial_sigma_px = 12.0}, .num_refinements = num_refinements});
+    double worst = 0.0;
+    for (int x = 20; x < 108; ++x) {
+      const double truth = 0.2 + 0.5 * x * x / (128.0 * 128.0);
+      worst = std::max(worst, std::abs(static_cast<double>(out.at(x, 32)) - truth));
+    }
+    return worst;
+  };
+  EXPECT_LT(worst_error(2), 0.008);
+  EXPECT_LT(worst_error(2), 0.5 * worst_error(0));
+}
+
 TEST(Thickness, CrackedLayerGivesTheMapOfTheLayerBeforeItCracked) {
   // goals.md: mode filter of the last, cracked frame against that of the first, crack-free one, in a disc of 250 px, outside
   // compacted zones (darker by more than 15 codes), one gain removed. Goal: median 0.1 %, 95th percentile 2.5 %; measured:
   // 0.235 % and 0.75 % (in the cracks 0.20 % and 0.65 %). A Gaussian over crack-free pixels alone leaves 0.17 % / 0.62 %: the
   // layer itself changed by that much, so the median's goal is not reachable with one gain; it is held at what was measured.
+  // Refined twice, as the thickness map is: 0.27 % and 1.06 %.
   PATINATE_REQUIRE_DATA(folder, "timelapse/capillary_fracture_backlit/p03");
   const ImageF before = read_gray(folder / "frame_00000.png"), after = read_gray(folder / "frame_00037.png");
-  const ImageF truth = mode_filter(before, {}), recovered = mode_filter(after, {});
-  std::vector<double> ratios, in_cracks;
-  for (int y = 0; y < before.height(); ++y) {
-    for (int x = 0; x < before.width(); ++x) {
-      const float change = 255.0f * (after.at(x, y) - before.at(x, y));
-      if ((x - 452) * (x - 452) + (y - 381) * (y - 381) >= 250 * 250 || change < -15.0f) continue;
-      const double ratio = static_cast<double>(recovered.at(x, y)) / static_cast<double>(truth.at(x, y));
-      ratios.push_back(ratio);
-      if (change > 25.0f) in_cracks.push_back(ratio);
-    }
-  }
   const auto quantile = [](std::vector<double> values, double rank) {
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), at, values.end());
     return *at;
   };
-  const double gain = quantile(ratios, 0.5);
-  const auto errors = [&](std::vector<double> values) {
-    for (double& v : values) v = std::abs(v / gain - 1.0);
-    return values;
+  struct Bounds {
+    int num_refinements;
+    double median, p95;
   };
-  EXPECT_LT(quantile(errors(ratios), 0.5), 0.0025);
-  EXPECT_LT(quantile(errors(ratios), 0.95), 0.01);
-  EXPECT_LT(quantile(errors(in_cracks), 0.5), 0.0025);
-  EXPECT_LT(quantile(errors(in_cracks), 0.95), 0.01);
+  for (const Bounds& bounds : {Bounds{0, 0.0025, 0.01}, Bounds{2, 0.003, 0.0125}}) {
+    const ThicknessOptions options{.num_refinements = bounds.num_refinements};
+    const ImageF truth = fill_cracks(before, {}, options), recovered = fill_cracks(after, {}, options);
+    std::vector<double> ratios, in_cracks;
+    for (int y = 0; y < before.height(); ++y) {
+      for (int x = 0; x < before.width(); ++x) {
+        const float change = 255.0f * (after.at(x, y) - before.at(x, y));
+        if ((x - 452) * (x - 452) + (y - 381) * (y - 381) >= 250 * 250 || change < -15.0f) continue;
+        const double ratio = static_cast<double>(recovered.at(x, y)) / static_cast<double>(truth.at(x, y));
+        ratios.push_back(ratio);
+        if (change > 25.0f) in_cracks.push_back(ratio);
+      }
+    }
+    const double gain = quantile(ratios, 0.5);
+    const auto errors = [&](std::vector<double> values) {
+      for (double& v : values) v = std::abs(v / gain - 1.0);
+      return values;
+    };
+    for (const auto& values : {ratios, in_cracks}) {
+      EXPECT_LT(quantile(errors(values), 0.5), bounds.median) << bounds.num_refinements;
+      EXPECT_LT(quantile(errors(values), 0.95), bounds.p95) << bounds.num_refinements;
+    }
+  }
 }
 
 }  // namespace

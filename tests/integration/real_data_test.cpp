@@ -176,9 +176,9 @@ TEST(RealData, CopperAgesTheBustByAccessibility) {
   expect_copper_ages(task, TransferReader(folder / "transfer"));
 }
 
-TEST(RealData, ABananaWithUnevenDatesRipensASpottedCow) {
+TEST(RealData, ABananaWithUnevenDatesRipensAFish) {
   PATINATE_REQUIRE_DATA(photos, "timelapse/banana_14_B");
-  PATINATE_REQUIRE_DATA(mesh_file, "meshes/spot/spot_triangulated.obj");
+  PATINATE_REQUIRE_DATA(mesh_file, "meshes/blub/blub_triangulated.obj");
   TempFolder folder;
   // The fruit fills the middle of the picture on every date; its background is white.
   ImageU8 mask(1488, 1141);

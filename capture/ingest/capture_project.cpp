@@ -36,7 +36,10 @@ FrameList read_pattern(JsonReader json) {
   if (json.has("interval")) {
     const double interval = json.member("interval").number(above(0));
     const double start = json.has("start") ? json.member("start").number() : 0.0;
-    for (std::size_t i = 0; i < list.photos.size(); ++i) list.times.push_back(start + static_cast<double>(i) * interval);
+    for (std::size_t i = 0; i < list.photos.size(); ++i) {
+      constexpr int kDigits = 12;  // 25 * 19.4 is 485, not 484.99999999999994.
+      list.times.push_back(rounded(start + static_cast<double>(i) * interval, kDigits));
+    }
     list.source = "interval";
   } else if (json.has("start")) {
     json.member("start").fail("no `start` without `interval`");

@@ -14,6 +14,16 @@ std::string number_text(double value) {
   return std::string(buffer.data(), result.ptr);
 }
 
+double rounded(double value, int digits) {
+  std::array<char, 64> buffer{};
+  const auto written = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::scientific, digits - 1);
+  double result = value;
+  std::from_chars(buffer.data(), written.ptr, result);
+  return result;
+}
+
+std::string short_number_text(double value) { return number_text(rounded(value, 6)); }
+
 std::optional<double> parse_number(std::string_view text) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   double value = 0.0;

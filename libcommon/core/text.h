@@ -12,6 +12,10 @@ namespace patinate {
 
 /// Shortest decimal text that reads back to the same double.
 [[nodiscard]] std::string number_text(double value);
+/// The double nearest to `value` written with so many significant digits: 25 * 19.4 becomes 485 with 12.
+[[nodiscard]] double rounded(double value, int digits);
+/// For people: at most six significant digits.
+[[nodiscard]] std::string short_number_text(double value);
 /// The whole of `text` as a finite number, or nothing.
 [[nodiscard]] std::optional<double> parse_number(std::string_view text);
 /// Parts between separators; "a,,b" gives three. Blanks around parts are cut.

@@ -111,6 +111,13 @@ TEST(Text, NumbersReadBackExactly) {
   EXPECT_FALSE(parse_number(""));
 }
 
+TEST(Text, RoundsToSignificantDigits) {
+  EXPECT_NE(25 * 19.4, 485.0);
+  EXPECT_EQ(rounded(25 * 19.4, 12), 485.0);
+  EXPECT_EQ(short_number_text(0.10672227293252945), "0.106722");
+  EXPECT_EQ(short_number_text(-1234567.0), "-1234570");
+}
+
 TEST(Text, SuggestsTheWordThatWasMeant) {
   const std::vector<std::string> words{"accessibility", "facing", "spray"};
   EXPECT_EQ(did_you_mean("acessibility", words), "; did you mean `accessibility`?");

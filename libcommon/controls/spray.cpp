@@ -33,7 +33,7 @@ void describe(OptionVisitor& v, SprayOptions& o) {
   v.visit({"spread", "standard deviation of the spray cone's Gaussian profile", "deg",
            Range{.low = 0, .high = 90, .is_low_open = true}},
           o.spread_deg);
-  v.visit({"spray_shadows", "whether the object shades itself from the spray"}, o.casts_shadows);
+  v.visit({"spray_shadows", "shadows of the object in its own spray"}, o.casts_shadows);
   v.visit({"full_percent", "share of the area that is at most what 1 stands for", "%", between(51, 100)},
           o.full_percent);
 }

@@ -9,7 +9,6 @@
 #include "datasets_synthetic/crackle_growth.h"
 #include "datasets_synthetic/smooth_noise.h"
 #include "libcommon/core/error.h"
-#include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {
@@ -140,7 +139,8 @@ double time_reached(const CrackleDataset& d, const CrackleDataset::Influence& i)
   return time <= d.duration_s() ? time : -1.0;
 }
 
-void set_start_times(CrackleDataset& d, const std::vector<double>& onset, const std::vector<std::array<int, 2>>& ends_on) {
+void set_start_times(CrackleDataset& d, const std::vector<double>& onset,
+                     const std::vector<std::array<int, 2>>& ends_on) {
   const double duration = d.duration_s();
   for (std::size_t k = 0; k < d.cracks.size(); ++k) {
     Crack& crack = d.cracks[k];
@@ -158,7 +158,8 @@ void label_cells(CrackleDataset& d) {
   cv::Mat paint(h, w, CV_8U, cv::Scalar(255));
   const double duration = d.duration_s();
   for (const auto& i : d.influences) {
-    const double half = 0.5 * static_cast<double>(i.width_px) * crack_opening(d, duration, static_cast<double>(i.start_s));
+    const double half =
+        0.5 * static_cast<double>(i.width_px) * crack_opening(d, duration, static_cast<double>(i.start_s));
     if (static_cast<double>(i.distance_px) <= std::max(half, kMinBarrierPx)) {
       paint.at<std::uint8_t>(i.pixel / w, i.pixel % w) = 0;
     }
@@ -216,7 +217,8 @@ CrackleDataset crackle(const CrackleOptions& options, const RunControl& control)
   const double thickness_range = options.thickness_max_mm - options.thickness_min_mm;
   for (std::size_t i = 0; i < d.thickness_mm.values().size(); ++i) {
     const double h = static_cast<double>(d.thickness_mm.values()[i]);
-    field.spacing_px.values()[i] = static_cast<float>(std::max(4.0, options.spacing_per_thickness * h / options.texel_size_mm));
+    field.spacing_px.values()[i] =
+        static_cast<float>(std::max(4.0, options.spacing_per_thickness * h / options.texel_size_mm));
     field.unsteadiness.values()[i] = static_cast<float>(1.0 - (h - options.thickness_min_mm) / thickness_range);
   }
   std::vector<double> onset;
@@ -252,9 +254,12 @@ double crack_opening(const CrackleDataset& dataset, double time_s, double start_
 double transmittance(const CrackleOptions& options, double thickness_mm) {
   const double x = options.absorption_per_mm * thickness_mm;
   switch (options.law) {
-    case TransmissionLaw::Reciprocal: return 1.0 / (1.0 + x);
-    case TransmissionLaw::Linear: return 1.0 - x;
-    case TransmissionLaw::BeerLambert: break;
+    case TransmissionLaw::Reciprocal:
+      return 1.0 / (1.0 + x);
+    case TransmissionLaw::Linear:
+      return 1.0 - x;
+    case TransmissionLaw::BeerLambert:
+      break;
   }
   return std::exp(-x);
 }

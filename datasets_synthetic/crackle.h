@@ -1,6 +1,6 @@
 /// \file
-/// Paint crackle with a known thickness: a painted glass plate that dries, photographed over time in reflected light and,
-/// at the end, on a back-light.
+/// Paint crackle with a known thickness: a painted glass plate that dries, photographed over time in reflected light
+/// and, at the end, on a back-light.
 #pragma once
 
 #include <array>
@@ -19,21 +19,21 @@ enum class TransmissionLaw { BeerLambert, Reciprocal, Linear };
 
 /// Settings of crackle(). Lengths on the plate are in mm; the plate is `width` x `height` pixels of `texel_size_mm`.
 struct CrackleOptions {
-  int width = 512;                         ///< [32, 8192].
-  int height = 512;                        ///< [32, 8192].
-  double texel_size_mm = 0.12;             ///< > 0.
-  int num_frames = 24;                     ///< [2, 10000].
-  double interval_s = 7.5;                 ///< Between frames; > 0.
-  double thickness_min_mm = 0.10;          ///< > 0.
-  double thickness_max_mm = 0.50;          ///< > thickness_min_mm.
-  double spacing_per_thickness = 17.0;     ///< Crack spacing over thickness; cells are this large at most; > 0.
-  double strain = 0.055;                   ///< Final width of a crack over the local spacing; [0, 0.5].
-  double grain = 0.35;                     ///< How much first cracks follow the plate's grain (vertical); [0, 1].
-  double yellowing = 0.10;                 ///< Share of blue that the paint loses until the end; [0, 1].
+  int width = 512;                      ///< [32, 8192].
+  int height = 512;                     ///< [32, 8192].
+  double texel_size_mm = 0.12;          ///< > 0.
+  int num_frames = 24;                  ///< [2, 10000].
+  double interval_s = 7.5;              ///< Between frames; > 0.
+  double thickness_min_mm = 0.10;       ///< > 0.
+  double thickness_max_mm = 0.50;       ///< > thickness_min_mm.
+  double spacing_per_thickness = 17.0;  ///< Crack spacing over thickness; cells are this large at most; > 0.
+  double strain = 0.055;                ///< Final width of a crack over the local spacing; [0, 0.5].
+  double grain = 0.35;                  ///< How much first cracks follow the plate's grain (vertical); [0, 1].
+  double yellowing = 0.10;              ///< Share of blue that the paint loses until the end; [0, 1].
   TransmissionLaw law = TransmissionLaw::Reciprocal;
-  double absorption_per_mm = 5.0;          ///< a; > 0. For Linear a thickness_max_mm < 1.
-  double noise = 0.006;                    ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
-  std::int64_t seed = 1;                   ///< >= 0.
+  double absorption_per_mm = 5.0;  ///< a; > 0. For Linear a thickness_max_mm < 1.
+  double noise = 0.006;            ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
+  std::int64_t seed = 1;           ///< >= 0.
 };
 
 void describe(OptionVisitor& v, CrackleOptions& o);
@@ -44,45 +44,46 @@ void check_crackle(const CrackleOptions& options);
 struct Crack {
   std::vector<std::array<double, 2>> points_px;  ///< About half a pixel apart.
   int origin = 0;                                ///< Index of the point where it began.
-  int level = 0;                                 ///< 0 = ends on the border only; else 1 + the highest level it ends on.
-  bool is_dead_end = false;                      ///< A hairline that starts on a crack and stops inside a cell.
-  double start_s = 0.0;                          ///< When it began.
+  int level = 0;             ///< 0 = ends on the border only; else 1 + the highest level it ends on.
+  bool is_dead_end = false;  ///< A hairline that starts on a crack and stops inside a cell.
+  double start_s = 0.0;      ///< When it began.
 };
 
 /// The plate and its truth. Same bits for any number of threads.
 struct CrackleDataset {
   CrackleOptions options;
-  ImageF thickness_mm;            ///< H x W.
-  std::vector<Crack> cracks;      ///< In the order in which they began.
-  ImageF opening_s;               ///< H x W: time from which the pixel's centre lies in a crack; -1 = never.
-  Image<std::int32_t> cells;      ///< H x W: piece of paint at the end, from 1; 0 on cracks (a band of 1.5 px at least).
+  ImageF thickness_mm;        ///< H x W.
+  std::vector<Crack> cracks;  ///< In the order in which they began.
+  ImageF opening_s;           ///< H x W: time from which the pixel's centre lies in a crack; -1 = never.
+  Image<std::int32_t> cells;  ///< H x W: piece of paint at the end, from 1; 0 on cracks (a band of 1.5 px at least).
   int num_cells = 0;
   /// What one crack does at one pixel near it.
   struct Influence {
-    std::int32_t pixel = 0;       ///< y * width + x.
-    float distance_px = 0.0f;     ///< From the centre line.
-    float width_px = 0.0f;        ///< Final width there.
-    float start_s = 0.0f;         ///< When the crack's tip passed.
+    std::int32_t pixel = 0;    ///< y * width + x.
+    float distance_px = 0.0f;  ///< From the centre line.
+    float width_px = 0.0f;     ///< Final width there.
+    float start_s = 0.0f;      ///< When the crack's tip passed.
   };
-  std::vector<Influence> influences;   ///< By pixel.
-  ImageF paint;                        ///< H x W x 3: linear albedo of the fresh paint.
-  ImageF backlight;                    ///< H x W: the light-box itself, linear.
+  std::vector<Influence> influences;  ///< By pixel.
+  ImageF paint;                       ///< H x W x 3: linear albedo of the fresh paint.
+  ImageF backlight;                   ///< H x W: the light-box itself, linear.
 
   [[nodiscard]] double duration_s() const { return options.interval_s * (options.num_frames - 1); }
 };
 
 /// Makes the plate.
 ///
-/// Cracks come one after another [Bohn, Pauchard, Couder 2005, "Hierarchical crack pattern as formed by successive domain
-/// divisions"]: each begins where the distance to older cracks is largest compared with the spacing that the local
-/// thickness asks for (spacing proportional to thickness), runs across its cell the short way, turns to meet the older
-/// crack at a right angle, and stops there. Thin paint has small cells and unsteady cracks, thick paint large cells and
-/// straight ones; thin paint begins first. A crack opens as width (1 - exp(-(t - start) / tau)), never closing.
-/// Cost: about 1 s for 512 x 512.
+/// Cracks come one after another [Bohn, Pauchard, Couder 2005, "Hierarchical crack pattern as formed by successive
+/// domain divisions"]: each begins where the distance to older cracks is largest compared with the spacing that the
+/// local thickness asks for (spacing proportional to thickness), runs across its cell the short way, turns to meet the
+/// older crack at a right angle, and stops there. Thin paint has small cells and unsteady cracks, thick paint large
+/// cells and straight ones; thin paint begins first. A crack opens as width (1 - exp(-(t - start) / tau)), never
+/// closing. Cost: about 1 s for 512 x 512.
 /// @throws InvalidInput
 [[nodiscard]] CrackleDataset crackle(const CrackleOptions& options, const RunControl& control = {});
 
-/// Width of a crack at a time, as a share of its final one: 1 - exp(-(t - start) / tau), tau = a quarter of the duration.
+/// Width of a crack at a time, as a share of its final one: 1 - exp(-(t - start) / tau), tau = a quarter of the
+/// duration.
 [[nodiscard]] double crack_opening(const CrackleDataset& dataset, double time_s, double start_s);
 /// Share of every pixel that is crack at a time, [0, 1], anti-aliased over one pixel.
 [[nodiscard]] ImageF crack_share(const CrackleDataset& dataset, double time_s);

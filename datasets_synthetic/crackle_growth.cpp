@@ -5,7 +5,6 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 
 #include "datasets_synthetic/smooth_noise.h"
 #include "libcommon/core/random.h"
@@ -15,8 +14,8 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kStep = 0.5;         // px
-constexpr int kTile = 32;             // px
+constexpr double kStep = 0.5;          // px
+constexpr int kTile = 32;              // px
 constexpr std::uint32_t kGrowth = 11;  // Purposes of random streams.
 constexpr std::uint32_t kVariation = 12;
 constexpr std::uint32_t kHairline = 13;
@@ -114,7 +113,8 @@ class Network {
     if (x1 < 0) return;
     // A pixel that the new crack is nearest to was no farther than that from the older ones.
     const int r = static_cast<int>(max_distance_) + 2;
-    x0 = std::max(0, x0 - r), y0 = std::max(0, y0 - r), x1 = std::min(width_ - 1, x1 + r), y1 = std::min(height_ - 1, y1 + r);
+    x0 = std::max(0, x0 - r), y0 = std::max(0, y0 - r), x1 = std::min(width_ - 1, x1 + r),
+    y1 = std::min(height_ - 1, y1 + r);
     const cv::Rect box(x0, y0, x1 - x0 + 1, y1 - y0 + 1);
     cv::Mat fresh;
     cv::distanceTransform(is_clear_(box), fresh, cv::DIST_L2, cv::DIST_MASK_PRECISE);
@@ -135,7 +135,8 @@ class Network {
     const double dx = std::cos(angle), dy = std::sin(angle);
     double length = 0.0;
     while (true) {
-      const int x = static_cast<int>(std::lround(p.x + length * dx)), y = static_cast<int>(std::lround(p.y + length * dy));
+      const int x = static_cast<int>(std::lround(p.x + length * dx)),
+                y = static_cast<int>(std::lround(p.y + length * dy));
       if (!contains(x, y)) return length;
       const double d = static_cast<double>(distance_.at<float>(y, x));
       if (d < 1.0) return length;
@@ -180,8 +181,7 @@ class Network {
   }
   [[nodiscard]] double slope(int xa, int ya, int xb, int yb) const {
     const auto at = [&](int x, int y) {
-      return static_cast<double>(
-          distance_.at<float>(std::clamp(y, 0, height_ - 1), std::clamp(x, 0, width_ - 1)));
+      return static_cast<double>(distance_.at<float>(std::clamp(y, 0, height_ - 1), std::clamp(x, 0, width_ - 1)));
     };
     return 0.5 * (at(xa, ya) - at(xb, yb));
   }
@@ -229,7 +229,7 @@ class Network {
   ImageF variation_;
   int tiles_x_, tiles_y_;
   std::vector<Site> tile_best_;
-  std::vector<float> tile_max_;   // Largest distance in a tile.
+  std::vector<float> tile_max_;  // Largest distance in a tile.
   float max_distance_ = 0.0f;
 };
 

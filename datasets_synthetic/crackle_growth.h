@@ -10,12 +10,12 @@ namespace patinate {
 
 /// What the growth needs to know about the plate, all H x W.
 struct CrackleField {
-  ImageF spacing_px;   ///< Crack spacing that the local thickness asks for; > 0.
-  ImageF unsteadiness; ///< [0, 1]; 1 = cracks wander most.
+  ImageF spacing_px;    ///< Crack spacing that the local thickness asks for; > 0.
+  ImageF unsteadiness;  ///< [0, 1]; 1 = cracks wander most.
 };
 
-/// Grows cracks until none fits any more; start times are left at 0, `onset` gets the time of each as a share of the time
-/// that growth takes, [0, 1], never falling.
+/// Grows cracks until none fits any more; start times are left at 0, `onset` gets the time of each as a share of the
+/// time that growth takes, [0, 1], never falling.
 /// @param grain  See CrackleOptions.
 [[nodiscard]] std::vector<Crack> grow_cracks(const CrackleField& field, double grain, std::uint64_t seed,
                                              std::vector<double>& onset, std::vector<std::array<int, 2>>& ends_on,

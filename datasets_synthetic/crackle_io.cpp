@@ -104,13 +104,14 @@ JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path&
                             save_photograph(folder / file, options, reflected(d, i * options.interval_s, control), i);
                           }});
   }
-  plan.items.push_back({"backlight", {"backlight.png", "backlight_blank.png"},
-                        [=](const auto& folder, const RunControl& control) {
-                          const CrackleDataset& d = plate->get(control);
-                          save_photograph(folder / "backlight.png", options, transmitted(d), options.num_frames);
-                          save_photograph(folder / "backlight_blank.png", options, d.backlight, options.num_frames + 1);
-                        }});
-  plan.items.push_back({"truth", {"truth/thickness.exr", "truth/opening.exr", "truth/cells.exr"},
+  plan.items.push_back(
+      {"backlight", {"backlight.png", "backlight_blank.png"}, [=](const auto& folder, const RunControl& control) {
+         const CrackleDataset& d = plate->get(control);
+         save_photograph(folder / "backlight.png", options, transmitted(d), options.num_frames);
+         save_photograph(folder / "backlight_blank.png", options, d.backlight, options.num_frames + 1);
+       }});
+  plan.items.push_back({"truth",
+                        {"truth/thickness.exr", "truth/opening.exr", "truth/cells.exr"},
                         [=, key = plan.key](const auto& folder, const RunControl& control) {
                           save_truth(folder, plate->get(control), key);
                         }});

@@ -75,7 +75,8 @@ ImageF reflected(const CrackleDataset& d, double time_s, const RunControl& contr
       const int x = static_cast<int>(p % w), y = static_cast<int>(p / w);
       const EdgeState& s = states[static_cast<std::size_t>(p)];
       // Edges curl up; light from the upper left.
-      const double slope = 0.5 * (height_at(x + 1, y) - height_at(x - 1, y) + height_at(x, y + 1) - height_at(x, y - 1));
+      const double slope =
+          0.5 * (height_at(x + 1, y) - height_at(x - 1, y) + height_at(x, y + 1) - height_at(x, y - 1));
       const double shade = 1.0 + std::clamp(0.55 * slope, -0.25, 0.25) + 0.06 * s.rim;
       for (int c = 0; c < 3; ++c) {
         const std::size_t i = static_cast<std::size_t>(c);
@@ -94,7 +95,8 @@ ImageF transmitted(const CrackleDataset& d) {
   for (std::size_t i = 0; i < out.values().size(); ++i) {
     const double share = static_cast<double>(out.values()[i]);
     const double through = transmittance(d.options, static_cast<double>(d.thickness_mm.values()[i]));
-    out.values()[i] = static_cast<float>(static_cast<double>(d.backlight.values()[i]) * (share + (1.0 - share) * through));
+    out.values()[i] =
+        static_cast<float>(static_cast<double>(d.backlight.values()[i]) * (share + (1.0 - share) * through));
   }
   return out;
 }

@@ -9,7 +9,8 @@ namespace {
 
 // Barry and Goldman's pyramid for the piece from p1 to p2.
 Vec2 catmull_rom(const Vec2& p0, const Vec2& p1, const Vec2& p2, const Vec2& p3, double f) {
-  const double t1 = std::sqrt((p1 - p0).norm()), t2 = t1 + std::sqrt((p2 - p1).norm()), t3 = t2 + std::sqrt((p3 - p2).norm());
+  const double t1 = std::sqrt((p1 - p0).norm()), t2 = t1 + std::sqrt((p2 - p1).norm()),
+               t3 = t2 + std::sqrt((p3 - p2).norm());
   const double t = t1 + f * (t2 - t1);
   const Vec2 a1 = (t1 - t) / t1 * p0 + t / t1 * p1;
   const Vec2 a2 = (t2 - t) / (t2 - t1) * p1 + (t - t1) / (t2 - t1) * p2;
@@ -32,7 +33,8 @@ Curve2::Curve2(const std::vector<Vec2>& points) {
   }
   samples_.push_back(points.back());
   lengths_.push_back(0.0);
-  for (std::size_t i = 1; i < samples_.size(); ++i) lengths_.push_back(lengths_.back() + (samples_[i] - samples_[i - 1]).norm());
+  for (std::size_t i = 1; i < samples_.size(); ++i)
+    lengths_.push_back(lengths_.back() + (samples_[i] - samples_[i - 1]).norm());
 }
 
 Vec2 Curve2::at(double s) const {

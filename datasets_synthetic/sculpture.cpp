@@ -16,8 +16,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kDesignHeight = 220.0;  // The numbers below are mm at this height.
 constexpr double kBelly = 62.0;
-constexpr double kGutter = 3.0;          // Between charts.
-constexpr int kRingBase = 10;            // Points of a ring: this times a power of two.
+constexpr double kGutter = 3.0;  // Between charts.
+constexpr int kRingBase = 10;    // Points of a ring: this times a power of two.
 
 enum class ChartKind { Strip, DiscOutward, DiscInward };
 
@@ -30,16 +30,18 @@ struct Section {
 
 // From the middle of the bottom up to the tip; (radius, height).
 const std::vector<Vec2>& profile_points() {
-  static const std::vector<Vec2> points = {
-      {0, 0},    {19, 0},   {36, 0},                                        // 0-2 bottom
-      {39.5, 2}, {39.5, 7}, {36.5, 9.5}, {33, 10.5}, {29, 13},              // 3-7 foot
-      {22, 19},  {19.5, 26}, {20, 29},   {23.5, 31}, {24, 34}, {21, 37}, {23, 40}, {30, 44.5},  // 8-15 stem with bead
-      {47, 57},  {57, 73},   {61.5, 92}, {62.5, 96}, {62.6, 110}, {61, 122}, {58, 129}, {46, 141},  // 16-23 belly
-      {36, 147}, {29.5, 153}, {28.5, 159},                                  // 24-26 shoulder, neck
-      {31, 165}, {36, 168}, {37.5, 171}, {35.5, 174}, {32, 175}, {30, 178}, {26, 185},  // 27-33 rim, lid
-      {18, 190}, {10, 193.5}, {7.5, 196},                                   // 34-36 top of the lid
-      {8, 199}, {11, 203}, {11.5, 207},                                     // 37-39 finial
-      {9.5, 212}, {5, 217.5}, {0, 220}};                                    // 40-42 tip
+  static const std::vector<Vec2> points = {{0, 0},     {19, 0},     {36, 0},                             // 0-2 bottom
+                                           {39.5, 2},  {39.5, 7},   {36.5, 9.5}, {33, 10.5},  {29, 13},  // 3-7 foot
+                                           {22, 19},   {19.5, 26},  {20, 29},    {23.5, 31},  {24, 34},
+                                           {21, 37},   {23, 40},    {30, 44.5},  // 8-15 stem with bead
+                                           {47, 57},   {57, 73},    {61.5, 92},  {62.5, 96},  {62.6, 110},
+                                           {61, 122},  {58, 129},   {46, 141},    // 16-23 belly
+                                           {36, 147},  {29.5, 153}, {28.5, 159},  // 24-26 shoulder, neck
+                                           {31, 165},  {36, 168},   {37.5, 171}, {35.5, 174}, {32, 175},
+                                           {30, 178},  {26, 185},                 // 27-33 rim, lid
+                                           {18, 190},  {10, 193.5}, {7.5, 196},   // 34-36 top of the lid
+                                           {8, 199},   {11, 203},   {11.5, 207},  // 37-39 finial
+                                           {9.5, 212}, {5, 217.5},  {0, 220}};    // 40-42 tip
   return points;
 }
 
@@ -65,7 +67,8 @@ double carving(const SculptureOptions& o, double y, double angle) {
   if (o.num_flutes > 0) {  // Gadroons: round ribs with narrow valleys that fade out at both ends.
     const double window = smooth_step(43.0, 52.0, y) * (1.0 - smooth_step(84.0, 91.0, y));
     const double turned = angle - o.twist_deg * kPi / 180.0 * (y - 43.0) / 48.0;
-    depth += window * o.flute_depth * kBelly * (std::pow(std::pow(std::cos(0.5 * o.num_flutes * turned), 2) + 0.01, 0.25) - 1.0);
+    depth += window * o.flute_depth * kBelly *
+             (std::pow(std::pow(std::cos(0.5 * o.num_flutes * turned), 2) + 0.01, 0.25) - 1.0);
   }
   // A guilloche: two ropes that wind round each other, with a boss in every eye, between two fillets.
   constexpr double kMiddle = 109.0, kHalf = 13.0;
@@ -126,16 +129,18 @@ struct Ring {
   [[nodiscard]] int corner(int i) const { return position + i % count; }
 };
 
-// Triangles between a ring and the next one on the way up, seen from outside: angle to the right, the next ring above. The
-// counts are equal, or one is twice the other, or one is a pole.
+// Triangles between a ring and the next one on the way up, seen from outside: angle to the right, the next ring above.
+// The counts are equal, or one is twice the other, or one is a pole.
 void join(Builder& b, const Ring& low, const Ring& high) {
   const auto add = [&](const Ring& r0, int i0, const Ring& r1, int i1, const Ring& r2, int i2) {
     b.add_triangle({r0.corner(i0), r1.corner(i1), r2.corner(i2)}, {r0.uv + i0, r1.uv + i1, r2.uv + i2});
   };
   const int n = std::min(low.count, high.count);
   for (int i = 0; i < std::max(low.count, high.count) && (low.count == 1 || high.count == 1); ++i) {
-    if (low.count == 1) add(low, 0, high, i + 1, high, i);
-    else add(low, i, low, i + 1, high, 0);
+    if (low.count == 1)
+      add(low, 0, high, i + 1, high, i);
+    else
+      add(low, i, low, i + 1, high, 0);
   }
   if (n == 1) return;
   for (int i = 0; i < n; ++i) {
@@ -164,13 +169,14 @@ int ring_count(double r, double edge, int before) {
 using RingMaker = std::function<void(Ring&, double s)>;
 
 // One section of a tube or profile as one chart: rings along s, sharing the positions of `previous`.
-void add_section(Builder& b, double s0, double s1, double edge, ChartKind kind, double mean_radius, const RingMaker& make_positions,
-                 const std::function<double(double)>& radius, Ring& previous) {
+void add_section(Builder& b, double s0, double s1, double edge, ChartKind kind, double mean_radius,
+                 const RingMaker& make_positions, const std::function<double(double)>& radius, Ring& previous) {
   const double length = s1 - s0;
   const double side = kind == ChartKind::Strip ? 0.0 : 2.0 * length;
   const bool is_annulus = kind == ChartKind::DiscInward && radius(s1) > 1e-9;
   const double inner = is_annulus ? radius(s1) : 0.0;
-  b.begin_chart(kind == ChartKind::Strip ? 2.0 * kPi * mean_radius : side + 2.0 * inner, kind == ChartKind::Strip ? length : side + 2.0 * inner);
+  b.begin_chart(kind == ChartKind::Strip ? 2.0 * kPi * mean_radius : side + 2.0 * inner,
+                kind == ChartKind::Strip ? length : side + 2.0 * inner);
   const Vec2 middle(0.5 * b.charts.back().width, 0.5 * b.charts.back().height);
   const auto add_uvs = [&](Ring& ring, double s) {
     ring.uv = static_cast<int>(b.mesh.uvs.size());
@@ -208,7 +214,8 @@ void add_urn(Builder& b, const SculptureOptions& o, double edge) {
     for (int i = 0; i < ring.count; ++i) {
       const double angle = 2.0 * kPi * i / ring.count;
       const Vec2 q = p + carving(o, p.y(), angle) * normal;
-      b.add_position(ring.count == 1 ? Vec3(0.0, p.y(), 0.0) : Vec3(q.x() * std::sin(angle), q.y(), q.x() * std::cos(angle)));
+      b.add_position(ring.count == 1 ? Vec3(0.0, p.y(), 0.0)
+                                     : Vec3(q.x() * std::sin(angle), q.y(), q.x() * std::cos(angle)));
     }
   };
   Ring previous;
@@ -253,8 +260,8 @@ void add_handle(Builder& b, double side, double edge) {
   add_section(b, length, length + end_radius, fine, ChartKind::DiscInward, end_radius, make_ring, radius, previous);
 }
 
-// Puts each chart as low as the ones below let it lie, in a square of the given side (mm, like all here in whole steps).
-// False if they do not fit.
+// Puts each chart as low as the ones below let it lie, in a square of the given side (mm, like all here in whole
+// steps). False if they do not fit.
 bool place_charts(std::vector<Chart>& charts, const std::vector<std::size_t>& order, int side) {
   std::vector<int> skyline(static_cast<std::size_t>(side), 0);
   for (const std::size_t i : order) {
@@ -275,7 +282,8 @@ bool place_charts(std::vector<Chart>& charts, const std::vector<std::size_t>& or
 void pack(Builder& b) {
   std::vector<std::size_t> order(b.charts.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return b.charts[i].width > b.charts[j].width; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t i, std::size_t j) { return b.charts[i].width > b.charts[j].width; });
   int side = 100;
   while (!place_charts(b.charts, order, side)) ++side;
   for (const Chart& chart : b.charts) {

@@ -31,8 +31,8 @@ cv::Mat text_opacity(const std::string& text, int width, int height, int letter_
     size = cv::getTextSize(text, kFont, scale, 1, &baseline);
   }
   const int thickness = std::max(1, static_cast<int>(0.11 * size.height));
-  cv::putText(large, text, {(large.cols - size.width) / 2, (large.rows + size.height) / 2}, kFont, scale, cv::Scalar(255),
-              thickness, cv::LINE_8);
+  cv::putText(large, text, {(large.cols - size.width) / 2, (large.rows + size.height) / 2}, kFont, scale,
+              cv::Scalar(255), thickness, cv::LINE_8);
   cv::Mat small;
   cv::resize(large, small, {width, height}, 0, 0, cv::INTER_AREA);
   small.convertTo(small, CV_32F, 1.0 / 255.0);
@@ -41,12 +41,15 @@ cv::Mat text_opacity(const std::string& text, int width, int height, int letter_
 
 }  // namespace
 
-ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::string> labels, const ContactStripOptions& options) {
+ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::string> labels,
+                     const ContactStripOptions& options) {
   if (pictures.empty()) throw InvalidInput("contact strip: there is no picture");
   if (!labels.empty() && labels.size() != pictures.size()) {
-    throw InvalidInput("contact strip: " + std::to_string(labels.size()) + " labels for " + std::to_string(pictures.size()) + " pictures");
+    throw InvalidInput("contact strip: " + std::to_string(labels.size()) + " labels for " +
+                       std::to_string(pictures.size()) + " pictures");
   }
-  if (options.columns < 0 || options.gap_px < 0 || options.gap_px > 1000 || options.label_px < 0 || options.label_px > 500) {
+  if (options.columns < 0 || options.gap_px < 0 || options.gap_px > 1000 || options.label_px < 0 ||
+      options.label_px > 500) {
     throw InvalidInput("contact strip: columns, gap or label height is out of range");
   }
   const int w = pictures[0].width(), h = pictures[0].height();

@@ -11,9 +11,10 @@
 namespace patinate {
 
 struct ContactStripOptions {
-  int columns = 0;           ///< Pictures in a row; 0 = all. >= 0.
-  int gap_px = 8;            ///< Between pictures and around them; [0, 1000].
-  int label_px = 0;          ///< Height of the letters; 0 = 1/26 of the picture's height, at least 10; none without labels; [0, 500].
+  int columns = 0;  ///< Pictures in a row; 0 = all. >= 0.
+  int gap_px = 8;   ///< Between pictures and around them; [0, 1000].
+  int label_px =
+      0;  ///< Height of the letters; 0 = 1/26 of the picture's height, at least 10; none without labels; [0, 500].
   float background = 0.92f;  ///< Linear gray; labels are dark on light and light on dark.
 };
 

@@ -62,7 +62,8 @@ std::string png_bytes(const ImageF& linear) {
   const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("picture.png", &bytes);
   OIIO::ImageSpec spec(codes.width(), codes.height(), codes.channels(), OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
-  if (!out || !out->open("picture.png", spec) || !out->write_image(OIIO::TypeDesc::UINT8, codes.data()) || !out->close()) {
+  if (!out || !out->open("picture.png", spec) || !out->write_image(OIIO::TypeDesc::UINT8, codes.data()) ||
+      !out->close()) {
     throw CannotComplete("glb: a texture could not be encoded as PNG" + (out ? ": " + out->geterror() : std::string()));
   }
   const auto& buffer = bytes.buffer();
@@ -127,11 +128,13 @@ void add_materials(Json& gltf, BinaryChunk& binary, const std::vector<GlbVariant
   for (std::size_t i = 0; i < variants.size(); ++i) {
     control.throw_if_stopped();
     const std::string png = png_bytes(variants[i].base_color);
-    gltf["images"].push_back({{"name", variants[i].name}, {"mimeType", "image/png"}, {"bufferView", binary.add(png.data(), png.size())}});
+    gltf["images"].push_back(
+        {{"name", variants[i].name}, {"mimeType", "image/png"}, {"bufferView", binary.add(png.data(), png.size())}});
     gltf["textures"].push_back({{"sampler", 0}, {"source", i}});
-    gltf["materials"].push_back({{"name", variants[i].name},
-                                 {"pbrMetallicRoughness",
-                                  {{"baseColorTexture", {{"index", i}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}});
+    gltf["materials"].push_back(
+        {{"name", variants[i].name},
+         {"pbrMetallicRoughness",
+          {{"baseColorTexture", {{"index", i}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}});
     gltf["extensions"]["KHR_materials_variants"]["variants"].push_back({{"name", variants[i].name}});
     control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(variants.size()));
   }
@@ -162,7 +165,8 @@ std::string container(std::string json, std::string binary) {
 
 std::uint32_t u32_at(std::string_view bytes, std::size_t offset) {
   std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[offset + i])) << (8 * i);
+  for (std::size_t i = 0; i < 4; ++i)
+    value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[offset + i])) << (8 * i);
   return value;
 }
 
@@ -185,12 +189,15 @@ void write_glb(const std::filesystem::path& path, const Mesh& input, const std::
   BinaryChunk binary;
   gltf["accessors"] = Json::array();
   gltf["accessors"].push_back(position_accessor(binary.add(buffers.positions, kArrayBuffer), buffers.positions));
-  gltf["accessors"].push_back(accessor(binary.add(buffers.normals, kArrayBuffer), kFloat, buffers.normals.size() / 3, "VEC3"));
+  gltf["accessors"].push_back(
+      accessor(binary.add(buffers.normals, kArrayBuffer), kFloat, buffers.normals.size() / 3, "VEC3"));
   gltf["accessors"].push_back(accessor(binary.add(buffers.uvs, kArrayBuffer), kFloat, buffers.uvs.size() / 2, "VEC2"));
-  gltf["accessors"].push_back(accessor(binary.add(buffers.indices, kElementBuffer), kUint32, buffers.indices.size(), "SCALAR"));
+  gltf["accessors"].push_back(
+      accessor(binary.add(buffers.indices, kElementBuffer), kUint32, buffers.indices.size(), "SCALAR"));
   add_materials(gltf, binary, variants, options, control);
 
-  Json primitive = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}}}, {"indices", 3}, {"material", 0}};
+  Json primitive = {
+      {"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}}}, {"indices", 3}, {"material", 0}};
   Json& mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"];
   for (std::size_t i = 0; i < variants.size(); ++i) {
     mappings.push_back({{"material", i}, {"variants", Json::array({i})}});
@@ -213,7 +220,8 @@ std::string read_glb_key(const std::filesystem::path& path) {
   if (bytes.size() < 20 || u32_at(bytes, 0) != kMagic || u32_at(bytes, 16) != kJsonChunk) return "";
   const std::size_t length = u32_at(bytes, 12);
   if (length > bytes.size() - 20) return "";
-  const Json gltf = Json::parse(bytes.begin() + 20, bytes.begin() + 20 + static_cast<std::ptrdiff_t>(length), nullptr, false);
+  const Json gltf =
+      Json::parse(bytes.begin() + 20, bytes.begin() + 20 + static_cast<std::ptrdiff_t>(length), nullptr, false);
   const Json::json_pointer pointer("/asset/extras/patinate_key");
   if (gltf.is_discarded() || !gltf.is_object() || !gltf.contains(pointer) || !gltf.at(pointer).is_string()) return "";
   return gltf.at(pointer).get<std::string>();

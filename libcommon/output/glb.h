@@ -19,10 +19,10 @@ struct GlbVariant {
 };
 
 struct GlbOptions {
-  std::string name = "object";      ///< Of node and mesh.
-  double metres_per_unit = 0.001;   ///< glTF is in metres; > 0. 0.001 for a mesh in mm.
-  double roughness = 0.8;           ///< [0, 1]. metallicFactor is 0.
-  std::string key = "";             ///< Content key, kept in asset.extras.patinate_key.
+  std::string name = "object";     ///< Of node and mesh.
+  double metres_per_unit = 0.001;  ///< glTF is in metres; > 0. 0.001 for a mesh in mm.
+  double roughness = 0.8;          ///< [0, 1]. metallicFactor is 0.
+  std::string key = "";            ///< Content key, kept in asset.extras.patinate_key.
 };
 
 /// Writes atomically; equal input gives equal bytes. Axes are kept as they are, v is flipped as glTF asks.
@@ -31,7 +31,8 @@ struct GlbOptions {
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::vector<GlbVariant>& variants,
                const GlbOptions& options = {}, const RunControl& control = {});
 
-/// The content key in a GLB that write_glb() made; "" if it carries none or is no GLB. @throws IoError if it cannot be read.
+/// The content key in a GLB that write_glb() made; "" if it carries none or is no GLB. @throws IoError if it cannot be
+/// read.
 [[nodiscard]] std::string read_glb_key(const std::filesystem::path& path);
 
 }  // namespace patinate

@@ -11,8 +11,11 @@ namespace patinate {
 namespace {
 
 constexpr std::string_view kStyle = R"css(
-:root { color-scheme: light dark; --ink: #22252a; --soft: #6a7078; --line: #dcdfe3; --paper: #fbfbfa; --card: #ffffff; --accent: #1f6f5c; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6e6e3; --soft: #9aa0a6; --line: #3a3d42; --paper: #191a1c; --card: #212327; --accent: #6cc0aa; } }
+:root { color-scheme: light dark; --ink: #22252a; --soft: #6a7078; --line: #dcdfe3; }
+:root { --paper: #fbfbfa; --card: #ffffff; --accent: #1f6f5c; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e6e6e3; --soft: #9aa0a6; --line: #3a3d42; --paper: #191a1c; --card: #212327; --accent: #6cc0aa; }
+}
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 system-ui, sans-serif; }
 main { max-width: 68rem; margin: 0 auto; padding: 2.5rem 1.25rem 4rem; }
@@ -20,7 +23,8 @@ h1 { font-size: 2rem; line-height: 1.2; margin: 0 0 1.25rem; }
 h2 { font-size: 1.3rem; margin: 2.5rem 0 0.75rem; }
 p { max-width: 46rem; }
 a { color: var(--accent); }
-pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 0.75rem 1rem; overflow-x: auto; font-size: 0.88rem; }
+pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 0.75rem 1rem; }
+pre { overflow-x: auto; font-size: 0.88rem; }
 figure { margin: 1.25rem 0; background: var(--card); border: 1px solid var(--line); border-radius: 6px; overflow: hidden; }
 figure img { display: block; width: 100%; height: auto; }
 figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
@@ -29,7 +33,8 @@ figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
 .slider { max-width: 44rem; }
 .controls { display: flex; align-items: center; gap: 0.75rem; padding: 0.6rem 0.9rem 0; }
 .controls input { flex: 1; accent-color: var(--accent); }
-.controls button { font: inherit; border: 1px solid var(--line); border-radius: 4px; background: var(--paper); color: inherit; padding: 0.1rem 0.8rem; cursor: pointer; }
+.controls button { font: inherit; border: 1px solid var(--line); border-radius: 4px; background: var(--paper); }
+.controls button { color: inherit; padding: 0.1rem 0.8rem; cursor: pointer; }
 .controls output { min-width: 5rem; text-align: right; font-variant-numeric: tabular-nums; }
 .table { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
@@ -105,11 +110,21 @@ std::string html_escape(std::string_view text) {
   out.reserve(text.size());
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
       default:
         if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
     }
@@ -170,7 +185,8 @@ HtmlPage& HtmlPage::table(const std::vector<std::string>& header, const std::vec
   body_ += "<div class=\"table\"><table>\n<thead>" + cells("th", header) + "</thead>\n<tbody>\n";
   for (const std::vector<std::string>& row : rows) {
     if (row.size() != header.size()) {
-      throw InvalidInput("html table: a row has " + std::to_string(row.size()) + " cells; the header has " + std::to_string(header.size()));
+      throw InvalidInput("html table: a row has " + std::to_string(row.size()) + " cells; the header has " +
+                         std::to_string(header.size()));
     }
     body_ += cells("td", row);
   }
@@ -187,12 +203,14 @@ HtmlPage& HtmlPage::time_slider(const std::vector<HtmlPicture>& frames, std::str
   }
   // "</script>" in a name would end the element; JSON may write "<" as an escape.
   std::string json;
-  for (const char c : list.dump(-1, ' ', false, Json::error_handler_t::replace)) json += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  for (const char c : list.dump(-1, ' ', false, Json::error_handler_t::replace))
+    json += c == '<' ? std::string("\\u003c") : std::string(1, c);
   const std::string last = std::to_string(frames.size() - 1);
-  body_ += "<figure class=\"slider\">" + image_tag(frames.back()) + "<div class=\"controls\"><button type=\"button\">Play</button>" +
-           "<input type=\"range\" min=\"0\" max=\"" + last + "\" value=\"" + last + "\" aria-label=\"Time\"><output>" +
-           html_escape(frames.back().caption) + "</output></div><figcaption>" + html_escape(caption) +
-           "</figcaption><script type=\"application/json\">" + json + "</script></figure>\n";
+  body_ += "<figure class=\"slider\">" + image_tag(frames.back()) +
+           "<div class=\"controls\"><button type=\"button\">Play</button>" + "<input type=\"range\" min=\"0\" max=\"" +
+           last + "\" value=\"" + last + "\" aria-label=\"Time\"><output>" + html_escape(frames.back().caption) +
+           "</output></div><script type=\"application/json\">" + json + "</script><figcaption>" + html_escape(caption) +
+           "</figcaption></figure>\n";
   ++num_sliders_;
   return *this;
 }
@@ -205,9 +223,9 @@ HtmlPage& HtmlPage::link(std::string_view target, std::string_view text) {
 std::string HtmlPage::text() const {
   const std::string title = html_escape(title_);
   std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n" +
-                    std::string("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>") + title +
-                    "</title>\n<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n<main>\n<h1>" + title + "</h1>\n" + body_ +
-                    "</main>\n";
+                    std::string("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>") +
+                    title + "</title>\n<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n<main>\n<h1>" +
+                    title + "</h1>\n" + body_ + "</main>\n";
   if (num_sliders_ > 0) out += "<script>" + std::string(kScript) + "</script>\n";
   return out + "</body>\n</html>\n";
 }

@@ -1,5 +1,6 @@
 /// \file
-/// One self-describing HTML page: text, pictures, tables, a time slider. Works from file://, needs nothing from a network.
+/// One self-describing HTML page: text, pictures, tables, a time slider. Works from file://, needs nothing from a
+/// network.
 #pragma once
 
 #include <filesystem>

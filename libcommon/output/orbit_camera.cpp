@@ -80,7 +80,8 @@ OrbitCamera fitted_camera(const Mesh& mesh, const RenderOptions& o) {
   for (const Vec3& p : points) z = std::max(z, p.z() + clearance);
   z = std::max(z, fitting_depth(points, 0, camera.tan_x * (1.0 - o.margin)));
   z = std::max(z, fitting_depth(points, 1, camera.tan_y * (1.0 - o.margin)));
-  camera.position = centring_place(points, 0, z) * camera.right + centring_place(points, 1, z) * camera.up + z * camera.backward;
+  camera.position =
+      centring_place(points, 0, z) * camera.right + centring_place(points, 1, z) * camera.up + z * camera.backward;
   camera.tan_x /= o.zoom;
   camera.tan_y /= o.zoom;
   return camera;

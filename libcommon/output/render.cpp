@@ -44,8 +44,10 @@ std::array<double, 3> texture_at(const ImageF& texture, double u, double v) {
   std::array<double, 3> color{};
   for (int c = 0; c < 3; ++c) {
     const int k = is_gray ? 0 : c;
-    const double top = (1.0 - fx) * static_cast<double>(texture.at(x0, y0, k)) + fx * static_cast<double>(texture.at(x1, y0, k));
-    const double low = (1.0 - fx) * static_cast<double>(texture.at(x0, y1, k)) + fx * static_cast<double>(texture.at(x1, y1, k));
+    const double top =
+        (1.0 - fx) * static_cast<double>(texture.at(x0, y0, k)) + fx * static_cast<double>(texture.at(x1, y0, k));
+    const double low =
+        (1.0 - fx) * static_cast<double>(texture.at(x0, y1, k)) + fx * static_cast<double>(texture.at(x1, y1, k));
     color[static_cast<std::size_t>(c)] = (1.0 - fy) * top + fy * low;
   }
   return color;
@@ -57,20 +59,25 @@ void describe(OptionVisitor& v, RenderOptions& o) {
   v.visit({"width", "Width of the picture", "px", between(16, 8192)}, o.width);
   v.visit({"height", "Height of the picture", "px", between(16, 8192)}, o.height);
   v.visit({"samples", "Rays per pixel, rounded up to a square", "", between(1, 256)}, o.samples);
-  v.visit({"azimuth", "Direction from which the camera looks, around the up axis", "deg", between(-3600, 3600)}, o.azimuth_deg);
+  v.visit({"azimuth", "Direction from which the camera looks, around the up axis", "deg", between(-3600, 3600)},
+          o.azimuth_deg);
   v.visit({"elevation", "How far the camera looks down", "deg", between(-90, 90)}, o.elevation_deg);
   v.visit({"fov", "Larger of the two fields of view", "deg", between(1, 120)}, o.fov_deg);
   v.visit({"zoom", "1 fits the mesh into the picture", "", above(0)}, o.zoom);
   v.visit({"margin", "Share of the picture left free around the mesh", "", between(0, 0.9)}, o.margin);
   v.visit_choice({"up", "Axis of the mesh that points up"}, o.up, kUpNames);
-  v.visit({"light_azimuth", "Direction of the light, from the camera's", "deg", between(-3600, 3600)}, o.light_azimuth_deg);
+  v.visit({"light_azimuth", "Direction of the light, from the camera's", "deg", between(-3600, 3600)},
+          o.light_azimuth_deg);
   v.visit({"light_elevation", "Height of the light", "deg", between(-90, 90)}, o.light_elevation_deg);
-  v.visit({"light_size", "Half angle under which the light is seen; 0 = hard shadows", "deg", between(0, 60)}, o.light_size_deg);
+  v.visit({"light_size", "Half angle under which the light is seen; 0 = hard shadows", "deg", between(0, 60)},
+          o.light_size_deg);
   v.visit({"light", "Radiance of a white surface that faces the light", "", between(0, 1000)}, o.light);
   v.visit({"ambient", "Radiance of a white surface from light all around", "", between(0, 1000)}, o.ambient);
-  v.visit({"ambient_gradient", "Share by which surfaces that face down get less of it", "", between(0, 1)}, o.ambient_gradient);
+  v.visit({"ambient_gradient", "Share by which surfaces that face down get less of it", "", between(0, 1)},
+          o.ambient_gradient);
   v.visit({"occlusion_samples", "Ambient rays per vertex; 0 = none", "", between(0, 4096)}, o.occlusion_samples);
-  v.visit({"occlusion_reach", "Length of ambient rays in diagonals of the bounding box", "", above(0)}, o.occlusion_reach);
+  v.visit({"occlusion_reach", "Length of ambient rays in diagonals of the bounding box", "", above(0)},
+          o.occlusion_reach);
   v.visit({"specular", "Reflectance of the coat at normal incidence", "", between(0, 1)}, o.specular);
   v.visit({"roughness", "Roughness of the coat (GGX)", "", between(0.05, 1)}, o.roughness);
   v.visit({"ground", "The backdrop catches shadows"}, o.ground);
@@ -132,7 +139,8 @@ ImageF RenderView::shade(const ImageF& texture, const RunControl& control) const
   parallel_for(height_, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < end; ++y) {
       for (int x = 0; x < width_; ++x) {
-        const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+        const std::size_t pixel =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
         std::array<double, 3> sum{};
         for (std::uint32_t i = num_before_[pixel]; i < num_before_[pixel + 1]; ++i) {
           const Sample& s = samples_[i];
@@ -142,7 +150,8 @@ ImageF RenderView::shade(const ImageF& texture, const RunControl& control) const
           }
         }
         for (int c = 0; c < 3; ++c) {
-          picture.at(x, y, c) = background_.at(x, y) + static_cast<float>(sum[static_cast<std::size_t>(c)] / num_samples_);
+          picture.at(x, y, c) =
+              background_.at(x, y) + static_cast<float>(sum[static_cast<std::size_t>(c)] / num_samples_);
         }
       }
     }
@@ -152,7 +161,8 @@ ImageF RenderView::shade(const ImageF& texture, const RunControl& control) const
 
 ImageU8 RenderView::coverage() const {
   ImageU8 mask(width_, height_);
-  for (std::size_t p = 0; p < mask.values().size(); ++p) mask.values()[p] = num_before_[p + 1] > num_before_[p] ? 255 : 0;
+  for (std::size_t p = 0; p < mask.values().size(); ++p)
+    mask.values()[p] = num_before_[p + 1] > num_before_[p] ? 255 : 0;
   return mask;
 }
 

@@ -14,13 +14,13 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kLightRays = 3;              // Per ray of the camera.
-constexpr double kRayOffset = 1e-4;        // Of the diagonal, off the surface.
+constexpr int kLightRays = 3;        // Per ray of the camera.
+constexpr double kRayOffset = 1e-4;  // Of the diagonal, off the surface.
 constexpr int kGroundGrid = 96;
 constexpr double kGroundExtent = 1.4;      // Half side of that grid, in diagonals.
 constexpr double kRefinedEdge = 1.0 / 48;  // Longest edge for the ambient term, in diagonals.
 constexpr int kMaxRefined = 400'000;
-constexpr std::uint32_t kOcclusion = 31;   // Purposes of random streams.
+constexpr std::uint32_t kOcclusion = 31;  // Purposes of random streams.
 constexpr std::uint32_t kPixel = 32;
 constexpr std::uint64_t kSeed = 20;
 
@@ -61,7 +61,8 @@ double coat(const Vec3& n, const Vec3& view, const Vec3& light, double reflectan
 
 Mesh prepared(const Mesh& mesh, const RenderOptions& o) {
   Mesh ready = with_normals(mesh);
-  if (o.occlusion_samples > 0) ready = refine_edges(std::move(ready), kRefinedEdge * bounding_box(mesh).diagonal(), kMaxRefined);
+  if (o.occlusion_samples > 0)
+    ready = refine_edges(std::move(ready), kRefinedEdge * bounding_box(mesh).diagonal(), kMaxRefined);
   return ready;
 }
 
@@ -73,17 +74,23 @@ T blend(const std::array<T, 3>& corner, double b1, double b2) {
 }  // namespace
 
 LitMesh::LitMesh(const Mesh& mesh, const RenderOptions& options, const OrbitCamera& camera, const RunControl& control)
-    : mesh_(prepared(mesh, options)), options_(options), scene_(mesh_), box_(bounding_box(mesh_)), diagonal_(box_.diagonal()) {
+    : mesh_(prepared(mesh, options)),
+      options_(options),
+      scene_(mesh_),
+      box_(bounding_box(mesh_)),
+      diagonal_(box_.diagonal()) {
   up_ = world_from_y_up(Vec3::UnitY(), options.up);
   const double azimuth = (options.azimuth_deg + options.light_azimuth_deg) * kPi / 180.0;
   const double elevation = options.light_elevation_deg * kPi / 180.0;
-  light_ = world_from_y_up({std::cos(elevation) * std::sin(azimuth), std::sin(elevation), std::cos(elevation) * std::cos(azimuth)},
-                           options.up);
+  light_ = world_from_y_up(
+      {std::cos(elevation) * std::sin(azimuth), std::sin(elevation), std::cos(elevation) * std::cos(azimuth)},
+      options.up);
   tangents(light_, light_x_, light_y_);
   tangents(up_, ground_x_, ground_y_);
   ground_height_ = std::numeric_limits<double>::infinity();
   for (const Triangle& t : mesh_.triangles) {
-    for (const int i : t) ground_height_ = std::min(ground_height_, mesh_.positions[static_cast<std::size_t>(i)].dot(up_));
+    for (const int i : t)
+      ground_height_ = std::min(ground_height_, mesh_.positions[static_cast<std::size_t>(i)].dot(up_));
   }
   // Seen from below, the ground would hide the object.
   if (camera.position.dot(up_) <= ground_height_) options_.ground = false;
@@ -117,7 +124,8 @@ void LitMesh::light_vertices(const RunControl& control) {
   parallel_for(static_cast<std::int64_t>(ambient_.size()), 256, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
-      ambient_[k] = static_cast<float>(openness(mesh_.positions[k] + epsilon * normals[k], normals[k], static_cast<std::uint64_t>(i)));
+      ambient_[k] = static_cast<float>(
+          openness(mesh_.positions[k] + epsilon * normals[k], normals[k], static_cast<std::uint64_t>(i)));
     }
   });
 }
@@ -132,7 +140,8 @@ void LitMesh::light_ground(const RunControl& control) {
         const double v = (2.0 * static_cast<double>(j) / (kGroundGrid - 1) - 1.0) * kGroundExtent * diagonal_;
         const Vec3 center = box_.center() - (box_.center().dot(up_) - ground_height_ + 1e-4 * diagonal_) * up_;
         const std::size_t k = static_cast<std::size_t>(j * kGroundGrid + i);
-        ground_openness_[k] = static_cast<float>(openness(center + u * ground_x_ + v * ground_y_, up_, (std::uint64_t{1} << 40) + k));
+        ground_openness_[k] =
+            static_cast<float>(openness(center + u * ground_x_ + v * ground_y_, up_, (std::uint64_t{1} << 40) + k));
       }
     }
   });
@@ -140,7 +149,8 @@ void LitMesh::light_ground(const RunControl& control) {
 
 Vec3 LitMesh::light_direction(int x, int y, int sample, int num_samples) const {
   if (!(options_.light_size_deg > 0.0)) return light_;
-  RandomStream random(kSeed, (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) + static_cast<std::uint32_t>(x), kPixel);
+  RandomStream random(
+      kSeed, (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) + static_cast<std::uint32_t>(x), kPixel);
   const Vec2 shift(random.uniform(), random.uniform());
   // Stratified by radius over the pixel's samples, so that few of them cover the light evenly.
   Vec2 square = sequence_point(sample, shift);
@@ -202,7 +212,8 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<co
     const double facing = normal.dot(light);
     if (!(facing > 0.0) || scene_.first_hit(from, light)) continue;
     point.diffuse += share * facing;
-    if (options_.specular > 0.0) point.specular += share * coat(normal, -direction, light, options_.specular, options_.roughness);
+    if (options_.specular > 0.0)
+      point.specular += share * coat(normal, -direction, light, options_.specular, options_.roughness);
   }
   return point;
 }
@@ -210,14 +221,18 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<co
 // Share of the light on open ground that arrives at p.
 double LitMesh::ground_light(const Vec3& p, std::span<const Vec3> to_light) const {
   const Vec3 off = p - box_.center();
-  const double u = off.dot(ground_x_) / (kGroundExtent * diagonal_), v = off.dot(ground_y_) / (kGroundExtent * diagonal_);
+  const double u = off.dot(ground_x_) / (kGroundExtent * diagonal_),
+               v = off.dot(ground_y_) / (kGroundExtent * diagonal_);
   double open = 1.0;
   if (std::abs(u) < 1.0 && std::abs(v) < 1.0) {
     const double x = 0.5 * (u + 1.0) * (kGroundGrid - 1), y = 0.5 * (v + 1.0) * (kGroundGrid - 1);
     const int i = std::min(static_cast<int>(x), kGroundGrid - 2), j = std::min(static_cast<int>(y), kGroundGrid - 2);
-    const auto at = [&](int a, int b) { return static_cast<double>(ground_openness_[static_cast<std::size_t>(b * kGroundGrid + a)]); };
+    const auto at = [&](int a, int b) {
+      return static_cast<double>(ground_openness_[static_cast<std::size_t>(b * kGroundGrid + a)]);
+    };
     const double fx = x - i, fy = y - j;
-    open = (1.0 - fy) * ((1.0 - fx) * at(i, j) + fx * at(i + 1, j)) + fy * ((1.0 - fx) * at(i, j + 1) + fx * at(i + 1, j + 1));
+    open = (1.0 - fy) * ((1.0 - fx) * at(i, j) + fx * at(i + 1, j)) +
+           fy * ((1.0 - fx) * at(i, j + 1) + fx * at(i + 1, j + 1));
     // Fades at the rim of the grid, so that its end is not seen.
     const double edge = std::clamp(4.0 * (1.0 - std::max(std::abs(u), std::abs(v))), 0.0, 1.0);
     open = 1.0 - edge * (1.0 - open);

@@ -25,7 +25,8 @@ class LitMesh {
   LitMesh(const Mesh& mesh, const RenderOptions& options, const OrbitCamera& camera, const RunControl& control);
 
   /// @param sample, num_samples  Which of a pixel's rays this is: chooses the point of the light that it looks at.
-  [[nodiscard]] LitPoint look(const Vec3& origin, const Vec3& direction, int x, int y, int sample, int num_samples) const;
+  [[nodiscard]] LitPoint look(const Vec3& origin, const Vec3& direction, int x, int y, int sample,
+                              int num_samples) const;
 
  private:
   [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const;
@@ -41,10 +42,10 @@ class LitMesh {
   Box box_;
   double diagonal_ = 0.0;
   Vec3 up_, light_, light_x_, light_y_;
-  Vec3 ground_x_, ground_y_;              // Axes on the ground.
-  double ground_height_ = 0.0;            // Along up_.
-  std::vector<float> ambient_;            // Per position: openness.
-  std::vector<float> ground_openness_;    // kGroundGrid x kGroundGrid around the mesh.
+  Vec3 ground_x_, ground_y_;            // Axes on the ground.
+  double ground_height_ = 0.0;          // Along up_.
+  std::vector<float> ambient_;          // Per position: openness.
+  std::vector<float> ground_openness_;  // kGroundGrid x kGroundGrid around the mesh.
 };
 
 }  // namespace patinate

@@ -88,7 +88,8 @@ TEST(Crackle, RunsStraighterWhereThePaintIsThick) {
       const auto &a = crack.points_px[i - 8], &b = crack.points_px[i], &c = crack.points_px[i + 8];
       const int x = static_cast<int>(b[0]), y = static_cast<int>(b[1]);
       if (!d.thickness_mm.contains(x, y)) continue;
-      const double angle = std::remainder(std::atan2(c[1] - b[1], c[0] - b[0]) - std::atan2(b[1] - a[1], b[0] - a[0]), 2 * M_PI);
+      const double angle =
+          std::remainder(std::atan2(c[1] - b[1], c[0] - b[0]) - std::atan2(b[1] - a[1], b[0] - a[0]), 2 * M_PI);
       const int which = d.thickness_mm.at(x, y) > 0.35f ? 1 : d.thickness_mm.at(x, y) < 0.2f ? 0 : -1;
       if (which >= 0) turn[which] += std::abs(angle), count[which] += 1.0;
     }
@@ -175,7 +176,8 @@ TEST(Crackle, BeginsToCrackWhereThePaintIsThin) {
 }
 
 TEST(Crackle, TransmitsByItsLawWhereThePaintIsWhole) {
-  for (const TransmissionLaw law : {TransmissionLaw::BeerLambert, TransmissionLaw::Reciprocal, TransmissionLaw::Linear}) {
+  for (const TransmissionLaw law :
+       {TransmissionLaw::BeerLambert, TransmissionLaw::Reciprocal, TransmissionLaw::Linear}) {
     CrackleOptions options = small();
     options.law = law;
     options.absorption_per_mm = 1.7;

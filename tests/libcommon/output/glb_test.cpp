@@ -17,9 +17,7 @@ namespace {
 using testing_support::ball;
 using testing_support::TempFolder;
 
-std::vector<GlbVariant> two_ages() {
-  return {{"0 d", ImageF(8, 4, 3, 0.5f)}, {"12.5 d", ImageF(8, 4, 3, 0.1f)}};
-}
+std::vector<GlbVariant> two_ages() { return {{"0 d", ImageF(8, 4, 3, 0.5f)}, {"12.5 d", ImageF(8, 4, 3, 0.1f)}}; }
 
 TEST(Glb, ReadsBackAsTheSameMeshInMetres) {
   const TempFolder folder;
@@ -70,8 +68,10 @@ TEST(Glb, NamesEveryVariant) {
   const TempFolder folder;
   write_glb(folder / "a.glb", ball(1.0, 8), two_ages());
   const std::string bytes = read_file(folder / "a.glb");
-  EXPECT_NE(bytes.find(R"("KHR_materials_variants":{"variants":[{"name":"0 d"},{"name":"12.5 d"}]})"), std::string::npos);
-  EXPECT_NE(bytes.find(R"("mappings":[{"material":0,"variants":[0]},{"material":1,"variants":[1]}])"), std::string::npos);
+  EXPECT_NE(bytes.find(R"("KHR_materials_variants":{"variants":[{"name":"0 d"},{"name":"12.5 d"}]})"),
+            std::string::npos);
+  EXPECT_NE(bytes.find(R"("mappings":[{"material":0,"variants":[0]},{"material":1,"variants":[1]}])"),
+            std::string::npos);
 }
 
 TEST(Glb, RefusesWhatWouldNotBeValid) {

@@ -65,8 +65,13 @@ TEST(HtmlPage, RefusesRaggedTablesAndEmptySliders) {
 TEST(HtmlPage, DataUriIsBase64) {
   // RFC 4648, section 10.
   const testing_support::TempFolder folder;
-  for (const auto& [bytes, code] : std::vector<std::pair<std::string, std::string>>{
-           {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}}) {
+  for (const auto& [bytes, code] : std::vector<std::pair<std::string, std::string>>{{"", ""},
+                                                                                    {"f", "Zg=="},
+                                                                                    {"fo", "Zm8="},
+                                                                                    {"foo", "Zm9v"},
+                                                                                    {"foob", "Zm9vYg=="},
+                                                                                    {"fooba", "Zm9vYmE="},
+                                                                                    {"foobar", "Zm9vYmFy"}}) {
     write_atomically(folder / "a.png", bytes);
     EXPECT_EQ(data_uri(folder / "a.png"), "data:image/png;base64," + code);
   }
@@ -82,7 +87,8 @@ TEST(ContactStrip, PutsPicturesSideBySideUnchanged) {
 
 TEST(ContactStrip, WritesLabelsUnderPicturesAndNowhereElse) {
   const std::vector<ImageF> pictures(4, ImageF(80, 60, 3, 0.5f));
-  const std::vector<std::string> labels = {"0 d", "", "12.5 d", "a label that is far too long for its picture \xc3\xa9"};
+  const std::vector<std::string> labels = {"0 d", "", "12.5 d",
+                                           "a label that is far too long for its picture \xc3\xa9"};
   const ImageF strip = contact_strip(pictures, labels, {.columns = 2, .gap_px = 2, .label_px = 10});
   const auto darkest = [&](int column, int row) {
     float low = 1.0f;

@@ -6,8 +6,11 @@
 #include <limits>
 
 #include "libcommon/core/error.h"
-#include "libcommon/output/render_light.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/output/orbit_camera.h"
 #include "tests/libcommon/output/ball.h"
+#include "tests/support/test_data.h"
 
 namespace patinate {
 namespace {
@@ -76,7 +79,8 @@ TEST(Render, ShadesASphereByLambertsLaw) {
       if (disc < 0.02 || mask.at(x, y) == 0) continue;
       const Vec3 n = camera.position + (-b - std::sqrt(disc)) * d;
       if (std::abs(n.dot(light)) < 0.03) continue;  // The facets' own shadow line.
-      // The facets lie up to 1 - cos(pi / 128) = 3e-4 inside; seen obliquely that moves the hit, and the normal, by more.
+      // The facets lie up to 1 - cos(pi / 128) = 3e-4 inside; seen obliquely that moves the hit, and the normal, by
+      // more.
       EXPECT_NEAR(picture.at(x, y, 0), std::max(0.0, n.dot(light)), 0.01) << x << " " << y;
       ++num_checked;
     }
@@ -101,10 +105,10 @@ TEST(Render, FramesTheMeshFromEverySide) {
       EXPECT_LE(e.y1, 114);
       if (is_wide) {
         EXPECT_NEAR(e.x0, 10, 1.01);
-      EXPECT_NEAR(e.x1, 189, 1.01);
+        EXPECT_NEAR(e.x1, 189, 1.01);
       } else {
         EXPECT_NEAR(e.y0, 6, 1.01);
-      EXPECT_NEAR(e.y1, 113, 1.01);
+        EXPECT_NEAR(e.y1, 113, 1.01);
       }
       EXPECT_NEAR(e.x0 + e.x1, 199, 3.0);
       EXPECT_NEAR(e.y0 + e.y1, 119, 3.0);
@@ -124,7 +128,8 @@ TEST(Render, ZUpIsTheSamePictureOfATurnedMesh) {
   o.up = UpAxis::Z;
   const ImageF b = render(turned, kWhite, o);
   int num_different = 0;
-  for (std::size_t i = 0; i < a.values().size(); ++i) num_different += std::abs(a.values()[i] - b.values()[i]) > 1e-4f ? 1 : 0;
+  for (std::size_t i = 0; i < a.values().size(); ++i)
+    num_different += std::abs(a.values()[i] - b.values()[i]) > 1e-4f ? 1 : 0;
   EXPECT_LE(num_different, static_cast<int>(a.values().size() / 500));  // Rounding at outlines.
 }
 
@@ -201,6 +206,33 @@ TEST(Render, DoesNotDependOnThreads) {
   one.num_threads = 1;
   three.num_threads = 3;
   EXPECT_EQ(render(ball(1.0, 24), kWhite, o, one), render(ball(1.0, 24), kWhite, o, three));
+}
+
+TEST(Render, ShowsTheMarbleBustWhole) {
+  PATINATE_REQUIRE_DATA(folder, "meshes/marble_bust");
+  const Mesh mesh = read_mesh(folder / "marble_bust_01_1k.gltf");
+  RenderOptions o;
+  o.width = o.height = 128;
+  o.samples = 4;
+  o.occlusion_samples = 16;
+  const RenderView view(mesh, o);
+  const Extent e = extent(view.coverage());
+  EXPECT_NEAR(e.y0, 5, 1.01);  // 4 % of 128 stay free above and below: it is taller than wide.
+  EXPECT_NEAR(e.y1, 122, 1.01);
+  const ImageF picture = view.shade(read_color(folder / "textures/marble_bust_01_diff_1k.jpg"));
+  // Marble is nearly gray and neither black nor burnt out on average.
+  double sum[3] = {0.0, 0.0, 0.0}, count = 0.0;
+  const ImageU8 mask = view.coverage();
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 128; ++x) {
+      if (mask.at(x, y) == 0) continue;
+      for (int c = 0; c < 3; ++c) sum[c] += static_cast<double>(picture.at(x, y, c));
+      count += 1.0;
+    }
+  }
+  EXPECT_GT(sum[1] / count, 0.15);
+  EXPECT_LT(sum[1] / count, 0.6);
+  EXPECT_NEAR(sum[0] / sum[2], 1.0, 0.4);
 }
 
 TEST(Render, RefusesWhatItCannotShow) {

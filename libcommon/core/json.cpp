@@ -60,7 +60,10 @@ void save_json(const std::filesystem::path& path, const Json& json) {
 JsonReader::JsonReader(std::string file, const Json& json, std::string pointer)
     : file_(std::move(file)), json_(&json), pointer_(std::move(pointer)) {}
 
-bool JsonReader::has(std::string_view key) const { return json_->is_object() && json_->contains(key); }
+bool JsonReader::has(std::string_view key) const {
+  looked_for_.insert(std::string(key));
+  return json_->is_object() && json_->contains(key);
+}
 bool JsonReader::is_string() const { return json_->is_string(); }
 bool JsonReader::is_object() const { return json_->is_object(); }
 bool JsonReader::is_number() const { return json_->is_number(); }
@@ -158,7 +161,8 @@ void JsonReader::finish() const {
   if (!json_->is_object()) fail("an object");
   for (const auto& [key, value] : json_->items()) {
     if (asked_.contains(key)) continue;
-    const std::vector<std::string> known(asked_.begin(), asked_.end());
+    std::vector<std::string> known(asked_.begin(), asked_.end());
+    known.insert(known.end(), looked_for_.begin(), looked_for_.end());
     throw IoError(file_, pointer_ + "/" + key + ": unknown key" + did_you_mean(key, known));
   }
 }

@@ -23,7 +23,8 @@ using Json = nlohmann::ordered_json;  ///< Members keep the order they were writ
 /// Indented by two, ends with a newline; replaced atomically. @throws CannotComplete
 void save_json(const std::filesystem::path& path, const Json& json);
 
-/// One JSON value and where it stands. Objects remember which members were asked for, so that finish() can name the others.
+/// One JSON value and where it stands. Objects remember which members were asked for, so that finish() can name the others,
+/// and which ones were looked for with has(), so that it can suggest them.
 class JsonReader {
  public:
   /// @param json  Must outlive the reader.
@@ -67,6 +68,7 @@ class JsonReader {
   const Json* json_;
   std::string pointer_;
   std::set<std::string, std::less<>> asked_;
+  mutable std::set<std::string, std::less<>> looked_for_;
 };
 
 }  // namespace patinate

@@ -198,7 +198,7 @@ TEST(CaptureProject, MistakesInTheProjectAreNamedWithTheirPlace) {
     const char* more;
     const char* expected;
   } kCases[] = {
-      {R"("maks": "m.png")", "/maks: unknown key"},
+      {R"("maks": "m.png")", "/maks: unknown key; did you mean `mask`?"},
       {R"("time_unit": "weeks")", "/time_unit"},
       {R"("response": "rgb")", "/response"},
       {R"("response": {"gamma": 0})", "/response/gamma: found 0; expected a number (0, 10]"},
@@ -238,7 +238,7 @@ TEST(CaptureProject, FramesNeedRisingTimes) {
       {R"({"pattern": "frames/*.jpg", "interval": 1})", "/frames/pattern"},
       {R"({"pattern": "nowhere/*.png", "interval": 1})", "nowhere"},
       {R"({"pattern": "frames/*.png", "interval": 0})", "/frames/interval: found 0; expected a number > 0"},
-      {R"({"pattern": "frames/*.png", "intervall": 1})", "/frames/intervall: unknown key"},
+      {R"({"pattern": "frames/*.png", "intervall": 1})", "/frames/intervall: unknown key; did you mean `interval`?"},
       {R"({"pattern": "frames/*.png"})", "tried dates in file names (0.png has no date in the name) and EXIF"},
       {R"([{"time": 0, "photo": "frames/9.png"}])", "9.png: does not exist"},
   };

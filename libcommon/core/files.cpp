@@ -128,7 +128,8 @@ std::vector<fs::path> list_files(const fs::path& folder, std::string_view patter
   if (error) throw IoError(folder.string(), "cannot be listed; " + error.message());
   std::vector<fs::path> found;
   for (const fs::directory_entry& entry : it) {
-    if (entry.is_regular_file(error) && matches(entry.path().filename().string(), pattern)) found.push_back(entry.path());
+    // A dangling link is listed too: whoever reads it says so, and the files after it keep their places.
+    if (!entry.is_directory(error) && matches(entry.path().filename().string(), pattern)) found.push_back(entry.path());
   }
   std::sort(found.begin(), found.end(), [](const fs::path& a, const fs::path& b) {
     return natural_less(a.filename().string(), b.filename().string());

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
+#include "tools/patinate/message_stream.h"
 #include "tools/patinate/progress_line.h"
 
 namespace patinate {
@@ -61,7 +62,7 @@ std::vector<std::string> CommandRun::command_line() const {
 
 void CommandRun::note(const std::string& text) {
   progress_.reset();
-  if (!line.common().quiet) std::fprintf(stderr, "%s\n", text.c_str());
+  if (!line.common().quiet) std::fprintf(message_stream(), "%s\n", text.c_str());
 }
 
 void CommandRun::detail(const std::string& text) {
@@ -70,7 +71,7 @@ void CommandRun::detail(const std::string& text) {
 
 void CommandRun::note_problems(const std::vector<std::string>& problems) {
   progress_.reset();
-  for (const std::string& problem : problems) std::fprintf(stderr, "patinate: error: %s\n", problem.c_str());
+  for (const std::string& problem : problems) std::fprintf(message_stream(), "patinate: error: %s\n", problem.c_str());
 }
 
 void CommandRun::report_output(JobStatus status, const std::filesystem::path& output) {

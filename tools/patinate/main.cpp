@@ -14,6 +14,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/commands.h"
+#include "tools/patinate/message_stream.h"
 
 namespace patinate {
 namespace {
@@ -72,7 +73,7 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
 
 int fail(int code, std::string message) {
   std::replace_if(message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  std::fprintf(stderr, "patinate: error: %s\n", message.c_str());
+  std::fprintf(message_stream(), "patinate: error: %s\n", message.c_str());
   return code;
 }
 
@@ -91,6 +92,7 @@ void stop_on_signals(std::stop_source source) {
 }
 
 int guarded_main(const std::vector<std::string>& arguments) {
+  silence_libraries();
   std::stop_source source;
   stop_on_signals(source);
   try {

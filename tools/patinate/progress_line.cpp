@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "tools/patinate/message_stream.h"
+
 namespace patinate {
 
 namespace {
@@ -24,10 +26,10 @@ std::string time_left(double elapsed, double fraction) {
 
 }  // namespace
 
-ProgressLine::ProgressLine(std::string label) : label_(std::move(label)), is_terminal_(::isatty(STDERR_FILENO) != 0) {}
+ProgressLine::ProgressLine(std::string label) : label_(std::move(label)), is_terminal_(::isatty(::fileno(message_stream())) != 0) {}
 
 ProgressLine::~ProgressLine() {
-  if (is_shown_ && is_terminal_) std::fputs("\r\033[K", stderr);
+  if (is_shown_ && is_terminal_) std::fputs("\r\033[K", message_stream());
 }
 
 void ProgressLine::show(double fraction) {
@@ -40,10 +42,10 @@ void ProgressLine::show(double fraction) {
   if (is_terminal_) {
     std::string bar(kBarWidth, ' ');
     std::fill_n(bar.begin(), kBarWidth * percent / 100, '#');
-    std::fprintf(stderr, "\r%s [%s] %d %%%s\033[K", label_.c_str(), bar.c_str(), percent, left.c_str());
-    std::fflush(stderr);
+    std::fprintf(message_stream(), "\r%s [%s] %d %%%s\033[K", label_.c_str(), bar.c_str(), percent, left.c_str());
+    std::fflush(message_stream());
   } else {
-    std::fprintf(stderr, "%s: %d %%%s\n", label_.c_str(), percent, left.c_str());
+    std::fprintf(message_stream(), "%s: %d %%%s\n", label_.c_str(), percent, left.c_str());
   }
 }
 

@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+"""Include rules of the house, checked over every source file. Usage: include_test.py REPOSITORY
+
+tools -> capture | transfer | simulation | analysis | datasets_synthetic -> libcommon -> libraries; the five in the middle
+never include each other. Headers of ours name no heavy third-party header, so that whoever includes them does not pay for it.
+"""
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2]
+MIDDLE = {"capture", "transfer", "simulation", "analysis", "datasets_synthetic"}
+MAY_INCLUDE = {"libcommon": {"libcommon"}, "tools": MIDDLE | {"libcommon", "tools"}}
+MAY_INCLUDE.update({m: {m, "libcommon"} for m in MIDDLE})
+HEAVY = re.compile(r"(opencv2|embree3|OpenMesh|OpenImageIO|pcl|flann|CLI)/|tiny_gltf|tiny_obj_loader|xxhash|nlohmann/json\.hpp")
+INCLUDE = re.compile(r'^\s*#\s*include\s+[<"]([^">]+)[">]', re.MULTILINE)
+
+
+def sources(folder, *suffixes):
+    return [p for p in sorted((ROOT / folder).rglob("*")) if p.suffix in suffixes]
+
+
+class Includes(unittest.TestCase):
+    def test_components_include_only_downwards(self):
+        num_files = 0
+        for component, allowed in MAY_INCLUDE.items():
+            for path in sources(component, ".h", ".cpp"):
+                num_files += 1
+                for name in INCLUDE.findall(path.read_text()):
+                    target = name.split("/")[0]
+                    if "/" in name and target in MAY_INCLUDE.keys() | {"tests", "python"}:
+                        with self.subTest(file=str(path.relative_to(ROOT)), includes=name):
+                            self.assertIn(target, allowed)
+        self.assertGreater(num_files, 50)  # the check has looked at something
+
+    def test_headers_name_no_heavy_library(self):
+        for component in MAY_INCLUDE:
+            for path in sources(component, ".h"):
+                for name in INCLUDE.findall(path.read_text()):
+                    with self.subTest(file=str(path.relative_to(ROOT)), includes=name):
+                        self.assertIsNone(HEAVY.search(name))
+
+    def test_every_header_is_compiled_alone(self):
+        """A header that no library lists is not verified."""
+        listed = "\n".join(p.read_text() for m in MIDDLE | {"libcommon"} for p in sources(m, ".txt"))
+        for component in MIDDLE | {"libcommon"}:
+            for path in sources(component, ".h"):
+                with self.subTest(file=str(path.relative_to(ROOT))):
+                    self.assertIn(str(path.relative_to(ROOT / component)), listed)
+
+    def test_files_stay_readable(self):
+        for component in MAY_INCLUDE:
+            for path in sources(component, ".h", ".cpp"):
+                with self.subTest(file=str(path.relative_to(ROOT))):
+                    self.assertLess(len(path.read_text().splitlines()), 450)
+
+
+class Documents(unittest.TestCase):
+    def test_commands_in_the_readme_exist(self):
+        verbs = set(re.findall(r'Verb\{"(\w+)"', (ROOT / "tools/patinate/main.cpp").read_text()))
+        self.assertGreater(len(verbs), 5)
+        for document in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+            for verb in re.findall(r"^\s*patinate ([a-z]+)", document.read_text(), re.MULTILINE):
+                with self.subTest(document=document.name, verb=verb):
+                    self.assertIn(verb, verbs)
+
+    def test_links_in_documents_lead_somewhere(self):
+        for document in [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]:
+            for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", document.read_text()):
+                if "://" not in target:
+                    with self.subTest(document=document.name, target=target):
+                        self.assertTrue((document.parent / target).exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,27 @@
+#include "tools/patinate/message_stream.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace patinate {
+
+namespace {
+std::FILE* g_messages = stderr;
+}
+
+void silence_libraries() {
+#ifndef __SANITIZE_ADDRESS__
+  const int kept = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  std::FILE* messages = kept >= 0 && nowhere >= 0 ? ::fdopen(kept, "w") : nullptr;
+  if (messages != nullptr && ::dup2(nowhere, STDERR_FILENO) >= 0) {
+    std::setvbuf(messages, nullptr, _IONBF, 0);
+    g_messages = messages;
+  }
+  if (nowhere >= 0) ::close(nowhere);
+#endif
+}
+
+std::FILE* message_stream() { return g_messages; }
+
+}  // namespace patinate

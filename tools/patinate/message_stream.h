@@ -1,0 +1,15 @@
+/// \file
+/// Where our own lines on stderr go, apart from what libraries print there.
+#pragma once
+
+#include <cstdio>
+
+namespace patinate {
+
+/// Image libraries print on stderr what they throw or return as well; this keeps them quiet, so that an error is one line.
+/// Call before any thread starts. Does nothing under sanitizers, whose reports go there too.
+void silence_libraries();
+/// The real stderr.
+[[nodiscard]] std::FILE* message_stream();
+
+}  // namespace patinate

@@ -57,12 +57,24 @@ ControlImage halve(const ControlImage& fine, int width, int height, Counts&& cou
 
 constexpr int kSmallestSide = 12;
 
-int usable_levels(const HistoryReader& history, const TexelMap& map, const TransferOptions& options) {
+/// Levels from the atlas's own to the coarsest.
+int usable_levels(const HistoryReader& history, int halvings, const TexelMap& map, const TransferOptions& options) {
   if (options.method == TransferMethod::Reference) return 1;
-  const int smallest = std::min({history.manifest().width, history.manifest().height, map.width(), map.height()});
+  const int source_side = std::min(history.manifest().width, history.manifest().height) >> halvings;
+  const int smallest = std::min({source_side, map.width(), map.height()});
   int levels = 1;
   while (levels < options.multi_level.num_levels && (smallest >> levels) >= kSmallestSide) ++levels;
   return levels;
+}
+
+/// Coordinates on a coarse level as those of the history's own pixels: the middle of what a coarse pixel covers.
+CoordinateMap to_full_size(CoordinateMap coordinates, int coarse_width, int halvings, int full_width) {
+  if (halvings == 0) return coordinates;
+  const int middle = 1 << (halvings - 1);
+  for (std::int32_t& s : coordinates) {
+    if (s >= 0) s = ((s / coarse_width << halvings) + middle) * full_width + ((s % coarse_width << halvings) + middle);
+  }
+  return coordinates;
 }
 
 /// Texels that are covered on a coarse level but by no fine texel keep a control of their own: filled from the finer level by position.
@@ -82,16 +94,35 @@ void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const Cont
   }
 }
 
-std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, const std::vector<ImageF>& source_controls,
-                                        const std::vector<ImageF>& matched, std::shared_ptr<const TexelMap> map,
-                                        double texel_size_mm, const Neighborhood& neighborhood, const RunControl& control) {
+/// How often the history is halved before its pixels are as large as texels, to a factor of sqrt 2.
+int source_halvings(double texel_mm, double pixel_mm) {
+  constexpr double kSqrt2 = 1.4142135623730951;
+  int halvings = 0;
+  for (; texel_mm > kSqrt2 * pixel_mm && halvings < 12; ++halvings) pixel_mm *= 2.0;
+  return halvings;
+}
+
+/// Controls of the history at every level of the appearance.
+std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, const std::vector<ImageF>& controls) {
+  std::vector<ControlImage> levels{interleave(controls)};
+  for (std::size_t l = 1; l < appearance.levels.size(); ++l) {
+    const ImageU8& fine_mask = appearance.masks[l - 1];
+    levels.push_back(halve(levels.back(), appearance.levels[l].width(), appearance.levels[l].height(),
+                           [&](int x, int y) { return fine_mask.at(x, y) != 0; }));
+  }
+  return levels;
+}
+
+/// @param first  Level of the appearance that the atlas itself is matched with.
+std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::size_t first,
+                                        const std::vector<ImageF>& source_controls, const std::vector<ImageF>& matched,
+                                        std::shared_ptr<const TexelMap> map, double step_mm, const Neighborhood& neighborhood,
+                                        const RunControl& control) {
   std::vector<SynthesisLevel> levels;
-  ControlImage source = interleave(source_controls), destination = interleave(matched);
-  for (std::size_t l = 0; l < appearance.levels.size(); ++l) {
-    if (l > 0) {
-      const ImageU8& fine_mask = appearance.masks[l - 1];
-      source = halve(source, appearance.levels[l].width(), appearance.levels[l].height(),
-                     [&](int x, int y) { return fine_mask.at(x, y) != 0; });
+  const std::vector<ControlImage> sources = source_control_levels(appearance, source_controls);
+  ControlImage destination = interleave(matched);
+  for (std::size_t l = first; l < appearance.levels.size(); ++l, step_mm *= 2.0) {
+    if (l > first) {
       auto coarse_map = std::make_shared<TexelMap>(map->mesh(), map->width() / 2, map->height() / 2, control);
       if (coarse_map->num_covered() == 0) break;
       ControlImage coarse = halve(destination, coarse_map->width(), coarse_map->height(), [&](int x, int y) {
@@ -102,10 +133,10 @@ std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, const
       map = std::move(coarse_map);
     }
     try {
-      levels.push_back({make_source_level(appearance.levels[l], source, appearance.masks[l], appearance.variances[l], neighborhood),
-                        make_destination_level(map, destination, neighborhood, texel_size_mm * static_cast<double>(1 << l), control)});
+      levels.push_back({make_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood),
+                        make_destination_level(map, destination, neighborhood, step_mm, control)});
     } catch (const InvalidInput&) {
-      if (l == 0) throw;
+      if (l == first) throw;
       break;  // A coarse level without usable pixels is not needed.
     }
   }
@@ -142,14 +173,19 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
                                                     {parameter.low, parameter.high, parameter.unit}, c.mapping));
     weights.push_back(c.weight);
   }
-  const AppearanceSpace appearance =
-      build_appearance_space(history, usable_levels(history, *map, options), options.appearance, control.part(0.0, 0.3));
+  const int halvings = source_halvings(map->median_texel_size_mm(), texel_size_mm);
+  const AppearanceSpace appearance = build_appearance_space(
+      history, halvings + usable_levels(history, halvings, *map, options), options.appearance, control.part(0.0, 0.3));
+  const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   result.explained_variance = appearance.explained_variance;
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
   RunControl silent = control;
   silent.on_progress = nullptr;
+  // Neighbours a whole texel apart, unless texels are much smaller than the history's pixels.
+  const double texel_mm = map->median_texel_size_mm();
+  const double step_mm = 1.5 * texel_mm > texel_size_mm ? texel_mm : texel_size_mm;
   const std::vector<SynthesisLevel> levels =
-      make_levels(appearance, source_controls, result.matched_controls, map, texel_size_mm, neighborhood, silent);
+      make_levels(appearance, first, source_controls, result.matched_controls, map, step_mm, neighborhood, silent);
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const RunControl synthesis_control = control.part(0.35, 0.97);
   result.coordinates = options.method == TransferMethod::Reference
@@ -159,6 +195,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
                                                     options.multi_level, synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  options.coherence_share, weights, silent);
+  result.coordinates = to_full_size(std::move(result.coordinates), levels[0].source.width(), static_cast<int>(first), history.manifest().width);
   control.report(1.0);
   return result;
 }

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/controls/control_kinds.h"
@@ -43,6 +45,13 @@ std::string source_control(const HistoryReader& history, const ControlSpec& spec
                    (controls.empty() ? " has no controls; ingest with one" : " has several controls (" + names + "); write SOURCE=" + spec.destination));
 }
 
+/// Texels along each side of the atlas: as asked for, or, when both sizes are known, so many that a texel equals a pixel.
+int choose_resolution(const AtlasOptions& asked, bool is_asked, double texel_mm, std::optional<double> pixel_mm) {
+  if (is_asked || !pixel_mm) return asked.resolution;
+  constexpr double kLeast = 256.0, kMost = 4096.0;
+  return static_cast<int>(std::clamp(std::round(asked.resolution * texel_mm / *pixel_mm), kLeast, kMost));
+}
+
 std::vector<TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
                                            const ControlKindOptions& kinds, CommandRun& run) {
   std::vector<TransferControl> controls;
@@ -56,6 +65,13 @@ std::vector<TransferControl> make_controls(const std::vector<std::string>& texts
     controls.push_back({source, spec.destination, std::move(made.values), {made.low, made.high, made.unit}, spec.weight, spec.mapping});
   }
   return controls;
+}
+
+/// Says when texels and the history's pixels differ so much that texture is left out or magnified.
+void note_ratio(double texels_per_pixel_size, int resolution, CommandRun& run) {
+  if (texels_per_pixel_size > 0.66 && texels_per_pixel_size < 1.5) return;
+  run.note("one texel covers " + short_number_text(texels_per_pixel_size) + " pixels of the history; --resolution " +
+           std::to_string(static_cast<int>(std::round(resolution * texels_per_pixel_size))) + " would make them equal");
 }
 
 Json energy_json(const TransferManifest& m) {
@@ -97,7 +113,8 @@ int cmd_transfer(CommandRun& run) {
   Mesh mesh = load_mesh(mesh_source);
   task.unit = mesh_source.unit_or_none();
   const TexelMap unscaled = make_texel_map(mesh_source.path, mesh, atlas);
-  const Scale scale = choose_scale(task.unit, texel_size_mm ? texel_size_mm : history.manifest().texel_size_mm, unscaled.median_texel_size_mm());
+  const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.manifest().texel_size_mm;
+  const Scale scale = choose_scale(task.unit, pixel_mm, unscaled.median_texel_size_mm());
   if (!scale.note.empty()) run.note(scale.note);
   if (1000 * unscaled.num_overlapping() > unscaled.num_covered()) {
     run.note(mesh_source.path.string() + ": " + std::to_string(unscaled.num_overlapping()) +
@@ -106,7 +123,10 @@ int cmd_transfer(CommandRun& run) {
   scale_mesh(mesh, scale.mm_per_mesh_unit);
   task.mm_per_mesh_unit = scale.mm_per_mesh_unit;
   task.texel_size_mm = scale.texel_size_mm;
-  task.map = std::make_shared<TexelMap>(std::move(mesh), atlas.resolution, atlas.resolution, run.control("atlas"));
+  const double texel_mm = unscaled.median_texel_size_mm() * scale.mm_per_mesh_unit;
+  const int resolution = choose_resolution(atlas, run.line.is_given("resolution"), texel_mm, task.unit ? pixel_mm : std::nullopt);
+  task.map = std::make_shared<TexelMap>(std::move(mesh), resolution, resolution, run.control("atlas"));
+  note_ratio(task.map->median_texel_size_mm() / scale.texel_size_mm, resolution, run);
   task.controls = make_controls(control_texts, history, *task.map, kinds, run);
   const JobStatus status = run_job(plan_transfer(std::move(task), output), run.job_options(), run.control("transfer"));
   if (status == JobStatus::Done) write_run_record(output, run.command_line(), run.seconds());

@@ -184,7 +184,9 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
   int sum_of_weights = 0;
   num_known_ = 0;
   for (std::size_t k = 0; k < neighbors_.size(); ++k) {
-    const std::int32_t s = neighbors_[k] < 0 ? -1 : coordinates[static_cast<std::size_t>(neighbors_[k])];
+    // Where texels are larger than the offset, a texel would be its own neighbour: that says nothing.
+    const bool is_other = neighbors_[k] >= 0 && neighbors_[k] != texel;
+    const std::int32_t s = is_other ? coordinates[static_cast<std::size_t>(neighbors_[k])] : -1;
     if (s < 0) continue;
     const auto i = static_cast<std::size_t>(num_known_++);
     std::copy_n(source_.appearance.data() + std::int64_t{s} * kAppearanceSize, kAppearanceSize,

@@ -16,7 +16,7 @@
 #include "transfer/control_matching.h"
 #include "transfer/control_spec.h"
 #include "transfer/synthesis/multi_level.h"
-#include "transfer/synthesis/problem.h"
+#include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/reference.h"
 
 namespace patinate {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "libcommon/image/image.h"
-#include "transfer/synthesis/problem.h"
+#include "transfer/synthesis/energy.h"
 #include "transfer/transfer.h"
 
 namespace patinate {

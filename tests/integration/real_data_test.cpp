@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/ingest.h"
@@ -13,6 +12,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job.h"
+#include "libcommon/metrics/correlation.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 #include "transfer/lookup/transfer_reader.h"
@@ -60,27 +60,6 @@ TransferTask make_task(const std::filesystem::path& history, Mesh mesh, const st
   return task;
 }
 
-std::vector<double> ranks(const std::vector<double>& values) {
-  std::vector<std::size_t> order(values.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
-  std::vector<double> rank(values.size());
-  for (std::size_t i = 0; i < order.size(); ++i) rank[order[i]] = static_cast<double>(i);
-  return rank;
-}
-
-double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  const double n = static_cast<double>(a.size());
-  const double mean_a = std::accumulate(a.begin(), a.end(), 0.0) / n, mean_b = std::accumulate(b.begin(), b.end(), 0.0) / n;
-  double ab = 0.0, aa = 0.0, bb = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ab += (a[i] - mean_a) * (b[i] - mean_b);
-    aa += (a[i] - mean_a) * (a[i] - mean_a);
-    bb += (b[i] - mean_b) * (b[i] - mean_b);
-  }
-  return ab / std::sqrt(aa * bb);
-}
-
 /// Rank correlation over the covered texels between the destination's control and the source's at their coordinates.
 double control_agreement(const TransferTask& task, const TransferReader& transfer) {
   const ImageF source = transfer.history().read_control(task.controls[0].source);
@@ -93,7 +72,7 @@ double control_agreement(const TransferTask& task, const TransferReader& transfe
       got.push_back(static_cast<double>(source.at(static_cast<int>(sx), static_cast<int>(transfer.coordinates().at(x, y, 1)))));
     }
   }
-  return correlation(ranks(wanted), ranks(got));
+  return rank_correlation(wanted, got);
 }
 
 /// Mean over what a mask covers, per channel.

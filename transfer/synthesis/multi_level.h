@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libcommon/core/options.h"
-#include "transfer/synthesis/problem.h"
+#include "transfer/synthesis/energy.h"
 
 namespace patinate {
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "libcommon/core/options.h"
-#include "transfer/synthesis/problem.h"
+#include "transfer/synthesis/energy.h"
 
 namespace patinate {
 

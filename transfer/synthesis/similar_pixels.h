@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "transfer/synthesis/problem.h"
+#include "transfer/synthesis/levels.h"
 
 namespace patinate {
 

@@ -10,6 +10,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/image/color.h"
 #include "libcommon/image/image_io.h"
+#include "libcommon/metrics/correlation.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
@@ -39,27 +40,6 @@ std::vector<CellStatistics> cell_statistics(const CrackleDataset& d) {
   return cells;
 }
 
-std::vector<double> ranks(const std::vector<double>& values) {
-  std::vector<std::size_t> order(values.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
-  std::vector<double> rank(values.size());
-  for (std::size_t i = 0; i < order.size(); ++i) rank[order[i]] = static_cast<double>(i);
-  return rank;
-}
-
-double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  const double n = static_cast<double>(a.size());
-  const double ma = std::accumulate(a.begin(), a.end(), 0.0) / n, mb = std::accumulate(b.begin(), b.end(), 0.0) / n;
-  double ab = 0.0, aa = 0.0, bb = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ab += (a[i] - ma) * (b[i] - mb);
-    aa += (a[i] - ma) * (a[i] - ma);
-    bb += (b[i] - mb) * (b[i] - mb);
-  }
-  return ab / std::sqrt(aa * bb);
-}
-
 TEST(Crackle, HasLargerCellsWhereThePaintIsThick) {
   for (const std::int64_t seed : {1, 2, 3}) {
     CrackleOptions options = small(seed);
@@ -74,7 +54,7 @@ TEST(Crackle, HasLargerCellsWhereThePaintIsThick) {
     area.erase(area.begin());  // Number 0: the cracks.
     thickness.erase(thickness.begin());
     ASSERT_GT(area.size(), 60u);
-    EXPECT_GT(correlation(ranks(area), ranks(thickness)), 0.6) << "seed " << seed;
+    EXPECT_GT(rank_correlation(area, thickness), 0.6) << "seed " << seed;
   }
 }
 

@@ -162,7 +162,7 @@ TEST(Synthesis, OnlyUsesPixelsWhoseNeighbourhoodLiesInTheMask) {
   }
 }
 
-// The integer cost against the formula of problem.h in doubles.
+// The integer cost against the formula of energy.h in doubles.
 TEST(TexelCost, EqualsTheFormula) {
   const PlaneTask task(32, 24, 0);
   const Neighborhood neighborhood = Neighborhood::square(2);

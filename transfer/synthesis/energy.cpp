@@ -1,10 +1,9 @@
-#include "transfer/synthesis/problem.h"
+#include "transfer/synthesis/energy.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdlib>
-#include <tuple>
+#include <utility>
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -13,146 +12,6 @@
 #include "libcommon/core/parallel.h"
 
 namespace patinate {
-
-Neighborhood Neighborhood::square(int radius_px) {
-  if (radius_px < 1 || radius_px > 5) throw InvalidInput("neighborhood: " + std::to_string(radius_px) + " is out of range; use [1, 5]");
-  Neighborhood n;
-  n.radius_px = radius_px;
-  for (int y = -radius_px; y <= radius_px; ++y) {
-    for (int x = -radius_px; x <= radius_px; ++x) {
-      if (x == 0 && y == 0) continue;
-      // A tent, 16 beside the texel: the nearest neighbours say most. Sums stay below 1024 up to radius 5.
-      const int tent = (radius_px + 1 - std::abs(x)) * (radius_px + 1 - std::abs(y));
-      n.offsets.push_back({x, y});
-      n.weights.push_back(static_cast<std::int16_t>(std::max(1, 16 * tent / (radius_px * (radius_px + 1)))));
-    }
-  }
-  return n;
-}
-
-namespace {
-
-int grid_index(std::span<const std::uint16_t> controls) {
-  constexpr int kStepsPerCell = kControlSteps / SourceLevel::kGridSide + 1;
-  return controls[1] / kStepsPerCell * SourceLevel::kGridSide + controls[0] / kStepsPerCell;
-}
-
-std::span<const std::uint16_t> controls_of(const ControlImage& controls, std::int64_t pixel) {
-  const auto n = static_cast<std::size_t>(controls.channels());
-  return controls.values().subspan(static_cast<std::size_t>(pixel) * n, n);
-}
-
-/// Sorts the usable pixels into cells and leads every empty cell to the nearest filled one.
-void fill_grid(SourceLevel& level) {
-  constexpr int kSide = SourceLevel::kGridSide;
-  level.grid_begin.assign(kSide * kSide + 1, 0);
-  level.grid_pixels.resize(level.usable.size());
-  const auto cell = [&](std::int32_t p) { return static_cast<std::size_t>(grid_index(controls_of(level.controls, p))); };
-  for (std::int32_t p : level.usable) ++level.grid_begin[cell(p) + 1];
-  for (std::size_t c = 1; c < level.grid_begin.size(); ++c) level.grid_begin[c] += level.grid_begin[c - 1];
-  std::vector<std::int32_t> next(level.grid_begin.begin(), level.grid_begin.end() - 1);
-  for (std::int32_t p : level.usable) level.grid_pixels[static_cast<std::size_t>(next[cell(p)]++)] = p;
-
-  std::vector<std::int32_t> filled;
-  for (int c = 0; c < kSide * kSide; ++c) {
-    if (level.grid_begin[static_cast<std::size_t>(c)] < level.grid_begin[static_cast<std::size_t>(c) + 1]) filled.push_back(c);
-  }
-  for (int c = 0; c < kSide * kSide; ++c) {
-    const auto squared = [&](std::int32_t f) {
-      const int dx = f % kSide - c % kSide, dy = f / kSide - c / kSide;
-      return dx * dx + dy * dy;
-    };
-    level.grid_cell.push_back(*std::min_element(filled.begin(), filled.end(), [&](auto a, auto b) { return squared(a) < squared(b); }));
-  }
-}
-
-}  // namespace
-
-std::span<const std::int32_t> SourceLevel::similar(std::span<const std::uint16_t> target, int tolerance) const {
-  if (target.size() > 1) {
-    const auto cell = static_cast<std::size_t>(grid_cell[static_cast<std::size_t>(grid_index(target))]);
-    return {grid_pixels.begin() + grid_begin[cell], grid_pixels.begin() + grid_begin[cell + 1]};
-  }
-  const auto first_control = [this](std::int32_t p) { return int{controls_of(controls, p)[0]}; };
-  const int value = target[0];
-  auto begin = std::partition_point(usable.begin(), usable.end(), [&](std::int32_t p) { return first_control(p) < value - tolerance; });
-  auto end = std::partition_point(begin, usable.end(), [&](std::int32_t p) { return first_control(p) <= value + tolerance; });
-  if (begin == end) {  // The nearest values on either side.
-    constexpr std::ptrdiff_t kFew = 16;
-    begin -= std::min<std::ptrdiff_t>(kFew, begin - usable.begin());
-    end += std::min<std::ptrdiff_t>(kFew, usable.end() - end);
-  }
-  return {begin, end};
-}
-
-namespace {
-
-/// Per channel, over the usable pixels; at least one step squared.
-std::vector<double> control_variances(const ControlImage& controls, std::span<const std::int32_t> pixels) {
-  std::vector<double> result;
-  for (int c = 0; c < controls.channels(); ++c) {
-    double sum = 0.0, squares = 0.0;
-    for (std::int32_t p : pixels) {
-      const double v = controls.data()[static_cast<std::int64_t>(p) * controls.channels() + c];
-      sum += v;
-      squares += v * v;
-    }
-    const double n = static_cast<double>(pixels.size());
-    result.push_back(std::max(1.0, squares / n - (sum / n) * (sum / n)));
-  }
-  return result;
-}
-
-}  // namespace
-
-SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls, const ImageU8& mask,
-                              double appearance_variance, const Neighborhood& neighborhood) {
-  SourceLevel level;
-  level.appearance = std::move(appearance);
-  level.controls = std::move(controls);
-  level.appearance_variance = std::max(1.0, appearance_variance);
-  const int w = level.width(), h = level.height(), r = neighborhood.radius_px;
-  // Usable = no masked pixel within the neighbourhood's square: a running count over rows, then over columns.
-  Image<int> outside_in_row(w, h);
-  for (int y = 0; y < h; ++y) {
-    for (int x = 0; x < w; ++x) {
-      for (int dx = -r; dx <= r; ++dx) outside_in_row.at(x, y) += !mask.contains(x + dx, y) || mask.at(x + dx, y) == 0;
-    }
-  }
-  level.is_usable.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), 0);
-  for (int y = r; y < h - r; ++y) {
-    for (int x = r; x < w - r; ++x) {
-      int outside = 0;
-      for (int dy = -r; dy <= r; ++dy) outside += outside_in_row.at(x, y + dy);
-      if (outside > 0) continue;
-      const std::int32_t pixel = y * w + x;
-      level.is_usable[static_cast<std::size_t>(pixel)] = 1;
-      level.usable.push_back(pixel);
-    }
-  }
-  if (level.usable.empty()) throw InvalidInput("the history has no pixel whose neighbourhood lies in its mask; give a larger mask");
-  std::stable_sort(level.usable.begin(), level.usable.end(), [&](std::int32_t a, std::int32_t b) {
-    const int n = level.controls.channels();
-    return level.controls.data()[std::int64_t{a} * n] < level.controls.data()[std::int64_t{b} * n];
-  });
-  level.control_variances = control_variances(level.controls, level.usable);
-  if (level.controls.channels() > 1) fill_grid(level);
-  return level;
-}
-
-DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
-                                        const Neighborhood& neighborhood, double source_pixel_mm, const RunControl& control) {
-  DestinationLevel level;
-  std::vector<Vec2> offsets_mm;
-  for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * source_pixel_mm, o.y * source_pixel_mm);
-  level.neighbors = std::make_shared<TexelNeighborhood>(*map, std::move(offsets_mm), control);
-  for (TexelId t = 0; t < map->num_texels(); ++t) {
-    if (map->is_covered(t)) level.texels.push_back(t);
-  }
-  level.map = std::move(map);
-  level.controls = std::move(controls);
-  return level;
-}
 
 EnergyScale EnergyScale::make(const SourceLevel& source, double coherence_share, std::span<const double> control_weights) {
   EnergyScale scale;

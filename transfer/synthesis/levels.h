@@ -1,0 +1,76 @@
+/// \file
+/// What texture synthesis is given, at one level of the pyramid: pixels that can be copied, and texels that are to be covered.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "libcommon/atlas/texel_map.h"
+#include "libcommon/atlas/texel_neighborhood.h"
+#include "libcommon/core/run_control.h"
+#include "transfer/appearance/appearance_space.h"
+
+namespace patinate {
+
+inline constexpr int kControlSteps = 4095;  ///< Controls are integers in [0, 4095].
+
+using ControlImage = Image<std::uint16_t>;  ///< H x W x C.
+
+struct Offset {
+  int x = 0, y = 0;
+};
+
+/// Neighbours that are compared: a square around the texel (without it), with weights that fall outward.
+struct Neighborhood {
+  std::vector<Offset> offsets;
+  std::vector<std::int16_t> weights;  ///< > 0; at most 16 each, 1024 in all.
+  int radius_px = 0;
+
+  /// @param radius_px  [1, 5]
+  [[nodiscard]] static Neighborhood square(int radius_px);
+};
+
+/// The history at one level: what can be copied.
+struct SourceLevel {
+  AppearanceImage appearance;
+  ControlImage controls;
+  std::vector<std::uint8_t> is_usable;   ///< Per pixel: its whole neighbourhood lies in the mask.
+  std::vector<std::int32_t> usable;      ///< The usable pixels, ascending by first control, then by index.
+  double appearance_variance = 1.0;
+  std::vector<double> control_variances;
+
+  [[nodiscard]] int width() const { return appearance.width(); }
+  [[nodiscard]] int height() const { return appearance.height(); }
+  /// Usable pixels of similar control values, never empty. One control: those within `tolerance` of the target, or the
+  /// nearest. Several: those of the target's cell in a grid over the first two, or of the nearest cell that holds any.
+  [[nodiscard]] std::span<const std::int32_t> similar(std::span<const std::uint16_t> target, int tolerance) const;
+  /// Grid over the first two controls: `grid_pixels[grid_begin[c] .. grid_begin[c + 1])` of the cell that `grid_cell` leads to.
+  static constexpr int kGridSide = 64;
+  std::vector<std::int32_t> grid_cell, grid_begin, grid_pixels;
+};
+
+/// @throws InvalidInput if no pixel is usable.
+[[nodiscard]] SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls, const ImageU8& mask,
+                                            double appearance_variance, const Neighborhood& neighborhood);
+
+/// The surface at one level: what is to be covered.
+struct DestinationLevel {
+  std::shared_ptr<const TexelMap> map;
+  std::shared_ptr<const TexelNeighborhood> neighbors;
+  ControlImage controls;                 ///< Mapped into the source's values.
+  std::vector<TexelId> texels;           ///< The covered ones, ascending.
+
+  [[nodiscard]] std::span<const std::uint16_t> target(TexelId t) const {
+    const auto n = static_cast<std::size_t>(controls.channels());
+    return controls.values().subspan(static_cast<std::size_t>(t) * n, n);
+  }
+};
+
+/// @param source_pixel_mm  Surface length of one source pixel of this level.
+[[nodiscard]] DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
+                                                      const Neighborhood& neighborhood, double source_pixel_mm,
+                                                      const RunControl& control = {});
+
+}  // namespace patinate

@@ -4,6 +4,7 @@
 #include "capture/ingest/capture_project.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
+#include "libcommon/geometry/topology.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
@@ -48,14 +49,14 @@ Facts history_facts(const std::filesystem::path& path) {
   Json times = Json::array(), controls = Json::array();
   for (const HistoryFrame& frame : m.frames) times.push_back(frame.time);
   facts.add("times", times,
-            std::to_string(m.frames.size()) + " frames, " + number_text(m.frames.front().time) + " to " +
-                number_text(m.frames.back().time) + " " + unit);
+            std::to_string(m.frames.size()) + " frames, " + short_number_text(m.frames.front().time) + " to " +
+                short_number_text(m.frames.back().time) + " " + unit);
   facts.add("time_unit", unit, "");
-  if (m.texel_size_mm) facts.add("texel_size_mm", *m.texel_size_mm, number_text(*m.texel_size_mm));
+  if (m.texel_size_mm) facts.add("texel_size_mm", *m.texel_size_mm, short_number_text(*m.texel_size_mm));
   std::string shown;
   for (const ControlParameter& c : m.controls) {
     controls.push_back(Json{{"name", c.name}, {"range", {c.low, c.high}}, {"unit", c.unit}});
-    shown += (shown.empty() ? "" : "; ") + c.name + ", " + number_text(c.low) + " to " + number_text(c.high) + " " + c.unit;
+    shown += (shown.empty() ? "" : "; ") + c.name + ", " + short_number_text(c.low) + " to " + short_number_text(c.high) + " " + c.unit;
   }
   facts.add("controls", controls, shown.empty() ? "none" : shown);
   facts.add("mask", m.mask.has_value(), m.mask ? "yes" : "no");
@@ -72,9 +73,9 @@ Facts transfer_facts(const std::filesystem::path& path) {
   std::string shown;
   for (const std::string& c : m.controls) shown += (shown.empty() ? "" : "; ") + c;
   facts.add("controls", m.controls, shown);
-  facts.add("energy", m.energy.energy, number_text(m.energy.energy));
-  facts.add("control_error_mean", m.energy.control_error_mean, number_text(m.energy.control_error_mean));
-  facts.add("coherent_share", m.energy.coherent_share, number_text(m.energy.coherent_share));
+  facts.add("energy", m.energy.energy, short_number_text(m.energy.energy));
+  facts.add("control_error_mean", m.energy.control_error_mean, short_number_text(m.energy.control_error_mean));
+  facts.add("coherent_share", m.energy.coherent_share, short_number_text(m.energy.coherent_share));
   facts.add("key", m.key);
   return facts;
 }
@@ -89,8 +90,8 @@ Facts capture_facts(const std::filesystem::path& path) {
   Json times = Json::array();
   for (const CapturePhoto& frame : project.frames) times.push_back(frame.time);
   facts.add("times", times,
-            std::to_string(project.frames.size()) + " frames, " + number_text(project.frames.front().time) + " to " +
-                number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source + ")");
+            std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) + " to " +
+                short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source + ")");
   facts.add("time_unit", unit, "");
   facts.add("transmission", project.transmission.has_value(), project.transmission ? "yes" : "no");
   return facts;
@@ -118,8 +119,12 @@ Facts mesh_facts(const std::filesystem::path& path) {
   facts.add("positions", static_cast<std::int64_t>(mesh.positions.size()));
   facts.add("triangles", mesh.num_triangles());
   facts.add("uvs", mesh.has_uvs(), mesh.has_uvs() ? "yes" : "no");
+  const MeshTopology topology = mesh_topology(mesh);
+  facts.add("parts", topology.num_parts);
+  facts.add("boundary_loops", topology.num_boundary_loops, topology.is_closed() ? "none: closed" : std::to_string(topology.num_boundary_loops));
+  facts.add("nonmanifold_triangles", topology.num_nonmanifold_triangles);
   facts.add("extent", Json{extent.x(), extent.y(), extent.z()},
-            number_text(extent.x()) + " x " + number_text(extent.y()) + " x " + number_text(extent.z()) +
+            short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " + short_number_text(extent.z()) +
                 " (the file has no unit)");
   Json surfaces = Json::array();
   std::string shown;

@@ -1,11 +1,11 @@
 #include "transfer/appearance/appearance_space.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "transfer/appearance/principal_components.h"
 
 namespace patinate {
 
@@ -19,36 +19,9 @@ void describe(OptionVisitor& v, AppearanceOptions& o) {
 
 namespace {
 
-using Matrix = Eigen::MatrixXd;
-using Vector = Eigen::VectorXd;
-
-/// Leading components of the rows of `samples`.
-struct Components {
-  Vector mean;     ///< n
-  Matrix axes;     ///< n x kAppearanceSize (zero columns when there are fewer).
-  double explained = 1.0;
-};
-
-Components principal_components(const Matrix& samples) {
-  Components result;
-  result.mean = samples.colwise().mean();
-  const Matrix centred = samples.rowwise() - result.mean.transpose();
-  const Matrix covariance = centred.transpose() * centred / static_cast<double>(samples.rows());
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(covariance);
-  const Eigen::Index n = samples.cols(), kept = std::min<Eigen::Index>(n, kAppearanceSize);
-  result.axes = Matrix::Zero(n, kAppearanceSize);
-  double kept_variance = 0.0;
-  for (Eigen::Index k = 0; k < kept; ++k) {
-    Vector axis = solver.eigenvectors().col(n - 1 - k);
-    // A fixed sign: the entry of largest magnitude is positive.
-    Eigen::Index largest = 0;
-    axis.cwiseAbs().maxCoeff(&largest);
-    if (axis[largest] < 0.0) axis = -axis;
-    result.axes.col(k) = axis;
-    kept_variance += std::max(0.0, solver.eigenvalues()[n - 1 - k]);
-  }
-  const double total = solver.eigenvalues().cwiseMax(0.0).sum();
-  result.explained = total > 0.0 ? kept_variance / total : 1.0;
+RunControl quiet(const RunControl& control) {
+  RunControl result = control;
+  result.on_progress = nullptr;
   return result;
 }
 
@@ -83,7 +56,7 @@ ImageF temporal_projection(const HistoryReader& history, const ImageU8& mask, co
                            double& explained, const RunControl& control) {
   const std::vector<int> frames = compared_frames(history.num_frames(), options.max_frames);
   const std::vector<std::int64_t> pixels = sample_pixels(mask, options.num_samples);
-  Matrix samples(static_cast<Eigen::Index>(pixels.size()), static_cast<Eigen::Index>(3 * frames.size()));
+  SampleMatrix samples(static_cast<Eigen::Index>(pixels.size()), static_cast<Eigen::Index>(3 * frames.size()));
   for (std::size_t f = 0; f < frames.size(); ++f) {
     control.throw_if_stopped();
     const ImageF frame = history.read_frame(frames[f]);
@@ -94,16 +67,14 @@ ImageF temporal_projection(const HistoryReader& history, const ImageU8& mask, co
     }
     control.report(0.4 * static_cast<double>(f + 1) / static_cast<double>(frames.size()));
   }
-  const Components components = principal_components(samples);
+  const PrincipalComponents components = principal_components(samples, kAppearanceSize, quiet(control));
   explained = components.explained;
 
   ImageF projected(mask.width(), mask.height(), kAppearanceSize);
-  RunControl silent = control;
-  silent.on_progress = nullptr;
   for (std::size_t f = 0; f < frames.size(); ++f) {
     const ImageF frame = history.read_frame(frames[f]);
     const auto row = static_cast<Eigen::Index>(3 * f);
-    parallel_for(mask.height(), 16, silent, [&](std::int64_t begin, std::int64_t end) {
+    parallel_for(mask.height(), 16, quiet(control), [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t p = begin * mask.width(); p < end * mask.width(); ++p) {
         for (int c = 0; c < 3; ++c) {
           const double value = encode(frame.data()[p * 3 + c]) - components.mean[row + c];
@@ -141,8 +112,8 @@ double spatial_weight(int dx, int dy, int radius) {
 }
 
 /// The weighted components of the pixels around (x, y), clamped at the image border: kAppearanceSize (2r + 1)^2 numbers.
-Vector neighborhood_vector(const ImageF& image, int x, int y, int radius) {
-  Vector v(kAppearanceSize * (2 * radius + 1) * (2 * radius + 1));
+Eigen::VectorXd neighborhood_vector(const ImageF& image, int x, int y, int radius) {
+  Eigen::VectorXd v(kAppearanceSize * (2 * radius + 1) * (2 * radius + 1));
   Eigen::Index i = 0;
   for (int dy = -radius; dy <= radius; ++dy) {
     for (int dx = -radius; dx <= radius; ++dx) {
@@ -159,18 +130,22 @@ ImageF spatial_projection(const ImageF& image, const ImageU8& mask, const Appear
   if (radius == 0) return image;
   const std::vector<std::int64_t> pixels = sample_pixels(mask, options.num_samples);
   const Eigen::Index size = kAppearanceSize * (2 * radius + 1) * (2 * radius + 1);
-  Matrix samples(static_cast<Eigen::Index>(pixels.size()), size);
+  SampleMatrix samples(static_cast<Eigen::Index>(pixels.size()), size);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     samples.row(static_cast<Eigen::Index>(i)) =
         neighborhood_vector(image, static_cast<int>(pixels[i] % mask.width()), static_cast<int>(pixels[i] / mask.width()), radius);
   }
-  const Components components = principal_components(samples);
+  const PrincipalComponents components = principal_components(samples, kAppearanceSize, quiet(control));
   ImageF projected(image.width(), image.height(), kAppearanceSize);
   parallel_for(image.height(), 8, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < image.width(); ++x) {
-        const Vector v = components.axes.transpose() * (neighborhood_vector(image, x, y, radius) - components.mean);
-        for (int k = 0; k < kAppearanceSize; ++k) projected.at(x, y, k) = static_cast<float>(v[k]);
+        const Eigen::VectorXd v = neighborhood_vector(image, x, y, radius) - components.mean;
+        for (int k = 0; k < kAppearanceSize; ++k) {
+          double sum = 0.0;
+          for (Eigen::Index i = 0; i < size; ++i) sum += components.axes(i, k) * v[i];
+          projected.at(x, y, k) = static_cast<float>(sum);
+        }
       }
     }
   });

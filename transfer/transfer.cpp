@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "libcommon/core/parallel.h"
 
@@ -94,11 +95,11 @@ void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const Cont
   }
 }
 
-/// How often the history is halved before its pixels are as large as texels, to a factor of sqrt 2.
-int source_halvings(double texel_mm, double pixel_mm) {
+/// How often the history is halved before its pixels are as large as texels, to a factor of sqrt 2, or as small as it can be.
+int source_halvings(double texel_mm, double pixel_mm, int smallest_side) {
   constexpr double kSqrt2 = 1.4142135623730951;
   int halvings = 0;
-  for (; texel_mm > kSqrt2 * pixel_mm && halvings < 12; ++halvings) pixel_mm *= 2.0;
+  for (; texel_mm > kSqrt2 * pixel_mm && (smallest_side >> (halvings + 1)) >= kSmallestSide; ++halvings) pixel_mm *= 2.0;
   return halvings;
 }
 
@@ -132,13 +133,9 @@ std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::
       destination = std::move(coarse);
       map = std::move(coarse_map);
     }
-    try {
-      levels.push_back({make_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood),
-                        make_destination_level(map, destination, neighborhood, step_mm, control)});
-    } catch (const InvalidInput&) {
-      if (l == first) throw;
-      break;  // A coarse level without usable pixels is not needed.
-    }
+    SourceLevel source = make_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood);
+    if (source.usable.empty()) break;  // A coarse level is not needed.
+    levels.push_back({std::move(source), make_destination_level(map, destination, neighborhood, step_mm, control)});
   }
   return levels;
 }
@@ -160,6 +157,8 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
                         const std::vector<TransferControl>& controls, const TransferOptions& options, const RunControl& control) {
   check_ranges(options);
   check_controls(controls, *map);
+  const std::int64_t num_pixels = std::int64_t{history.manifest().width} * history.manifest().height;
+  if (num_pixels > std::numeric_limits<std::int32_t>::max()) throw InvalidInput(history.folder().string() + ": has more than 2^31 pixels; scale it down");
   if (!(texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
   if (map->num_covered() == 0) throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
   TransferResult result;
@@ -173,7 +172,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
                                                     {parameter.low, parameter.high, parameter.unit}, c.mapping));
     weights.push_back(c.weight);
   }
-  const int halvings = source_halvings(map->median_texel_size_mm(), texel_size_mm);
+  const int halvings = source_halvings(map->median_texel_size_mm(), texel_size_mm, std::min(history.manifest().width, history.manifest().height));
   const AppearanceSpace appearance = build_appearance_space(
       history, halvings + usable_levels(history, halvings, *map, options), options.appearance, control.part(0.0, 0.3));
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
@@ -186,6 +185,10 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   const double step_mm = 1.5 * texel_mm > texel_size_mm ? texel_mm : texel_size_mm;
   const std::vector<SynthesisLevel> levels =
       make_levels(appearance, first, source_controls, result.matched_controls, map, step_mm, neighborhood, silent);
+  if (levels.empty()) {
+    throw InvalidInput(history.folder().string() + ": no pixel has its whole neighbourhood of " +
+                       std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
+  }
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const RunControl synthesis_control = control.part(0.35, 0.97);
   result.coordinates = options.method == TransferMethod::Reference

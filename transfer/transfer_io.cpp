@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
@@ -64,6 +65,7 @@ std::string history_content_key(const HistoryReader& history) {
   hash.add_file(history.folder() / "history.json");
   for (const HistoryFrame& frame : history.manifest().frames) hash.add_file(history.folder() / frame.file);
   for (const ControlParameter& control : history.manifest().controls) hash.add_file(history.folder() / control.file);
+  if (history.manifest().mask) hash.add_file(history.folder() / *history.manifest().mask);
   return hash.hex();
 }
 
@@ -118,7 +120,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
 }
 
 TransferManifest read_transfer_manifest(const fs::path& path) {
-  const fs::path folder = path.filename() == "transfer.json" ? path.parent_path() : path;
+  const fs::path folder = manifest_folder(path, "transfer.json");
   if (!fs::is_directory(folder)) throw IoError(path.string(), "is no transfer folder");
   const fs::path file = folder / "transfer.json";
   const Json json = load_json(file);
@@ -128,10 +130,16 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   JsonReader history = reader.member("history");
   manifest.history = history.member("path").path();
   manifest.history_key = history.member("key").string();
+  for (const char* known : {"name", "width", "height"}) (void)history.member(known);
+  history.finish();
   JsonReader mesh = reader.member("mesh");
   manifest.mesh = mesh.member("file").path();
   manifest.mm_per_mesh_unit = mesh.member("mm_per_mesh_unit").number(above(0));
   if (const JsonReader unit = mesh.member("unit"); !unit.is_null()) manifest.unit = unit.string();
+  for (const char* known : {"made_from", "key"}) (void)mesh.member(known);
+  mesh.finish();
+  manifest.width = static_cast<int>(reader.member("width").integer(between(1, 65536)));
+  manifest.height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
   manifest.coordinates = reader.member("coordinates").path();
   if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
   for (JsonReader& c : reader.member("controls").elements(64)) {
@@ -139,6 +147,8 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   }
   manifest.energy = read_energy(reader.member("energy"));
   manifest.key = reader.member("key").string();
+  for (const char* known : {"covered_texels", "texel_size_mm", "options", "seed", "explained_variance"}) (void)reader.member(known);
+  reader.finish();
   return manifest;
 }
 

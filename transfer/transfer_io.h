@@ -39,6 +39,8 @@ struct TransferManifest {
   std::string history_key;
   std::filesystem::path mesh;
   std::filesystem::path coordinates;
+  int width = 0;                      ///< Of the atlas.
+  int height = 0;
   std::vector<std::string> controls;  ///< "thickness=facing", ...
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;

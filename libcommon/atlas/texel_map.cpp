@@ -97,6 +97,7 @@ TexelMap::TexelMap(Mesh mesh, int width, int height, const RunControl& control)
     const int y0 = std::max(0, low(p[0].y(), p[1].y(), p[2].y())), y1 = std::min(height - 1, high(p[0].y(), p[1].y(), p[2].y()));
     const float texel_size = static_cast<float>(std::sqrt(area_vector(mesh_, t).norm() / std::abs(area)));
     for (int y = y0; y <= y1; ++y) {
+      if (y % 256 == 255) control.throw_if_stopped();
       for (int x = x0; x <= x1; ++x) {
         const Vec2 q(x, y);
         const double b1 = cross2(q - p[0], p[2] - p[0]) / area;
@@ -289,6 +290,10 @@ void TexelMap::gather(TexelId t, std::span<const Vec2> offsets_mm, std::span<Tex
   };
   for (std::size_t k = 0; k < offsets_mm.size(); ++k) {
     const Vec2 step = to_texels * offsets_mm[k];
+    if (!(step.cwiseAbs().maxCoeff() < std::max(width_, height_))) {  // A sliver: no grid to go by.
+      out[k] = texel_of(walk(p, tangents(p.triangle) * offsets_mm[k]));
+      continue;
+    }
     const int dx = static_cast<int>(std::floor(step.x() + 0.5)), dy = static_cast<int>(std::floor(step.y() + 0.5));
     // Inside the chart all the way: the chart's own grid says it. Otherwise walk over the surface.
     const int num_steps = std::max(std::abs(dx), std::abs(dy));

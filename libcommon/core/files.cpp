@@ -122,6 +122,11 @@ std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
   return bytes;
 }
 
+fs::path manifest_folder(const fs::path& path, std::string_view manifest_name) {
+  if (path.filename() != manifest_name) return path;
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
 std::vector<fs::path> list_files(const fs::path& folder, std::string_view pattern) {
   std::error_code error;
   fs::directory_iterator it(folder, error);

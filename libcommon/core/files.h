@@ -18,6 +18,8 @@ void write_atomically(const std::filesystem::path& path, const std::function<voi
 void write_atomically(const std::filesystem::path& path, std::string_view bytes);
 /// The whole file. @throws IoError if it cannot be read or holds more than `max_bytes`.
 [[nodiscard]] std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes = std::uint64_t{1} << 32);
+/// The folder that a user means by it or by its manifest: "copper", "copper/history.json", or "history.json" inside it (then ".").
+[[nodiscard]] std::filesystem::path manifest_folder(const std::filesystem::path& path, std::string_view manifest_name);
 /// Files of `folder` whose names match `pattern` (`*` and `?`), in natural order ("2.png" before "10.png").
 /// @throws IoError if the folder cannot be listed.
 [[nodiscard]] std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder, std::string_view pattern);

@@ -7,6 +7,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
+#include "libcommon/core/files.h"
 #include "libcommon/image/image_io.h"
 
 namespace patinate {
@@ -43,7 +44,7 @@ void make_parent(const fs::path& file) {
 
 HistoryReader::HistoryReader(const fs::path& path) {
   std::error_code error;
-  folder_ = fs::is_directory(path, error) ? path : path.parent_path();
+  folder_ = fs::is_directory(path, error) ? path : manifest_folder(path, path.filename().string());
   manifest_ = read_history_manifest(path);
   for (const HistoryFrame& frame : manifest_.frames) check_file(folder_ / frame.file, manifest_);
   for (const ControlParameter& control : manifest_.controls) check_file(folder_ / control.file, manifest_);

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <array>
+#include <cctype>
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <string_view>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
@@ -19,6 +21,7 @@ namespace {
 constexpr int kMaxSide = 65536;
 constexpr int kMaxChannels = 64;
 constexpr const char* kKeyAttribute = "patinate:key";
+constexpr const char* kKeyDescription = "patinate key ";
 /// Fixed, so that equal images give equal bytes: OpenImageIO would write the current time.
 constexpr const char* kNoDate = "1970:01:01 00:00:00";
 
@@ -46,7 +49,9 @@ std::unique_ptr<OIIO::ImageInput> open_image(const std::filesystem::path& path) 
   if (!std::filesystem::exists(path, error)) throw IoError(path.string(), "does not exist");
   if (std::filesystem::is_directory(path, error)) throw IoError(path.string(), "is a folder; give an image file");
   if (std::filesystem::file_size(path, error) == 0) throw IoError(path.string(), "is empty (0 bytes); give an image file");
-  auto input = OIIO::ImageInput::open(path.string());
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);  // Colour as the file has it, not multiplied by alpha.
+  auto input = OIIO::ImageInput::open(path.string(), &config);
   if (!input) {
     (void)OIIO::geterror();
     throw IoError(path.string(), "is no readable image (damaged, or not an image format that is known)");
@@ -65,7 +70,20 @@ struct RawImage {
   bool is_integer = true;
 };
 
-/// All channels; integer codes scaled to [0, 1]. RGBA is left as stored.
+/// Takes alpha out of colour where the file has it multiplied in (EXR by its standard).
+void unassociate(RawImage& raw, int alpha) {
+  for (int y = 0; y < raw.values.height(); ++y) {
+    for (int x = 0; x < raw.values.width(); ++x) {
+      const auto pixel = raw.values.pixel(x, y);
+      const float a = pixel[static_cast<std::size_t>(alpha)];
+      for (std::size_t c = 0; c < pixel.size(); ++c) {
+        if (static_cast<int>(c) != alpha && a > 0.0f) pixel[c] /= a;
+      }
+    }
+  }
+}
+
+/// All channels, colour not multiplied by alpha; integer codes scaled to [0, 1].
 RawImage read_raw(const std::filesystem::path& path) {
   const auto input = open_image(path);
   const OIIO::ImageSpec spec = input->spec();
@@ -77,6 +95,7 @@ RawImage read_raw(const std::filesystem::path& path) {
   for (float v : raw.values.values()) {
     if (!std::isfinite(v)) throw IoError(path.string(), "holds NaN or infinite values; every value must be a number");
   }
+  if (spec.alpha_channel >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) unassociate(raw, spec.alpha_channel);
   return raw;
 }
 
@@ -108,7 +127,10 @@ OIIO::ImageSpec make_spec(int width, int height, int channels, OIIO::TypeDesc ty
   OIIO::ImageSpec spec(width, height, channels, type);
   spec.attribute("DateTime", kNoDate);
   spec.attribute("Software", "patinate");
-  if (!key.empty()) spec.attribute(kKeyAttribute, key);
+  if (!key.empty()) {
+    spec.attribute(kKeyAttribute, key);                          // EXR and PNG keep it,
+    spec.attribute("ImageDescription", kKeyDescription + key);   // JPEG and TIFF this.
+  }
   return spec;
 }
 
@@ -133,6 +155,8 @@ ImageInfo probe_image(const std::filesystem::path& path) {
   info.date_time = spec.get_string_attribute("Exif:DateTimeOriginal", spec.get_string_attribute("DateTime"));
   if (info.date_time == kNoDate) info.date_time.clear();
   info.key = spec.get_string_attribute(kKeyAttribute);
+  const std::string description = spec.get_string_attribute("ImageDescription");
+  if (info.key.empty() && description.starts_with(kKeyDescription)) info.key = description.substr(std::string_view(kKeyDescription).size());
   constexpr int kMaxFrames = 100'000;
   while (info.num_frames < kMaxFrames && input->seek_subimage(info.num_frames, 0)) ++info.num_frames;
   (void)input->geterror();
@@ -246,9 +270,15 @@ void write_srgb8(const std::filesystem::path& path, const ImageF& linear, const 
 }
 
 void write_color(const std::filesystem::path& path, const ImageF& linear, const std::string& key) {
-  if (path.extension() == ".exr") {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".exr") {
     write_exr(path, linear, {"R", "G", "B"}, ExrDepth::Half, key);
   } else {
+    const std::array<std::string_view, 5> known{".png", ".jpg", ".jpeg", ".tif", ".tiff"};
+    if (std::find(known.begin(), known.end(), extension) == known.end()) {
+      throw UsageError(path.string() + ": unknown image format; use .png, .jpg, .tif or .exr");
+    }
     write_srgb8(path, linear, key);
   }
 }

@@ -16,6 +16,7 @@ int cmd_lookup(CommandRun& run) {
   run.line.required();
   run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
   if (!run.parse()) return 0;
+  require_extension(output, image_extensions());
 
   const TransferReader transfer(path);
   const HistoryManifest& history = transfer.history().manifest();

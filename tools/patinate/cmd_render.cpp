@@ -104,7 +104,7 @@ int cmd_render(CommandRun& run) {
   run.line.example("render aged_bust --num-times 5 -o strip.png");
   run.line.example("render bust.glb --texture albedo.png -o bust.png");
   if (!run.parse()) return 0;
-  require_extension(command.output, {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr"});
+  require_extension(command.output, image_extensions());
   switch (kind_of(command.subject)) {
     case PathKind::Transfer: return render_transfer(run, command);
     case PathKind::History: return render_history(run, command);

@@ -68,10 +68,10 @@ std::vector<TransferControl> make_controls(const std::vector<std::string>& texts
 }
 
 /// Says when texels and the history's pixels differ so much that texture is left out or magnified.
-void note_ratio(double texels_per_pixel_size, int resolution, CommandRun& run) {
-  if (texels_per_pixel_size > 0.66 && texels_per_pixel_size < 1.5) return;
-  run.note("one texel covers " + short_number_text(texels_per_pixel_size) + " pixels of the history; --resolution " +
-           std::to_string(static_cast<int>(std::round(resolution * texels_per_pixel_size))) + " would make them equal");
+void note_ratio(double pixels_per_texel, int resolution, CommandRun& run) {
+  if (pixels_per_texel > 0.66 && pixels_per_texel < 1.5) return;
+  run.note("one texel covers " + short_number_text(pixels_per_texel) + " pixels of the history; --resolution " +
+           std::to_string(static_cast<int>(std::round(resolution * pixels_per_texel))) + " would make them equal");
 }
 
 Json energy_json(const TransferManifest& m) {
@@ -112,7 +112,8 @@ int cmd_transfer(CommandRun& run) {
   const HistoryReader history(history_path);
   Mesh mesh = load_mesh(mesh_source);
   task.unit = mesh_source.unit_or_none();
-  const TexelMap unscaled = make_texel_map(mesh_source.path, mesh, atlas);
+  const TexelMap unscaled = make_texel_map(mesh_source.path, mesh, atlas, run.control("atlas"));
+  if (unscaled.num_covered() == 0) throw IoError(mesh_source.path.string(), "its UVs cover no texel; use a larger --resolution, or lay the charts out larger");
   const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.manifest().texel_size_mm;
   const Scale scale = choose_scale(task.unit, pixel_mm, unscaled.median_texel_size_mm());
   if (!scale.note.empty()) run.note(scale.note);

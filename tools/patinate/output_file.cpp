@@ -18,6 +18,11 @@ void require_extension(const std::filesystem::path& output, const std::vector<st
   throw UsageError("-o: found `" + output.string() + "`; expected a name that ends in " + list);
 }
 
+const std::vector<std::string>& image_extensions() {
+  static const std::vector<std::string> extensions{".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr"};
+  return extensions;
+}
+
 std::string image_file_key(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return "";

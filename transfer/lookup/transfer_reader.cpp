@@ -50,8 +50,12 @@ TransferReader::TransferReader(const std::filesystem::path& path)
       history_(manifest_.history),
       mesh_(with_normals(read_mesh(manifest_.mesh))),
       coordinates_(read_channels(manifest_.coordinates, {kCoordinateChannels[0], kCoordinateChannels[1]})) {
-  if (!history_.manifest().key.empty() && history_.manifest().key != manifest_.history_key) {
+  if (history_content_key(history_) != manifest_.history_key) {
     throw IoError(manifest_.history.string(), "is not the history that " + path.string() + " was made from; make the transfer again");
+  }
+  if (coordinates_.width() != manifest_.width || coordinates_.height() != manifest_.height) {
+    throw IoError(manifest_.coordinates.string(), "is " + std::to_string(coordinates_.width()) + " x " + std::to_string(coordinates_.height()) +
+                                                      "; expected " + std::to_string(manifest_.width) + " x " + std::to_string(manifest_.height));
   }
   check_coordinates(manifest_.coordinates, coordinates_, history_.manifest());
 }

@@ -8,7 +8,7 @@
 ///     K(t) = sum_c g_c (P_c(s(t)) - Q_c(t))^2 / (2 var P_c)                          control mismatch
 ///
 /// with A the appearance, o_k the offsets of the neighbourhood, n_k(t) the texel at o_k on the surface, P the history's controls and
-/// Q the destination's, mapped into P's values; g sums to 1. Both parts are 1 for independent random texels.
+/// Q the destination's, mapped into P's values; g sums to 1; var P is at least (1/64)^2 of P's range squared. Both parts are 1 for independent random texels.
 /// [Efros and Leung 1999; Efros and Freeman 2001, sec. 4]
 ///
 /// Everything that decides is an integer: equal input gives equal coordinates on every machine.

@@ -79,7 +79,10 @@ std::span<const std::int32_t> SourceLevel::similar(std::span<const std::uint16_t
 
 namespace {
 
-/// Per channel, over the usable pixels; at least one step squared.
+/// Spreads below 1/64 of the range count as that: a control that hardly varies decides little, and costs stay below 2^51.
+constexpr double kSmallestSpread = (kControlSteps + 1) / 64.0;
+
+/// Per channel, over the usable pixels.
 std::vector<double> control_variances(const ControlImage& controls, std::span<const std::int32_t> pixels) {
   std::vector<double> result;
   for (int c = 0; c < controls.channels(); ++c) {
@@ -90,7 +93,7 @@ std::vector<double> control_variances(const ControlImage& controls, std::span<co
       squares += v * v;
     }
     const double n = static_cast<double>(pixels.size());
-    result.push_back(std::max(1.0, squares / n - (sum / n) * (sum / n)));
+    result.push_back(std::max(kSmallestSpread * kSmallestSpread, squares / n - (sum / n) * (sum / n)));
   }
   return result;
 }
@@ -122,7 +125,7 @@ SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls,
       level.usable.push_back(pixel);
     }
   }
-  if (level.usable.empty()) throw InvalidInput("the history has no pixel whose neighbourhood lies in its mask; give a larger mask");
+  if (level.usable.empty()) return level;
   std::stable_sort(level.usable.begin(), level.usable.end(), [&](std::int32_t a, std::int32_t b) {
     const int n = level.controls.channels();
     return level.controls.data()[std::int64_t{a} * n] < level.controls.data()[std::int64_t{b} * n];
@@ -133,10 +136,10 @@ SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls,
 }
 
 DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
-                                        const Neighborhood& neighborhood, double source_pixel_mm, const RunControl& control) {
+                                        const Neighborhood& neighborhood, double step_mm, const RunControl& control) {
   DestinationLevel level;
   std::vector<Vec2> offsets_mm;
-  for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * source_pixel_mm, o.y * source_pixel_mm);
+  for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * step_mm, o.y * step_mm);
   level.neighbors = std::make_shared<TexelNeighborhood>(*map, std::move(offsets_mm), control);
   for (TexelId t = 0; t < map->num_texels(); ++t) {
     if (map->is_covered(t)) level.texels.push_back(t);

@@ -51,7 +51,7 @@ struct SourceLevel {
   std::vector<std::int32_t> grid_cell, grid_begin, grid_pixels;
 };
 
-/// @throws InvalidInput if no pixel is usable.
+/// `usable` is empty where no pixel's neighbourhood lies in the mask: such a level cannot be copied from.
 [[nodiscard]] SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls, const ImageU8& mask,
                                             double appearance_variance, const Neighborhood& neighborhood);
 
@@ -68,9 +68,9 @@ struct DestinationLevel {
   }
 };
 
-/// @param source_pixel_mm  Surface length of one source pixel of this level.
+/// @param step_mm  Surface length of an offset of 1: a source pixel of this level, which is about a texel.
 [[nodiscard]] DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
-                                                      const Neighborhood& neighborhood, double source_pixel_mm,
+                                                      const Neighborhood& neighborhood, double step_mm,
                                                       const RunControl& control = {});
 
 }  // namespace patinate

@@ -83,7 +83,7 @@ class SourceUse {
   std::vector<std::int64_t> overuse_;
 };
 
-/// Factors on costs, in sixteenths.
+/// Factors on costs, in sixteenths: at most 16 (1 + 8 + 8 * 8) = 1168, so that products stay below 2^62.
 struct Preferences {
   static constexpr std::int64_t kOne = 16;
   std::int64_t bonus = 0;

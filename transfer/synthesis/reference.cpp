@@ -92,8 +92,8 @@ CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationL
     const EnergyScale scale = EnergyScale::make(
         source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
     for (std::size_t i = 0; i < n; ++i) {
+      control.throw_if_stopped();
       if (i % 64 == 0) {
-        control.throw_if_stopped();
         control.report((pass + static_cast<double>(i) / static_cast<double>(n)) / options.num_passes);
       }
       const TexelId t = destination.texels[i];

@@ -31,6 +31,12 @@ TEST(Files, AreListedInNaturalOrder) {
   EXPECT_EQ(names, (std::vector<std::string>{"09.png", "9.png", "10.png", "a2.png", "a10.png"}));
 }
 
+TEST(Files, AManifestStandsForItsFolder) {
+  EXPECT_EQ(manifest_folder("copper", "history.json"), "copper");
+  EXPECT_EQ(manifest_folder("copper/history.json", "history.json"), "copper");
+  EXPECT_EQ(manifest_folder("history.json", "history.json"), ".");
+}
+
 TEST(Files, AFailedWriteLeavesTheOldFile) {
   TempFolder folder;
   write_atomically(folder / "a.txt", "old");

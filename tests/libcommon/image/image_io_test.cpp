@@ -69,10 +69,37 @@ TEST(ImageIo, FloatExrKeepsNamedChannelsWhateverTheirOrder) {
   EXPECT_THROW((void)read_channels(folder / "m.exr", {"Y"}), IoError);
 }
 
-TEST(ImageIo, PngCarriesTheKey) {
+TEST(ImageIo, EveryFormatThatIsWrittenCarriesTheKey) {
   TempFolder folder;
-  write_srgb8(folder / "k.png", ramp(4, 4, 3), "abc");
-  EXPECT_EQ(probe_image(folder / "k.png").key, "abc");
+  for (const char* name : {"k.png", "k.jpg", "k.tif", "k.exr", "K.EXR"}) {
+    write_color(folder / name, ramp(16, 16, 3), "0123abcd");
+    EXPECT_EQ(probe_image(folder / name).key, "0123abcd") << name;
+  }
+}
+
+TEST(ImageIo, TheExtensionDecidesWhateverItsCase) {
+  TempFolder folder;
+  write_color(folder / "a.EXR", ramp(4, 4, 3));
+  EXPECT_FALSE(probe_image(folder / "a.EXR").is_integer);
+  EXPECT_THROW(write_color(folder / "a.hdr", ramp(4, 4, 3)), UsageError);
+}
+
+TEST(ImageIo, AlphaDoesNotDarkenColour) {
+  TempFolder folder;
+  ImageU8 codes(2, 1, 4, 255);
+  codes.at(0, 0, 0) = 200;
+  codes.at(0, 0, 1) = 100;
+  codes.at(0, 0, 2) = 50;
+  codes.at(0, 0, 3) = 128;
+  write_codes(folder / "a.png", codes);
+  const ImageF png = read_color(folder / "a.png", {.kind = Response::Kind::Linear});
+  EXPECT_NEAR(png.at(0, 0, 0), 200.0f / 255.0f, 1e-6f);
+  EXPECT_NEAR(png.at(0, 0, 2), 50.0f / 255.0f, 1e-6f);
+  // EXR stores colour times alpha.
+  ImageF premultiplied(1, 1, 4, 0.25f);
+  premultiplied.at(0, 0, 3) = 0.5f;
+  write_exr(folder / "a.exr", premultiplied, {"R", "G", "B", "A"}, ExrDepth::Float);
+  EXPECT_FLOAT_EQ(read_color(folder / "a.exr").at(0, 0, 1), 0.5f);
 }
 
 TEST(ImageIo, BadFilesAreOneLine) {

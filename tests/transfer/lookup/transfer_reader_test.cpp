@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "libcommon/core/files.h"
+#include "libcommon/image/image_io.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
@@ -69,6 +70,29 @@ TEST_F(FinishedTransfer, AHistoryThatHasChangedIsNoticed) {
   text.replace(text.find("0123456789abcdef"), 16, "fedcba9876543210");
   write_atomically(manifest, text);
   EXPECT_THROW(TransferReader(folder_ / "transfer"), IoError);
+}
+
+TEST_F(FinishedTransfer, AnUnknownKeyIsAnError) {
+  const auto manifest = folder_ / "transfer/transfer.json";
+  std::string text = read_file(manifest);
+  text.replace(text.find("\"seed\""), 6, "\"sead\"");
+  write_atomically(manifest, text);
+  EXPECT_THROW(TransferReader(folder_ / "transfer"), IoError);
+}
+
+TEST(HistoryContentKey, OfAHistoryWithoutKeyFollowsItsMask) {
+  TempFolder folder;
+  testing_support::write_history(folder.path(), 16, 16, 2, testing_support::blotches);
+  HistoryManifest manifest = HistoryReader(folder.path()).manifest();
+  manifest.key.clear();
+  HistoryWriter writer(folder.path(), manifest);
+  writer.write_mask(ImageU8(16, 16, 1, 255));
+  writer.finish();
+  const std::string before = history_content_key(HistoryReader(folder.path()));
+  ImageU8 other(16, 16, 1, 255);
+  other.at(3, 3) = 0;
+  write_codes(folder / *writer.manifest().mask, other);
+  EXPECT_NE(before, history_content_key(HistoryReader(folder.path())));
 }
 
 TEST_F(FinishedTransfer, ADamagedFolderIsOneLine) {

@@ -155,10 +155,12 @@ TEST(Synthesis, OnlyUsesPixelsWhoseNeighbourhoodLiesInTheMask) {
   for (int i = 0; i < 48 * 48; ++i) guide.data()[i] = static_cast<float>(i % 48) / 47.0f;
   const TransferResult result = transfer(history, map, 1.0, {{"x", "image", guide, {}, 1.0, ControlMapping::Rank}}, {});
   for (std::int32_t s : result.coordinates) {
-    EXPECT_GE(s % 64, 18);
-    EXPECT_LT(s % 64, 58);
-    EXPECT_GE(s / 64, 10);
-    EXPECT_LT(s / 64, 38);
+    // The mask [16, 60) x [8, 40) less the neighbourhood's radius.
+    constexpr int kRadius = TransferOptions{}.neighborhood_radius_px;
+    EXPECT_GE(s % 64, 16 + kRadius);
+    EXPECT_LT(s % 64, 60 - kRadius);
+    EXPECT_GE(s / 64, 8 + kRadius);
+    EXPECT_LT(s / 64, 40 - kRadius);
   }
 }
 
@@ -202,6 +204,29 @@ TEST(TexelCost, EqualsTheFormula) {
     // Rounding of the two integer scales: below 1e-4 of the value.
     EXPECT_NEAR(static_cast<double>(cost.total(s, std::numeric_limits<std::int64_t>::max())) / EnergyScale::kOne, expected, 1e-4 * expected + 1e-9);
   }
+}
+
+// One pixel at 1, all others at 0: the least variance that a control can have.
+TEST(TexelCost, StaysInRangeForASpikeInAControl) {
+  const PlaneTask task(32, 24, 0);
+  const Neighborhood neighborhood = Neighborhood::square(2);
+  const AppearanceSpace space = build_appearance_space(*task.history, 1);
+  ControlImage spike(32, 32, 1), target(24, 24, 1);
+  spike.at(16, 16) = kControlSteps;
+  const SourceLevel source = make_source_level(space.levels[0], spike, space.masks[0], space.variances[0], neighborhood);
+  const DestinationLevel destination = make_destination_level(task.map, target, neighborhood, 1.0);
+  CoordinateMap coordinates(24 * 24, source.usable.front());
+  TexelCost cost(source, destination, neighborhood);
+  cost.prepare(0, coordinates, EnergyScale::make(source, 0.0, std::vector<double>{1.0}));
+  // multi_level.cpp multiplies by at most 1168.
+  EXPECT_LT(static_cast<double>(cost.control(16 * 32 + 16)) * 1168.0, 0x1p63);
+  EXPECT_GT(cost.control(16 * 32 + 16), 0);
+}
+
+TEST(Synthesis, TexelsMuchLargerThanPixelsStillGetATexture) {
+  const PlaneTask task(64, 48, 0);
+  const TransferResult result = transfer(*task.history, task.map, 0.001, {task.controls[0]}, {});
+  for (std::int32_t s : result.coordinates) ASSERT_GE(s, 0);
 }
 
 TEST(AppearanceSpace, KeepsAllOfAHistoryOfTwoFrames) {

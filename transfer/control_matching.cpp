@@ -21,6 +21,17 @@ std::vector<float> values_inside(const ImageF& image, const ImageU8& mask) {
   return values;
 }
 
+bool is_relative(const std::string& unit) { return unit.empty() || unit == "relative"; }
+
+void check_units(const std::string& destination, const std::string& source) {
+  if (is_relative(source)) {
+    throw InvalidInput("mapping `physical` needs a unit, and the history's control is relative; use rank or linear");
+  }
+  if (is_relative(destination) || destination == source) return;
+  throw InvalidInput("mapping `physical` needs equal units: the history's control is in `" + source + "`, the destination's in `" +
+                     destination + "`; use rank or linear");
+}
+
 /// Value at a fraction of sorted values, linear between them.
 double quantile(const std::vector<float>& sorted, double fraction) {
   const double position = std::clamp(fraction * static_cast<double>(sorted.size()) - 0.5, 0.0, static_cast<double>(sorted.size() - 1));
@@ -36,10 +47,7 @@ ImageF match_control(const ImageF& destination, const ImageU8& destination_mask,
                      const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping) {
   const std::vector<float> from = values_inside(destination, destination_mask);
   const std::vector<float> to = values_inside(source, source_mask);
-  if (mapping == ControlMapping::Physical && destination_range.unit != source_range.unit) {
-    throw InvalidInput("mapping `physical` needs equal units: the history's control is in `" + source_range.unit +
-                       "`, the destination's in `" + destination_range.unit + "`; use rank or linear");
-  }
+  if (mapping == ControlMapping::Physical) check_units(destination_range.unit, source_range.unit);
   const auto mapped = [&](float value) -> double {
     const double v = static_cast<double>(value);
     switch (mapping) {

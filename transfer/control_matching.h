@@ -19,7 +19,8 @@ struct ControlRange {
 /// Rank keeps order: the result's distribution over `destination_mask` equals the source's over `source_mask`; equal values stay equal
 /// (each gets the middle of their ranks). Linear maps least to least and greatest to greatest. Physical converts units of measure by the ranges.
 /// @param destination  H x W, [0, 1]; @param source  h x w, [0, 1]; masks 0 = not counted.
-/// @throws InvalidInput for Physical when the units differ, or when a mask is empty.
+/// A destination without unit (a map file) is taken to be in the source's.
+/// @throws InvalidInput for Physical when the units differ or the source has none, or when a mask is empty.
 [[nodiscard]] ImageF match_control(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
                                    const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
                                    ControlMapping mapping);

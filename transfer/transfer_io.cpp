@@ -94,7 +94,8 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
   Json options = Json::object();
   for (const auto& [name, value] : option_values(task.options)) {
     const std::optional<double> number = parse_number(value);
-    options[name] = number ? Json(*number) : Json(value);
+    const bool is_integer = number && value.find_first_of(".e") == std::string::npos;
+    options[name] = is_integer ? Json(static_cast<std::int64_t>(*number)) : number ? Json(*number) : Json(value);
   }
   const fs::path history_path = fs::relative(fs::canonical(history.folder()), fs::weakly_canonical(fs::absolute(final_folder)));
   Json json;
@@ -128,7 +129,7 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   reader.expect_format("patinate.transfer", 1);
   TransferManifest manifest;
   JsonReader history = reader.member("history");
-  manifest.history = history.member("path").path();
+  manifest.history = history.member("path").path().lexically_normal();
   manifest.history_key = history.member("key").string();
   for (const char* known : {"name", "width", "height"}) (void)history.member(known);
   history.finish();

@@ -1,14 +1,18 @@
 #include "libcommon/core/files.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <fstream>
+#include <optional>
 #include <system_error>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
 
 namespace patinate {
 
@@ -22,6 +26,20 @@ void flush_to_disk(const fs::path& path, const fs::path& shown) {
   const bool ok = fd >= 0 && ::fsync(fd) == 0;
   if (fd >= 0) ::close(fd);
   if (!ok) throw CannotComplete(shown.string() + ": cannot be written; is the disk full?");
+}
+
+std::string temporary_stem(const fs::path& path) { return "." + path.stem().string() + ".tmp"; }
+
+/// Removes temporary files for the same path whose writers were killed.
+void remove_leftovers(const fs::path& folder, const fs::path& path) {
+  std::error_code error;
+  const std::string stem = temporary_stem(path);
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    if (!name.starts_with(stem) || it->path().extension() != path.extension()) continue;
+    const std::optional<double> writer = parse_number(name.substr(stem.size(), name.find('.', stem.size()) - stem.size()));
+    if (writer && ::kill(static_cast<pid_t>(*writer), 0) != 0 && errno == ESRCH) fs::remove(it->path(), error);
+  }
 }
 
 bool matches(std::string_view name, std::string_view pattern) {
@@ -80,8 +98,11 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     throw CannotComplete(path.string() + ": cannot be written; the folder " + folder.string() + " does not exist");
   }
   if (fs::is_directory(path, error)) throw CannotComplete(path.string() + ": cannot be written; it is a folder");
-  const fs::path temporary =
-      folder / ("." + path.stem().string() + ".tmp" + std::to_string(::getpid()) + path.extension().string());
+  if (fs::exists(path, error) && !fs::is_regular_file(path, error)) {
+    throw CannotComplete(path.string() + ": cannot be written; it is no regular file");
+  }
+  remove_leftovers(folder, path);
+  const fs::path temporary = folder / (temporary_stem(path) + std::to_string(::getpid()) + path.extension().string());
   try {
     write(temporary);
     flush_to_disk(temporary, path);

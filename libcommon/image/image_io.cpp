@@ -118,7 +118,8 @@ void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec
   const auto output = create_output(path);  // Before anything is made: an unknown extension is the caller's error.
   write_atomically(path, [&](const std::filesystem::path& temporary) {
     if (!output->open(temporary.string(), spec) || !output->write_image(type, pixels) || !output->close()) {
-      throw CannotComplete(path.string() + ": cannot be written; " + one_line(output->geterror()));
+      (void)output->geterror();
+      throw CannotComplete(path.string() + ": cannot be written; is the disk full?");
     }
   });
 }

@@ -205,6 +205,9 @@ JobStatus check_output_file(const fs::path& output, const std::string& existing_
   if (fs::is_directory(output, error)) {
     throw CannotComplete(output.string() + ": is a folder; the output is a file, give another name");
   }
+  if (!fs::is_regular_file(output, error)) {
+    throw CannotComplete(output.string() + ": is no regular file; give another name");
+  }
   if (!key.empty() && existing_key == key) return JobStatus::UpToDate;
   if (options.force) return JobStatus::Done;
   throw CannotComplete(output.string() +

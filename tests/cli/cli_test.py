@@ -397,7 +397,7 @@ class Interruptions(CommandCase):
         code, errors = self.stopped(signal.SIGINT)
         self.assertEqual(code, INTERRUPTED)
         self.assertEqual([line for line in errors.splitlines() if "%" not in line],
-                         ["patinate: error: interrupted; the same command goes on from what is finished"])
+                         ["patinate: error: interrupted; nothing half-written is left, and the same command finishes the work"])
         self.succeeds(*self.SYNTH)
         self.assertEqual(tree_of(self.folder / "out"), self.whole())
         self.assertFalse((self.folder / "out.partial").exists())

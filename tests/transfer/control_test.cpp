@@ -70,8 +70,9 @@ TEST(MatchControl, RankGivesTheDestinationTheSourcesDistribution) {
 
 TEST(MatchControl, OntoItselfIsTheIdentity) {
   const ImageF image = random_image(40, 3, 1.0);
+  const ControlRange range{0.0, 1.0, "mm"};
   for (ControlMapping mapping : {ControlMapping::Rank, ControlMapping::Linear, ControlMapping::Physical}) {
-    const ImageF matched = match_control(image, {}, {}, image, {}, {}, mapping);
+    const ImageF matched = match_control(image, {}, range, image, {}, range, mapping);
     for (std::size_t i = 0; i < image.values().size(); ++i) EXPECT_NEAR(matched.values()[i], image.values()[i], 1e-6);
   }
 }
@@ -82,6 +83,8 @@ TEST(MatchControl, PhysicalConvertsBetweenRangesAndRefusesOtherUnits) {
   const ImageF matched = match_control(destination, {}, {0.0, 2.0, "mm"}, source, {}, {0.0, 4.0, "mm"}, ControlMapping::Physical);
   EXPECT_FLOAT_EQ(matched.at(0, 0), 0.25f);
   EXPECT_THROW((void)match_control(destination, {}, {0.0, 2.0, "mm"}, source, {}, {0.0, 4.0, "1/mm"}, ControlMapping::Physical), InvalidInput);
+  EXPECT_THROW((void)match_control(destination, {}, {0.0, 1.0, "cosine"}, source, {}, {0.0, 1.0, "relative"}, ControlMapping::Physical), InvalidInput);
+  EXPECT_FLOAT_EQ(match_control(destination, {}, {0.0, 2.0, ""}, source, {}, {0.0, 4.0, "mm"}, ControlMapping::Physical).at(0, 0), 0.25f);
 }
 
 }  // namespace

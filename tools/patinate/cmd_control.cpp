@@ -50,9 +50,7 @@ std::string control_key(const std::string& kind, const Mesh& mesh_mm, const Cont
 
 /// glTF is in metres by its standard; other files are taken as mm unless --unit says otherwise.
 double mm_per_mesh_unit(const MeshSource& source) {
-  if (const auto unit = source.unit_or_none()) return mm_per_unit(*unit);
-  const std::string extension = source.path.extension().string();
-  return extension == ".gltf" || extension == ".glb" ? 1000.0 : 1.0;
+  return mm_per_unit(source.unit_or_none().value_or("mm"));
 }
 
 }  // namespace
@@ -72,6 +70,7 @@ int cmd_control(CommandRun& run) {
   run.line.example("control bust.glb --kind \"0.7*accessibility + 0.3*facing\" -o mix.exr");
   if (!run.parse()) return 0;
   require_extension(output, {".exr"});
+  (void)ControlExpression(kind, control_kind_names());  // A typo is said before work starts.
 
   Mesh mesh = load_mesh(mesh_source);
   scale_mesh(mesh, mm_per_mesh_unit(mesh_source));

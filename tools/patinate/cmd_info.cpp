@@ -125,7 +125,7 @@ Facts mesh_facts(const std::filesystem::path& path) {
   facts.add("nonmanifold_triangles", topology.num_nonmanifold_triangles);
   facts.add("extent", Json{extent.x(), extent.y(), extent.z()},
             short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " + short_number_text(extent.z()) +
-                " (the file has no unit)");
+                (path.extension() == ".gltf" || path.extension() == ".glb" ? " m" : " (the file has no unit)"));
   Json surfaces = Json::array();
   std::string shown;
   for (const Mesh::Surface& s : mesh.surfaces) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/control_kinds.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
@@ -102,7 +103,9 @@ int cmd_transfer(CommandRun& run) {
   run.line.example("transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
   if (!run.parse()) return 0;
   if (texel_size_mm && !(*texel_size_mm > 0.0)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number > 0");
-  for (const std::string& text : control_texts) (void)parse_control_spec(text);  // A typo is said before work starts.
+  for (const std::string& text : control_texts) {  // A typo is said before work starts.
+    (void)ControlExpression(parse_control_spec(text).destination, control_kind_names());
+  }
 
   TransferTask task;
   task.history = history_path;

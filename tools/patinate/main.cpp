@@ -93,6 +93,7 @@ void stop_on_signals(std::stop_source source) {
 
 int guarded_main(const std::vector<std::string>& arguments) {
   silence_libraries();
+  ::signal(SIGXFSZ, SIG_IGN);  // A file that grows too large is then a failed write, with its line.
   std::stop_source source;
   stop_on_signals(source);
   try {
@@ -102,7 +103,7 @@ int guarded_main(const std::vector<std::string>& arguments) {
   } catch (const InvalidInput& e) {
     return fail(kInput, e.what());
   } catch (const Cancelled& e) {
-    return fail(kInterrupted, std::string(e.what()) + "; the same command goes on from what is finished");
+    return fail(kInterrupted, std::string(e.what()) + "; nothing half-written is left, and the same command finishes the work");
   } catch (const std::bad_alloc&) {
     return fail(kCannot, "not enough memory; use a smaller image or atlas, or fewer threads");
   } catch (const std::exception& e) {

@@ -13,9 +13,28 @@ namespace patinate {
 
 namespace {
 constexpr std::array<std::pair<std::string_view, double>, 4> kUnits{{{"um", 0.001}, {"mm", 1.0}, {"cm", 10.0}, {"m", 1000.0}}};
+
+/// UVs that lean over the edge of the atlas by up to a quarter are scaled into it; what is farther out is tiled, and refused later.
+void fit_uvs(Mesh& mesh) {
+  constexpr double kSlack = 0.01, kMost = 0.25;
+  Vec2 low(0.0, 0.0), high(1.0, 1.0);
+  for (const Triangle& corners : mesh.uv_triangles) {
+    for (int corner : corners) {
+      low = low.cwiseMin(mesh.uvs[static_cast<std::size_t>(corner)]);
+      high = high.cwiseMax(mesh.uvs[static_cast<std::size_t>(corner)]);
+    }
+  }
+  const bool leans = low.minCoeff() < -kSlack || high.maxCoeff() > 1.0 + kSlack;
+  if (!leans || low.minCoeff() < -kMost || high.maxCoeff() > 1.0 + kMost) return;
+  const double scale = 1.0 / (high - low).maxCoeff();
+  for (Vec2& uv : mesh.uvs) uv = (uv - low) * scale;
 }
 
+}  // namespace
+
 std::optional<std::string> MeshSource::unit_or_none() const {
+  const std::string extension = path.extension().string();
+  if (unit.empty() && (extension == ".gltf" || extension == ".glb")) return "m";  // By the standard.
   if (unit.empty()) return std::nullopt;
   (void)mm_per_unit(unit);
   return unit;
@@ -23,7 +42,7 @@ std::optional<std::string> MeshSource::unit_or_none() const {
 
 void declare_mesh(CommandLine& line, MeshSource& source) {
   line.positional("MESH", "OBJ, PLY, glTF or GLB with UVs", source.path);
-  line.option("unit", "um|mm|cm|m", "Length unit of the mesh file; without, sizes are relative", source.unit);
+  line.option("unit", "um|mm|cm|m", "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative", source.unit);
   line.option("node", "NAME", "Only the surfaces of this node", source.node);
   line.option("material", "NAME", "Only the surfaces of this material", source.material);
 }
@@ -38,6 +57,7 @@ Mesh load_mesh(const MeshSource& source) {
       throw IoError(source.path.string(), e.what());
     }
   }
+  fit_uvs(mesh);
   return with_normals(std::move(mesh));
 }
 

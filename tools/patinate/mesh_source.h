@@ -17,13 +17,13 @@ struct MeshSource {
   std::string unit;      ///< "" = not said.
   std::string node;      ///< "" = all.
   std::string material;  ///< "" = all.
-  /// @throws UsageError if the unit is none.
+  /// What was said; "m" for glTF. @throws UsageError if the unit is none.
   [[nodiscard]] std::optional<std::string> unit_or_none() const;
 };
 
 /// Declares MESH, --unit, --node and --material.
 void declare_mesh(CommandLine& line, MeshSource& source);
-/// The chosen surfaces, with normals, in the file's unit. @throws IoError
+/// The chosen surfaces, with normals, in the file's unit. UVs that leave [0, 1] by up to a quarter are scaled into it. @throws IoError
 [[nodiscard]] Mesh load_mesh(const MeshSource& source);
 /// "um", "mm", "cm", "m". @throws UsageError
 [[nodiscard]] double mm_per_unit(const std::string& unit);

@@ -50,6 +50,18 @@ TEST(Files, AFailedWriteLeavesTheOldFile) {
   EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
 }
 
+TEST(Files, WhatAKilledWriterLeftIsRemoved) {
+  TempFolder folder;
+  write_atomically(folder / ".a.tmp999999999.txt", "half");  // No process has that number: the kernel's limit is 2^22.
+  write_atomically(folder / "a.txt", "whole");
+  EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
+}
+
+TEST(Files, SpecialFilesAreNotReplaced) {
+  EXPECT_THROW(write_atomically("/dev/null", "text"), CannotComplete);
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+}
+
 TEST(Json, CommentsAreAllowedAndSyntaxErrorsNameLineAndColumn) {
   TempFolder folder;
   write_atomically(folder / "a.json", "{ // why\n \"x\": 1 }");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <numeric>
 
@@ -58,10 +59,12 @@ std::optional<double> date_at(const std::string& text, std::size_t at) {
   DigitReader rest = time;
   rest.skip("-_.:m");
   const auto second = rest.digits(2);
-  const bool has_second = second && !rest.is_at_digit();
+  const auto millisecond = rest.is_at_digit() ? rest.digits(3) : 0;
+  const bool has_second = second && millisecond && !rest.is_at_digit();
   if (!has_second && time.is_at_digit()) return date;
   const auto exact = seconds_of_date(*year, *month, *day, *hour, *minute, has_second ? *second : 0);
-  return exact ? exact : date;
+  if (!exact) return date;
+  return has_second ? *exact + *millisecond / 1000.0 : *exact;
 }
 
 /// Why a source of times cannot be used; "" when it can.
@@ -86,7 +89,10 @@ std::vector<double> relative_times(const std::vector<std::optional<double>>& tim
   double first = *times.front();
   for (const auto& t : times) first = std::min(first, *t);
   std::vector<double> result;
-  for (const auto& t : times) result.push_back((*t - first) / seconds_per(unit));
+  for (const auto& t : times) {
+    const double milliseconds = std::round((*t - first) * 1000.0);  // Seconds since 1970 have no exact fractions.
+    result.push_back(milliseconds / 1000.0 / seconds_per(unit));
+  }
   return result;
 }
 

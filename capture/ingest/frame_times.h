@@ -15,8 +15,9 @@ namespace patinate {
 /// there is no such date.
 [[nodiscard]] std::optional<double> seconds_of_date(int year, int month, int day, int hour, int minute, int second);
 
-/// First date in a file name: year, month, day, then perhaps hour, minute and second, e.g. `14_B_2020-05-28_18-20_U.png`,
-/// `IMG_20200528_182000.jpg`, `2020-05-28.png`. Seconds since 1970.
+/// First date in a file name: year, month, day, then perhaps hour, minute, second and (three digits at once)
+/// milliseconds, e.g. `14_B_2020-05-28_18-20_U.png`, `IMG_20200528_182000.jpg`, `PXL_20200528_182000123.jpg`,
+/// `2020-05-28.png`. Seconds since 1970.
 [[nodiscard]] std::optional<double> time_in_name(const std::string& file_name);
 /// EXIF "YYYY:MM:DD HH:MM:SS". Seconds since 1970.
 [[nodiscard]] std::optional<double> time_in_exif(const std::string& date_time);

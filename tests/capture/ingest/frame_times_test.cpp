@@ -34,6 +34,17 @@ TEST(FrameTimes, FindsDatesInNames) {
   EXPECT_FALSE(time_in_name(""));
 }
 
+TEST(FrameTimes, MillisecondsMayFollowTheSeconds) {
+  const double noon = *seconds_of_date(2020, 5, 28, 18, 20, 0);
+  EXPECT_EQ(time_in_name("PXL_20200528_182000123.jpg"), noon + 0.123);
+  EXPECT_EQ(time_in_name("20200528182000123.png"), noon + 0.123);
+  EXPECT_EQ(time_in_name("PXL_20200528_1820001234.jpg"), *seconds_of_date(2020, 5, 28, 0, 0, 0));
+  // Times since 1970 are so large that their difference is 0.12299990654.
+  const FrameTimes found =
+      find_frame_times({"PXL_20200528_182000123.jpg", "PXL_20200528_182000246.jpg"}, {"", ""}, TimeUnit::Seconds);
+  EXPECT_EQ(found.times, (std::vector<double>{0.0, 0.123}));
+}
+
 TEST(FrameTimes, ReadsExifDates) {
   EXPECT_EQ(time_in_exif("2020:05:28 18:20:05"), *seconds_of_date(2020, 5, 28, 18, 20, 5));
   EXPECT_FALSE(time_in_exif(""));

@@ -28,6 +28,15 @@ struct FrameList {
   std::string source;
 };
 
+/// start + i * interval as a person would write it: 25 * 19.4 is 485, not 484.99999999999994.
+double time_at(double start, double interval, std::size_t i) {
+  constexpr int kDigits = 12;
+  constexpr double kNear = 1e-6;  // In intervals: far more than rounding, far less than a frame.
+  const double time = start + rounded(static_cast<double>(i) * interval, kDigits);
+  const double plain = rounded(time, kDigits);
+  return std::abs(plain - time) <= kNear * interval ? plain : time;
+}
+
 FrameList read_pattern(JsonReader json) {
   const fs::path pattern = json.member("pattern").path();
   FrameList list;
@@ -37,8 +46,14 @@ FrameList read_pattern(JsonReader json) {
     const double interval = json.member("interval").number(above(0));
     const double start = json.has("start") ? json.member("start").number() : 0.0;
     for (std::size_t i = 0; i < list.photos.size(); ++i) {
-      constexpr int kDigits = 12;  // 25 * 19.4 is 485, not 484.99999999999994.
-      list.times.push_back(rounded(start + static_cast<double>(i) * interval, kDigits));
+      const double time = time_at(start, interval, i);
+      const bool is_later = list.times.empty() || list.times.back() < time;
+      if (!is_later || !std::isfinite(time)) {
+        json.member("interval")
+            .fail("an interval by which the times of " + std::to_string(list.photos.size()) + " frames from " +
+                  number_text(start) + " on can differ");
+      }
+      list.times.push_back(time);
     }
     list.source = "interval";
   } else if (json.has("start")) {

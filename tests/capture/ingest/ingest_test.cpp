@@ -229,8 +229,10 @@ TEST(CaptureProject, FramesNeedRisingTimes) {
     const char* frames;
     const char* expected;
   } kCases[] = {
-      {R"([{"time": 0, "photo": "frames/0.png"}, {"time": 0, "photo": "frames/1.png"}])", "/frames/1/time: found 0; expected a time later"},
-      {R"([{"time": 5, "photo": "frames/0.png"}, {"time": 1, "photo": "frames/1.png"}])", "/frames/1/time: found 1; expected a time later"},
+      {R"([{"time": 0, "photo": "frames/0.png"}, {"time": 0, "photo": "frames/1.png"}])",
+       "/frames/1/time: found 0; expected a time later"},
+      {R"([{"time": 5, "photo": "frames/0.png"}, {"time": 1, "photo": "frames/1.png"}])",
+       "/frames/1/time: found 1; expected a time later"},
       {R"([{"time": 5, "photo": "frames/0.png"}, {"photo": "frames/1.png"}])", "a `time` for every frame"},
       {R"([{"time": "x", "photo": "frames/0.png"}])", "/frames/0/time"},
       {R"([])", "at least one frame"},
@@ -238,6 +240,9 @@ TEST(CaptureProject, FramesNeedRisingTimes) {
       {R"({"pattern": "frames/*.jpg", "interval": 1})", "/frames/pattern"},
       {R"({"pattern": "nowhere/*.png", "interval": 1})", "nowhere"},
       {R"({"pattern": "frames/*.png", "interval": 0})", "/frames/interval: found 0; expected a number > 0"},
+      {R"({"pattern": "frames/*.png", "interval": 1e-9, "start": 1600000000})",
+       "capture.json: /frames/interval: found 1e-09; expected an interval"},
+      {R"({"pattern": "frames/*.png", "interval": 1e308})", "/frames/interval: found 1e+308; expected an interval"},
       {R"({"pattern": "frames/*.png", "intervall": 1})", "/frames/intervall: unknown key; did you mean `interval`?"},
       {R"({"pattern": "frames/*.png"})", "tried dates in file names (0.png has no date in the name) and EXIF"},
       {R"([{"time": 0, "photo": "frames/9.png"}])", "9.png: does not exist"},
@@ -247,6 +252,21 @@ TEST(CaptureProject, FramesNeedRisingTimes) {
     write_project(folder.path(), "", c.frames);
     EXPECT_TRUE(has(ingest_error(folder.path()), c.expected)) << c.frames << " gave: " << ingest_error(folder.path());
   }
+}
+
+TEST(CaptureProject, ShortIntervalsFromALateStartKeepTheirLength) {
+  const TempFolder folder;
+  const auto times = [&](const std::string& frames) {
+    write_project(folder.path(), "", frames);
+    std::vector<double> result;
+    for (const CapturePhoto& frame : read_capture_project(folder / "capture.json").frames) result.push_back(frame.time);
+    return result;
+  };
+  const double start = 1600000000.0;
+  EXPECT_EQ(times(R"({"pattern": "frames/*.png", "start": 1600000000, "interval": 0.004})"),
+            (std::vector<double>{start, start + 0.004, start + 0.008}));
+  EXPECT_EQ(times(R"({"pattern": "frames/*.png", "start": 0.1, "interval": 0.1})"),
+            (std::vector<double>{0.1, 0.2, 0.3}));
 }
 
 TEST(CaptureProject, RelitCapturesAreNotInThisVersion) {

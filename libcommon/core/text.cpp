@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace patinate {
@@ -22,7 +23,44 @@ double rounded(double value, int digits) {
   return result;
 }
 
-std::string short_number_text(double value) { return number_text(rounded(value, 6)); }
+namespace {
+
+constexpr int kShortDigits = 6;
+
+std::string plain_number_text(double value, int digits) {
+  const double shown = rounded(value, digits);
+  const double size = std::abs(shown);
+  if (!(size >= 1e-4 && size < 1e15)) return number_text(shown);
+  std::array<char, 64> buffer{};
+  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), shown, std::chars_format::fixed);
+  return std::string(buffer.data(), result.ptr);
+}
+
+/// Between values that differ; infinite when none do.
+double smallest_gap(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  double gap = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i - 1] < values[i]) gap = std::min(gap, values[i] - values[i - 1]);
+  }
+  return gap;
+}
+
+}  // namespace
+
+std::string short_number_text(double value) { return plain_number_text(value, kShortDigits); }
+
+std::vector<std::string> short_number_texts(std::span<const double> values) {
+  const double tolerance = 0.01 * smallest_gap({values.begin(), values.end()});
+  int digits = kShortDigits;
+  for (double value : values) {
+    while (digits < std::numeric_limits<double>::max_digits10 && std::abs(rounded(value, digits) - value) > tolerance)
+      ++digits;
+  }
+  std::vector<std::string> texts;
+  for (double value : values) texts.push_back(plain_number_text(value, digits));
+  return texts;
+}
 
 std::optional<double> parse_number(std::string_view text) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);

@@ -14,8 +14,10 @@ namespace patinate {
 [[nodiscard]] std::string number_text(double value);
 /// The double nearest to `value` written with so many significant digits: 25 * 19.4 becomes 485 with 12.
 [[nodiscard]] double rounded(double value, int digits);
-/// For people: at most six significant digits.
+/// For people: at most six significant digits, and an exponent only where the number would be very long.
 [[nodiscard]] std::string short_number_text(double value);
+/// As short_number_text(), with as many more digits as it takes to tell the values apart: to 1 % of the smallest gap.
+[[nodiscard]] std::vector<std::string> short_number_texts(std::span<const double> values);
 /// The whole of `text` as a finite number, or nothing.
 [[nodiscard]] std::optional<double> parse_number(std::string_view text);
 /// Parts between separators; "a,,b" gives three. Blanks around parts are cut.

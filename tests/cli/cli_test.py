@@ -371,6 +371,17 @@ class Outputs(CommandCase):
         self.fails(USAGE, "x.docx", "render", self.shared / "aged", "-o", "x.docx")
         self.fails(USAGE, "x.obj", "export", self.shared / "aged", "-o", "x.obj")
 
+    def test_times_that_differ_late_have_labels_that_differ(self):
+        capture = self.take("capture")
+        frames = {"pattern": "frames/*.png", "start": 1600000000, "interval": 60}
+        self.edit_json(capture / "capture.json", lambda c: c.update(frames=frames, time_unit="s"))
+        self.succeeds("ingest", "capture", "-o", "history")
+        self.take("urn")
+        self.succeeds("transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "32", "-o", "aged")
+        self.succeeds("export", "aged", "--times", "1600000000,1600000060", "-o", "x.glb")
+        content = (self.folder / "x.glb").read_bytes()
+        self.assertTrue(b'"1600000000 s"' in content and b'"1600000060 s"' in content)
+
 
 class Interruptions(CommandCase):
     # Long enough to be stopped in the middle: about 2 s on one core.

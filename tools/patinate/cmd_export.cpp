@@ -41,10 +41,11 @@ int export_glb(CommandRun& run, const TransferReader& transfer, const std::files
     const RunControl control = run.control("export");
     RunControl silent = control;
     silent.on_progress = {};
+    const std::vector<std::string> labels = time_labels(times, transfer.history().manifest().time_unit);
     std::vector<GlbVariant> variants;
-    for (double t : times) {
-      control.report(0.5 * static_cast<double>(variants.size()) / static_cast<double>(times.size()));
-      variants.push_back({time_label(t, transfer.history().manifest().time_unit), transfer.sample(t, silent)});
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      control.report(0.5 * static_cast<double>(i) / static_cast<double>(times.size()));
+      variants.push_back({labels[i], transfer.sample(times[i], silent)});
     }
     // A mesh whose unit nobody said keeps the numbers of its file.
     const TransferManifest& m = transfer.manifest();

@@ -36,9 +36,7 @@ ContentHash begin_key(const RenderCommand& command, const std::vector<double>& t
 /// Side by side with their times under them, or a single picture as it is.
 ImageF strip_of(const std::vector<ImageF>& pictures, const std::vector<double>& times, TimeUnit unit) {
   if (pictures.size() == 1) return pictures.front();
-  std::vector<std::string> labels;
-  for (double t : times) labels.push_back(time_label(t, unit));
-  return contact_strip(pictures, labels);
+  return contact_strip(pictures, time_labels(times, unit));
 }
 
 /// Asks for the picture only when the output is not up to date.

@@ -1,7 +1,6 @@
 #include "tools/patinate/times_argument.h"
 
 #include <cmath>
-#include <cstdio>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
@@ -50,10 +49,10 @@ std::vector<double> TimesArgument::resolve(CommandRun& run, const HistoryManifes
   return chosen;
 }
 
-std::string time_label(double time, TimeUnit unit) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", time);
-  return std::string(text) + " " + time_unit_text(unit);
+std::vector<std::string> time_labels(const std::vector<double>& times, TimeUnit unit) {
+  std::vector<std::string> labels = short_number_texts(times);
+  for (std::string& label : labels) label += " " + time_unit_text(unit);
+  return labels;
 }
 
 }  // namespace patinate

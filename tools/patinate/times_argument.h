@@ -24,7 +24,7 @@ struct TimesArgument {
   [[nodiscard]] std::vector<double> resolve(CommandRun& run, const HistoryManifest& history, int default_count) const;
 };
 
-/// "12.5 d".
-[[nodiscard]] std::string time_label(double time, TimeUnit unit);
+/// "12.5 d"; different times have different labels.
+[[nodiscard]] std::vector<std::string> time_labels(const std::vector<double>& times, TimeUnit unit);
 
 }  // namespace patinate

@@ -116,6 +116,16 @@ TEST(Text, RoundsToSignificantDigits) {
   EXPECT_EQ(rounded(25 * 19.4, 12), 485.0);
   EXPECT_EQ(short_number_text(0.10672227293252945), "0.106722");
   EXPECT_EQ(short_number_text(-1234567.0), "-1234570");
+  EXPECT_EQ(short_number_text(1.6e9), "1600000000");
+  EXPECT_EQ(short_number_text(1e-9), "1e-09");
+}
+
+TEST(Text, ShortTextsOfDifferentNumbersDiffer) {
+  using Texts = std::vector<std::string>;
+  EXPECT_EQ(short_number_texts(std::vector{0.0, 1.0 / 3.0, 12.5}), (Texts{"0", "0.333333", "12.5"}));
+  EXPECT_EQ(short_number_texts(std::vector{1.6e9, 1.6e9 + 60.0}), (Texts{"1600000000", "1600000060"}));
+  EXPECT_EQ(short_number_texts(std::vector{0.3, 0.1 + 0.2}), (Texts{"0.3", "0.30000000000000004"}));
+  EXPECT_EQ(short_number_texts(std::vector{2.0, 2.0}), (Texts{"2", "2"}));
 }
 
 TEST(Text, SuggestsTheWordThatWasMeant) {

@@ -369,7 +369,12 @@ class Outputs(CommandCase):
 
     def test_unknown_extensions(self):
         self.fails(USAGE, "x.docx", "render", self.shared / "aged", "-o", "x.docx")
-        self.fails(USAGE, "x.obj", "export", self.shared / "aged", "-o", "x.obj")
+        for name in ("x.obj", "x.gltf", "x.FBX", "x.png", "x.exr"):
+            self.fails(USAGE, name, "export", self.shared / "aged", "-o", name)
+
+    def test_folders_may_have_dots_in_their_names(self):
+        self.succeeds("export", self.shared / "history", "--times", "0", "-o", "seq.v2")
+        self.assertTrue((self.folder / "seq.v2/sequence.json").exists())
 
     def test_times_that_differ_late_have_labels_that_differ(self):
         capture = self.take("capture")

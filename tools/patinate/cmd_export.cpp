@@ -17,6 +17,11 @@ namespace patinate {
 
 namespace {
 
+/// Who names such a file does not mean a folder; other dots, as in `textures.v2`, are part of a folder's name.
+constexpr std::array<std::string_view, 16> kOtherFiles{".gltf", ".obj",  ".fbx",  ".ply", ".stl",  ".dae",
+                                                       ".usd",  ".usdz", ".png",  ".jpg", ".jpeg", ".tif",
+                                                       ".tiff", ".exr",  ".json", ".zip"};
+
 struct SequenceFormat {
   enum class Kind { Png, Exr, Tif } kind = Kind::Png;
 };
@@ -106,9 +111,9 @@ int cmd_export(CommandRun& run) {
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");
   run.line.example("export aged_bust -o textures --format png");
   if (!run.parse()) return 0;
-  const std::string extension = output.extension().string();
+  const std::string extension = lower_extension(output);
   const bool is_glb = extension == ".glb";
-  if (!is_glb && !extension.empty()) {
+  if (std::find(kOtherFiles.begin(), kOtherFiles.end(), extension) != kOtherFiles.end()) {
     throw UsageError("-o: found `" + output.string() + "`; expected MODEL.glb or the name of a folder");
   }
   const PathKind kind = kind_of(subject);

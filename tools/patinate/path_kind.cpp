@@ -40,6 +40,13 @@ PathKind kind_of_json(const fs::path& path) {
 
 }  // namespace
 
+std::string lower_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
 PathKind kind_of(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) throw IoError(path.string(), "does not exist");
@@ -49,9 +56,7 @@ PathKind kind_of(const fs::path& path) {
     }
     throw IoError(path.string(), "holds no history.json, transfer.json or capture.json");
   }
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);
   const bool is_mesh = std::find(kMeshExtensions.begin(), kMeshExtensions.end(), extension) != kMeshExtensions.end();
   return is_mesh ? PathKind::Mesh : PathKind::Image;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace patinate {
 
@@ -11,6 +12,9 @@ enum class PathKind { History, Transfer, Capture, Mesh, Image };
 /// A folder or manifest by its `"format"`, a file by its extension. Its content is not checked.
 /// @throws IoError if it does not exist or is none of these.
 [[nodiscard]] PathKind kind_of(const std::filesystem::path& path);
+
+/// The extension with its dot, in lower case.
+[[nodiscard]] std::string lower_extension(const std::filesystem::path& path);
 
 /// The capture.json in a folder, or the file itself.
 [[nodiscard]] std::filesystem::path capture_file(const std::filesystem::path& path);

@@ -302,6 +302,11 @@ class Histories(CommandCase):
             self.assertTrue(result.stderr)
             shutil.rmtree(history)
 
+    def test_a_problem_is_one_line_whatever_the_name_of_the_folder(self):
+        self.take("history").rename(self.folder / "two\nlines")
+        (self.folder / "two\nlines/frames/0001.exr").write_bytes(b"")
+        self.fails(INPUT, "two lines/", "validate", "two\nlines")
+
     def test_unsorted_times(self):
         history = self.take("history")
         self.edit_json(history / "history.json", lambda h: h["frames"].reverse())

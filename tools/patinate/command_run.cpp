@@ -71,7 +71,7 @@ void CommandRun::detail(const std::string& text) {
 
 void CommandRun::note_problems(const std::vector<std::string>& problems) {
   progress_.reset();
-  for (const std::string& problem : problems) std::fprintf(message_stream(), "patinate: error: %s\n", problem.c_str());
+  for (const std::string& problem : problems) print_error(problem);
 }
 
 void CommandRun::report_output(JobStatus status, const std::filesystem::path& output) {

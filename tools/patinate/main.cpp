@@ -3,7 +3,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <new>
@@ -71,9 +70,8 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   throw UsageError(name + ": no such command" + did_you_mean(name, names) + "; see `patinate --help`");
 }
 
-int fail(int code, std::string message) {
-  std::replace_if(message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  std::fprintf(message_stream(), "patinate: error: %s\n", message.c_str());
+int fail(int code, const std::string& message) {
+  print_error(message);
   return code;
 }
 

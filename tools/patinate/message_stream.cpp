@@ -3,6 +3,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 namespace patinate {
 
 namespace {
@@ -23,5 +25,11 @@ void silence_libraries() {
 }
 
 std::FILE* message_stream() { return g_messages; }
+
+void print_error(std::string message) {
+  std::replace_if(
+      message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  std::fprintf(g_messages, "patinate: error: %s\n", message.c_str());
+}
 
 }  // namespace patinate

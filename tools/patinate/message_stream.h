@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdio>
+#include <string>
 
 namespace patinate {
 
@@ -11,5 +12,7 @@ namespace patinate {
 void silence_libraries();
 /// The real stderr.
 [[nodiscard]] std::FILE* message_stream();
+/// One line, `patinate: error: ...`, whatever is in the message.
+void print_error(std::string message);
 
 }  // namespace patinate

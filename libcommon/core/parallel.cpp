@@ -30,6 +30,11 @@ void parallel_for(std::int64_t n, std::int64_t chunk_size, const RunControl& con
       if (chunk >= num_chunks) return;
       try {
         body(chunk * chunk_size, std::min(n, (chunk + 1) * chunk_size));
+        const double fraction = static_cast<double>(num_done.fetch_add(1) + 1) / static_cast<double>(num_chunks);
+        if (control.on_progress) {
+          const std::lock_guard lock(mutex);
+          if (fraction < 1.0 && fraction > last_reported) control.report(last_reported = fraction);
+        }
       } catch (...) {
         const std::lock_guard lock(mutex);
         if (chunk < first_error_chunk) {
@@ -37,11 +42,6 @@ void parallel_for(std::int64_t n, std::int64_t chunk_size, const RunControl& con
           first_error = std::current_exception();
         }
         next_chunk = num_chunks;
-      }
-      const double fraction = static_cast<double>(num_done.fetch_add(1) + 1) / static_cast<double>(num_chunks);
-      if (control.on_progress) {
-        const std::lock_guard lock(mutex);
-        if (fraction < 1.0 && fraction > last_reported) control.report(last_reported = fraction);
       }
     }
   };

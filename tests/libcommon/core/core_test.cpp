@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "libcommon/core/hash.h"
@@ -96,6 +98,14 @@ TEST(ParallelFor, ReportsRisingFractionsThatEndAtOne) {
   ASSERT_FALSE(fractions.empty());
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   EXPECT_EQ(fractions.back(), 1.0);
+}
+
+TEST(ParallelFor, AnErrorFromTheProgressCallbackReachesTheCaller) {
+  RunControl control;
+  control.num_threads = 4;
+  control.on_progress = [](double) { throw CannotComplete("the window has gone"); };
+  const auto slow = [](std::int64_t, std::int64_t) { std::this_thread::sleep_for(std::chrono::milliseconds(1)); };
+  EXPECT_THROW(parallel_for(100, 1, control, slow), CannotComplete);
 }
 
 TEST(ContentHash, SeparatesValues) {

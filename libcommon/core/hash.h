@@ -11,7 +11,8 @@
 
 namespace patinate {
 
-/// Feeds values into one key. Every value is preceded by its length, so that ("ab","c") differs from ("a","bc").
+/// Feeds values into one key. Every value comes with its length (a file, whose length is known
+/// last, is followed by it), so that ("ab","c") differs from ("a","bc").
 class ContentHash {
  public:
   ContentHash();

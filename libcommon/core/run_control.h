@@ -12,7 +12,7 @@ namespace patinate {
 struct RunControl {
   /// Called with fractions that never fall and end at exactly 1; from one thread at a time. May be empty.
   std::function<void(double)> on_progress;
-  std::stop_token stop;  ///< Looked at least every 50 ms.
+  std::stop_token stop;  ///< Looked at often; at least between chunks of work.
   int num_threads = 0;   ///< 0 = one per processor. Never changes a result.
 
   void throw_if_stopped() const {

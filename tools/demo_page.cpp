@@ -14,6 +14,7 @@ using patinate::HtmlPicture;
 
 void add_control(HtmlPage& page, const std::string& control, const std::string& where) {
   page.heading("Paint that is thick " + where);
+  page.picture({"pictures/control_" + control + ".png", "The control map: thick paint is white."});
   std::vector<HtmlPicture> frames;
   for (const char* time : {"0", "22.5", "45", "67.5", "90", "120", "172.5"}) {
     frames.push_back({"pictures/" + control + "_" + time + ".png", std::string(time) + " s"});
@@ -34,6 +35,7 @@ void write_page(const std::filesystem::path& folder) {
   add_control(page, "facing", "on what faces up");
   add_control(page, "spray", "where a nozzle has sprayed it");
   page.heading("The same with your own photographs");
+  page.paragraph("Put them into a folder with a capture.json (README.md shows one), then:");
   page.code(
       "patinate ingest photos/capture.json -o history\n"
       "patinate transfer history object.obj --control accessibility -o aged\n"

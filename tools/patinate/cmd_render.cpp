@@ -1,5 +1,7 @@
 #include <nlohmann/json.hpp>
 
+#include "libcommon/atlas/dilate.h"
+#include "libcommon/atlas/texel_map.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/geometry/mesh_io.h"
@@ -27,7 +29,7 @@ struct RenderCommand {
 
 ContentHash begin_key(const RenderCommand& command, const std::vector<double>& times) {
   ContentHash hash;
-  hash.add("render 1").add(command.output.extension().string());
+  hash.add("render 2").add(command.output.extension().string());
   for (const auto& [name, value] : option_values(command.options)) hash.add(name).add(value);
   for (double t : times) hash.add(t);
   return hash;
@@ -85,7 +87,10 @@ int render_mesh(CommandRun& run, const RenderCommand& command) {
   const std::string key =
       begin_key(command, {}).add(mesh_content_key(mesh)).add_file(command.texture).hex();
   return finish(run, command, key, [&] {
-    return render(mesh, read_color(command.texture), command.options, run.control("render"));
+    ImageF texture = read_color(command.texture);
+    // What lies beside the charts must not bleed into them.
+    dilate(texture, TexelMap(mesh, texture.width(), texture.height()).coverage(), -1);
+    return render(mesh, texture, command.options, run.control("render"));
   });
 }
 

@@ -25,7 +25,7 @@ p { max-width: 46rem; }
 a { color: var(--accent); }
 pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 0.75rem 1rem; }
 pre { overflow-x: auto; font-size: 0.88rem; }
-figure { margin: 1.25rem 0; background: var(--card); border: 1px solid var(--line); border-radius: 6px; overflow: hidden; }
+figure { width: fit-content; max-width: 100%; margin: 1.25rem 0; background: var(--card); border: 1px solid var(--line); border-radius: 6px; overflow: hidden; }
 figure img { display: block; max-width: 100%; height: auto; }
 figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
 .grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }

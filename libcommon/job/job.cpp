@@ -101,7 +101,9 @@ class ItemProgress {
   double reported_ = 0.0;
 };
 
-void run_item(const JobItem& item, PartialFolder& folder, const RunControl& control) {
+const std::string& item_key(const JobPlan& plan, const JobItem& item) { return item.key.empty() ? plan.key : item.key; }
+
+void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, const RunControl& control) {
   control.throw_if_stopped();
   for (const fs::path& output : item.outputs) {
     std::error_code error;
@@ -109,38 +111,41 @@ void run_item(const JobItem& item, PartialFolder& folder, const RunControl& cont
     if (error) throw CannotComplete((folder.path() / output).string() + ": cannot be made; " + error.message());
   }
   item.run(folder.path(), control);
-  folder.mark_done(item.name, item.outputs);
+  folder.mark_done(item.name, item_key(plan, item), item.outputs);
 }
 
 void run_items(const JobPlan& plan, PartialFolder& folder, const RunControl& control) {
   ItemProgress progress(control, plan.items.size());
   std::vector<std::size_t> pending;
-  std::set<fs::path> finished;
+  std::set<std::string> finished_items;
+  std::set<fs::path> finished_files;
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
     const JobItem& item = plan.items[i];
-    const bool is_done = folder.is_done(item.name) &&
+    const bool is_done = folder.is_done(item.name, item_key(plan, item)) &&
                          std::all_of(item.outputs.begin(), item.outputs.end(),
                                      [&](const fs::path& p) { return fs::exists(folder.path() / p); });
     if (!is_done) {
       pending.push_back(i);
       continue;
     }
-    for (const fs::path& output : item.outputs) finished.insert(output.lexically_normal());
+    finished_items.insert(item.name);
+    for (const fs::path& output : item.outputs) finished_files.insert(output.lexically_normal());
     progress.set(i, 1.0);
   }
-  folder.keep_only(finished);
+  folder.keep_only(finished_items, finished_files);
 
   const int num_threads = thread_count(control);
   const int num_side_by_side =
-      plan.parallel_items ? static_cast<int>(std::min<std::size_t>(pending.size(), static_cast<std::size_t>(num_threads)))
-                          : 1;
+      plan.parallel_items
+          ? static_cast<int>(std::min<std::size_t>(pending.size(), static_cast<std::size_t>(num_threads)))
+          : 1;
   RunControl workers;
   workers.stop = control.stop;
   workers.num_threads = std::max(1, num_side_by_side);
   const int threads_per_item = std::max(1, num_threads / workers.num_threads);
   parallel_for(static_cast<std::int64_t>(pending.size()), 1, workers, [&](std::int64_t begin, std::int64_t) {
     const std::size_t i = pending[static_cast<std::size_t>(begin)];
-    run_item(plan.items[i], folder, progress.item_control(i, threads_per_item));
+    run_item(plan, plan.items[i], folder, progress.item_control(i, threads_per_item));
     progress.set(i, 1.0);
   });
 
@@ -183,9 +188,6 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
     try {
       folder.begin(plan.key);
       run_items(plan, folder, control);
-    } catch (const InvalidInput&) {
-      folder.discard();  // the same input would fail again
-      throw;
     } catch (...) {
       if (!folder.has_done_items()) folder.discard();
       throw;

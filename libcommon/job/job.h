@@ -14,9 +14,12 @@ namespace patinate {
 
 /// One piece of work, independent of the others.
 struct JobItem {
-  std::string name;                                                  ///< Unique in the plan; [A-Za-z0-9._-].
-  std::vector<std::filesystem::path> outputs;                        ///< Files it makes, relative to the output folder.
+  std::string name;                            ///< Unique in the plan; [A-Za-z0-9._-].
+  std::vector<std::filesystem::path> outputs;  ///< Files it makes, relative to the output folder.
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> run;
+  /// Content key of all that the outputs depend on: a finished item stays when the rest of the plan changes. "" = the
+  /// plan's.
+  std::string key = "";
 };
 
 struct JobPlan {
@@ -35,8 +38,8 @@ struct JobOptions {
   bool force = false;  ///< Replace a different existing output (the folders are exchanged atomically).
 };
 
-/// Works in `OUT.partial` (locked, its key inside), marks finished items there, and renames it to OUT at the end. A partial
-/// folder of another key is discarded; of the same key, continued.
+/// Works in `OUT.partial` (locked, its key inside), marks finished items there, and renames it to OUT at the end.
+/// However a run ends, the next goes on with the finished items whose key is still the same; others are discarded.
 /// @throws CannotComplete if OUT exists with another key and not `force`, if another process holds the lock, or if it
 /// cannot be written; Cancelled.
 JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control);

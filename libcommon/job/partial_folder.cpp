@@ -114,20 +114,17 @@ bool PartialFolder::is_whole(const std::string& key) const {
 }
 
 void PartialFolder::begin(const std::string& key) {
-  if (read_small(path_ / kBook / "key") == key) return;
-  mark_unfinished();
-  keep_only({});
-  remove_tree(path_ / kBook / "done");
-  make_file(path_ / kBook / "key", key);
+  if (read_small(path_ / kBook / "key") != key) make_file(path_ / kBook / "key", key);
 }
 
 void PartialFolder::mark_unfinished() {
   if (!fs::exists(path_ / kBook / "key")) make_file(path_ / kBook / "key", kDiscarded);
 }
 
-bool PartialFolder::is_done(const std::string& item) const {
+bool PartialFolder::is_done(const std::string& item, const std::string& item_key) const {
+  const fs::path marker = path_ / kBook / "done" / item;
   std::error_code error;
-  return fs::exists(path_ / kBook / "done" / item, error);
+  return fs::exists(marker, error) && read_small(marker) == item_key;
 }
 
 bool PartialFolder::has_done_items() const {
@@ -135,18 +132,30 @@ bool PartialFolder::has_done_items() const {
   return fs::directory_iterator(path_ / kBook / "done", error) != fs::directory_iterator();
 }
 
-void PartialFolder::mark_done(const std::string& item, const std::vector<fs::path>& outputs) {
+void PartialFolder::mark_done(const std::string& item, const std::string& item_key,
+                              const std::vector<fs::path>& outputs) {
   for (const fs::path& output : outputs) {
     if (!fs::exists(path_ / output)) throw CannotComplete((path_ / output).string() + ": was not made by its step");
     sync_path(path_ / output);
     sync_path((path_ / output).parent_path());
   }
-  make_file(path_ / kBook / "done" / item, "");
+  make_file(path_ / kBook / "done" / item, item_key);
 }
 
-void PartialFolder::keep_only(const std::set<fs::path>& keep) {
+void PartialFolder::keep_only(const std::set<std::string>& items, const std::set<fs::path>& files) {
+  // Markers first: one that outlived its file would vouch for what another plan leaves half done in its place.
+  const fs::path done = path_ / kBook / "done";
+  std::vector<fs::path> markers;
+  if (fs::exists(done)) {
+    for (const auto& entry : fs::directory_iterator(done)) {
+      if (!items.contains(entry.path().filename().string())) markers.push_back(entry.path());
+    }
+  }
+  for (const fs::path& p : markers) remove_tree(p);
+  if (!markers.empty()) sync_path(done);
+
   std::set<fs::path> kept_folders;
-  for (const fs::path& file : keep) {
+  for (const fs::path& file : files) {
     for (fs::path p = file.parent_path(); !p.empty(); p = p.parent_path()) kept_folders.insert(p);
   }
   std::vector<fs::path> unwanted;
@@ -155,7 +164,7 @@ void PartialFolder::keep_only(const std::set<fs::path>& keep) {
     const bool is_folder = it->is_directory() && !it->is_symlink();
     if (relative == kBook) {
       it.disable_recursion_pending();
-    } else if (is_folder ? !kept_folders.contains(relative) : !keep.contains(relative)) {
+    } else if (is_folder ? !kept_folders.contains(relative) : !files.contains(relative)) {
       unwanted.push_back(it->path());
       if (is_folder) it.disable_recursion_pending();
     }
@@ -184,7 +193,7 @@ void PartialFolder::publish(bool replace) {
 
 void PartialFolder::discard() {
   mark_unfinished();
-  keep_only({});
+  keep_only({}, {});
   remove_tree(path_);
 }
 

@@ -12,13 +12,14 @@ namespace patinate {
 /// The `"key"` in `folder / manifest`, or "" when there is no such file or it is not ours.
 [[nodiscard]] std::string manifest_key(const std::filesystem::path& folder, const std::string& manifest);
 
-/// `OUT.partial`, locked from construction to destruction. The lock is a flock on the folder itself, so it ends with the
-/// process however that ends, and moves along when the folder is renamed. Book-keeping lies in `OUT.partial/.job`: `key`, and
-/// one empty file per finished item in `done`.
+/// `OUT.partial`, locked from construction to destruction. The lock is a flock on the folder itself, so it ends with
+/// the process however that ends, and moves along when the folder is renamed. Book-keeping lies in `OUT.partial/.job`:
+/// `key`, and in `done` one file per finished item, which holds the key of what the item was made from.
 class PartialFolder {
  public:
   /// Makes or opens the folder and locks it.
-  /// @throws CannotComplete if it cannot be made or locked, another process holds it, or it holds files that are not ours.
+  /// @throws CannotComplete if it cannot be made or locked, another process holds it, or it holds files that are not
+  /// ours.
   PartialFolder(const std::filesystem::path& output, std::string manifest);
   ~PartialFolder();
   PartialFolder(const PartialFolder&) = delete;
@@ -28,15 +29,18 @@ class PartialFolder {
 
   /// Everything was made under this key and only the final rename is missing.
   [[nodiscard]] bool is_whole(const std::string& key) const;
-  /// Keeps what was made under the same key, discards everything else.
+  /// From now on the folder is made under this key. What finished items of another plan are worth is_done() says.
   void begin(const std::string& key);
-  [[nodiscard]] bool is_done(const std::string& item) const;
+  /// The item was finished under this key of its own.
+  [[nodiscard]] bool is_done(const std::string& item, const std::string& item_key) const;
   /// Call when the item's outputs are written: forces them to the disk, then sets the marker.
   /// @throws CannotComplete if an output is missing.
-  void mark_done(const std::string& item, const std::vector<std::filesystem::path>& outputs);
+  void mark_done(const std::string& item, const std::string& item_key,
+                 const std::vector<std::filesystem::path>& outputs);
   [[nodiscard]] bool has_done_items() const;
-  /// Removes what interrupted items left: every file that is not in `keep` (relative paths), and empty folders.
-  void keep_only(const std::set<std::filesystem::path>& keep);
+  /// Removes what interrupted items and other plans left: the markers of all items but `items`, then every file that is
+  /// not in `files` (relative paths), and empty folders.
+  void keep_only(const std::set<std::string>& items, const std::set<std::filesystem::path>& files);
   /// Removes the book-keeping and renames the folder to OUT; with `replace`, exchanges the two and removes the old one.
   void publish(bool replace);
   /// Removes the folder.

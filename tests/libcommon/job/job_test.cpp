@@ -154,13 +154,71 @@ TEST(Job, DiscardsAPartialResultOfAnotherKey) {
   EXPECT_EQ(tree_of(temp / "out").at("parts/0.txt"), "new0");
 }
 
-TEST(Job, LeavesNothingBehindWhenTheInputIsWrong) {
+TEST(Job, LeavesNothingBehindWhenNothingIsFinished) {
   TempFolder temp;
+  const auto bad_photo = [](int) { throw IoError("a.jpg", "is truncated"); };
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", bad_photo), {}, threads(1)), IoError);
+  EXPECT_TRUE(fs::is_empty(temp.path()));
+}
+
+TEST(Job, GoesOnWithFinishedItemsAfterWrongInput) {
+  TempFolder temp;
+  (void)run_job(sample_plan(temp / "whole", "k"), {}, {});
   const auto bad_photo = [](int i) {
     if (i == 4) throw IoError("a.jpg", "is truncated");
   };
   EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", bad_photo), {}, threads(1)), IoError);
-  EXPECT_TRUE(fs::is_empty(temp.path()));
+  EXPECT_FALSE(fs::exists(temp / "out"));
+  std::vector<int> runs;
+  (void)run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), {}, threads(1));
+  EXPECT_EQ(runs, (std::vector<int>{4, 5, 6, 7}));
+  EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
+}
+
+/// As sample_plan(), but every item has a key of its own, which is what it writes; `hook(i)` is called after that.
+JobPlan keyed_plan(const fs::path& output, const std::vector<std::string>& keys,
+                   const std::function<void(int)>& hook = {}) {
+  std::string plan_key;
+  for (const std::string& key : keys) plan_key += key;
+  JobPlan plan = sample_plan(output, plan_key);
+  plan.items.resize(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    plan.items[i].key = keys[i];
+    plan.items[i].run = [i, key = keys[i], file = plan.items[i].outputs[0], hook](const fs::path& folder,
+                                                                                  const RunControl&) {
+      write_atomically(folder / file, key);
+      if (hook) hook(static_cast<int>(i));
+    };
+  }
+  return plan;
+}
+
+TEST(Job, AnotherPlanKeepsFinishedItemsWhoseOwnKeyIsTheSame) {
+  TempFolder temp;
+  const std::vector<std::string> changed{"a", "b", "C", "d", "E", "f"};
+  (void)run_job(keyed_plan(temp / "whole", changed), {}, {});
+  const auto fail_at_4 = [](int i) {
+    if (i == 4) throw IoError("e.jpg", "is truncated");
+  };
+  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", {"a", "b", "c", "d", "e"}, fail_at_4), {}, threads(1)), IoError);
+  std::vector<int> runs;
+  (void)run_job(keyed_plan(temp / "out", changed, [&](int i) { runs.push_back(i); }), {}, threads(1));
+  EXPECT_EQ(runs, (std::vector<int>{2, 4, 5}));
+  EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
+}
+
+TEST(Job, AMarkerDoesNotVouchForWhatAnotherPlanWroteOverItsFile) {
+  TempFolder temp;
+  const auto fail_at = [](int k) {
+    return [k](int i) {
+      if (i == k) throw CannotComplete("disk full");
+    };
+  };
+  const std::vector<std::string> keys{"a", "b", "c"};
+  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", keys, fail_at(2)), {}, threads(1)), CannotComplete);
+  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", {"a", "B", "c"}, fail_at(1)), {}, threads(1)), CannotComplete);
+  (void)run_job(keyed_plan(temp / "out", keys), {}, threads(1));
+  EXPECT_EQ(tree_of(temp / "out").at("parts/1.txt"), "b");
 }
 
 TEST(Job, ReportsRisingFractionsThatEndAtOne) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
@@ -25,6 +26,7 @@ constexpr const char* kProgressName = "progress";
 struct IngestWork {
   CaptureProject project;
   IngestOptions options;
+  std::vector<std::string> photo_keys;  ///< Content of every frame's photograph.
   std::string key;
   bool has_progress = false;
 
@@ -41,14 +43,27 @@ struct IngestWork {
   }
 };
 
-std::string content_key(const CaptureProject& project, const IngestOptions& options, bool has_progress) {
-  ContentHash hash;
-  hash.add("ingest").add(kStageVersion).add(project.name).add(time_unit_text(project.time_unit));
-  hash.add(project.response.text());
+/// What a frame depends on besides its photograph.
+void add_development(ContentHash& hash, const CaptureProject& project) {
+  hash.add(kStageVersion).add(project.response.text());
   for (int v : {project.roi.x, project.roi.y, project.roi.width, project.roi.height}) hash.add(std::int64_t{v});
-  hash.add(project.scale).add(project.texel_size_mm.value_or(0.0));
+  hash.add(project.scale);
+}
+
+std::string frame_key(const IngestWork& work, std::size_t index) {
+  ContentHash hash;
+  hash.add("ingest frame").add(work.photo_keys[index]);
+  add_development(hash, work.project);
+  return hash.hex();
+}
+
+std::string content_key(const IngestWork& work) {
+  const CaptureProject& project = work.project;
+  ContentHash hash;
+  hash.add("ingest").add(project.name).add(time_unit_text(project.time_unit)).add(project.texel_size_mm.value_or(0.0));
+  add_development(hash, project);
   hash.add(static_cast<std::int64_t>(project.frames.size()));
-  for (const CapturePhoto& frame : project.frames) hash.add(frame.time).add_file(frame.file);
+  for (std::size_t i = 0; i < project.frames.size(); ++i) hash.add(project.frames[i].time).add(work.photo_keys[i]);
   hash.add(project.mask ? "mask" : "no mask");
   if (project.mask) hash.add_file(*project.mask);
   hash.add(static_cast<std::int64_t>(project.controls.size()));
@@ -59,11 +74,11 @@ std::string content_key(const CaptureProject& project, const IngestOptions& opti
   if (project.transmission) {
     hash.add("transmission").add_file(project.transmission->photo);
     if (project.transmission->blank) hash.add_file(*project.transmission->blank);
-    add_options(option_values(options.thickness));
+    add_options(option_values(work.options.thickness));
   }
-  if (has_progress) {
+  if (work.has_progress) {
     hash.add(kProgressName);
-    add_options(option_values(options.progress));
+    add_options(option_values(work.options.progress));
   }
   return hash.hex();
 }
@@ -123,7 +138,10 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
 
 JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
   const fs::path file = HistoryWriter::frame_file(index);
-  JobItem item{"frame-" + file.stem().string(), {file}, {}};
+  JobItem item{.name = "frame-" + file.stem().string(),
+               .outputs = {file},
+               .run = {},
+               .key = frame_key(*work, static_cast<std::size_t>(index))};
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
     const CapturePhoto& frame = work->project.frames[static_cast<std::size_t>(index)];
     const ImageF color = read_photo(work->project, frame.file);
@@ -143,15 +161,17 @@ void describe(OptionVisitor& v, IngestOptions& o) {
 
 JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options, const fs::path& output) {
   check_ranges(options);
-  auto work = std::make_shared<IngestWork>(IngestWork{project, options, "", options.add_progress});
+  auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
   const bool is_measured = project.transmission || !project.controls.empty();
   if (!is_measured && project.frames.size() > 1) work->has_progress = true;
   const bool is_progress_given = std::any_of(project.controls.begin(), project.controls.end(),
                                              [](const GivenControl& c) { return c.name == kProgressName; });
   if (work->has_progress && is_progress_given) {
-    throw InvalidInput(project.file.string() + ": a control `progress` is given and another one asked for; rename the given one");
+    throw InvalidInput(project.file.string() +
+                       ": a control `progress` is given and another one asked for; rename the given one");
   }
-  work->key = content_key(project, options, work->has_progress);
+  for (const CapturePhoto& frame : project.frames) work->photo_keys.push_back(hash_file(frame.file));
+  work->key = content_key(*work);
   JobPlan plan;
   plan.output = output;
   plan.manifest = kHistoryManifestFile;

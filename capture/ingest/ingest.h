@@ -26,7 +26,10 @@ void describe(OptionVisitor& v, IngestOptions& o);
 /// Controls: those given; `thickness` (relative) if there is a transmission photograph; `progress` (relative,
 /// progress_from_history()) if there would be none otherwise and there is more than one frame, or `add_progress`.
 /// The key covers the photographs and maps by content, times, options and the version of this stage; not their paths.
-/// @throws InvalidInput if an option is out of range or `progress` is both given and asked for; IoError if a file cannot be read.
+/// A frame's own key covers its photograph and how it is developed, so that finished frames stay in a partial history
+/// when another photograph is repaired or added after them.
+/// @throws InvalidInput if an option is out of range or `progress` is both given and asked for; IoError if a file
+/// cannot be read.
 [[nodiscard]] JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
                                   const std::filesystem::path& output);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <set>
 #include <string>
 
 #include "libcommon/core/error.h"
@@ -295,7 +296,55 @@ TEST(Ingest, BrokenPhotographsAreNamed) {
   const TempFolder folder;
   write_project(folder.path());
   write_codes(folder / "frames/1.png", ImageU8(5, 4, 3));
-  EXPECT_TRUE(has(ingest_error(folder.path()), "1.png: is 5 x 4 pixels, but 0.png is 24 x 16")) << ingest_error(folder.path());
+  EXPECT_TRUE(has(ingest_error(folder.path()), "1.png: is 5 x 4 pixels, but 0.png is 24 x 16"))
+      << ingest_error(folder.path());
+}
+
+TEST(Ingest, ABrokenPhotographCostsNoneOfTheOthers) {
+  const TempFolder folder, fresh;
+  write_project(folder.path());
+  const fs::path broken = folder / "frames/2.png";
+  const std::string png = read_file(broken);
+  write_atomically(broken, png.substr(0, png.size() - 40));  // Its header is whole: found out when it is decoded.
+  RunControl one;
+  one.num_threads = 1;
+  EXPECT_THROW((void)ingest(folder.path(), {}, one), IoError);
+  const auto made = fs::last_write_time(folder / "out.partial/frames/0001.exr");
+  // Repaired, and one more at the end.
+  write_atomically(broken, png);
+  write_codes(folder / "frames/3.png", photo_codes(3));
+  EXPECT_EQ(ingest(folder.path()).num_frames(), 4);
+  EXPECT_EQ(fs::last_write_time(folder / "out/frames/0001.exr"), made);
+  EXPECT_FALSE(fs::exists(folder / "out.partial"));
+
+  write_project(fresh.path());
+  write_codes(fresh / "frames/3.png", photo_codes(3));
+  (void)ingest(fresh.path());
+  for (const char* file : {"history.json", "frames/0001.exr", "frames/0003.exr", "controls/progress.exr"}) {
+    EXPECT_EQ(read_file(folder / "out" / file), read_file(fresh / "out" / file)) << file;
+  }
+}
+
+TEST(Ingest, FramesAreMadeAgainWhenTheyAreDevelopedOtherwise) {
+  const TempFolder folder;
+  write_project(folder.path(), R"("scale": 0.5, "controls": [{"name": "wet", "file": "wet.png"}])");
+  write_codes(folder / "wet.png", ImageU8(kWidth, kHeight));
+  const auto frame_keys = [&] {
+    std::vector<std::string> keys;
+    for (const JobItem& item : plan_ingest(read_capture_project(folder / "capture.json"), {}, folder / "out").items) {
+      keys.push_back(item.key);
+    }
+    return keys;
+  };
+  const std::vector<std::string> before = frame_keys();
+  EXPECT_EQ(std::set<std::string>(before.begin(), before.end()).size(), 3u);
+  write_codes(folder / "wet.png", ImageU8(kWidth, kHeight, 1, 9));
+  EXPECT_EQ(frame_keys(), before);
+  for (const char* more :
+       {R"("scale": 0.25)", R"("scale": 0.5, "roi": [0, 0, 24, 14])", R"("scale": 0.5, "response": "linear")"}) {
+    write_project(folder.path(), more);
+    EXPECT_NE(frame_keys()[0], before[0]) << more;
+  }
 }
 
 TEST(Ingest, MapsOfTheWrongSizeOrWithNothingInsideAreNamed) {

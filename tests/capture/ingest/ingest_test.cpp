@@ -347,6 +347,27 @@ TEST(Ingest, FramesAreMadeAgainWhenTheyAreDevelopedOtherwise) {
   }
 }
 
+TEST(Ingest, SoftAlphaLeavesColourAndTakesHalfTransparentPixelsOffTheMask) {
+  const TempFolder folder;
+  write_project(folder.path());
+  for (int i = 0; i < 3; ++i) {
+    ImageU8 codes = photo_codes(i, 4);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) codes.at(x, y, 3) = static_cast<std::uint8_t>(10 * x);
+    }
+    write_codes(folder / "frames" / (std::to_string(i) + ".png"), codes);
+  }
+  const HistoryReader history = ingest(folder.path());
+  const ImageU8 mask = history.read_mask();
+  EXPECT_EQ(mask.at(12, 5), 0);    // alpha 120 of 255
+  EXPECT_EQ(mask.at(13, 5), 255);  // alpha 130
+  constexpr float kHalfRounding = 1.0f / 2048.0f;
+  for (int c = 0; c < 3; ++c) {
+    const float expected = linear_from_srgb(static_cast<float>(photo_codes(1).at(14, 5, c)) / 255.0f);
+    EXPECT_NEAR(history.read_frame(1).at(14, 5, c), expected, expected * kHalfRounding);
+  }
+}
+
 TEST(Ingest, MapsOfTheWrongSizeOrWithNothingInsideAreNamed) {
   const TempFolder folder;
   write_codes(folder / "small.png", ImageU8(5, 4, 1, 255));

@@ -12,7 +12,7 @@ std::FILE* g_messages = stderr;
 }
 
 void silence_libraries() {
-#ifndef __SANITIZE_ADDRESS__
+#ifndef PATINATE_IS_SANITIZED
   const int kept = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
   const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   std::FILE* messages = kept >= 0 && nowhere >= 0 ? ::fdopen(kept, "w") : nullptr;

@@ -6,7 +6,7 @@
 
 namespace patinate {
 
-/// Fills texels outside the charts from the nearest covered one, up to `radius` texels away (all when < 0), so that
+/// Fills texels outside the charts from the nearest covered one, up to `radius` texels away (as far as 16,384 when < 0), so that
 /// filtering at chart borders does not bleed.
 /// @param coverage  0 = to be filled.
 void dilate(ImageF& image, const ImageU8& coverage, int radius);

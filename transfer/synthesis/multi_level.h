@@ -33,7 +33,7 @@ struct SynthesisLevel {
 /// continued pieces and rarely used sources are preferred, by factors on the cost (a cost of zero stays zero). A set is decided from the state before it, so that order and threads do not matter.
 /// [Lefebvre and Hoppe 2005, "Parallel controllable texture synthesis"; Tong et al. 2002]
 ///
-/// Cost: about 40 costs a texel and pass. Same bits for any number of threads and instruction set.
+/// Cost: up to about 50 costs a texel and pass, fewer in coherent regions. Same bits for any number of threads and instruction set.
 [[nodiscard]] CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                                    double coherence_share, std::span<const double> control_weights,
                                                    std::uint64_t seed, const MultiLevelOptions& options = {},

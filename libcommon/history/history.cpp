@@ -34,6 +34,14 @@ void check_size(const std::string& what, const Image<T>& image, const HistoryMan
                      size_text(manifest.width, manifest.height) + " with " + std::to_string(channels));
 }
 
+/// @throws InvalidInput if `index` is negative.
+std::string numbered(int index, const char* extension) {
+  if (index < 0) throw InvalidInput("frame " + std::to_string(index) + ": indices start at 0");
+  char name[32];
+  std::snprintf(name, sizeof(name), "%04d%s", index, extension);
+  return name;
+}
+
 void make_parent(const fs::path& file) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
@@ -46,16 +54,22 @@ HistoryReader::HistoryReader(const fs::path& path) {
   std::error_code error;
   folder_ = fs::is_directory(path, error) ? path : manifest_folder(path, path.filename().string());
   manifest_ = read_history_manifest(path);
-  for (const HistoryFrame& frame : manifest_.frames) check_file(folder_ / frame.file, manifest_);
+  for (const HistoryFrame& frame : manifest_.frames) {
+    check_file(folder_ / frame.file, manifest_);
+    if (frame.mask) check_file(folder_ / *frame.mask, manifest_);
+  }
   for (const ControlParameter& control : manifest_.controls) check_file(folder_ / control.file, manifest_);
   if (manifest_.mask) check_file(folder_ / *manifest_.mask, manifest_);
 }
 
+void HistoryReader::check_index(int index) const {
+  if (index >= 0 && index < num_frames()) return;
+  throw InvalidInput("frame " + std::to_string(index) + ": is not in the history; use [0, " + std::to_string(num_frames() - 1) +
+                     "]");
+}
+
 ImageF HistoryReader::read_frame(int index) const {
-  if (index < 0 || index >= num_frames()) {
-    throw InvalidInput("frame " + std::to_string(index) + ": is not in the history; use [0, " +
-                       std::to_string(num_frames() - 1) + "]");
-  }
+  check_index(index);
   const fs::path file = folder_ / manifest_.frames[static_cast<std::size_t>(index)].file;
   ImageF frame = read_color(file);
   if (frame.width() != manifest_.width || frame.height() != manifest_.height) check_file(file, manifest_);
@@ -99,6 +113,19 @@ ImageU8 HistoryReader::read_mask() const {
   return mask;
 }
 
+ImageU8 HistoryReader::read_frame_mask(int index) const {
+  check_index(index);
+  ImageU8 mask = read_mask();
+  const auto& own = manifest_.frames[static_cast<std::size_t>(index)].mask;
+  if (!own) return mask;
+  const ImageU8 frame_mask = patinate::read_mask(folder_ / *own);
+  if (frame_mask.width() != mask.width() || frame_mask.height() != mask.height()) check_file(folder_ / *own, manifest_);
+  const auto to = mask.values();
+  const auto from = frame_mask.values();
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] = std::min(to[i], from[i]);
+  return mask;
+}
+
 TimePosition HistoryReader::locate(double time) const {
   if (std::isnan(time)) throw InvalidInput("time: is not a number");
   const auto& frames = manifest_.frames;
@@ -138,12 +165,9 @@ HistoryWriter::HistoryWriter(fs::path folder, HistoryManifest manifest)
   }
 }
 
-fs::path HistoryWriter::frame_file(int index) {
-  if (index < 0) throw InvalidInput("frame " + std::to_string(index) + ": indices start at 0");
-  char name[32];
-  std::snprintf(name, sizeof(name), "%04d.exr", index);
-  return fs::path("frames") / name;
-}
+fs::path HistoryWriter::frame_file(int index) { return fs::path("frames") / numbered(index, ".exr"); }
+
+fs::path HistoryWriter::frame_mask_file(int index) { return fs::path("masks") / numbered(index, ".png"); }
 
 fs::path HistoryWriter::control_file(const std::string& name) {
   const auto is_allowed = [](char c) {
@@ -189,6 +213,13 @@ void HistoryWriter::write_frame(int index, double time, const ImageF& rgb) {
 
 void HistoryWriter::add_written_frame(int index, double time) {
   manifest_.frames.push_back({.time = time, .file = frame_file(index)});
+}
+
+void HistoryWriter::add_written_frame_mask(int index) {
+  const fs::path file = frame_file(index);
+  const auto frame = std::find_if(manifest_.frames.begin(), manifest_.frames.end(), [&](const HistoryFrame& f) { return f.file == file; });
+  if (frame == manifest_.frames.end()) throw InvalidInput(file.string() + ": is no frame of the history yet");
+  frame->mask = frame_mask_file(index);
 }
 
 void HistoryWriter::write_mask(const ImageU8& mask) {

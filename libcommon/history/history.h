@@ -31,6 +31,8 @@ struct ControlParameter {
 struct HistoryFrame {
   double time = 0.0;                 ///< In the history's time unit; strictly increasing.
   std::filesystem::path file;        ///< Half RGB EXR, linear albedo; relative to the history.
+  /// 8 bit; 0 where this frame's colour is not the surface's (highlight, saturated, out of the stabilised view).
+  std::optional<std::filesystem::path> mask = std::nullopt;
 };
 
 /// What `history.json` says.
@@ -69,6 +71,9 @@ class HistoryReader {
   [[nodiscard]] ImageF read_control(const std::string& name) const;
   /// 0 / 255; all 255 when the history has no mask. @throws IoError if it is 0 everywhere.
   [[nodiscard]] ImageU8 read_mask() const;
+  /// Where frame `index` shows the surface itself: read_mask() and the frame's own mask. 0 / 255; may be 0 everywhere.
+  /// @throws InvalidInput if there is no such index; IoError.
+  [[nodiscard]] ImageU8 read_frame_mask(int index) const;
   /// @throws InvalidInput listing the names there are.
   [[nodiscard]] const ControlParameter& control(const std::string& name) const;
   /// @throws InvalidInput if `time` is NaN.
@@ -77,6 +82,8 @@ class HistoryReader {
   [[nodiscard]] ImageF sample(double time) const;
 
  private:
+  void check_index(int index) const;
+
   std::filesystem::path folder_;
   HistoryManifest manifest_;
 };
@@ -89,6 +96,8 @@ class HistoryWriter {
   HistoryWriter(std::filesystem::path folder, HistoryManifest manifest);
   /// The file name, relative to the history, that frame `index` gets: frames/0007.exr.
   [[nodiscard]] static std::filesystem::path frame_file(int index);
+  /// masks/0007.png: where frame `index` is valid.
+  [[nodiscard]] static std::filesystem::path frame_mask_file(int index);
   /// controls/<name>.exr. @param name  [A-Za-z0-9._-]+, not starting with a dot; @throws InvalidInput.
   [[nodiscard]] static std::filesystem::path control_file(const std::string& name);
   [[nodiscard]] static std::filesystem::path mask_file() { return "mask.png"; }
@@ -102,6 +111,9 @@ class HistoryWriter {
   void write_frame(int index, double time, const ImageF& rgb);
   /// Names a frame that an earlier, interrupted run has written already.
   void add_written_frame(int index, double time);
+  /// Names the mask of a frame that is named already, which an earlier step has written as frame_mask_file(index).
+  /// @throws InvalidInput if frame `index` is not there.
+  void add_written_frame_mask(int index);
   /// @param mask  H x W; not 0 = inside. @throws InvalidInput if it covers nothing.
   void write_mask(const ImageU8& mask);
   /// Names the mask that an earlier step has written already, as mask_file().

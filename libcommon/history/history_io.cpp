@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kTimeUnitNames{"s", "min", "h", "d"};
 constexpr std::array<std::string_view, 3> kOriginNames{"captured", "simulated", "synthetic"};
-constexpr std::array<std::string_view, 5> kFrameExtras{"mask", "stddev", "specular", "normal", "height"};
+constexpr std::array<std::string_view, 4> kFrameExtras{"stddev", "specular", "normal", "height"};
 constexpr std::array<std::string_view, 4> kMapNames{"position", "normal", "height", "texel_size"};
 constexpr std::size_t kMaxFrames = 1'000'000;
 constexpr std::size_t kMaxControls = 1'000;
@@ -36,6 +36,7 @@ HistoryFrame read_frame_entry(JsonReader json) {
   HistoryFrame frame;
   frame.time = json.member("time").number();
   frame.file = relative_file(json.member("file"));
+  if (json.has("mask")) frame.mask = relative_file(json.member("mask"));
   skip_files(json, kFrameExtras);
   json.finish();
   return frame;
@@ -142,7 +143,9 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
   json["time_unit"] = time_unit_text(manifest.time_unit);
   json["frames"] = Json::array();
   for (const HistoryFrame& f : manifest.frames) {
-    json["frames"].push_back({{"time", number_json(f.time)}, {"file", f.file.generic_string()}});
+    Json entry = {{"time", number_json(f.time)}, {"file", f.file.generic_string()}};
+    if (f.mask) entry["mask"] = f.mask->generic_string();
+    json["frames"].push_back(std::move(entry));
   }
   json["controls"] = Json::array();
   for (const ControlParameter& c : manifest.controls) {

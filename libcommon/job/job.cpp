@@ -6,6 +6,7 @@
 #include <array>
 #include <cctype>
 #include <ctime>
+#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -114,6 +115,23 @@ void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, c
   folder.mark_done(item.name, item_key(plan, item), item.outputs);
 }
 
+/// Runs unfinished items of one stage.
+void run_side_by_side(const JobPlan& plan, const std::vector<std::size_t>& items, PartialFolder& folder, ItemProgress& progress,
+                      const RunControl& control) {
+  const int num_threads = thread_count(control);
+  const int num_side_by_side =
+      plan.parallel_items ? static_cast<int>(std::min<std::size_t>(items.size(), static_cast<std::size_t>(num_threads))) : 1;
+  RunControl workers;
+  workers.stop = control.stop;
+  workers.num_threads = std::max(1, num_side_by_side);
+  const int threads_per_item = std::max(1, num_threads / workers.num_threads);
+  parallel_for(static_cast<std::int64_t>(items.size()), 1, workers, [&](std::int64_t begin, std::int64_t) {
+    const std::size_t i = items[static_cast<std::size_t>(begin)];
+    run_item(plan, plan.items[i], folder, progress.item_control(i, threads_per_item));
+    progress.set(i, 1.0);
+  });
+}
+
 void run_items(const JobPlan& plan, PartialFolder& folder, const RunControl& control) {
   ItemProgress progress(control, plan.items.size());
   std::vector<std::size_t> pending;
@@ -134,21 +152,11 @@ void run_items(const JobPlan& plan, PartialFolder& folder, const RunControl& con
   }
   folder.keep_only(finished_items, finished_files);
 
-  const int num_threads = thread_count(control);
-  const int num_side_by_side =
-      plan.parallel_items
-          ? static_cast<int>(std::min<std::size_t>(pending.size(), static_cast<std::size_t>(num_threads)))
-          : 1;
-  RunControl workers;
-  workers.stop = control.stop;
-  workers.num_threads = std::max(1, num_side_by_side);
-  const int threads_per_item = std::max(1, num_threads / workers.num_threads);
-  parallel_for(static_cast<std::int64_t>(pending.size()), 1, workers, [&](std::int64_t begin, std::int64_t) {
-    const std::size_t i = pending[static_cast<std::size_t>(begin)];
-    run_item(plan, plan.items[i], folder, progress.item_control(i, threads_per_item));
-    progress.set(i, 1.0);
-  });
+  std::map<int, std::vector<std::size_t>> stages;
+  for (std::size_t i : pending) stages[plan.items[i].stage].push_back(i);
+  for (const auto& [stage, items] : stages) run_side_by_side(plan, items, folder, progress, control);
 
+  const int num_threads = thread_count(control);
   plan.join(folder.path(), progress.item_control(plan.items.size(), num_threads));
   if (manifest_key(folder.path(), plan.manifest) != plan.key) {
     throw CannotComplete((folder.path() / plan.manifest).string() + ": was not written by the last step");

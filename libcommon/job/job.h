@@ -20,13 +20,22 @@ struct JobItem {
   /// Content key of all that the outputs depend on: a finished item stays when the rest of the plan changes. "" = the
   /// plan's.
   std::string key = "";
+  /// Items of a stage run when all of the earlier stages are finished, and may read what those wrote.
+  int stage = 0;
+};
+
+/// One thing that a plan's key depends on, for saying why work is done again.
+struct JobDependency {
+  std::string name;  ///< As a user would say it: "photos/day07.jpg", "--spatial-sigma", "capture.json".
+  std::string key;   ///< Content key, or the value itself when it is short.
 };
 
 struct JobPlan {
   std::filesystem::path output;      ///< The folder to make.
   std::string manifest;              ///< File in it that holds `"key"`, e.g. "history.json".
   std::string key;                   ///< Content key of inputs, parameters and stage versions.
-  std::vector<JobItem> items;        ///< Run in order; `parallel_items` at a time.
+  std::vector<JobDependency> depends_on = {};  ///< What `key` is made of; may be empty.
+  std::vector<JobItem> items;        ///< Run by stage, in order; `parallel_items` at a time.
   bool parallel_items = true;        ///< false: one after another (each uses all threads itself).
   /// Called last, after every item, with the folder: writes the manifest (with the key).
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;

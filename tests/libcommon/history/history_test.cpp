@@ -104,6 +104,26 @@ TEST(History, ReadsBackWhatWasWritten) {
   }
 }
 
+TEST(History, AFramesOwnMaskAddsToTheHistorysMask) {
+  const TempFolder folder;
+  HistoryWriter writer(folder.path(), make_manifest());
+  for (int i = 0; i < 2; ++i) writer.write_frame(i, i, make_frame(0.0f));
+  ImageU8 mask(kWidth, kHeight, 1, 255);
+  mask.at(0, 0) = 0;
+  writer.write_mask(mask);
+  ImageU8 frame_mask(kWidth, kHeight, 1, 255);
+  frame_mask.at(2, 1) = 0;
+  fs::create_directory(folder / "masks");
+  write_codes(folder / HistoryWriter::frame_mask_file(1), frame_mask);
+  writer.add_written_frame_mask(1);
+  writer.finish();
+  const HistoryReader reader(folder.path());
+  EXPECT_EQ(reader.read_frame_mask(0), mask);
+  mask.at(2, 1) = 0;
+  EXPECT_EQ(reader.read_frame_mask(1), mask);
+  EXPECT_THROW((void)reader.read_frame_mask(2), InvalidInput);
+}
+
 TEST(History, ControlsAreNormalisedByTheirRangeAndClamped) {
   const TempFolder folder;
   write_history(folder.path());

@@ -80,6 +80,22 @@ TEST(Job, MakesOutputsAndManifestAndNothingElse) {
   }
 }
 
+TEST(Job, AStageBeginsWhenTheEarlierOnesAreFinished) {
+  TempFolder temp;
+  JobPlan plan = sample_plan(temp / "out", "k");
+  std::atomic<int> num_early{0}, num_too_soon{0};
+  for (std::size_t i = 0; i < plan.items.size(); ++i) {
+    plan.items[i].stage = i % 2 == 0 ? 1 : 0;  // Late ones first in the list.
+    plan.items[i].run = [&, late = i % 2 == 0, file = plan.items[i].outputs[0]](const fs::path& folder, const RunControl&) {
+      if (late && num_early != 4) ++num_too_soon;
+      write_atomically(folder / file, "x");
+      if (!late) ++num_early;
+    };
+  }
+  EXPECT_EQ(run_job(plan, {}, threads(3)), JobStatus::Done);
+  EXPECT_EQ(num_too_soon, 0);
+}
+
 TEST(Job, RunsNoItemWhenTheOutputIsUpToDate) {
   TempFolder temp;
   (void)run_job(sample_plan(temp / "out", "k"), {}, {});

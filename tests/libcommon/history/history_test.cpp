@@ -178,7 +178,7 @@ TEST(History, AcceptsTheOptionalImagesOfTheFormat) {
   const TempFolder folder;
   write_history(folder.path());
   replace_in_manifest(folder.path(), "\"file\": \"frames/0001.exr\"",
-                      "\"file\": \"frames/0001.exr\", \"stddev\": \"s.exr\", \"mask\": \"m.png\" // later\n");
+                      "\"file\": \"frames/0001.exr\", \"stddev\": \"s.exr\", \"mask\": \"mask.png\" // later\n");
   replace_in_manifest(folder.path(), "\"key\"", "\"maps\": {\"height\": \"h.exr\"}, \"key\"");
   EXPECT_EQ(reading_error(folder.path()), "");
 }

@@ -1,4 +1,4 @@
-# Every library we stand on, found once. tools/setup installs them.
+# Every library that our libraries stand on, found once, here and by users of the installed package. tools/setup installs them.
 
 # OpenCV's own CMake package comes only with Debian's libopencv-dev, which brings every module (and VTK, Qt, GDAL) along;
 # the modules that we use are found one by one instead.
@@ -23,4 +23,3 @@ find_package(TinyGLTF REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(FLANN REQUIRED IMPORTED_TARGET flann)
-find_package(CLI11 2.1 REQUIRED)

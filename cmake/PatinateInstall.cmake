@@ -1,0 +1,22 @@
+# cmake --install: the binary, the libraries with their headers, and the package that find_package(patinate) reads.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(patinate_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/patinate")
+
+foreach(component common capture transfer datasets)
+  set_target_properties(patinate_${component} PROPERTIES EXPORT_NAME ${component})
+  add_library(patinate::${component} ALIAS patinate_${component})
+  install(TARGETS patinate_${component} EXPORT patinate
+    ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+    FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/patinate")
+endforeach()
+install(TARGETS patinate RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+
+install(EXPORT patinate NAMESPACE patinate:: FILE patinate-targets.cmake DESTINATION "${patinate_package_dir}")
+configure_package_config_file(cmake/patinate-config.cmake.in "${PROJECT_BINARY_DIR}/patinate-config.cmake"
+  INSTALL_DESTINATION "${patinate_package_dir}")
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/patinate-config-version.cmake" COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_BINARY_DIR}/patinate-config.cmake" "${PROJECT_BINARY_DIR}/patinate-config-version.cmake"
+  cmake/PatinateDependencies.cmake DESTINATION "${patinate_package_dir}")
+install(FILES LICENSE README.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")

@@ -1,0 +1,24 @@
+#!/bin/bash
+# install_test.sh BUILD_FOLDER SOURCE_FOLDER: installs into a fresh prefix, builds docs/examples against it as a stranger would, and runs every example.
+set -euo pipefail
+build=$1
+source=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+cmake --install "$build" --prefix "$work/prefix" >/dev/null
+cmake -S "$source/docs/examples" -B "$work/examples" -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_CXX_COMPILER_LAUNCHER="$(command -v ccache || true)" >/dev/null
+cmake --build "$work/examples" >"$work/log" || { cat "$work/log"; exit 1; }
+
+patinate="$work/prefix/bin/patinate"
+"$patinate" --version
+cd "$work"
+"$work/examples/03_full_control" full
+"$patinate" synth sculpture --resolution 48 -o urn --quiet
+"$work/examples/02_own_control" full/history urn/mesh.obj own.png
+for picture in own.png full/texture.png full/picture.png; do
+  said=$("$patinate" info "$picture" --json)
+  [[ "$said" == *'"kind": "image"'* ]] || { echo "install: $picture is no picture: $said"; exit 1; }
+done
+echo "1 passed, 0 failed"

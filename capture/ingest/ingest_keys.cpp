@@ -1,0 +1,78 @@
+#include <cstdint>
+
+#include "capture/ingest/ingest_work.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Raised whenever the same input gives other output.
+constexpr std::int64_t kStageVersion = 1;
+
+std::string roi_text(const PixelRectangle& roi) {
+  return std::to_string(roi.x) + " " + std::to_string(roi.y) + " " + std::to_string(roi.width) + " " + std::to_string(roi.height);
+}
+
+/// "photos/day07.jpg" for what lies in or below the project's folder.
+std::string name_of(const CaptureProject& project, const fs::path& file) {
+  const fs::path relative = file.lexically_relative(project.file.parent_path());
+  return relative.empty() ? file.string() : relative.string();
+}
+
+template <class Options>
+void add_options(std::vector<JobDependency>& list, const Options& options) {
+  for (const auto& [name, value] : option_values(options)) {
+    std::string flag = "--" + name;
+    for (char& c : flag) c = c == '_' ? '-' : c;
+    list.push_back({flag, value});
+  }
+}
+
+}  // namespace
+
+std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
+  const CaptureProject& project = work.project;
+  ContentHash hash;
+  hash.add("ingest frame").add(kStageVersion).add(work.photo_keys[index]);
+  hash.add(project.response.text()).add(roi_text(project.roi)).add(project.scale);
+  return hash.hex();
+}
+
+std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
+  const CaptureProject& project = work.project;
+  // The part that a file plays is in its key: a mask in a control's place is another input.
+  const auto file_key = [](const char* part, const fs::path& file) { return ContentHash().add(part).add_file(file).hex(); };
+  std::vector<JobDependency> list{{"version of ingest", std::to_string(kStageVersion)},
+                                  {"name", project.name},
+                                  {"time_unit", time_unit_text(project.time_unit)},
+                                  {"texel_size_mm", project.texel_size_mm ? number_text(*project.texel_size_mm) : "null"},
+                                  {"response", project.response.text()},
+                                  {"roi", roi_text(project.roi)},
+                                  {"scale", number_text(project.scale)}};
+  for (std::size_t i = 0; i < project.frames.size(); ++i) {
+    const std::string name = name_of(project, project.frames[i].file);
+    list.push_back({name, work.photo_keys[i]});
+    list.push_back({"time of " + name, number_text(project.frames[i].time)});
+  }
+  if (project.mask) list.push_back({"mask " + name_of(project, *project.mask), file_key("mask", *project.mask)});
+  for (const GivenControl& c : project.controls) {
+    list.push_back({"control " + c.name, ContentHash().add(c.name).add(c.unit).add_file(c.file).hex()});
+  }
+  if (project.transmission) {
+    const TransmissionPhotos& t = *project.transmission;
+    list.push_back({"transmission " + name_of(project, t.photo), file_key("transmission", t.photo)});
+    if (t.blank) list.push_back({"blank " + name_of(project, *t.blank), file_key("blank", *t.blank)});
+    add_options(list, work.options.thickness);
+  }
+  if (work.has_progress) {
+    list.push_back({"control progress", "made from the frames"});
+    add_options(list, work.options.progress);
+  }
+  return list;
+}
+
+}  // namespace patinate

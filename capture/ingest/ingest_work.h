@@ -1,0 +1,39 @@
+/// \file
+/// What the steps of an ingest share. Inside of ingest only.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/ingest/capture_project.h"
+#include "capture/ingest/ingest.h"
+#include "libcommon/history/history.h"
+#include "libcommon/job/job.h"
+
+namespace patinate {
+
+/// Name of the control that progress_from_history() makes.
+inline constexpr const char* kProgressName = "progress";
+
+struct IngestWork {
+  CaptureProject project;
+  IngestOptions options;
+  std::vector<std::string> photo_keys;  ///< Content of every frame's photograph.
+  std::string key;
+  bool has_progress = false;
+
+  /// The history without frames and controls.
+  [[nodiscard]] HistoryManifest manifest() const;
+};
+
+/// Key of what frame `index` depends on.
+[[nodiscard]] std::string ingest_frame_key(const IngestWork& work, std::size_t index);
+/// Everything that the history depends on, by name.
+[[nodiscard]] std::vector<JobDependency> ingest_dependencies(const IngestWork& work);
+/// Writes every control of the history in `folder`, whose frames are finished.
+/// @param mask  What is inside; may be empty.
+void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder,
+                           const ImageU8& mask, const RunControl& control);
+
+}  // namespace patinate

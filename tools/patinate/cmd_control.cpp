@@ -75,9 +75,10 @@ int cmd_control(CommandRun& run) {
   Mesh mesh = load_mesh(mesh_source);
   scale_mesh(mesh, mm_per_mesh_unit(mesh_source));
   const std::string key = control_key(kind, mesh, options);
-  const JobStatus status = check_output_file(output, image_file_key(output), key, run.job_options());
+  const std::optional<JobStatus> status = run.check_file(output, image_file_key(output), key);
+  if (!status) return 0;
   if (status == JobStatus::UpToDate) {
-    run.report_output(status, output);
+    run.report_output(*status, output);
     return 0;
   }
   const RunControl control = run.control("control");
@@ -90,7 +91,7 @@ int cmd_control(CommandRun& run) {
              " texels overlap; choose a surface with --node or --material");
   }
   run.detail("0 stands for " + number_text(result.low) + ", 1 for " + number_text(result.high) + " " + result.unit);
-  run.report_output(status, output,
+  run.report_output(*status, output,
                     Json{{"range", {result.low, result.high}}, {"unit", result.unit}, {"covered", map.num_covered()}});
   return 0;
 }

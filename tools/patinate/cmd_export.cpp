@@ -41,7 +41,8 @@ int export_glb(CommandRun& run, const TransferReader& transfer, const std::files
   hash.add("export glb 1").add(transfer.manifest().key);
   for (double t : times) hash.add(t);
   const std::string key = hash.hex();
-  const JobStatus status = check_output_file(output, glb_key_of(output), key, run.job_options());
+  const std::optional<JobStatus> status = run.check_file(output, glb_key_of(output), key);
+  if (!status) return 0;
   if (status == JobStatus::Done) {
     const RunControl control = run.control("export");
     RunControl silent = control;
@@ -59,7 +60,7 @@ int export_glb(CommandRun& run, const TransferReader& transfer, const std::files
                              .key = key};
     write_glb(output, transfer.mesh(), variants, options, control.part(0.5, 1.0));
   }
-  run.report_output(status, output, Json{{"times", times}});
+  run.report_output(*status, output, Json{{"times", times}});
   return 0;
 }
 
@@ -92,9 +93,8 @@ int export_sequence(CommandRun& run, const std::string& source_key, const Histor
   plan.join = [&, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
     save_json(folder / "sequence.json", Json{{"time_unit", time_unit_text(history.time_unit)}, {"images", files}, {"key", key}});
   };
-  const JobStatus status = run_job(plan, run.job_options(), run.control("export"));
-  if (status == JobStatus::Done) write_run_record(output, run.command_line(), run.seconds());
-  run.report_output(status, output, Json{{"images", times.size()}});
+  const std::optional<JobStatus> status = run.make_folder(plan, "export");
+  if (status) run.report_output(*status, output, Json{{"images", times.size()}});
   return 0;
 }
 

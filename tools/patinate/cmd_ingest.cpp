@@ -45,15 +45,15 @@ int cmd_ingest(CommandRun& run) {
 
   const CaptureProject project = read_capture_project(capture_file(project_file));
   const JobPlan plan = plan_ingest(project, options, output);
-  const JobStatus status = run_job(plan, run.job_options(), run.control("ingest"));
-  if (status == JobStatus::Done) write_run_record(output, run.command_line(), run.seconds());
+  const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
+  if (!status) return 0;
   const HistoryReader reader(output);
   note_doubtful_controls(reader, run);
 
   const HistoryManifest& history = reader.manifest();
   Json controls = Json::array();
   for (const ControlParameter& c : history.controls) controls.push_back(c.name);
-  run.report_output(status, output, Json{{"frames", history.frames.size()}, {"controls", controls}});
+  run.report_output(*status, output, Json{{"frames", history.frames.size()}, {"controls", controls}});
   return 0;
 }
 

@@ -26,9 +26,10 @@ int cmd_lookup(CommandRun& run) {
              time_unit_text(history.time_unit) + "): its end is used");
   }
   const std::string key = ContentHash().add("lookup 1").add(transfer.manifest().key).add(*time).hex();
-  const JobStatus status = check_output_file(output, image_file_key(output), key, run.job_options());
+  const std::optional<JobStatus> status = run.check_file(output, image_file_key(output), key);
+  if (!status) return 0;
   if (status == JobStatus::Done) write_color(output, transfer.sample(*time, run.control("lookup")), key);
-  run.report_output(status, output);
+  run.report_output(*status, output);
   return 0;
 }
 

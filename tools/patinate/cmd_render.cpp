@@ -43,9 +43,10 @@ ImageF strip_of(const std::vector<ImageF>& pictures, const std::vector<double>& 
 
 /// Asks for the picture only when the output is not up to date.
 int finish(CommandRun& run, const RenderCommand& command, const std::string& key, const std::function<ImageF()>& make) {
-  const JobStatus status = check_output_file(command.output, image_file_key(command.output), key, run.job_options());
+  const std::optional<JobStatus> status = run.check_file(command.output, image_file_key(command.output), key);
+  if (!status) return 0;
   if (status == JobStatus::Done) write_color(command.output, make(), key);
-  run.report_output(status, command.output);
+  run.report_output(*status, command.output);
   return 0;
 }
 

@@ -59,9 +59,8 @@ int cmd_synth(CommandRun& run) {
   }
   const JobPlan plan =
       kind == "crackle" ? plan_crackle(crackle_options, output) : plan_sculpture(sculpture_options, output);
-  const JobStatus status = run_job(plan, run.job_options(), run.control("synth " + kind));
-  if (status == JobStatus::Done) write_run_record(output, run.command_line(), run.seconds());
-  run.report_output(status, output);
+  const std::optional<JobStatus> status = run.make_folder(plan, "synth " + kind);
+  if (status) run.report_output(*status, output);
   return 0;
 }
 

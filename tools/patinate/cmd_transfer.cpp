@@ -132,9 +132,9 @@ int cmd_transfer(CommandRun& run) {
   task.map = std::make_shared<TexelMap>(std::move(mesh), resolution, resolution, run.control("atlas"));
   note_ratio(task.map->median_texel_size_mm() / scale.texel_size_mm, resolution, run);
   task.controls = make_controls(control_texts, history, *task.map, kinds, run);
-  const JobStatus status = run_job(plan_transfer(std::move(task), output), run.job_options(), run.control("transfer"));
-  if (status == JobStatus::Done) write_run_record(output, run.command_line(), run.seconds());
-  run.report_output(status, output, energy_json(read_transfer_manifest(output)));
+  const std::optional<JobStatus> status = run.make_folder(plan_transfer(std::move(task), output), "transfer");
+  if (!status) return 0;
+  run.report_output(*status, output, energy_json(read_transfer_manifest(output)));
   return 0;
 }
 

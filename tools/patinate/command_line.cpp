@@ -17,6 +17,7 @@ void describe(OptionVisitor& v, CommonOptions& o) {
   v.visit({"quiet", "Errors only"}, o.quiet);
   v.visit({"verbose", "More on stderr"}, o.verbose);
   v.visit({"force", "Replace an existing, different output"}, o.force);
+  v.visit({"dry_run", "Say what would be done and why, and do nothing"}, o.dry_run);
 }
 
 enum class EntryKind { Positional, PositionalList, Option, Repeated, Flag };

@@ -23,6 +23,7 @@ struct CommonOptions {
   bool quiet = false;
   bool verbose = false;
   bool force = false;
+  bool dry_run = false;
 };
 void describe(OptionVisitor& v, CommonOptions& o);
 

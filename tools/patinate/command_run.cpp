@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
+#include "libcommon/job/partial_folder.h"
 #include "tools/patinate/message_stream.h"
 #include "tools/patinate/progress_line.h"
 
@@ -60,6 +61,39 @@ std::vector<std::string> CommandRun::command_line() const {
   return words;
 }
 
+std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
+  if (line.common().dry_run) {
+    const std::string found = manifest_key(plan.output, plan.manifest);
+    const std::string items = std::to_string(plan.items.size()) + (plan.items.size() == 1 ? " item" : " items");
+    if (found == plan.key) {
+      report_dry_run(plan.output, "nothing", {"up to date"});
+    } else if (found.empty()) {
+      report_dry_run(plan.output, "make", {"it does not exist: " + items});
+    } else {
+      report_dry_run(plan.output, "replace", {"it was made from other input or options: " + items});
+    }
+    return std::nullopt;
+  }
+  const JobStatus status = run_job(plan, job_options(), control(label));
+  if (status == JobStatus::Done) write_run_record(plan.output, command_line(), seconds());
+  return status;
+}
+
+std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,
+                                                const std::string& key) {
+  const JobStatus status = check_output_file(output, existing_key, key, job_options());
+  if (!line.common().dry_run) return status;
+  std::error_code error;
+  if (status == JobStatus::UpToDate) {
+    report_dry_run(output, "nothing", {"up to date"});
+  } else if (std::filesystem::exists(output, error)) {
+    report_dry_run(output, "replace", {"it was made from other input or options"});
+  } else {
+    report_dry_run(output, "make", {"it does not exist"});
+  }
+  return std::nullopt;
+}
+
 void CommandRun::note(const std::string& text) {
   progress_.reset();
   if (!line.common().quiet) std::fprintf(message_stream(), "%s\n", text.c_str());
@@ -85,6 +119,13 @@ void CommandRun::report_output(JobStatus status, const std::filesystem::path& ou
   Json result{{"output", output.string()}, {"status", is_done ? "done" : "up to date"}};
   result.update(more);
   print(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+void CommandRun::report_dry_run(const std::filesystem::path& output, const std::string& action,
+                                const std::vector<std::string>& reasons) {
+  std::string text = output.string() + ": would " + (action == "nothing" ? "do nothing" : action);
+  for (const std::string& reason : reasons) text += "\n  " + reason;
+  report(Json{{"output", output.string()}, {"dry_run", true}, {"would", action}, {"reasons", reasons}}, text);
 }
 
 void CommandRun::report(const Json& json, const std::string& text) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -39,6 +40,14 @@ class CommandRun {
   /// "patinate", the verb and its arguments, for run.json.
   [[nodiscard]] std::vector<std::string> command_line() const;
 
+  /// Makes the folder of a plan, with its run.json. With --dry-run says what would be done instead.
+  /// @returns nothing after a dry run: the command then returns 0.
+  [[nodiscard]] std::optional<JobStatus> make_folder(const JobPlan& plan, const std::string& label);
+  /// Whether a single-file output is to be made; as check_output_file(). With --dry-run says what would be done instead.
+  /// @returns nothing after a dry run: the command then returns 0.
+  [[nodiscard]] std::optional<JobStatus> check_file(const std::filesystem::path& output, const std::string& existing_key,
+                                                    const std::string& key);
+
   /// A line on stderr, unless --quiet.
   void note(const std::string& text);
   /// A line on stderr with --verbose.
@@ -49,6 +58,8 @@ class CommandRun {
   /// members of `more` on stdout.
   void report_output(JobStatus status, const std::filesystem::path& output);
   void report_output(JobStatus status, const std::filesystem::path& output, const Json& more);
+  /// The end of a dry run: what the command would do with `output`, and why, one reason a line.
+  void report_dry_run(const std::filesystem::path& output, const std::string& action, const std::vector<std::string>& reasons);
   /// The end of a command that tells something: `text` or, with --json, `json`, on stdout.
   void report(const Json& json, const std::string& text);
 

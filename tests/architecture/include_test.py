@@ -73,5 +73,36 @@ class Documents(unittest.TestCase):
                         self.assertTrue((document.parent / target).exists())
 
 
+    def test_every_page_is_reached_from_the_index(self):
+        index = (ROOT / "docs/index.md").read_text()
+        for page in sorted((ROOT / "docs").rglob("*.md")):
+            name = str(page.relative_to(ROOT / "docs"))
+            if name != "index.md" and not name.startswith("decisions/"):
+                with self.subTest(page=name):
+                    self.assertIn(f"({name})", index)
+
+
+class AlgorithmPages(unittest.TestCase):
+    """Each says what it computes, when it fails, and which tests prove it; those tests exist."""
+
+    def test_each_has_its_parts_and_its_tests_exist(self):
+        tests = set()
+        for path in sources("tests", ".cpp"):
+            tests |= {".".join(t) for t in re.findall(r"^TEST(?:_F|_P)?\((\w+), (\w+)\)", path.read_text(), re.MULTILINE)}
+        pages = sorted((ROOT / "docs/algorithms").glob("*.md"))
+        self.assertGreater(len(pages), 5)
+        for page in pages:
+            text = page.read_text()
+            for heading in ("Formula", "When it fails", "Proved by"):
+                with self.subTest(page=page.name, heading=heading):
+                    self.assertRegex(text, rf"(?m)^## {heading}")
+            proofs = re.findall(r"`([A-Z]\w+\.[A-Z]\w+)`", text.split("## Proved by")[-1])
+            with self.subTest(page=page.name):
+                self.assertTrue(proofs)
+            for proof in proofs:
+                with self.subTest(page=page.name, test=proof):
+                    self.assertIn(proof, tests)
+
+
 if __name__ == "__main__":
     unittest.main()

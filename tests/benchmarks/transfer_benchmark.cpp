@@ -1,17 +1,14 @@
 // Prints what transfer costs and how its methods compare; no test, no threshold. Run it in a release build on a quiet machine:
 //     build/release/bin/transfer_benchmark
 // Medians of five runs; figures are ratios wherever there are two ways of doing the same work.
-#include <algorithm>
-#include <array>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <functional>
 #include <memory>
 #include <tuple>
 #include <vector>
 
 #include "libcommon/history/history.h"
+#include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
@@ -21,18 +18,8 @@
 namespace patinate {
 namespace {
 
-double seconds(const std::function<void()>& work) {
-  const auto begin = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-double median_of_five(const std::function<void()>& work) {
-  std::array<double, 5> times{};
-  for (double& t : times) t = seconds(work);
-  std::sort(times.begin(), times.end());
-  return times[2];
-}
+using benchmarks::median_of_five;
+using benchmarks::seconds;
 
 struct Setting {
   testing_support::TempFolder folder;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
+#include <utility>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
@@ -21,7 +23,9 @@ template <class T>
 void keep_used(std::vector<T>& values, std::vector<Triangle>& triangles) {
   std::vector<int> new_index(values.size(), -1);
   for (const Triangle& t : triangles) {
-    for (int i : t) new_index[static_cast<std::size_t>(i)] = 0;
+    for (int i : t) {
+      if (i >= 0) new_index[static_cast<std::size_t>(i)] = 0;
+    }
   }
   std::size_t num_kept = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -31,7 +35,9 @@ void keep_used(std::vector<T>& values, std::vector<Triangle>& triangles) {
   }
   values.resize(num_kept);
   for (Triangle& t : triangles) {
-    for (int& i : t) i = new_index[static_cast<std::size_t>(i)];
+    for (int& i : t) {
+      if (i >= 0) i = new_index[static_cast<std::size_t>(i)];
+    }
   }
 }
 
@@ -55,7 +61,50 @@ std::string name_list(const std::vector<Mesh::Surface>& surfaces, std::string Me
                      "; materials: " + name_list(mesh.surfaces, &Mesh::Surface::material));
 }
 
+/// A triangle's side along an edge.
+struct Side {
+  std::uint64_t edge;
+  int triangle;
+  int k;
+};
+
+constexpr std::size_t kMaxSidesToPair = 64;  ///< Pairs are tried in quadratic time.
+
+/// Pairs of sides of one edge that run in opposite directions, the least bent first.
+std::vector<std::pair<Side, Side>> smoothest_pairs(const Mesh& mesh, std::span<const Side> sides) {
+  struct Pair {
+    double cosine;
+    std::size_t a, b;
+  };
+  const auto first = [&](const Side& s) { return mesh.triangles[static_cast<std::size_t>(s.triangle)][static_cast<std::size_t>(s.k)]; };
+  std::vector<Pair> candidates;
+  for (std::size_t a = 0; a < sides.size(); ++a) {
+    for (std::size_t b = a + 1; b < sides.size(); ++b) {
+      if (first(sides[a]) == first(sides[b])) continue;
+      const Vec3 na = area_vector(mesh, sides[a].triangle), nb = area_vector(mesh, sides[b].triangle);
+      const double length = na.norm() * nb.norm();
+      candidates.push_back({length > 0.0 ? na.dot(nb) / length : -1.0, a, b});
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(), [](const Pair& x, const Pair& y) { return x.cosine > y.cosine; });
+  std::vector<char> is_taken(sides.size(), 0);
+  std::vector<std::pair<Side, Side>> pairs;
+  for (const Pair& c : candidates) {
+    if (is_taken[c.a] || is_taken[c.b]) continue;
+    is_taken[c.a] = is_taken[c.b] = 1;
+    pairs.emplace_back(sides[c.a], sides[c.b]);
+  }
+  return pairs;
+}
+
 }  // namespace
+
+int Mesh::num_triangles_with_uvs() const {
+  if (uv_triangles.size() != triangles.size()) return 0;
+  return static_cast<int>(std::count_if(uv_triangles.begin(), uv_triangles.end(), [](const Triangle& t) {
+    return t[0] >= 0 && t[1] >= 0 && t[2] >= 0;
+  }));
+}
 
 Box bounding_box(const Mesh& mesh) {
   Box box;
@@ -107,7 +156,7 @@ void scale_mesh(Mesh& mesh, double factor) {
 
 Mesh select_surfaces(const Mesh& mesh, const std::string& node, const std::string& material) {
   std::vector<int> new_surface(mesh.surfaces.size(), -1);
-  const bool has_uvs = mesh.has_uvs();
+  const bool has_uvs = mesh.uv_triangles.size() == mesh.triangles.size();
   const bool has_normals = mesh.normal_triangles.size() == mesh.triangles.size();
   Mesh out;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -138,11 +187,6 @@ Mesh select_surfaces(const Mesh& mesh, const std::string& node, const std::strin
 }
 
 std::vector<std::array<int, 3>> triangle_neighbors(const Mesh& mesh) {
-  struct Side {
-    std::uint64_t edge;
-    int triangle;
-    int k;
-  };
   std::vector<Side> sides;
   sides.reserve(mesh.triangles.size() * 3);
   for (int t = 0; t < mesh.num_triangles(); ++t) {
@@ -155,14 +199,17 @@ std::vector<std::array<int, 3>> triangle_neighbors(const Mesh& mesh) {
   }
   std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.edge < b.edge; });
   std::vector<std::array<int, 3>> neighbors(mesh.triangles.size(), {-1, -1, -1});
+  const auto join = [&neighbors](const Side& a, const Side& b) {
+    neighbors[static_cast<std::size_t>(a.triangle)][static_cast<std::size_t>(a.k)] = b.triangle;
+    neighbors[static_cast<std::size_t>(b.triangle)][static_cast<std::size_t>(b.k)] = a.triangle;
+  };
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t end = i + 1;
     while (end < sides.size() && sides[end].edge == sides[i].edge) ++end;
     if (end - i == 2) {
-      neighbors[static_cast<std::size_t>(sides[i].triangle)][static_cast<std::size_t>(sides[i].k)] =
-          sides[i + 1].triangle;
-      neighbors[static_cast<std::size_t>(sides[i + 1].triangle)][static_cast<std::size_t>(sides[i + 1].k)] =
-          sides[i].triangle;
+      join(sides[i], sides[i + 1]);
+    } else if (end - i > 2 && end - i <= kMaxSidesToPair) {
+      for (const auto& [a, b] : smoothest_pairs(mesh, std::span(sides).subspan(i, end - i))) join(a, b);
     }
     i = end;
   }

@@ -20,7 +20,8 @@ struct Mesh {
   std::vector<Vec2> uvs;             ///< v up (OBJ). Empty when the mesh has none.
   std::vector<Vec3> normals;         ///< Unit. Empty when the file has none.
   std::vector<Triangle> triangles;         ///< Into positions.
-  std::vector<Triangle> uv_triangles;      ///< Into uvs; as long as triangles, or empty.
+  /// Into uvs; as long as triangles, or empty. -1 = a corner without UV, in a file that has some for others.
+  std::vector<Triangle> uv_triangles;
   std::vector<Triangle> normal_triangles;  ///< Into normals; as long as triangles, or empty.
   std::vector<int> triangle_surface;       ///< Into surfaces; as long as triangles.
   /// What a user can choose by name: one per (node, material) of the file.
@@ -31,7 +32,9 @@ struct Mesh {
   std::vector<Surface> surfaces;
 
   [[nodiscard]] int num_triangles() const { return static_cast<int>(triangles.size()); }
-  [[nodiscard]] bool has_uvs() const { return !triangles.empty() && uv_triangles.size() == triangles.size(); }
+  /// Whether every corner of every triangle has a UV.
+  [[nodiscard]] bool has_uvs() const { return !triangles.empty() && num_triangles_with_uvs() == num_triangles(); }
+  [[nodiscard]] int num_triangles_with_uvs() const;
 };
 
 struct Box {
@@ -66,8 +69,9 @@ enum class RefineShape {
 /// @throws InvalidInput unless max_edge > 0.
 [[nodiscard]] Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles = 2'000'000,
                                 RefineShape shape = RefineShape::Flat);
-/// neighbours[t][k] = triangle across the edge (corner k, corner k+1) of t, by positions; -1 at a boundary or where more
-/// than two triangles share the edge.
+/// neighbours[t][k] = triangle across the edge (corner k, corner k+1) of t, by positions; -1 at a boundary. Where more than two
+/// triangles share an edge, those that bend least are joined in pairs of opposite direction, and the others end there (all of
+/// them, where more than 64 meet).
 [[nodiscard]] std::vector<std::array<int, 3>> triangle_neighbors(const Mesh& mesh);
 
 }  // namespace patinate

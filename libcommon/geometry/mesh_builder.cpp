@@ -151,7 +151,7 @@ void MeshBuilder::add_polygon(std::span<const Corner> corners) {
     if (position[0] == position[1] || position[1] == position[2] || position[2] == position[0]) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const Corner& corner = corners[static_cast<std::size_t>(t[k])];
-      all_have_uvs_ = all_have_uvs_ && corner.uv;
+      has_uv_ = has_uv_ || corner.uv;
       uv[k] = corner.uv ? uv_index(position[k], *corner.uv) : -1;
       normal[k] = corner.normal ? normal_index(*corner.normal) : -1;
     }
@@ -176,10 +176,7 @@ void MeshBuilder::fill_missing_normals() {
 
 Mesh MeshBuilder::finish() {
   if (mesh_.triangles.empty()) throw IoError(file_, "no triangle with three different corners; a surface is needed");
-  if (!all_have_uvs_) {
-    mesh_.uvs.clear();
-    mesh_.uv_triangles.clear();
-  }
+  if (!has_uv_) mesh_.uv_triangles.clear();
   if (mesh_.normals.empty()) {
     mesh_.normal_triangles.clear();
   } else {

@@ -35,8 +35,8 @@ class MeshBuilder {
   void set_surface(const std::string& node, const std::string& material);
   /// Fewer than three corners: ignored. @throws IoError on values that are not finite, or too many triangles.
   void add_polygon(std::span<const Corner> corners);
-  /// The mesh. Corners without a normal get the angle-weighted one, if any corner has one; UVs are kept if every corner
-  /// has one.
+  /// The mesh. Corners without a normal get the angle-weighted one, if any corner has one; uv_triangles stay
+  /// empty if no corner has a UV.
   /// @throws IoError if nothing was added.
   [[nodiscard]] Mesh finish();
 
@@ -58,7 +58,7 @@ class MeshBuilder {
   Mesh mesh_;
   int node_ = -1;
   int surface_ = -1;
-  bool all_have_uvs_ = true;
+  bool has_uv_ = false;
   std::unordered_map<std::string, int> nodes_;
   std::unordered_map<std::string, int> surfaces_;
   Table positions_, uvs_, normals_;

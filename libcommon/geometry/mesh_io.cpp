@@ -40,9 +40,10 @@ std::string one_line(std::string name) {
   return name;
 }
 
-void append_surface(std::string& text, const Mesh::Surface& surface) {
+/// A material stays in force until the next one: among others, one without a name is said too.
+void append_surface(std::string& text, const Mesh::Surface& surface, bool says_materials) {
   text += "o " + one_line(surface.node) + '\n';
-  if (!surface.material.empty()) text += "usemtl " + one_line(surface.material) + '\n';
+  if (says_materials) text += "usemtl " + one_line(surface.material) + '\n';
 }
 
 }  // namespace
@@ -71,11 +72,12 @@ void write_obj(const std::filesystem::path& path, const Mesh& mesh) {
   append_vectors(text, "v", mesh.positions);
   if (has_uvs) append_vectors(text, "vt", mesh.uvs);
   if (has_normals) append_vectors(text, "vn", mesh.normals);
+  const bool says_materials = std::any_of(mesh.surfaces.begin(), mesh.surfaces.end(), [](const Mesh::Surface& s) { return !s.material.empty(); });
   int surface = -1;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const int s = t < mesh.triangle_surface.size() ? mesh.triangle_surface[t] : -1;
     if (s != surface) {
-      append_surface(text, mesh.surfaces[static_cast<std::size_t>(s)]);
+      append_surface(text, mesh.surfaces[static_cast<std::size_t>(s)], says_materials);
       surface = s;
     }
     text += 'f';

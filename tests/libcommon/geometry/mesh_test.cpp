@@ -83,13 +83,33 @@ TEST(Mesh, NeighborsOfAClosedSurfaceAreMutual) {
   }
 }
 
-TEST(Mesh, EdgesOfThreeTrianglesHaveNoNeighbor) {
+TEST(Mesh, EdgesOfThreeTrianglesGoOnWhereTheSurfaceBendsLeast) {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
-  mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
-  for (const auto& sides : triangle_neighbors(mesh)) {
-    for (int n : sides) EXPECT_EQ(n, -1);
+  mesh.triangles = {{0, 1, 4}, {0, 1, 2}, {1, 0, 3}};  // A fin on a floor.
+  const auto neighbors = triangle_neighbors(mesh);
+  EXPECT_EQ(neighbors[0][0], -1);
+  EXPECT_EQ(neighbors[1][0], 2);
+  EXPECT_EQ(neighbors[2][0], 1);
+}
+
+TEST(Mesh, SheetsWithTwoSidesGoOnOnTheirOwnSide) {
+  Mesh mesh;  // A folded strip and the same strip from behind: four triangles at the edge 0-1.
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.3}, {0, -1, 0.3}};
+  mesh.triangles = {{0, 1, 2}, {1, 0, 2}, {0, 1, 3}, {1, 0, 3}};
+  const auto neighbors = triangle_neighbors(mesh);
+  EXPECT_EQ(neighbors[0][0], 3);
+  EXPECT_EQ(neighbors[1][0], 2);
+}
+
+TEST(Mesh, AnEdgeOfManyTrianglesTakesNoQuadraticTime) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {0, 0, 1}};
+  for (int i = 0; i < 100'000; ++i) {
+    mesh.positions.emplace_back(std::cos(i), std::sin(i), 0.0);
+    mesh.triangles.push_back({i % 2, 1 - i % 2, i + 2});
   }
+  EXPECT_EQ(triangle_neighbors(mesh)[0][0], -1);
 }
 
 TEST(RefineEdges, SplitsUntilNoEdgeIsLongerAndLeavesNoCracks) {

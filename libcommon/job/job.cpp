@@ -16,13 +16,12 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/job/output_state.h"
 #include "libcommon/job/partial_folder.h"
 
 namespace patinate {
 
 namespace fs = std::filesystem;
-
-namespace {
 
 void check_plan(const JobPlan& plan) {
   std::set<std::string> names;
@@ -41,39 +40,7 @@ void check_plan(const JobPlan& plan) {
   }
 }
 
-/// "a/b/" and "a/b" are the same folder.
-fs::path without_trailing_slash(const fs::path& path) {
-  return path.has_filename() || !path.has_parent_path() ? path : path.parent_path();
-}
-
-enum class Found { Nothing, Same, Different };
-
-Found look_at_output(const fs::path& output, const JobPlan& plan, const JobOptions& options) {
-  std::error_code error;
-  const fs::file_status status = fs::status(output, error);
-  if (!fs::exists(status)) {
-    const fs::path parent = output.has_parent_path() ? output.parent_path() : fs::path(".");
-    if (!fs::is_directory(parent, error)) {
-      throw CannotComplete(output.string() + ": cannot be made; the folder " + parent.string() + " does not exist");
-    }
-    return Found::Nothing;
-  }
-  if (!fs::is_directory(status)) {
-    throw CannotComplete(output.string() + ": is a file; the output is a folder, give another name");
-  }
-  if (fs::is_empty(output, error) && !error) return Found::Nothing;
-  const std::string key = manifest_key(output, plan.manifest);
-  if (key == plan.key && !key.empty()) return Found::Same;
-  if (key.empty()) {
-    throw CannotComplete(output.string() + ": exists and holds no " + plan.manifest +
-                         " of patinate, so it is left untouched; give another output");
-  }
-  if (!options.force) {
-    throw CannotComplete(output.string() +
-                         ": exists and was made from other input or options; give --force to replace it, or another output");
-  }
-  return Found::Different;
-}
+namespace {
 
 /// Progress of items that run side by side as one rising fraction. The join counts as one more item.
 class ItemProgress {
@@ -101,8 +68,6 @@ class ItemProgress {
   std::vector<double> fractions_;
   double reported_ = 0.0;
 };
-
-const std::string& item_key(const JobPlan& plan, const JobItem& item) { return item.key.empty() ? plan.key : item.key; }
 
 void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, const RunControl& control) {
   control.throw_if_stopped();
@@ -132,35 +97,48 @@ void run_side_by_side(const JobPlan& plan, const std::vector<std::size_t>& items
   });
 }
 
-void run_items(const JobPlan& plan, PartialFolder& folder, const RunControl& control) {
-  ItemProgress progress(control, plan.items.size());
-  std::vector<std::size_t> pending;
+/// Indices of the items that are still to be run, when everything else has been brought into the folder.
+std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder,
+                                       const RunControl& control) {
+  std::vector<std::size_t> unfinished, pending;
   std::set<std::string> finished_items;
   std::set<fs::path> finished_files;
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
     const JobItem& item = plan.items[i];
-    const bool is_done = folder.is_done(item.name, item_key(plan, item)) &&
-                         std::all_of(item.outputs.begin(), item.outputs.end(),
-                                     [&](const fs::path& p) { return fs::exists(folder.path() / p); });
-    if (!is_done) {
-      pending.push_back(i);
+    if (!is_item_done(folder.path(), item.name, item_key(plan, item), item.outputs)) {
+      unfinished.push_back(i);
       continue;
     }
     finished_items.insert(item.name);
     for (const fs::path& output : item.outputs) finished_files.insert(output.lexically_normal());
-    progress.set(i, 1.0);
   }
   folder.keep_only(finished_items, finished_files);
+  for (std::size_t i : unfinished) {
+    control.throw_if_stopped();
+    const DoneItem* done = reusable_item(state, plan.items[i]);
+    if (!done || !folder.adopt(state.output, plan.items[i].name, *done, plan.items[i].outputs)) pending.push_back(i);
+  }
+  return pending;
+}
 
+void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, const RunControl& control) {
+  ItemProgress progress(control, plan.items.size());
+  const std::vector<std::size_t> pending = prepare_items(plan, state, folder, control);
+  std::set<std::size_t> is_pending(pending.begin(), pending.end());
   std::map<int, std::vector<std::size_t>> stages;
-  for (std::size_t i : pending) stages[plan.items[i].stage].push_back(i);
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < plan.items.size(); ++i) {
+    names.insert(plan.items[i].name);
+    if (is_pending.contains(i)) stages[plan.items[i].stage].push_back(i);
+    else progress.set(i, 1.0);
+  }
   for (const auto& [stage, items] : stages) run_side_by_side(plan, items, folder, progress, control);
 
-  const int num_threads = thread_count(control);
-  plan.join(folder.path(), progress.item_control(plan.items.size(), num_threads));
+  plan.join(folder.path(), progress.item_control(plan.items.size(), thread_count(control)));
   if (manifest_key(folder.path(), plan.manifest) != plan.key) {
     throw CannotComplete((folder.path() / plan.manifest).string() + ": was not written by the last step");
   }
+  folder.write_record({plan.key, plan.depends_on, {}}, names);
 }
 
 /// What an earlier --force run was killed while removing.
@@ -178,30 +156,32 @@ void remove_leftover(const fs::path& output, const std::string& manifest) {
 
 JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control) try {
   check_plan(plan);
-  const fs::path output = without_trailing_slash(plan.output);
-  if (look_at_output(output, plan, options) == Found::Same) {
-    remove_leftover(output, plan.manifest);
+  OutputState state = look_at_output(plan);
+  require_replaceable(state, options);
+  if (state.found == FoundOutput::Same) {
+    remove_leftover(state.output, plan.manifest);
     control.report(1.0);
     return JobStatus::UpToDate;
   }
-  PartialFolder folder(output, plan.manifest);
+  PartialFolder folder(state.output, plan.manifest);
   // Looked at again under the lock: another run may have finished in between.
-  const Found found = look_at_output(output, plan, options);
-  if (found == Found::Same) {
+  state = look_at_output(plan);
+  require_replaceable(state, options);
+  if (state.found == FoundOutput::Same) {
     folder.discard();
     control.report(1.0);
     return JobStatus::UpToDate;
   }
-  if (!folder.is_whole(plan.key)) {
+  if (!is_partial_whole(folder.path(), plan.manifest, plan.key)) {
     try {
       folder.begin(plan.key);
-      run_items(plan, folder, control);
+      run_items(plan, state, folder, control);
     } catch (...) {
       if (!folder.has_done_items()) folder.discard();
       throw;
     }
   }
-  folder.publish(found == Found::Different);
+  folder.publish(state.found == FoundOutput::Different);
   control.report(1.0);
   return JobStatus::Done;
 } catch (const fs::filesystem_error& e) {

@@ -12,6 +12,9 @@
 
 namespace patinate {
 
+/// Outputs of an item below this folder serve later items and resumed runs only; they are not in the finished output.
+inline constexpr const char* kJobWorkFolder = ".job/work";
+
 /// One piece of work, independent of the others.
 struct JobItem {
   std::string name;                            ///< Unique in the plan; [A-Za-z0-9._-].
@@ -36,6 +39,9 @@ struct JobPlan {
   std::string key;                   ///< Content key of inputs, parameters and stage versions.
   std::vector<JobDependency> depends_on = {};  ///< What `key` is made of; may be empty.
   std::vector<JobItem> items;        ///< Run by stage, in order; `parallel_items` at a time.
+  /// The finished folder may be replaced without `force` when everything that it was made from is still there and unchanged, and
+  /// something was added (a photograph at the end of a sequence). Needs `depends_on` to be complete.
+  bool may_grow = false;
   bool parallel_items = true;        ///< false: one after another (each uses all threads itself).
   /// Called last, after every item, with the folder: writes the manifest (with the key).
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;
@@ -47,9 +53,14 @@ struct JobOptions {
   bool force = false;  ///< Replace a different existing output (the folders are exchanged atomically).
 };
 
+/// @throws InvalidInput if an item's name is no file name or not unique, or an output lies outside the folder.
+void check_plan(const JobPlan& plan);
+
 /// Works in `OUT.partial` (locked, its key inside), marks finished items there, and renames it to OUT at the end.
-/// However a run ends, the next goes on with the finished items whose key is still the same; others are discarded.
-/// @throws CannotComplete if OUT exists with another key and not `force`, if another process holds the lock, or if it
+/// However a run ends, the next goes on with the finished items whose key is still the same; others are discarded. Where OUT is
+/// replaced, its items that have keys of their own and are still planned are taken over (hard links), when their files are unchanged
+/// since. OUT also gets `job.json` (job_record.h).
+/// @throws CannotComplete if OUT exists with another key, may not grow and not `force`, if another process holds the lock, or if it
 /// cannot be written; Cancelled.
 JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control);
 

@@ -8,12 +8,13 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <system_error>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
 
 namespace patinate {
@@ -54,7 +55,31 @@ void remove_tree(const fs::path& path) {
 
 std::string read_small(const fs::path& path) {
   std::error_code error;
-  return fs::is_regular_file(path, error) ? read_file(path, 4096) : std::string();
+  constexpr std::uint64_t kMost = 1 << 20;
+  return fs::is_regular_file(path, error) ? read_file(path, kMost) : std::string();
+}
+
+/// The item's key in the first line, then the key and path of each output.
+std::string marker_text(const DoneItem& done) {
+  std::string text = done.key + "\n";
+  for (const auto& [file, key] : done.files) text += key + " " + file + "\n";
+  return text;
+}
+
+/// Paths under kJobWorkFolder are no part of the finished output.
+bool is_work(const fs::path& relative) {
+  const fs::path normal = relative.lexically_normal(), work(kJobWorkFolder);
+  return std::mismatch(work.begin(), work.end(), normal.begin(), normal.end()).first == work.end();
+}
+
+void link_or_copy(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  if (error) fail(to.parent_path(), "cannot be made", error.value());
+  fs::remove(to, error);
+  fs::create_hard_link(from, to, error);
+  if (!error) return;
+  write_atomically(to, [&](const fs::path& temporary) { fs::copy_file(from, temporary); });
 }
 
 }  // namespace
@@ -71,8 +96,38 @@ std::string manifest_key(const fs::path& folder, const std::string& manifest) {
   return "";
 }
 
+fs::path partial_path(const fs::path& output) { return output.string() + ".partial"; }
+
+DoneItem read_marker(const fs::path& partial, const std::string& item) {
+  std::istringstream lines(read_small(partial / kBook / "done" / item));
+  DoneItem done;
+  std::getline(lines, done.key);
+  std::string line;
+  while (std::getline(lines, line)) {
+    const std::size_t space = line.find(' ');
+    if (space != std::string::npos) done.files[line.substr(space + 1)] = line.substr(0, space);
+  }
+  return done;
+}
+
+bool is_item_done(const fs::path& partial, const std::string& item, const std::string& item_key, const std::vector<fs::path>& outputs) {
+  const DoneItem done = read_marker(partial, item);
+  if (done.key != item_key || item_key.empty()) return false;
+  return std::all_of(outputs.begin(), outputs.end(), [&](const fs::path& output) {
+    std::error_code error;
+    if (!done.files.contains(output.generic_string()) || !fs::exists(partial / output, error)) return false;
+    const auto num_links = fs::hard_link_count(partial / output, error);
+    return !error && (num_links == 1 || is_unchanged(partial, {output}, done));
+  });
+}
+
+bool is_partial_whole(const fs::path& partial, const std::string& manifest, const std::string& key) {
+  std::error_code error;
+  return !fs::exists(partial / kBook / "key", error) && manifest_key(partial, manifest) == key;
+}
+
 PartialFolder::PartialFolder(const fs::path& output, std::string manifest)
-    : output_(output), path_(output.string() + ".partial"), manifest_(std::move(manifest)) {
+    : output_(output), path_(partial_path(output)), manifest_(std::move(manifest)) {
   lock();
   try {
     const bool is_ours = fs::exists(path_ / kBook) || fs::is_empty(path_) || !manifest_key(path_, manifest_).empty();
@@ -109,22 +164,12 @@ void PartialFolder::lock() {
   }
 }
 
-bool PartialFolder::is_whole(const std::string& key) const {
-  return !fs::exists(path_ / kBook / "key") && manifest_key(path_, manifest_) == key;
-}
-
 void PartialFolder::begin(const std::string& key) {
   if (read_small(path_ / kBook / "key") != key) make_file(path_ / kBook / "key", key);
 }
 
 void PartialFolder::mark_unfinished() {
   if (!fs::exists(path_ / kBook / "key")) make_file(path_ / kBook / "key", kDiscarded);
-}
-
-bool PartialFolder::is_done(const std::string& item, const std::string& item_key) const {
-  const fs::path marker = path_ / kBook / "done" / item;
-  std::error_code error;
-  return fs::exists(marker, error) && read_small(marker) == item_key;
 }
 
 bool PartialFolder::has_done_items() const {
@@ -134,12 +179,38 @@ bool PartialFolder::has_done_items() const {
 
 void PartialFolder::mark_done(const std::string& item, const std::string& item_key,
                               const std::vector<fs::path>& outputs) {
+  DoneItem done{item_key, {}};
   for (const fs::path& output : outputs) {
     if (!fs::exists(path_ / output)) throw CannotComplete((path_ / output).string() + ": was not made by its step");
     sync_path(path_ / output);
     sync_path((path_ / output).parent_path());
+    done.files[output.generic_string()] = hash_file(path_ / output);
   }
-  make_file(path_ / kBook / "done" / item, item_key);
+  make_file(path_ / kBook / "done" / item, marker_text(done));
+}
+
+bool PartialFolder::adopt(const fs::path& finished, const std::string& item, const DoneItem& done,
+                          const std::vector<fs::path>& outputs) {
+  std::error_code error;
+  const auto is_there = [&](const fs::path& p) { return !is_work(p) && fs::is_regular_file(finished / p, error); };
+  if (!std::all_of(outputs.begin(), outputs.end(), is_there)) return false;
+  for (const fs::path& output : outputs) link_or_copy(finished / output, path_ / output);
+  if (!is_unchanged(path_, outputs, done)) {
+    for (const fs::path& output : outputs) fs::remove(path_ / output, error);
+    return false;
+  }
+  for (const fs::path& output : outputs) sync_path((path_ / output).parent_path());
+  make_file(path_ / kBook / "done" / item, marker_text(done));
+  return true;
+}
+
+void PartialFolder::write_record(JobRecord record, const std::set<std::string>& items) {
+  for (const std::string& item : items) {
+    DoneItem done = read_marker(path_, item);
+    std::erase_if(done.files, [](const auto& file) { return is_work(file.first); });
+    if (!done.files.empty()) record.items[item] = std::move(done);
+  }
+  write_job_record(path_, record);
 }
 
 void PartialFolder::keep_only(const std::set<std::string>& items, const std::set<fs::path>& files) {
@@ -162,8 +233,9 @@ void PartialFolder::keep_only(const std::set<std::string>& items, const std::set
   for (auto it = fs::recursive_directory_iterator(path_); it != fs::recursive_directory_iterator(); ++it) {
     const fs::path relative = it->path().lexically_relative(path_);
     const bool is_folder = it->is_directory() && !it->is_symlink();
-    if (relative == kBook) {
-      it.disable_recursion_pending();
+    if (relative == kBook || relative == kJobWorkFolder) continue;
+    if (relative.parent_path() == kBook) {
+      if (is_folder) it.disable_recursion_pending();
     } else if (is_folder ? !kept_folders.contains(relative) : !files.contains(relative)) {
       unwanted.push_back(it->path());
       if (is_folder) it.disable_recursion_pending();
@@ -173,7 +245,8 @@ void PartialFolder::keep_only(const std::set<std::string>& items, const std::set
 }
 
 void PartialFolder::publish(bool replace) {
-  remove_tree(path_ / kBook / "done");
+  // The key first: without it the folder is whole, with it a kill before the last marker is gone would lose finished items.
+  remove_tree(path_ / kBook / "key");
   remove_tree(path_ / kBook);
   sync_path(path_);
   if (!replace) {

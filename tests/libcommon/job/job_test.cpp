@@ -74,7 +74,7 @@ TEST(Job, MakesOutputsAndManifestAndNothingElse) {
     const fs::path out = temp / ("out" + std::to_string(n));
     EXPECT_EQ(run_job(sample_plan(out, "k"), {}, threads(n)), JobStatus::Done);
     const Tree tree = tree_of(out);
-    EXPECT_EQ(tree.size(), 10u);  // 8 files, their folder, the manifest
+    EXPECT_EQ(tree.size(), 11u);  // 8 files, their folder, the manifest, job.json
     EXPECT_EQ(tree.at("parts/3.txt"), "k3");
     EXPECT_FALSE(fs::exists(out.string() + ".partial"));
   }
@@ -311,7 +311,7 @@ TEST(Job, FinishesWhenKilledBetweenTheJoinAndTheRename) {
   std::atomic<int> runs{0};
   EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int) { ++runs; }), {}, {}), JobStatus::Done);
   EXPECT_EQ(runs, 0);
-  EXPECT_EQ(tree_of(temp / "out").size(), 10u);
+  EXPECT_EQ(tree_of(temp / "out").size(), 11u);
 }
 
 TEST(Job, TwoProcessesDoNotMakeTheSameOutput) {

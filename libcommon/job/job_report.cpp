@@ -1,0 +1,120 @@
+#include "libcommon/job/job_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/job/output_state.h"
+#include "libcommon/job/partial_folder.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array<const char*, 4> kNeedNames{"up to date", "missing", "grown", "stale"};
+constexpr std::array<const char*, 3> kItemNeedNames{"run", "resume", "reuse"};
+constexpr std::array<const char*, 3> kChangeNames{"added", "removed", "changed"};
+
+const char* name_of(OutputNeed need) { return kNeedNames[static_cast<std::size_t>(need)]; }
+const char* name_of(ItemNeed need) { return kItemNeedNames[static_cast<std::size_t>(need)]; }
+const char* name_of(JobChange::Kind kind) { return kChangeNames[static_cast<std::size_t>(kind)]; }
+
+bool is_content_key(const std::string& key) {
+  return key.size() == 32 && std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
+}
+
+std::string line_of(const JobChange& change) {
+  if (change.kind == JobChange::Kind::Added) return change.name + " is new";
+  if (change.kind == JobChange::Kind::Removed) return change.name + " is gone";
+  if (is_content_key(change.before) && is_content_key(change.now)) return change.name + " has other content";
+  return change.name + " was `" + change.before + "`, is `" + change.now + "`";
+}
+
+/// "3 frames: a, b, c", at most a handful of names.
+std::string item_line(const JobReport& report, ItemNeed need, const std::string& label) {
+  constexpr std::size_t kMostNames = 8;
+  std::size_t count = 0;
+  std::string names;
+  for (const JobReport::Item& item : report.items) {
+    if (item.need != need) continue;
+    if (++count <= kMostNames) names += (count == 1 ? "" : ", ") + item.name;
+  }
+  if (count == 0) return "";
+  if (count > kMostNames) names += ", ... and " + std::to_string(count - kMostNames) + " more";
+  return "\n  " + label + " " + std::to_string(count) + ": " + names;
+}
+
+std::string headline(const JobReport& report) {
+  switch (report.need) {
+    case OutputNeed::UpToDate: return "up to date; nothing would be done";
+    case OutputNeed::Missing: return "missing; would be made";
+    case OutputNeed::Grown: return "has grown; would be replaced by a longer one, nothing in it is lost";
+    default: return report.is_forced ? "made from other input or options; would be replaced"
+                                     : "made from other input or options; untouched without --force";
+  }
+}
+
+ItemNeed need_of(const JobPlan& plan, const JobItem& item, const OutputState& state) {
+  if (is_item_done(partial_path(state.output), item.name, item_key(plan, item), item.outputs)) return ItemNeed::Resume;
+  const DoneItem* done = reusable_item(state, item);
+  return done && is_unchanged(state.output, item.outputs, *done) ? ItemNeed::Reuse : ItemNeed::Run;
+}
+
+}  // namespace
+
+std::string JobReport::text() const {
+  std::string text = output.string() + ": " + headline(*this);
+  constexpr std::size_t kMostChanges = 20;
+  for (std::size_t i = 0; i < std::min(changes.size(), kMostChanges); ++i) text += "\n  " + line_of(changes[i]);
+  if (changes.size() > kMostChanges) text += "\n  ... and " + std::to_string(changes.size() - kMostChanges) + " more";
+  if (need == OutputNeed::Stale && !is_recorded) text += "\n  it does not say what it was made from";
+  text += item_line(*this, ItemNeed::Resume, "finished by an interrupted run");
+  text += item_line(*this, ItemNeed::Reuse, "kept");
+  text += item_line(*this, ItemNeed::Run, "to make");
+  return text;
+}
+
+Json JobReport::json() const {
+  Json change_list = Json::array(), item_list = Json::array();
+  for (const JobChange& c : changes) {
+    change_list.push_back({{"name", c.name}, {"change", name_of(c.kind)}, {"before", c.before}, {"now", c.now}});
+  }
+  for (const Item& item : items) item_list.push_back({{"name", item.name}, {"need", name_of(item.need)}});
+  return {{"output", output.string()}, {"status", "dry run"},    {"need", name_of(need)}, {"needs_force", needs_force()},
+          {"changes", change_list},    {"recorded", is_recorded}, {"items", item_list}};
+}
+
+JobReport explain_job(const JobPlan& plan, const JobOptions& options) {
+  check_plan(plan);
+  const OutputState state = look_at_output(plan);
+  JobReport report;
+  report.output = state.output;
+  report.is_forced = options.force;
+  report.changes = state.changes;
+  report.is_recorded = state.found != FoundOutput::Different || !state.record.depends_on.empty();
+  if (state.found == FoundOutput::Same) report.need = OutputNeed::UpToDate;
+  if (state.found == FoundOutput::Different) report.need = state.only_grows ? OutputNeed::Grown : OutputNeed::Stale;
+  if (state.found == FoundOutput::Same || is_partial_whole(partial_path(state.output), plan.manifest, plan.key)) return report;
+  for (const JobItem& item : plan.items) report.items.push_back({item.name, need_of(plan, item, state)});
+  return report;
+}
+
+JobReport explain_output_file(const fs::path& output, const std::string& existing_key, const std::string& key,
+                              const JobOptions& options) {
+  // Everything but a different key is an error of check_output_file() also with `force`.
+  const JobStatus status = check_output_file(output, existing_key, key, {.force = true});
+  JobReport report;
+  report.output = output;
+  report.is_forced = options.force;
+  report.is_recorded = false;
+  std::error_code error;
+  if (status == JobStatus::UpToDate) report.need = OutputNeed::UpToDate;
+  else if (fs::exists(output, error)) report.need = OutputNeed::Stale;
+  return report;
+}
+
+}  // namespace patinate

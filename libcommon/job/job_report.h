@@ -1,0 +1,56 @@
+/// \file
+/// Dry run: what a plan would do, and why. Reads, and touches nothing.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/json.h"
+#include "libcommon/job/job.h"
+#include "libcommon/job/job_record.h"
+
+namespace patinate {
+
+enum class OutputNeed {
+  UpToDate,  ///< Nothing would be done.
+  Missing,   ///< The output would be made.
+  Grown,     ///< The output would be made again with what was added; nothing in it is lost.
+  Stale,     ///< It was made from other input or options: replaced with `force`, else untouched.
+};
+
+/// What would become of one item.
+enum class ItemNeed {
+  Run,
+  Resume,  ///< Finished by an interrupted run.
+  Reuse,   ///< Taken over from the finished output.
+};
+
+struct JobReport {
+  std::filesystem::path output;
+  OutputNeed need = OutputNeed::Missing;
+  bool is_forced = false;
+  std::vector<JobChange> changes;  ///< Why a Grown or Stale output is so.
+  bool is_recorded = true;         ///< false: a Stale output does not say what it was made from.
+  struct Item {
+    std::string name;
+    ItemNeed need = ItemNeed::Run;
+  };
+  std::vector<Item> items;         ///< Of what would be done; empty for single files and when nothing would.
+
+  /// The command would end with "give --force".
+  [[nodiscard]] bool needs_force() const { return need == OutputNeed::Stale && !is_forced; }
+  /// Several lines without an end of line.
+  [[nodiscard]] std::string text() const;
+  /// Members output, status ("dry run"), need, needs_force, changes, items.
+  [[nodiscard]] Json json() const;
+};
+
+/// What run_job() would do. Outputs that could be reused are read, because only unchanged ones are.
+/// @throws what run_job() throws before it begins, but for a need of `force`, and but for a folder in use.
+[[nodiscard]] JobReport explain_job(const JobPlan& plan, const JobOptions& options);
+/// What check_output_file() would lead to. @throws as it does, but for a need of `force`.
+[[nodiscard]] JobReport explain_output_file(const std::filesystem::path& output, const std::string& existing_key,
+                                            const std::string& key, const JobOptions& options);
+
+}  // namespace patinate

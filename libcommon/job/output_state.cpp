@@ -1,0 +1,83 @@
+#include "libcommon/job/output_state.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include "libcommon/core/error.h"
+#include "libcommon/job/partial_folder.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// "a/b/" and "a/b" are the same folder.
+fs::path without_trailing_slash(const fs::path& path) {
+  return path.has_filename() || !path.has_parent_path() ? path : path.parent_path();
+}
+
+void look_into(OutputState& state, const JobPlan& plan) {
+  const std::string key = manifest_key(state.output, plan.manifest);
+  if (key.empty()) {
+    throw CannotComplete(state.output.string() + ": exists and holds no " + plan.manifest +
+                         " of patinate, so it is left untouched; give another output");
+  }
+  if (key == plan.key) {
+    state.found = FoundOutput::Same;
+    return;
+  }
+  state.found = FoundOutput::Different;
+  state.record = read_job_record(state.output, key);
+  if (state.record.key.empty()) return;
+  state.changes = changes_between(state.record.depends_on, plan.depends_on);
+  state.only_grows = plan.may_grow && !state.changes.empty() && !state.record.depends_on.empty() &&
+                     std::all_of(state.changes.begin(), state.changes.end(),
+                                 [](const JobChange& c) { return c.kind == JobChange::Kind::Added; });
+}
+
+/// "photos/day07.jpg changed and 2 more", for one line.
+std::string summary(const std::vector<JobChange>& changes) {
+  if (changes.empty()) return "";
+  const JobChange& c = changes.front();
+  std::string text = c.name;
+  text += c.kind == JobChange::Kind::Added ? " is new" : c.kind == JobChange::Kind::Removed ? " is gone" : " changed";
+  if (changes.size() > 1) text += " and " + std::to_string(changes.size() - 1) + " more";
+  return " (" + text + ")";
+}
+
+}  // namespace
+
+OutputState look_at_output(const JobPlan& plan) {
+  OutputState state;
+  state.output = without_trailing_slash(plan.output);
+  std::error_code error;
+  const fs::file_status status = fs::status(state.output, error);
+  if (!fs::exists(status)) {
+    const fs::path parent = state.output.has_parent_path() ? state.output.parent_path() : fs::path(".");
+    if (!fs::is_directory(parent, error)) {
+      throw CannotComplete(state.output.string() + ": cannot be made; the folder " + parent.string() + " does not exist");
+    }
+    return state;
+  }
+  if (!fs::is_directory(status)) {
+    throw CannotComplete(state.output.string() + ": is a file; the output is a folder, give another name");
+  }
+  if (!fs::is_empty(state.output, error) || error) look_into(state, plan);
+  return state;
+}
+
+void require_replaceable(const OutputState& state, const JobOptions& options) {
+  if (state.found != FoundOutput::Different || options.force || state.only_grows) return;
+  throw CannotComplete(state.output.string() + ": exists and was made from other input or options" + summary(state.changes) +
+                       "; give --force to replace it, or another output");
+}
+
+const std::string& item_key(const JobPlan& plan, const JobItem& item) { return item.key.empty() ? plan.key : item.key; }
+
+const DoneItem* reusable_item(const OutputState& state, const JobItem& item) {
+  const auto it = state.record.items.find(item.name);
+  return it == state.record.items.end() || item.key.empty() || it->second.key != item.key ? nullptr : &it->second;
+}
+
+}  // namespace patinate

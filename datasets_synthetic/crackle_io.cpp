@@ -5,15 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
 #include "libcommon/image/image_io.h"
+#include "libcommon/job/job_inputs.h"
 
 namespace patinate {
 
 namespace {
-
-constexpr std::string_view kStage = "synth crackle 1";
 
 // The plate, made when the first item needs it and shared by all.
 class SharedPlate {
@@ -88,14 +86,13 @@ Json truth_json(const CrackleDataset& d, const std::string& key) {
 
 JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path& output) {
   check_crackle(options);
-  ContentHash hash;
-  hash.add(kStage);
-  for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);
-
+  JobInputs inputs("synth crackle", 1);
+  inputs.add_options(option_values(options));
   JobPlan plan;
   plan.output = output;
   plan.manifest = "truth/truth.json";
-  plan.key = hash.hex();
+  plan.key = inputs.key();
+  plan.depends_on = inputs.list();
   const auto plate = std::make_shared<SharedPlate>(options);
   for (int i = 0; i < options.num_frames; ++i) {
     const std::filesystem::path file = std::filesystem::path("frames") / (four_digits(i) + ".png");

@@ -1,7 +1,9 @@
 #include "transfer/transfer_job.h"
 
 #include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
+#include "libcommon/job/job_inputs.h"
 
 namespace patinate {
 
@@ -11,18 +13,26 @@ namespace {
 
 constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other coordinates.
 
-/// Of everything that coordinates depend on: by content, never by path.
-std::string transfer_key(const TransferTask& task, const std::string& history_key) {
-  ContentHash hash;
-  hash.add("transfer").add(kStageVersion).add(history_key).add(mesh_content_key(task.map->mesh()));
-  hash.add(std::int64_t{task.map->width()}).add(std::int64_t{task.map->height()}).add(task.texel_size_mm).add(task.mm_per_mesh_unit);
-  hash.add(task.unit.value_or(""));
+/// Everything that coordinates depend on: by content, never by path.
+JobInputs transfer_inputs(const TransferTask& task, const std::string& history_key) {
+  JobInputs inputs("transfer", kStageVersion);
+  inputs.add_content("history", "the history", history_key);
+  inputs.add_content("mesh", task.mesh_name, mesh_content_key(task.map->mesh()));
+  inputs.add_value("--resolution", std::to_string(task.map->width()) + " x " + std::to_string(task.map->height()));
+  inputs.add_value("surface length of a pixel (mm)", number_text(task.texel_size_mm));
+  inputs.add_value("--unit", task.unit.value_or("none"));
+  inputs.add_value("millimetres per unit of the mesh", number_text(task.mm_per_mesh_unit));
   for (const TransferControl& c : task.controls) {
-    hash.add(c.source).add(c.destination).add(c.weight).add(static_cast<std::int64_t>(c.mapping));
-    hash.add(std::as_bytes(c.values.values())).add(c.range.low).add(c.range.high).add(c.range.unit);
+    const std::string name = "--control " + c.source;
+    inputs.add_value(name, c.destination + ":" + number_text(c.weight) + ":" +
+                               std::string(kControlMappingNames[static_cast<std::size_t>(c.mapping)]));
+    ContentHash map;
+    map.add(std::as_bytes(c.values.values())).add(c.range.low).add(c.range.high).add(c.range.unit);
+    inputs.add_content("control", "map of " + name, map.hex());
   }
-  for (const auto& [name, value] : option_values(task.options)) hash.add(name).add(value);
-  return hash.add(task.options.seed).hex();
+  inputs.add_options(option_values(task.options));
+  inputs.add_value("--seed", std::to_string(task.options.seed));
+  return inputs;
 }
 
 }  // namespace
@@ -34,7 +44,9 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   JobPlan plan;
   plan.output = output;
   plan.manifest = "transfer.json";
-  plan.key = transfer_key(*shared, history_content_key(HistoryReader(shared->history)));
+  const JobInputs inputs = transfer_inputs(*shared, history_content_key(HistoryReader(shared->history)));
+  plan.key = inputs.key();
+  plan.depends_on = inputs.list();
   plan.parallel_items = false;
   // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
   plan.join = [shared, result, key = plan.key, output](const fs::path& folder, const RunControl& control) {

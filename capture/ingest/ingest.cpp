@@ -78,6 +78,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   plan.output = output;
   plan.manifest = kHistoryManifestFile;
   plan.depends_on = ingest_dependencies(*work);
+  plan.may_grow = true;
   // Names of files have no part in the key: the same photographs elsewhere give the same history.
   ContentHash hash;
   hash.add("ingest");

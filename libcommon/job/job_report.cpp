@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<const char*, 4> kNeedNames{"up to date", "missing", "grown", "stale"};
+constexpr std::array<const char*, 4> kNeedNames{"nothing", "make", "grow", "replace"};
 constexpr std::array<const char*, 3> kItemNeedNames{"run", "resume", "reuse"};
 constexpr std::array<const char*, 3> kChangeNames{"added", "removed", "changed"};
 
@@ -50,11 +50,10 @@ std::string item_line(const JobReport& report, ItemNeed need, const std::string&
 
 std::string headline(const JobReport& report) {
   switch (report.need) {
-    case OutputNeed::UpToDate: return "up to date; nothing would be done";
-    case OutputNeed::Missing: return "missing; would be made";
-    case OutputNeed::Grown: return "has grown; would be replaced by a longer one, nothing in it is lost";
-    default: return report.is_forced ? "made from other input or options; would be replaced"
-                                     : "made from other input or options; untouched without --force";
+    case OutputNeed::UpToDate: return "would do nothing";
+    case OutputNeed::Missing: return "would make it";
+    case OutputNeed::Grown: return "would make a longer one in its place; nothing in it is lost";
+    default: return report.needs_force() ? "would leave it untouched; --force would replace it" : "would replace it";
   }
 }
 
@@ -66,12 +65,21 @@ ItemNeed need_of(const JobPlan& plan, const JobItem& item, const OutputState& st
 
 }  // namespace
 
+std::vector<std::string> JobReport::reasons() const {
+  std::vector<std::string> lines;
+  if (need == OutputNeed::UpToDate) lines.push_back("up to date");
+  if (need == OutputNeed::Missing) lines.push_back("it does not exist");
+  if (need == OutputNeed::Stale && changes.empty()) lines.push_back("it was made from other input or options");
+  for (const JobChange& change : changes) lines.push_back(line_of(change));
+  return lines;
+}
+
 std::string JobReport::text() const {
   std::string text = output.string() + ": " + headline(*this);
-  constexpr std::size_t kMostChanges = 20;
-  for (std::size_t i = 0; i < std::min(changes.size(), kMostChanges); ++i) text += "\n  " + line_of(changes[i]);
-  if (changes.size() > kMostChanges) text += "\n  ... and " + std::to_string(changes.size() - kMostChanges) + " more";
-  if (need == OutputNeed::Stale && !is_recorded) text += "\n  it does not say what it was made from";
+  constexpr std::size_t kMostReasons = 20;
+  const std::vector<std::string> all = reasons();
+  for (std::size_t i = 0; i < std::min(all.size(), kMostReasons); ++i) text += "\n  " + all[i];
+  if (all.size() > kMostReasons) text += "\n  ... and " + std::to_string(all.size() - kMostReasons) + " more";
   text += item_line(*this, ItemNeed::Resume, "finished by an interrupted run");
   text += item_line(*this, ItemNeed::Reuse, "kept");
   text += item_line(*this, ItemNeed::Run, "to make");
@@ -84,8 +92,8 @@ Json JobReport::json() const {
     change_list.push_back({{"name", c.name}, {"change", name_of(c.kind)}, {"before", c.before}, {"now", c.now}});
   }
   for (const Item& item : items) item_list.push_back({{"name", item.name}, {"need", name_of(item.need)}});
-  return {{"output", output.string()}, {"status", "dry run"},    {"need", name_of(need)}, {"needs_force", needs_force()},
-          {"changes", change_list},    {"recorded", is_recorded}, {"items", item_list}};
+  return {{"output", output.string()},    {"dry_run", true},      {"would", name_of(need)}, {"needs_force", needs_force()},
+          {"reasons", reasons()},         {"changes", change_list}, {"items", item_list}};
 }
 
 JobReport explain_job(const JobPlan& plan, const JobOptions& options) {
@@ -95,7 +103,6 @@ JobReport explain_job(const JobPlan& plan, const JobOptions& options) {
   report.output = state.output;
   report.is_forced = options.force;
   report.changes = state.changes;
-  report.is_recorded = state.found != FoundOutput::Different || !state.record.depends_on.empty();
   if (state.found == FoundOutput::Same) report.need = OutputNeed::UpToDate;
   if (state.found == FoundOutput::Different) report.need = state.only_grows ? OutputNeed::Grown : OutputNeed::Stale;
   if (state.found == FoundOutput::Same || is_partial_whole(partial_path(state.output), plan.manifest, plan.key)) return report;
@@ -110,7 +117,6 @@ JobReport explain_output_file(const fs::path& output, const std::string& existin
   JobReport report;
   report.output = output;
   report.is_forced = options.force;
-  report.is_recorded = false;
   std::error_code error;
   if (status == JobStatus::UpToDate) report.need = OutputNeed::UpToDate;
   else if (fs::exists(output, error)) report.need = OutputNeed::Stale;

@@ -30,8 +30,7 @@ struct JobReport {
   std::filesystem::path output;
   OutputNeed need = OutputNeed::Missing;
   bool is_forced = false;
-  std::vector<JobChange> changes;  ///< Why a Grown or Stale output is so.
-  bool is_recorded = true;         ///< false: a Stale output does not say what it was made from.
+  std::vector<JobChange> changes;  ///< Why a Grown or Stale output is so, as far as it says what it was made from.
   struct Item {
     std::string name;
     ItemNeed need = ItemNeed::Run;
@@ -40,9 +39,11 @@ struct JobReport {
 
   /// The command would end with "give --force".
   [[nodiscard]] bool needs_force() const { return need == OutputNeed::Stale && !is_forced; }
+  /// Why, a line each.
+  [[nodiscard]] std::vector<std::string> reasons() const;
   /// Several lines without an end of line.
   [[nodiscard]] std::string text() const;
-  /// Members output, status ("dry run"), need, needs_force, changes, items.
+  /// Members output, dry_run (true), would (nothing, make, grow, replace), needs_force, reasons, changes, items.
   [[nodiscard]] Json json() const;
 };
 

@@ -5,7 +5,9 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
+#include "libcommon/job/job_inputs.h"
 #include "libcommon/output/glb.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/output_file.h"
@@ -69,13 +71,14 @@ int export_sequence(CommandRun& run, const std::string& source_key, const Histor
                     const std::filesystem::path& output, const std::vector<double>& times, const SequenceFormat& format,
                     const std::function<ImageF(double, const RunControl&)>& sample) {
   const std::string extension(kFormatNames[static_cast<std::size_t>(format.kind)]);
-  ContentHash hash;
-  hash.add("export sequence 1").add(source_key).add(extension);
-  for (double t : times) hash.add(t);
+  JobInputs inputs("export sequence", 1);
+  inputs.add_content("source", "what is exported", source_key).add_value("--format", extension);
+  for (double t : times) inputs.add_value("time " + number_text(t), "an image");
   JobPlan plan;
   plan.output = output;
   plan.manifest = "sequence.json";
-  plan.key = hash.hex();
+  plan.key = inputs.key();
+  plan.depends_on = inputs.list();
   Json files = Json::array();
   for (std::size_t i = 0; i < times.size(); ++i) {
     std::string number = std::to_string(i);
@@ -88,7 +91,8 @@ int export_sequence(CommandRun& run, const std::string& source_key, const Histor
                             RunControl silent = control;
                             silent.on_progress = {};
                             write_color(folder / file, sample(t, silent));
-                          }});
+                          },
+                          .key = ContentHash().add("export image 1").add(source_key).add(extension).add(times[i]).hex()});
   }
   plan.join = [&, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
     save_json(folder / "sequence.json", Json{{"time_unit", time_unit_text(history.time_unit)}, {"images", files}, {"key", key}});

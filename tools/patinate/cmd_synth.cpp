@@ -3,9 +3,9 @@
 #include "datasets_synthetic/crackle_io.h"
 #include "datasets_synthetic/sculpture.h"
 #include "libcommon/core/error.h"
-#include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
+#include "libcommon/job/job_inputs.h"
 #include "tools/patinate/commands.h"
 
 namespace patinate {
@@ -16,17 +16,15 @@ const std::vector<std::string> kKinds{"crackle", "sculpture"};
 
 JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output) {
   check_ranges(options);
-  ContentHash hash;
-  hash.add("sculpture 1");
+  JobInputs inputs("synth sculpture", 1);
+  inputs.add_options(option_values(options));
   Json values;
-  for (const auto& [name, value] : option_values(options)) {
-    hash.add(name).add(value);
-    values[name] = value;
-  }
+  for (const auto& [name, value] : option_values(options)) values[name] = value;
   JobPlan plan;
   plan.output = output;
   plan.manifest = "sculpture.json";
-  plan.key = hash.hex();
+  plan.key = inputs.key();
+  plan.depends_on = inputs.list();
   plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj"}, .run = [options](const auto& folder, const RunControl&) {
                           write_obj(folder / "mesh.obj", sculpture(options));
                         }});

@@ -63,15 +63,7 @@ std::vector<std::string> CommandRun::command_line() const {
 
 std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
   if (line.common().dry_run) {
-    const std::string found = manifest_key(plan.output, plan.manifest);
-    const std::string items = std::to_string(plan.items.size()) + (plan.items.size() == 1 ? " item" : " items");
-    if (found == plan.key) {
-      report_dry_run(plan.output, "nothing", {"up to date"});
-    } else if (found.empty()) {
-      report_dry_run(plan.output, "make", {"it does not exist: " + items});
-    } else {
-      report_dry_run(plan.output, "replace", {"it was made from other input or options: " + items});
-    }
+    report_dry_run(explain_job(plan, job_options()));
     return std::nullopt;
   }
   const JobStatus status = run_job(plan, job_options(), control(label));
@@ -81,16 +73,8 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
 
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,
                                                 const std::string& key) {
-  const JobStatus status = check_output_file(output, existing_key, key, job_options());
-  if (!line.common().dry_run) return status;
-  std::error_code error;
-  if (status == JobStatus::UpToDate) {
-    report_dry_run(output, "nothing", {"up to date"});
-  } else if (std::filesystem::exists(output, error)) {
-    report_dry_run(output, "replace", {"it was made from other input or options"});
-  } else {
-    report_dry_run(output, "make", {"it does not exist"});
-  }
+  if (!line.common().dry_run) return check_output_file(output, existing_key, key, job_options());
+  report_dry_run(explain_output_file(output, existing_key, key, job_options()));
   return std::nullopt;
 }
 
@@ -121,12 +105,7 @@ void CommandRun::report_output(JobStatus status, const std::filesystem::path& ou
   print(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-void CommandRun::report_dry_run(const std::filesystem::path& output, const std::string& action,
-                                const std::vector<std::string>& reasons) {
-  std::string text = output.string() + ": would " + (action == "nothing" ? "do nothing" : action);
-  for (const std::string& reason : reasons) text += "\n  " + reason;
-  report(Json{{"output", output.string()}, {"dry_run", true}, {"would", action}, {"reasons", reasons}}, text);
-}
+void CommandRun::report_dry_run(const JobReport& job) { report(job.json(), job.text()); }
 
 void CommandRun::report(const Json& json, const std::string& text) {
   progress_.reset();

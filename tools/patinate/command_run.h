@@ -13,6 +13,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/core/run_control.h"
 #include "libcommon/job/job.h"
+#include "libcommon/job/job_report.h"
 #include "tools/patinate/command_line.h"
 
 namespace patinate {
@@ -58,8 +59,8 @@ class CommandRun {
   /// members of `more` on stdout.
   void report_output(JobStatus status, const std::filesystem::path& output);
   void report_output(JobStatus status, const std::filesystem::path& output, const Json& more);
-  /// The end of a dry run: what the command would do with `output`, and why, one reason a line.
-  void report_dry_run(const std::filesystem::path& output, const std::string& action, const std::vector<std::string>& reasons);
+  /// The end of a dry run: what the command would do, and why.
+  void report_dry_run(const JobReport& job);
   /// The end of a command that tells something: `text` or, with --json, `json`, on stdout.
   void report(const Json& json, const std::string& text);
 

@@ -267,7 +267,8 @@ ControlMap ControlExpression::evaluate(const ImageU8& coverage,
                          " x " + std::to_string(coverage.height()));
     }
   }
-  ControlMap out{ImageF(coverage.width(), coverage.height()), 0.0, 1.0, "relative"};
+  ControlMap out{ImageF(coverage.width(), coverage.height()), 0.0, 1.0, "relative", {}};
+  for (const ControlMap& map : maps) out.notes.insert(out.notes.end(), map.notes.begin(), map.notes.end());
   for (std::size_t i = 0; i < coverage.values().size(); ++i) {
     if (coverage.values()[i] == 0) continue;
     const double value = value_of(*root_, maps, i);

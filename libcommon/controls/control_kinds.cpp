@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libcommon/controls/control_expression.h"
+#include "libcommon/controls/height.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/controls/spray_path_io.h"
 #include "libcommon/core/error.h"
@@ -11,8 +12,73 @@
 
 namespace patinate {
 
+namespace {
+
+using Options = ControlKindOptions;
+
+ControlMap make_exposure(const TexelMap& map, const Options& o, const RunControl& control) {
+  if (o.sky.empty()) return exposure_map(map, o.up, o.exposure, o.sun, {}, control);
+  const ImageF panorama = read_color(o.sky);
+  try {
+    return exposure_map(map, o.up, o.exposure, o.sun, panorama, control);
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(o.sky, e.what());
+  }
+}
+
+ControlMap make_spray(const TexelMap& map, const Options& o, const RunControl& control) {
+  const std::vector<SprayStop> path = o.spray_path.empty()
+                                          ? default_spray_path(map.mesh())
+                                          : read_spray_path(o.spray_path, bounding_box(map.mesh()).center());
+  return spray_map(map, path, o.spray, control);
+}
+
+ControlMap make_image(const TexelMap& map, const Options& o, const RunControl&) {
+  if (o.image.empty()) throw UsageError("the control `image` needs an image; use --image FILE");
+  return read_control_file(o.image, map);
+}
+
+struct Entry {
+  const char* name;
+  const char* brief;
+  ControlMap (*make)(const TexelMap&, const Options&, const RunControl&);
+  std::string Options::*file;  ///< What it reads; may be null.
+};
+
+const Entry kKinds[] = {
+    {"accessibility", "concave places by mean curvature: crevices, corners, folds",
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return accessibility_map(m, o.accessibility, c); },
+     nullptr},
+    {"ray_share", "hemmed-in places: the share of rays that hit the object again within --reach",
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return ray_share_map(m, o.ray_share, c); }, nullptr},
+    {"exposure", "places that see much of the sky (and of the sun, with --sun-share)", make_exposure, &Options::sky},
+    {"sun", "where the sun shines, shadows included, at one hour or over an arc of the day",
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return sun_map(m, o.up, o.sun, c); }, nullptr},
+    {"facing", "surface that faces --direction; no shadows",
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return facing_map(m, o.facing, c); }, nullptr},
+    {"height", "high places along --up, in mm",
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return height_map(m, o.up, c); }, nullptr},
+    {"spray", "much paint from the nozzle that follows --spray-path", make_spray, &Options::spray_path},
+    {"image", "bright places of --image, laid over the atlas by UV", make_image, &Options::image},
+};
+
+const Entry* find_kind(const std::string& name) {
+  const auto* const found =
+      std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Entry& e) { return e.name == name; });
+  return found == std::end(kKinds) ? nullptr : found;
+}
+
+}  // namespace
+
 void describe(OptionVisitor& v, ControlKindOptions& o) {
   describe(v, o.accessibility);
+  describe(v, o.ray_share);
+  v.visit({"up", "which way is up for `exposure`, `sun` and `height`", "", {}}, std::span<double>(o.up));
+  describe(v, o.exposure);
+  v.visit({"sky", "equirectangular panorama that gives the light of `exposure`; not given: an even sky"}, o.sky);
+  describe(v, o.sun);
   describe(v, o.facing);
   describe(v, o.spray);
   v.visit(
@@ -21,31 +87,37 @@ void describe(OptionVisitor& v, ControlKindOptions& o) {
   v.visit({"image", "image of the kind `image`, laid over the atlas by UV"}, o.image);
 }
 
+const std::vector<ControlKind>& control_kinds() {
+  static const std::vector<ControlKind> kinds = [] {
+    std::vector<ControlKind> list;
+    for (const Entry& e : kKinds) list.push_back({e.name, e.brief});
+    return list;
+  }();
+  return kinds;
+}
+
 const std::vector<std::string>& control_kind_names() {
-  static const std::vector<std::string> names{"accessibility", "facing", "spray", "image"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> list;
+    for (const Entry& e : kKinds) list.emplace_back(e.name);
+    return list;
+  }();
   return names;
 }
 
 std::vector<std::filesystem::path> control_input_files(const std::string& kind, const ControlKindOptions& options) {
-  if (kind == "spray" && !options.spray_path.empty()) return {options.spray_path};
-  if (kind == "image" && !options.image.empty()) return {options.image};
-  return {};
+  const Entry* const entry = find_kind(kind);
+  if (entry == nullptr || entry->file == nullptr || (options.*entry->file).empty()) return {};
+  return {options.*entry->file};
 }
 
 ControlMap make_control(const std::string& kind, const TexelMap& map, const ControlKindOptions& options,
                         const RunControl& control) {
   check_ranges(options);
-  if (kind == "accessibility") return accessibility_map(map, options.accessibility, control);
-  if (kind == "facing") return facing_map(map, options.facing, control);
-  if (kind == "spray") {
-    const std::vector<SprayStop> path = options.spray_path.empty()
-                                            ? default_spray_path(map.mesh())
-                                            : read_spray_path(options.spray_path, bounding_box(map.mesh()).center());
-    return spray_map(map, path, options.spray, control);
-  }
-  if (kind == "image") {
-    if (options.image.empty()) throw UsageError("the control `image` needs an image; use --image FILE");
-    return read_control_file(options.image, map);
+  if (const Entry* const entry = find_kind(kind)) {
+    ControlMap made = entry->make(map, options, control);
+    note_if_even(made, map.coverage(), kind);
+    return made;
   }
   std::string list;
   for (const std::string& name : control_kind_names()) list += (list.empty() ? "`" : ", `") + name + "`";
@@ -56,7 +128,9 @@ ControlMap make_control(const std::string& kind, const TexelMap& map, const Cont
 ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map) {
   const ImageF image = read_gray(path);
   try {
-    return image_map(map, image);
+    ControlMap made = image_map(map, image);
+    note_if_even(made, map.coverage(), path.filename().string());
+    return made;
   } catch (const IoError&) {
     throw;
   } catch (const InvalidInput& e) {
@@ -74,6 +148,7 @@ ControlMap make_control_expression(std::string_view expression, const TexelMap& 
     done += 1.0;
     return name.is_file ? read_control_file(name.text, map) : make_control(name.text, map, options, part);
   });
+  if (out.notes.empty()) note_if_even(out, map.coverage(), std::string(expression));
   control.report(1.0);
   return out;
 }

@@ -1,29 +1,45 @@
 /// \file
-/// Every kind of control map by name, for command lines and files.
+/// Every kind of control map by name, for command lines and files. A new kind is one line of the table in the .cpp, and a
+/// member of ControlKindOptions if it has options.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "libcommon/controls/accessibility.h"
+#include "libcommon/controls/exposure.h"
 #include "libcommon/controls/facing.h"
+#include "libcommon/controls/ray_share.h"
 #include "libcommon/controls/spray.h"
 
 namespace patinate {
 
 /// The options of all kinds. Paths stand here because a kind chosen by name reads its own input.
 struct ControlKindOptions {
+  std::array<double, 3> up{0.0, 1.0, 0.0};  ///< Which way is up for sky, sun and height; any length > 0. Default: as in glTF.
   AccessibilityOptions accessibility;
+  RayShareOptions ray_share;
+  ExposureOptions exposure;
+  SunOptions sun;
   FacingOptions facing;
   SprayOptions spray;
+  std::string sky;         ///< Panorama of the kind `exposure`; "" = an even sky.
   std::string spray_path;  ///< CSV of read_spray_path(); "" = default_spray_path().
   std::string image;       ///< Image of the kind `image`.
 };
 void describe(OptionVisitor& visitor, ControlKindOptions& options);
 
-/// "accessibility", "facing", "spray", "image".
+/// What a user can choose.
+struct ControlKind {
+  std::string name;   ///< As it stands in expressions.
+  std::string brief;  ///< Where it is high, in a few words.
+};
+/// In the order in which help and documents list them.
+[[nodiscard]] const std::vector<ControlKind>& control_kinds();
+/// Their names.
 [[nodiscard]] const std::vector<std::string>& control_kind_names();
 
 /// Files that make_control() would read: part of what its result depends on.
@@ -39,7 +55,8 @@ void describe(OptionVisitor& visitor, ControlKindOptions& options);
 /// @throws IoError
 [[nodiscard]] ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map);
 
-/// An expression of kinds and files (ControlExpression). @throws UsageError, and what its parts throw.
+/// An expression of kinds and files (ControlExpression). Maps that are even are noted. @throws UsageError, and what its parts
+/// throw.
 [[nodiscard]] ControlMap make_control_expression(std::string_view expression, const TexelMap& map,
                                                  const ControlKindOptions& options = {},
                                                  const RunControl& control = {});

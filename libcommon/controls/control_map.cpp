@@ -45,12 +45,21 @@ ValueRange area_percentiles(const ImageF& values, const TexelMap& map, double lo
   return {value_at(low_percent), value_at(high_percent)};
 }
 
+Vec3 unit_direction(const std::array<double, 3>& numbers, const std::string& option) {
+  const Vec3 direction(numbers[0], numbers[1], numbers[2]);
+  const double length = direction.norm();
+  if (!(length > 0.0 && std::isfinite(length))) {
+    throw InvalidInput(option + ": needs a finite length > 0; use for example 0,1,0");
+  }
+  return direction / length;
+}
+
 ControlMap normalized_control(const ImageF& values, const TexelMap& map, const ValueRange& range, std::string unit) {
   if (!(range.high > range.low)) {
     throw InvalidInput("control map: its range [" + number_text(range.low) + ", " + number_text(range.high) +
                        "] is empty");
   }
-  ControlMap out{ImageF(map.width(), map.height()), range.low, range.high, std::move(unit)};
+  ControlMap out{ImageF(map.width(), map.height()), range.low, range.high, std::move(unit), {}};
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
     const auto i = static_cast<std::size_t>(t);
@@ -58,6 +67,20 @@ ControlMap normalized_control(const ImageF& values, const TexelMap& map, const V
     out.values.values()[i] = static_cast<float>(std::clamp(v, 0.0, 1.0));
   }
   return out;
+}
+
+void note_if_even(ControlMap& control, const ImageU8& coverage, const std::string& name) {
+  constexpr float kEven = 1e-3F;
+  float least = 2.0F, greatest = -1.0F;
+  for (std::size_t i = 0; i < coverage.values().size(); ++i) {
+    if (coverage.values()[i] == 0) continue;
+    least = std::min(least, control.values.values()[i]);
+    greatest = std::max(greatest, control.values.values()[i]);
+  }
+  if (!(greatest >= least) || greatest - least > kEven) return;
+  const double value = rounded(static_cast<double>(least), 3);
+  control.notes.push_back("control `" + name + "` is " + short_number_text(value) +
+                          " on the whole surface; a map that is even guides nothing");
 }
 
 }  // namespace patinate

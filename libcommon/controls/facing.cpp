@@ -1,9 +1,7 @@
 #include "libcommon/controls/facing.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate {
@@ -15,15 +13,12 @@ void describe(OptionVisitor& v, FacingOptions& o) {
 
 ControlMap facing_map(const TexelMap& map, const FacingOptions& options, const RunControl& control) {
   check_ranges(options);
-  const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
-  const double length = direction.norm();
-  if (!(length > 0.0 && std::isfinite(length)))
-    throw InvalidInput("direction: needs a finite length > 0; use for example 0,1,0");
-  ControlMap out{ImageF(map.width(), map.height()), 0.0, 1.0, "cosine"};
+  const Vec3 direction = unit_direction(options.direction, "direction");
+  ControlMap out{ImageF(map.width(), map.height()), 0.0, 1.0, "cosine", {}};
   parallel_for(map.num_texels(), 16384, control, [&](TexelId begin, TexelId end) {
     for (TexelId t = begin; t < end; ++t) {
       if (!map.is_covered(t)) continue;
-      const double cosine = map.normal(t).dot(direction) / length;
+      const double cosine = map.normal(t).dot(direction);
       out.values.values()[static_cast<std::size_t>(t)] = static_cast<float>(std::clamp(cosine, 0.0, 1.0));
     }
   });

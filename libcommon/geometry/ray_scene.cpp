@@ -2,6 +2,8 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libcommon/core/error.h"
@@ -104,6 +106,30 @@ bool RayScene::is_blocked(const Vec3& from, const Vec3& to, double epsilon) cons
   rtcInitIntersectContext(&context);
   rtcOccluded1(impl_->scene.get(), &context, &query);
   return query.tfar < 0.0F;
+}
+
+unsigned RayScene::blocked_of_8(std::span<const Vec3> origins, const Vec3& direction, double max_distance) const {
+  constexpr std::size_t kWidth = 8;
+  if (origins.size() > kWidth) throw InvalidInput("ray casting: at most 8 rays at a time");
+  const Eigen::Vector3f d = direction.cast<float>();
+  const auto far = static_cast<float>(std::min(max_distance, 1e30));
+  alignas(32) std::array<int, kWidth> valid{};
+  alignas(32) RTCRay8 rays{};
+  for (std::size_t i = 0; i < origins.size(); ++i) {
+    const Eigen::Vector3f o = (origins[i] - impl_->center).cast<float>();
+    valid[i] = -1;
+    rays.org_x[i] = o.x(), rays.org_y[i] = o.y(), rays.org_z[i] = o.z();
+    rays.dir_x[i] = d.x(), rays.dir_y[i] = d.y(), rays.dir_z[i] = d.z();
+    rays.tfar[i] = far;
+    rays.mask[i] = 0xffffffffu;
+  }
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded8(valid.data(), impl_->scene.get(), &context, &rays);
+  unsigned blocked = 0;
+  for (std::size_t i = 0; i < origins.size(); ++i) blocked |= rays.tfar[i] < 0.0F ? 1u << i : 0u;
+  return blocked;
 }
 
 }  // namespace patinate

@@ -90,6 +90,7 @@ int cmd_control(CommandRun& run) {
     run.note(mesh_source.path.string() + ": the UVs of " + std::to_string(map.num_overlapping()) +
              " texels overlap; choose a surface with --node or --material");
   }
+  for (const std::string& note : result.notes) run.note(note);
   run.detail("0 stands for " + number_text(result.low) + ", 1 for " + number_text(result.high) + " " + result.unit);
   run.report_output(*status, output,
                     Json{{"range", {result.low, result.high}}, {"unit", result.unit}, {"covered", map.num_covered()}});

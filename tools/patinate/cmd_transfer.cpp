@@ -63,6 +63,7 @@ std::vector<TransferControl> make_controls(const std::vector<std::string>& texts
       if (other.source == source) throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
     }
     ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source));
+    for (const std::string& note : made.notes) run.note(note);
     controls.push_back({source, spec.destination, std::move(made.values), {made.low, made.high, made.unit}, spec.weight, spec.mapping});
   }
   return controls;

@@ -61,10 +61,13 @@ int cmd_control(CommandRun& run) {
   std::string kind;
   ControlCommandOptions options;
   declare_mesh(run.line, mesh_source);
-  run.line.option("kind", "KIND", "accessibility, facing, spray, image, or an expression of them and of map files", kind);
+  run.line.option("kind", "KIND", "A kind (see below), or an expression of kinds and of map files", kind);
   run.line.required();
   run.line.output("MAP.exr", "The control map to make, float, channel Y, [0, 1]", output);
   run.line.options(options);
+  std::vector<std::pair<std::string, std::string>> kinds;
+  for (const ControlKind& k : control_kinds()) kinds.emplace_back(k.name, k.brief);
+  run.line.list("Kinds: the map is high at", kinds);
   run.line.example("control bust.glb --kind accessibility -o crevices.exr");
   run.line.example("control bust.glb --kind facing --direction 0,1,0 -o dust.exr");
   run.line.example("control bust.glb --kind \"0.7*accessibility + 0.3*facing\" -o mix.exr");

@@ -169,6 +169,8 @@ class CommandLine::Declarer final : public OptionVisitor {
 
 namespace {
 
+constexpr std::size_t kHelpIndent = 30, kHelpWidth = 110;
+
 /// Writes the choices that were given: they exist as an index only while they are visited.
 class ChoiceAssigner final : public OptionVisitor {
  public:
@@ -345,8 +347,16 @@ bool CommandLine::is_given(const std::string& name) const {
                      [&](const auto& e) { return (e->name == dashed(name) || e->name == name) && !e->found.empty(); });
 }
 
+void CommandLine::list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows) {
+  lists_ += "\n" + title + ":\n";
+  for (const auto& [name, meaning] : rows) {
+    std::string left = "  " + name;
+    left.resize(std::max(kHelpIndent, left.size() + 1), ' ');
+    lists_ += left + wrapped(meaning, kHelpIndent, kHelpWidth) + "\n";
+  }
+}
+
 std::string CommandLine::help() const {
-  constexpr std::size_t kIndent = 30, kWidth = 110;
   std::string usage = "patinate " + verb_, arguments, own, common;
   for (const auto& entry : entries_) {
     std::string left = "  " + entry->name + (entry->value_name.empty() ? "" : " " + entry->value_name);
@@ -357,17 +367,17 @@ std::string CommandLine::help() const {
     std::string help = (entry->has_no_form ? "Without: " : "") + entry->help;
     if (!entry->default_text.empty()) help += "; default " + entry->default_text;
     if (entry->kind == EntryKind::Repeated) help += " (may be repeated)";
-    if (left.size() + 2 > kIndent) {
-      left += "\n" + std::string(kIndent, ' ');
+    if (left.size() + 2 > kHelpIndent) {
+      left += "\n" + std::string(kHelpIndent, ' ');
     } else {
-      left.resize(kIndent, ' ');
+      left.resize(kHelpIndent, ' ');
     }
-    (entry->is_positional() ? arguments : entry->is_common ? common : own) += left + wrapped(help, kIndent, kWidth) + "\n";
+    (entry->is_positional() ? arguments : entry->is_common ? common : own) += left + wrapped(help, kHelpIndent, kHelpWidth) + "\n";
   }
   std::string text = brief_ + "\n\nUsage: " + usage + " [options]\n";
   if (!arguments.empty()) text += "\n" + arguments;
   if (!own.empty()) text += "\nOptions:\n" + own;
-  text += "\nEvery command:\n" + common;
+  text += lists_ + "\nEvery command:\n" + common;
   if (!examples_.empty()) text += "\nExamples:\n";
   for (const std::string& example : examples_) text += "  patinate " + example + "\n";
   return text;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libcommon/core/options.h"
@@ -62,6 +63,8 @@ class CommandLine {
   void options(Options& o) {
     described(std::make_unique<Described<Options>>(o));
   }
+  /// A list of --help with a title, one name and what it means a line.
+  void list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
   /// A line under "Examples" of --help, without "patinate".
   void example(const std::string& arguments);
 
@@ -86,6 +89,7 @@ class CommandLine {
   std::string verb_;
   std::string brief_;
   std::vector<std::string> examples_;
+  std::string lists_;  ///< As they stand in help().
   std::vector<std::unique_ptr<Entry>> entries_;
   std::vector<std::unique_ptr<DescribedOptions>> described_;
   CommonOptions common_;

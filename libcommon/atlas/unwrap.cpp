@@ -1,12 +1,175 @@
 #include "libcommon/atlas/unwrap.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/atlas/unwrap_charts.h"
+#include "libcommon/atlas/unwrap_flatten.h"
+#include "libcommon/atlas/unwrap_merge.h"
+#include "libcommon/atlas/unwrap_pack.h"
+#include "libcommon/atlas/unwrap_surface.h"
+#include "libcommon/core/parallel.h"
+
 namespace patinate {
+
+namespace {
+
+constexpr double kMergedCone = 1.25;     ///< Cone of joined charts, over that of charts while they grow.
+constexpr double kWidestCone_deg = 88.0;
+
+/// Lays all sets flat, cutting again those that are not Good. One triangle always is.
+std::vector<FlatChart> flatten_all(const UnwrapSurface& surface, std::vector<std::vector<int>> sets, double max_stretch,
+                                   const RunControl& control) {
+  std::vector<FlatChart> good;
+  ChartSplitter splitter(surface);
+  for (int round = 1; !sets.empty(); ++round) {
+    std::vector<FlatChart> charts(sets.size());
+    RunControl quiet = control;
+    quiet.on_progress = nullptr;
+    parallel_for(static_cast<std::int64_t>(sets.size()), 1, quiet, [&](std::int64_t begin, std::int64_t end) {
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+        charts[i] = flatten_chart(surface, std::move(sets[i]), max_stretch);
+      }
+    });
+    sets.clear();
+    for (FlatChart& chart : charts) {
+      control.throw_if_stopped();
+      if (chart.status == FlatStatus::Good) {
+        good.push_back(std::move(chart));
+      } else {
+        for (std::vector<int>& part : splitter.split(chart.triangles)) sets.push_back(std::move(part));
+      }
+    }
+    control.report(1.0 - 1.0 / (round + 1));
+  }
+  return good;
+}
+
+std::vector<std::vector<int>> connected_charts(const UnwrapSurface& surface, const std::vector<int>& triangle_chart) {
+  std::vector<std::vector<int>> sets;
+  for (const std::vector<int>& triangles : triangles_by_chart(triangle_chart)) {
+    for (std::vector<int>& part : connected_parts(surface, triangles, triangle_chart)) sets.push_back(std::move(part));
+  }
+  return sets;
+}
+
+void sort_by_area(const UnwrapSurface& surface, std::vector<FlatChart>& charts) {
+  std::vector<std::pair<double, std::size_t>> order(charts.size());
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    double area = 0.0;
+    for (int t : charts[i].triangles) area += surface.areas[static_cast<std::size_t>(t)];
+    order[i] = {-area, i};
+  }
+  std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : charts[a.second].triangles[0] < charts[b.second].triangles[0];
+  });
+  std::vector<FlatChart> sorted;
+  sorted.reserve(charts.size());
+  for (const auto& [area, i] : order) sorted.push_back(std::move(charts[i]));
+  charts = std::move(sorted);
+}
+
+/// UVs of the charts; triangles without area get the point of the atlas where one of their positions lies.
+void set_uvs(const UnwrapSurface& surface, const std::vector<FlatChart>& charts, UnwrapResult& result) {
+  Mesh& mesh = result.mesh;
+  mesh.uvs.clear();
+  mesh.uv_triangles.assign(mesh.triangles.size(), {0, 0, 0});
+  result.triangle_chart.assign(mesh.triangles.size(), 0);
+  std::vector<int> uv_at(mesh.positions.size(), -1);
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    const int first = static_cast<int>(mesh.uvs.size());
+    for (const Vec2& p : charts[c].points) mesh.uvs.push_back(p.cwiseMax(0.0).cwiseMin(1.0));
+    for (std::size_t i = 0; i < charts[c].triangles.size(); ++i) {
+      const auto t = static_cast<std::size_t>(charts[c].triangles[i]);
+      result.triangle_chart[t] = static_cast<int>(c);
+      for (std::size_t k = 0; k < 3; ++k) {
+        mesh.uv_triangles[t][k] = first + charts[c].corners[i][k];
+        uv_at[static_cast<std::size_t>(mesh.triangles[t][k])] = mesh.uv_triangles[t][k];
+      }
+    }
+    result.num_planar_charts += charts[c].is_planar ? 1 : 0;
+  }
+  std::vector<int> chart_at(mesh.uvs.size(), 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int uv : mesh.uv_triangles[t]) chart_at[static_cast<std::size_t>(uv)] = result.triangle_chart[t];
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!surface.is_point[t]) continue;
+    const int uv = std::max({uv_at[static_cast<std::size_t>(mesh.triangles[t][0])], uv_at[static_cast<std::size_t>(mesh.triangles[t][1])],
+                             uv_at[static_cast<std::size_t>(mesh.triangles[t][2])], 0});
+    mesh.uv_triangles[t] = {uv, uv, uv};
+    result.triangle_chart[t] = chart_at[static_cast<std::size_t>(uv)];
+  }
+  result.num_charts = static_cast<int>(charts.size());
+}
+
+StretchFigure figure(std::vector<std::pair<double, double>>& values) {
+  StretchFigure f;
+  f.median = weighted_quantile(values, 0.5);
+  f.p95 = weighted_quantile(values, 0.95);
+  f.max = values.empty() ? 1.0 : values.back().first;
+  return f;
+}
+
+void measure(const UnwrapSurface& surface, const UnwrapOptions& options, UnwrapResult& result) {
+  const Mesh& mesh = result.mesh;
+  std::vector<std::array<Vec2, 3>> uvs(mesh.triangles.size());
+  for (std::size_t t = 0; t < uvs.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) uvs[t][k] = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
+    const Vec2 a = uvs[t][1] - uvs[t][0], b = uvs[t][2] - uvs[t][0];
+    result.packing += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+  }
+  const double scale = std::sqrt(result.packing);  // The surface has unit area.
+  result.texels_per_unit = options.resolution * scale / std::sqrt(surface.area);
+  std::vector<std::pair<double, double>> stretch, angle, area;
+  double l2 = 0.0, total = 0.0;
+  for (std::size_t t = 0; t < uvs.size(); ++t) {
+    if (!surface.has_shape(static_cast<int>(t))) {
+      ++result.num_degenerate;
+      continue;
+    }
+    auto [s1, s2] = singular_values(surface.flat(static_cast<int>(t)), uvs[t]);
+    s1 /= scale, s2 /= scale;
+    const double weight = surface.areas[t];
+    stretch.emplace_back(std::max(s1, 1.0 / s2), weight);
+    angle.emplace_back(s1 / s2, weight);
+    area.emplace_back(std::max(s1 * s2, 1.0 / (s1 * s2)), weight);
+    l2 += weight * 0.5 * (1.0 / (s1 * s1) + 1.0 / (s2 * s2));
+    total += weight;
+  }
+  result.stretch = figure(stretch);
+  result.angle_stretch = figure(angle);
+  result.area_stretch = figure(area);
+  if (total > 0.0) result.l2_stretch = std::sqrt(l2 / total);
+}
+
+}  // namespace
 
 void describe(OptionVisitor& v, UnwrapOptions& o) {
   v.visit({"max_normal_angle_deg", "Half opening of the cone that a chart's normals keep to while it grows", "deg", between(5, 85)}, o.max_normal_angle_deg);
   v.visit({"max_stretch", "Charts are cut until 95 % of their area is stretched by no more than this", "", between(1.05, 10)}, o.max_stretch);
   v.visit({"resolution", "Texels along each side of the atlas that the UVs are packed for", "", between(16, 16384)}, o.resolution);
   v.visit({"gutter_texels", "Least number of texels between two charts", "", between(1, 64)}, o.gutter_texels);
+}
+
+UnwrapResult unwrap(const Mesh& mesh, const UnwrapOptions& options, const RunControl& control) {
+  check_ranges(options);
+  const UnwrapSurface surface = make_unwrap_surface(mesh);
+  control.report(0.05);
+  std::vector<int> triangle_chart = grow_charts(surface, options.max_normal_angle_deg, control.part(0.05, 0.3));
+  smooth_borders(surface, options.max_normal_angle_deg, triangle_chart);
+  std::vector<FlatChart> charts =
+      flatten_all(surface, connected_charts(surface, triangle_chart), options.max_stretch, control.part(0.3, 0.5));
+  merge_charts(surface, std::min(kWidestCone_deg, kMergedCone * options.max_normal_angle_deg), options.max_stretch, charts, control);
+  control.report(0.7);
+  sort_by_area(surface, charts);
+  const PackedCharts packed = pack_charts(std::move(charts), options.resolution, options.gutter_texels, control.part(0.7, 0.95));
+  UnwrapResult result;
+  result.mesh = mesh;
+  set_uvs(surface, packed.charts, result);
+  measure(surface, options, result);
+  control.report(1.0);
+  return result;
 }
 
 }  // namespace patinate

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "libcommon/atlas/raster.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {
@@ -13,17 +14,8 @@ namespace patinate {
 namespace {
 
 constexpr int kMaxSide = 65536;
-constexpr double kInsideTolerance = 1e-9;    ///< Barycentric; centres on an edge belong to both triangles.
-constexpr double kOverlapTolerance = 1e-6;   ///< Deeper inside than this is an overlap, not a shared edge.
 constexpr int kMaxCrossings = 10'000;
 constexpr double kUvSlack = 0.01;            ///< Charts that lean over the atlas's edge lose that strip.
-
-/// Texel coordinates (x right, y down, centres at integers) of a UV.
-Vec2 texel_from_uv(const Vec2& uv, int width, int height) {
-  return {uv.x() * width - 0.5, (1.0 - uv.y()) * height - 0.5};
-}
-
-double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 void check_uvs(const Mesh& mesh) {
   if (!mesh.has_uvs()) throw InvalidInput("the mesh has no UVs; unwrap it in a modelling program, or export it with UVs");
@@ -32,7 +24,7 @@ void check_uvs(const Mesh& mesh) {
       const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner)];
       if (uv.minCoeff() >= -kUvSlack && uv.maxCoeff() <= 1.0 + kUvSlack) continue;
       throw InvalidInput("the mesh has UVs outside [0, 1] (" + number_text(uv.x()) + ", " + number_text(uv.y()) +
-                         "); tiled and UDIM layouts must be laid out in one tile first");
+                         "); lay them out in one square first");
     }
   }
 }
@@ -73,7 +65,11 @@ std::vector<int> label_charts(const Mesh& mesh, const std::vector<std::array<int
 }  // namespace
 
 TexelMap::TexelMap(Mesh mesh, int width, int height, const RunControl& control)
-    : mesh_(std::move(mesh)), width_(width), height_(height) {
+    : TexelMap(std::move(mesh), Sheet{.tile_width = width, .tile_height = height, .columns = 1, .names = {""}}, control) {}
+
+TexelMap::TexelMap(Mesh mesh, Sheet sheet, const RunControl& control)
+    : mesh_(std::move(mesh)), sheet_(std::move(sheet)), width_(sheet_.width()), height_(sheet_.height()) {
+  const int width = width_, height = height_;
   if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
     throw InvalidInput("atlas size " + std::to_string(width) + " x " + std::to_string(height) +
                        " is out of range; use [1, 65536]");
@@ -91,29 +87,20 @@ TexelMap::TexelMap(Mesh mesh, int width, int height, const RunControl& control)
     for (std::size_t k = 0; k < 3; ++k) p[k] = texel_from_uv(mesh_.uvs[static_cast<std::size_t>(corners[k])], width, height);
     const double area = cross2(p[1] - p[0], p[2] - p[0]);
     if (!(std::abs(area) > 0.0)) continue;
-    const auto low = [](double a, double b, double c) { return static_cast<int>(std::ceil(std::min({a, b, c}) - 1e-6)); };
-    const auto high = [](double a, double b, double c) { return static_cast<int>(std::floor(std::max({a, b, c}) + 1e-6)); };
-    const int x0 = std::max(0, low(p[0].x(), p[1].x(), p[2].x())), x1 = std::min(width - 1, high(p[0].x(), p[1].x(), p[2].x()));
-    const int y0 = std::max(0, low(p[0].y(), p[1].y(), p[2].y())), y1 = std::min(height - 1, high(p[0].y(), p[1].y(), p[2].y()));
     const float texel_size = static_cast<float>(std::sqrt(area_vector(mesh_, t).norm() / std::abs(area)));
-    for (int y = y0; y <= y1; ++y) {
-      if (y % 256 == 255) control.throw_if_stopped();
-      for (int x = x0; x <= x1; ++x) {
-        const Vec2 q(x, y);
-        const double b1 = cross2(q - p[0], p[2] - p[0]) / area;
-        const double b2 = cross2(p[1] - p[0], q - p[0]) / area;
-        const double inside = std::min({1.0 - b1 - b2, b1, b2});
-        if (inside < -kInsideTolerance) continue;
-        const auto texel = static_cast<std::size_t>(TexelId{y} * width + x);
-        if (triangle_[texel] >= 0) {
-          if (inside > kOverlapTolerance) ++num_overlapping_;
-          continue;
-        }
-        triangle_[texel] = t;
-        barycentric_[texel] = {static_cast<float>(b1), static_cast<float>(b2)};
-        sizes.push_back(texel_size);
-      }
-    }
+    for_each_texel(
+        p, width, height,
+        [&](int x, int y, double b1, double b2, double inside) {
+          const auto texel = static_cast<std::size_t>(TexelId{y} * width + x);
+          if (triangle_[texel] >= 0) {
+            if (inside > kOverlapTolerance) ++num_overlapping_;
+            return;
+          }
+          triangle_[texel] = t;
+          barycentric_[texel] = {static_cast<float>(b1), static_cast<float>(b2)};
+          sizes.push_back(texel_size);
+        },
+        [&] { control.throw_if_stopped(); });
   }
   num_covered_ = static_cast<std::int64_t>(sizes.size());
   if (!sizes.empty()) {

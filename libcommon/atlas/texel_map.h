@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "libcommon/atlas/sheet.h"
 #include "libcommon/core/run_control.h"
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/image/image.h"
@@ -28,9 +29,13 @@ class TexelMap {
   /// @param mesh  With UVs in [0, 1], in mm. Kept by copy.
   /// @throws InvalidInput if the mesh has no UVs, they leave [0, 1] by more than 1 %, or a size is outside [1, 65536].
   TexelMap(Mesh mesh, int width, int height, const RunControl& control = {});
+  /// Over the tiles of a sheet. @param mesh  As sheet_mesh() gives it: UVs over the whole sheet.
+  TexelMap(Mesh mesh, Sheet sheet, const RunControl& control = {});
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
+  /// Where the tiles lie; one tile over everything unless a sheet was given.
+  [[nodiscard]] const Sheet& sheet() const { return sheet_; }
   [[nodiscard]] std::int64_t num_texels() const { return std::int64_t{width_} * height_; }
   [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
   /// Texels that a second triangle wanted too.
@@ -67,6 +72,7 @@ class TexelMap {
 
  private:
   Mesh mesh_;
+  Sheet sheet_;
   int width_;
   int height_;
   std::vector<std::int32_t> triangle_;

@@ -33,10 +33,12 @@ void append_vectors(std::string& text, const char* keyword, const std::vector<Ve
   }
 }
 
-/// A name as one OBJ statement can hold it.
+/// A name as one OBJ statement can hold it: no new line, comment, or continued line.
 std::string one_line(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == '#' || c == '\\'; }, '_');
   return name;
 }
 

@@ -1,6 +1,9 @@
 #include "transfer/transfer_io.h"
 
+#include <array>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
@@ -16,9 +19,29 @@ namespace fs = std::filesystem;
 
 namespace {
 
-fs::path control_file(const TransferTask& task, std::size_t index) {
-  return task.controls.size() == 1 ? fs::path("control.exr") : fs::path("control." + task.controls[index].source + ".exr");
+constexpr std::array<std::string_view, 5> kTileRuleNames{"square", "udim", "material", "node", "surface"};
+constexpr const char* kTilePlace = "<UDIM>";  ///< In file names, for the tile's name.
+
+TileRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : TileRule::Square; }
+
+/// A file's name, with a place for the tile's name when there are tiles.
+std::string tiled_name(const std::string& stem, TileRule rule) {
+  return stem + (rule == TileRule::Square ? "" : std::string(".") + kTilePlace) + ".exr";
 }
+
+std::string control_file(const TransferTask& task, std::size_t index) {
+  return tiled_name(task.controls.size() == 1 ? "control" : "control." + task.controls[index].source, rule_of(task));
+}
+
+/// One file per tile.
+void write_tiles(const fs::path& file, const ImageF& image, const Sheet& sheet, const std::vector<std::string>& channels) {
+  for (int i = 0; i < sheet.num_tiles(); ++i) {
+    const std::string& name = sheet.names[static_cast<std::size_t>(i)];
+    write_exr(tile_path(file, name), sheet.num_tiles() == 1 ? image : cut_tile(image, sheet, i), channels, ExrDepth::Float);
+  }
+}
+
+}  // namespace
 
 Json energy_json(const EnergyReport& e) {
   return {{"energy", e.energy},
@@ -28,6 +51,18 @@ Json energy_json(const EnergyReport& e) {
           {"control_error_p95", e.control_error_p95},
           {"coherent_share", e.coherent_share},
           {"used_share", e.used_share}};
+}
+
+namespace {
+
+Json tiles_json(const TransferTask& task) {
+  Json tiles = Json::array();
+  for (const std::string& name : task.atlas->tile_names()) {
+    Json controls = Json::array();
+    for (std::size_t i = 0; i < task.controls.size(); ++i) controls.push_back(tile_path(control_file(task, i), name).string());
+    tiles.push_back({{"name", name}, {"coordinates", "coordinates." + name + ".exr"}, {"controls", controls}});
+  }
+  return tiles;
 }
 
 Json controls_json(const TransferTask& task) {
@@ -40,7 +75,7 @@ Json controls_json(const TransferTask& task) {
                         {"mapping", kControlMappingNames[static_cast<std::size_t>(c.mapping)]},
                         {"destination_range", {c.range.low, c.range.high}},
                         {"destination_unit", c.range.unit},
-                        {"file", control_file(task, i).string()}});
+                        {"file", control_file(task, i)}});
   }
   return controls;
 }
@@ -57,7 +92,37 @@ EnergyReport read_energy(JsonReader json) {
   return e;
 }
 
+/// `atlas` is missing in transfers of earlier versions, which have one square.
+void read_tiles(JsonReader& reader, TransferManifest& manifest) {
+  if (reader.has("atlas")) {
+    JsonReader atlas = reader.member("atlas");
+    constexpr std::array<std::string_view, 2> kUvs{"file", "unwrapped"};
+    manifest.is_unwrapped = atlas.member("uvs").choice(kUvs) == 1;
+    manifest.tile_rule = static_cast<TileRule>(atlas.member("tiles").choice(kTileRuleNames));
+    atlas.finish();
+  }
+  if (manifest.tile_rule == TileRule::Square) {
+    manifest.tiles.push_back({"", reader.member("coordinates").path()});
+    return;
+  }
+  const JsonReader list = reader.member("tiles");
+  for (JsonReader& tile : list.elements(kMaxTiles)) {
+    manifest.tiles.push_back({tile.member("name").string(), tile.member("coordinates").path()});
+    (void)tile.member("controls");
+    tile.finish();
+  }
+  if (manifest.tiles.empty()) list.fail("at least one tile");
+  if (manifest.width != manifest.height) reader.member("height").fail("the width: tiles are square");
+}
+
 }  // namespace
+
+Sheet TransferManifest::sheet() const {
+  std::vector<std::string> names;
+  for (const TransferTile& tile : tiles) names.push_back(tile.name);
+  if (names.size() > 1) return make_sheet(std::move(names), width);
+  return {.tile_width = width, .tile_height = height, .columns = 1, .names = std::move(names)};
+}
 
 std::string history_content_key(const HistoryReader& history) {
   if (!history.manifest().key.empty()) return history.manifest().key;
@@ -81,11 +146,12 @@ ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height,
 
 void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result, int source_width) {
   for (std::size_t i = 0; i < task.controls.size(); ++i) {
-    write_exr(folder / control_file(task, i), task.controls[i].values, {"Y"}, ExrDepth::Float);
+    write_tiles(folder / control_file(task, i), task.controls[i].values, task.map->sheet(), {"Y"});
   }
-  write_obj(folder / "mesh.obj", task.map->mesh());
-  write_exr(folder / "coordinates.exr", coordinate_image(result.coordinates, task.map->width(), task.map->height(), source_width),
-            {kCoordinateChannels[0], kCoordinateChannels[1]}, ExrDepth::Float);
+  write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : task.map->mesh());
+  write_tiles(folder / tiled_name("coordinates", rule_of(task)),
+              coordinate_image(result.coordinates, task.map->width(), task.map->height(), source_width), task.map->sheet(),
+              {kCoordinateChannels[0], kCoordinateChannels[1]});
 }
 
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
@@ -105,11 +171,17 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
                      {"width", history.manifest().width}, {"height", history.manifest().height}};
   json["mesh"] = {{"file", "mesh.obj"}, {"made_from", task.mesh_name}, {"key", mesh_content_key(task.map->mesh())},
                   {"unit", task.unit ? Json(*task.unit) : Json(nullptr)}, {"mm_per_mesh_unit", task.mm_per_mesh_unit}};
-  json["width"] = task.map->width();
-  json["height"] = task.map->height();
+  json["width"] = task.map->sheet().tile_width;
+  json["height"] = task.map->sheet().tile_height;
+  json["atlas"] = {{"uvs", task.atlas && task.atlas->is_unwrapped ? "unwrapped" : "file"},
+                   {"tiles", kTileRuleNames[static_cast<std::size_t>(rule_of(task))]}};
   json["covered_texels"] = task.map->num_covered();
   json["texel_size_mm"] = task.texel_size_mm;
-  json["coordinates"] = "coordinates.exr";
+  if (rule_of(task) == TileRule::Square) {
+    json["coordinates"] = "coordinates.exr";
+  } else {
+    json["tiles"] = tiles_json(task);
+  }
   json["subpixel"] = false;
   json["controls"] = controls_json(task);
   json["options"] = options;
@@ -141,7 +213,7 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   mesh.finish();
   manifest.width = static_cast<int>(reader.member("width").integer(between(1, 65536)));
   manifest.height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
-  manifest.coordinates = reader.member("coordinates").path();
+  read_tiles(reader, manifest);
   if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
   for (JsonReader& c : reader.member("controls").elements(64)) {
     manifest.controls.push_back(c.member("source").string() + "=" + c.member("destination").string());

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "libcommon/atlas/atlas_mesh.h"
+#include "libcommon/core/json.h"
 #include "libcommon/image/image.h"
 #include "transfer/synthesis/energy.h"
 #include "transfer/transfer.h"
@@ -21,10 +23,14 @@ inline constexpr const char* kCoordinateChannels[2] = {"source.x", "source.y"};
 /// H x W x 2 source pixel coordinates, -1 outside, of a coordinate map.
 [[nodiscard]] ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width);
 
+/// Members `energy`, `coherence`, `control_error_mean` ...
+[[nodiscard]] Json energy_json(const EnergyReport& energy);
+
 /// Everything a transfer folder is made from.
 struct TransferTask {
   std::filesystem::path history;
-  std::shared_ptr<const TexelMap> map;       ///< In mm.
+  std::shared_ptr<const TexelMap> map;       ///< In mm, over the sheet of all tiles.
+  std::shared_ptr<const AtlasMesh> atlas;    ///< The same mesh with the UVs of its tiles, in mm; none: the map's, one square.
   std::string mesh_name;                     ///< For provenance: the file's name.
   std::optional<std::string> unit;           ///< The mesh file's unit when it was said.
   double mm_per_mesh_unit = 1.0;
@@ -33,24 +39,34 @@ struct TransferTask {
   TransferOptions options;
 };
 
+/// One square of the atlas.
+struct TransferTile {
+  std::string name;                   ///< "1001", a material's name; "" for a square alone.
+  std::filesystem::path coordinates;
+};
+
 /// What a reader needs of `transfer.json`.
 struct TransferManifest {
   std::filesystem::path history;      ///< Absolute or relative to the working folder.
   std::string history_key;
   std::filesystem::path mesh;
-  std::filesystem::path coordinates;
-  int width = 0;                      ///< Of the atlas.
+  TileRule tile_rule = TileRule::Square;
+  std::vector<TransferTile> tiles;    ///< At least one.
+  bool is_unwrapped = false;          ///< The UVs were made for this transfer.
+  int width = 0;                      ///< Of a tile.
   int height = 0;
   std::vector<std::string> controls;  ///< "thickness=facing", ...
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;
   std::string key;
+  /// The tiles in one grid, as TexelMap sees them.
+  [[nodiscard]] Sheet sheet() const;
 };
 /// @param folder  A transfer folder. @throws IoError
 [[nodiscard]] TransferManifest read_transfer_manifest(const std::filesystem::path& folder);
 
-/// Writes coordinates, controls and mesh into an existing folder.
+/// Writes coordinates, controls (a file a tile) and mesh into an existing folder.
 void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result, int source_width);
 /// Writes transfer.json. @param final_folder  Where the folder will stand: the history's path is written relative to it.
 void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder, const TransferTask& task,

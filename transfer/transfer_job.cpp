@@ -15,10 +15,14 @@ constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives
 
 /// Everything that coordinates depend on: by content, never by path.
 JobInputs transfer_inputs(const TransferTask& task, const std::string& history_key) {
+  const Sheet& sheet = task.map->sheet();
   JobInputs inputs("transfer", kStageVersion);
   inputs.add_content("history", "the history", history_key);
   inputs.add_content("mesh", task.mesh_name, mesh_content_key(task.map->mesh()));
-  inputs.add_value("--resolution", std::to_string(task.map->width()) + " x " + std::to_string(task.map->height()));
+  inputs.add_value("--resolution", size_text(sheet.tile_width, sheet.tile_height));
+  std::string tiles;
+  for (const std::string& name : sheet.names) tiles += (tiles.empty() ? "" : ", ") + name;
+  inputs.add_value("--atlas", task.atlas && task.atlas->is_unwrapped ? "unwrap" : tiles.empty() ? "uv" : "uv: " + tiles);
   inputs.add_value("surface length of a pixel (mm)", number_text(task.texel_size_mm));
   inputs.add_value("--unit", task.unit.value_or("none"));
   inputs.add_value("millimetres per unit of the mesh", number_text(task.mm_per_mesh_unit));

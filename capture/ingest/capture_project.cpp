@@ -101,8 +101,6 @@ std::vector<std::size_t> kept_frames(JsonReader& json, std::size_t num_frames) {
   return kept;
 }
 
-std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
 /// Probes the photographs, finds missing times, and fills project.frames in order of time.
 void resolve_frames(FrameList list, JsonReader& json, CaptureProject& project) {
   std::vector<fs::path> photos;

@@ -62,6 +62,8 @@ std::vector<std::string> short_number_texts(std::span<const double> values) {
   return texts;
 }
 
+std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
+
 std::optional<double> parse_number(std::string_view text) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   double value = 0.0;

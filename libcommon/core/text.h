@@ -18,6 +18,8 @@ namespace patinate {
 [[nodiscard]] std::string short_number_text(double value);
 /// As short_number_text(), with as many more digits as it takes to tell the values apart: to 1 % of the smallest gap.
 [[nodiscard]] std::vector<std::string> short_number_texts(std::span<const double> values);
+/// "640 x 480".
+[[nodiscard]] std::string size_text(int width, int height);
 /// The whole of `text` as a finite number, or nothing.
 [[nodiscard]] std::optional<double> parse_number(std::string_view text);
 /// Parts between separators; "a,,b" gives three. Blanks around parts are cut.

@@ -16,8 +16,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
 /// @throws IoError if the file is no image of the history's size.
 void check_file(const fs::path& file, const HistoryManifest& manifest) {
   const ImageInfo info = probe_image(file);

@@ -146,8 +146,6 @@ ImageF resample(const ImageF& in, const std::vector<Interval>& columns, const st
   return out;
 }
 
-std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
 }  // namespace
 
 ImageF gaussian_blur(const ImageF& in, double sigma_px, const RunControl& control) {

@@ -3,6 +3,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -24,20 +25,22 @@ constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
 constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
 
-// One vertex per different (position, uv, normal).
+// One vertex per different (position, uv, normal); indices by tile.
 struct VertexBuffers {
   std::vector<float> positions, normals, uvs;
-  std::vector<std::uint32_t> indices;
+  std::vector<std::vector<std::uint32_t>> indices;
 };
 
-VertexBuffers make_buffers(const Mesh& mesh, double scale) {
+VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale) {
   VertexBuffers buffers;
+  buffers.indices.resize(tiles.names.size());
   std::map<std::array<int, 3>, std::uint32_t> index_of;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    std::vector<std::uint32_t>& indices = buffers.indices[tiles.triangle_tile.empty() ? 0 : static_cast<std::size_t>(tiles.triangle_tile[t])];
     for (std::size_t k = 0; k < 3; ++k) {
       const std::array<int, 3> corner = {mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k]};
       const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
-      buffers.indices.push_back(found->second);
+      indices.push_back(found->second);
       if (!is_new) continue;
       const Vec3 p = scale * mesh.positions[static_cast<std::size_t>(corner[0])];
       const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner[1])];
@@ -109,35 +112,66 @@ Json position_accessor(int view, const std::vector<float>& positions) {
   return json;
 }
 
-void check(const Mesh& mesh, const std::vector<GlbVariant>& variants, const GlbOptions& options) {
+void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant>& variants, const GlbOptions& options) {
   if (!mesh.has_uvs()) throw InvalidInput("glb: the mesh has no UVs; unwrap it first");
   if (variants.empty()) throw InvalidInput("glb: there is no variant to write");
+  const bool fits = tiles.names.size() == 1 ? tiles.triangle_tile.empty() || tiles.triangle_tile.size() == mesh.triangles.size()
+                                            : !tiles.names.empty() && tiles.triangle_tile.size() == mesh.triangles.size();
+  const auto is_tile = [&](int tile) { return tile >= 0 && static_cast<std::size_t>(tile) < tiles.names.size(); };
+  if (!fits || !std::all_of(tiles.triangle_tile.begin(), tiles.triangle_tile.end(), is_tile)) {
+    throw InvalidInput("glb: every triangle needs a tile");
+  }
   std::set<std::string> names;
   for (const GlbVariant& variant : variants) {
-    if (variant.base_color.empty()) throw InvalidInput("glb: the texture of `" + variant.name + "` is empty");
+    if (variant.base_colors.size() != tiles.names.size()) throw InvalidInput("glb: `" + variant.name + "` needs one texture per tile");
+    for (const ImageF& texture : variant.base_colors) {
+      if (texture.empty()) throw InvalidInput("glb: the texture of `" + variant.name + "` is empty");
+    }
     if (!names.insert(variant.name).second) throw InvalidInput("glb: the variant `" + variant.name + "` occurs twice");
   }
   if (!(options.metres_per_unit > 0.0)) throw InvalidInput("glb: metres_per_unit must be > 0");
   if (!(options.roughness >= 0.0 && options.roughness <= 1.0)) throw InvalidInput("glb: roughness must be in [0, 1]");
 }
 
-// Images, textures, materials and the list of variants.
-void add_materials(Json& gltf, BinaryChunk& binary, const std::vector<GlbVariant>& variants, const GlbOptions& options,
-                   const RunControl& control) {
+// Images, textures, materials (tiles of the first variant, of the second, ...) and the list of variants.
+void add_materials(Json& gltf, BinaryChunk& binary, const GlbTiles& tiles, const std::vector<GlbVariant>& variants,
+                   const GlbOptions& options, const RunControl& control) {
   gltf["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}};
-  for (std::size_t i = 0; i < variants.size(); ++i) {
-    control.throw_if_stopped();
-    const std::string png = png_bytes(variants[i].base_color);
-    gltf["images"].push_back(
-        {{"name", variants[i].name}, {"mimeType", "image/png"}, {"bufferView", binary.add(png.data(), png.size())}});
-    gltf["textures"].push_back({{"sampler", 0}, {"source", i}});
-    gltf["materials"].push_back(
-        {{"name", variants[i].name},
-         {"pbrMetallicRoughness",
-          {{"baseColorTexture", {{"index", i}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}});
-    gltf["extensions"]["KHR_materials_variants"]["variants"].push_back({{"name", variants[i].name}});
-    control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(variants.size()));
+  const double num_textures = static_cast<double>(variants.size() * tiles.names.size());
+  for (const GlbVariant& variant : variants) {
+    for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
+      control.throw_if_stopped();
+      const std::string name = tiles.names.size() == 1 ? variant.name : variant.name + " " + tiles.names[tile];
+      const std::string png = png_bytes(variant.base_colors[tile]);
+      const std::size_t index = gltf["textures"].size();
+      gltf["images"].push_back({{"name", name}, {"mimeType", "image/png"}, {"bufferView", binary.add(png.data(), png.size())}});
+      gltf["textures"].push_back({{"sampler", 0}, {"source", index}});
+      gltf["materials"].push_back(
+          {{"name", name},
+           {"doubleSided", true},
+           {"pbrMetallicRoughness",
+            {{"baseColorTexture", {{"index", index}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}});
+      control.report(0.9 * static_cast<double>(index + 1) / num_textures);
+    }
+    gltf["extensions"]["KHR_materials_variants"]["variants"].push_back({{"name", variant.name}});
   }
+}
+
+// A primitive per tile that has triangles.
+Json make_primitives(const std::vector<int>& index_accessors, std::size_t num_variants) {
+  Json primitives = Json::array();
+  for (std::size_t tile = 0; tile < index_accessors.size(); ++tile) {
+    if (index_accessors[tile] < 0) continue;
+    Json primitive = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}}},
+                      {"indices", index_accessors[tile]},
+                      {"material", tile}};
+    Json& mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"];
+    for (std::size_t i = 0; i < num_variants; ++i) {
+      mappings.push_back({{"material", i * index_accessors.size() + tile}, {"variants", Json::array({i})}});
+    }
+    primitives.push_back(std::move(primitive));
+  }
+  return primitives;
 }
 
 void append_u32(std::string& bytes, std::size_t value) {
@@ -172,11 +206,16 @@ std::uint32_t u32_at(std::string_view bytes, std::size_t offset) {
 
 }  // namespace
 
-void write_glb(const std::filesystem::path& path, const Mesh& input, const std::vector<GlbVariant>& variants,
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::vector<GlbVariant>& variants,
                const GlbOptions& options, const RunControl& control) {
-  check(input, variants, options);
+  write_glb(path, mesh, GlbTiles{}, variants, options, control);
+}
+
+void write_glb(const std::filesystem::path& path, const Mesh& input, const GlbTiles& tiles, const std::vector<GlbVariant>& variants,
+               const GlbOptions& options, const RunControl& control) {
+  check(input, tiles, variants, options);
   const Mesh mesh = with_normals(input);
-  const VertexBuffers buffers = make_buffers(mesh, options.metres_per_unit);
+  const VertexBuffers buffers = make_buffers(mesh, tiles, options.metres_per_unit);
 
   Json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "patinate"}};
@@ -192,17 +231,14 @@ void write_glb(const std::filesystem::path& path, const Mesh& input, const std::
   gltf["accessors"].push_back(
       accessor(binary.add(buffers.normals, kArrayBuffer), kFloat, buffers.normals.size() / 3, "VEC3"));
   gltf["accessors"].push_back(accessor(binary.add(buffers.uvs, kArrayBuffer), kFloat, buffers.uvs.size() / 2, "VEC2"));
-  gltf["accessors"].push_back(
-      accessor(binary.add(buffers.indices, kElementBuffer), kUint32, buffers.indices.size(), "SCALAR"));
-  add_materials(gltf, binary, variants, options, control);
-
-  Json primitive = {
-      {"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}}}, {"indices", 3}, {"material", 0}};
-  Json& mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"];
-  for (std::size_t i = 0; i < variants.size(); ++i) {
-    mappings.push_back({{"material", i}, {"variants", Json::array({i})}});
+  std::vector<int> index_accessors;  // -1 = no triangle shows this tile
+  for (const std::vector<std::uint32_t>& indices : buffers.indices) {
+    index_accessors.push_back(indices.empty() ? -1 : static_cast<int>(gltf["accessors"].size()));
+    if (!indices.empty()) gltf["accessors"].push_back(accessor(binary.add(indices, kElementBuffer), kUint32, indices.size(), "SCALAR"));
   }
-  gltf["meshes"] = Json::array({{{"name", options.name}, {"primitives", Json::array({primitive})}}});
+  gltf["textures"] = Json::array();
+  add_materials(gltf, binary, tiles, variants, options, control);
+  gltf["meshes"] = Json::array({{{"name", options.name}, {"primitives", make_primitives(index_accessors, variants.size())}}});
   gltf["bufferViews"] = binary.views();
   gltf["buffers"] = Json::array({{{"byteLength", binary.bytes().size()}}});
   std::string text;

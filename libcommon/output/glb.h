@@ -14,8 +14,14 @@ namespace patinate {
 
 /// One look of the mesh. The first one is what viewers without the extension show.
 struct GlbVariant {
-  std::string name;   ///< Shown in viewers, UTF-8, e.g. "12.5 d"; unique.
-  ImageF base_color;  ///< Linear RGB, any size; stored as 8-bit sRGB PNG.
+  std::string name;                  ///< Shown in viewers, UTF-8, e.g. "12.5 d"; unique.
+  std::vector<ImageF> base_colors;   ///< One a tile; linear RGB, any size; stored as 8-bit sRGB PNG.
+};
+
+/// Which triangles show which of a variant's textures: glTF gets a primitive a tile, and a material a tile and variant.
+struct GlbTiles {
+  std::vector<std::string> names = {""};  ///< One a tile, part of the material's name; UTF-8.
+  std::vector<int> triangle_tile = {};    ///< As long as the mesh's triangles; empty when there is one tile.
 };
 
 struct GlbOptions {
@@ -26,8 +32,13 @@ struct GlbOptions {
 };
 
 /// Writes atomically; equal input gives equal bytes. Axes are kept as they are, v is flipped as glTF asks.
-/// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, or a value is not finite;
-/// CannotComplete if it cannot be written.
+/// Materials are seen from both sides, as files from laboratories mix them.
+/// @param mesh  With UVs in [0, 1] of every tile.
+/// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture a tile, or
+/// a value is not finite; CannotComplete if it cannot be written.
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
+               const std::vector<GlbVariant>& variants, const GlbOptions& options = {}, const RunControl& control = {});
+/// With one tile.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::vector<GlbVariant>& variants,
                const GlbOptions& options = {}, const RunControl& control = {});
 

@@ -36,8 +36,6 @@ class Facts {
   std::string text_;
 };
 
-std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
 Facts history_facts(const std::filesystem::path& path) {
   const HistoryReader history(path);
   const HistoryManifest& m = history.manifest();
@@ -66,10 +64,12 @@ Facts history_facts(const std::filesystem::path& path) {
 
 Facts transfer_facts(const std::filesystem::path& path) {
   const TransferManifest m = read_transfer_manifest(path);
-  const ImageInfo atlas = probe_image(m.coordinates);
   Facts facts("transfer");
   facts.add("history", m.history.string());
-  facts.add("atlas", Json{atlas.width, atlas.height}, size_text(atlas.width, atlas.height));
+  facts.add("atlas", Json{m.width, m.height}, size_text(m.width, m.height) + (m.is_unwrapped ? ", unwrapped" : ""));
+  std::string tiles;
+  for (const TransferTile& tile : m.tiles) tiles += (tiles.empty() ? "" : ", ") + tile.name;
+  if (!tiles.empty()) facts.add("tiles", m.sheet().names, tiles);
   std::string shown;
   for (const std::string& c : m.controls) shown += (shown.empty() ? "" : "; ") + c;
   facts.add("controls", m.controls, shown);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "libcommon/atlas/dilate.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
 
@@ -45,19 +47,52 @@ ImageF gather(const ImageF& source, const ImageF& coordinates, float outside, co
   return result;
 }
 
+namespace {
+
+AtlasMesh read_atlas(const TransferManifest& manifest, const Sheet& sheet) {
+  try {
+    AtlasMesh atlas = read_back_atlas_mesh(with_normals(read_mesh(manifest.mesh)), manifest.tile_rule, sheet.names);
+    atlas.is_unwrapped = manifest.is_unwrapped;
+    return atlas;
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(manifest.mesh.string(), e.what());
+  }
+}
+
+}  // namespace
+
 TransferReader::TransferReader(const std::filesystem::path& path)
     : manifest_(read_transfer_manifest(path)),
       history_(manifest_.history),
-      mesh_(with_normals(read_mesh(manifest_.mesh))),
-      coordinates_(read_channels(manifest_.coordinates, {kCoordinateChannels[0], kCoordinateChannels[1]})) {
+      sheet_(manifest_.sheet()),
+      atlas_(read_atlas(manifest_, sheet_)),
+      mesh_(sheet_mesh(atlas_, sheet_)) {
   if (history_content_key(history_) != manifest_.history_key) {
     throw IoError(manifest_.history.string(), "is not the history that " + path.string() + " was made from; make the transfer again");
   }
-  if (coordinates_.width() != manifest_.width || coordinates_.height() != manifest_.height) {
-    throw IoError(manifest_.coordinates.string(), "is " + std::to_string(coordinates_.width()) + " x " + std::to_string(coordinates_.height()) +
-                                                      "; expected " + std::to_string(manifest_.width) + " x " + std::to_string(manifest_.height));
+  read_coordinates();
+}
+
+void TransferReader::read_coordinates() {
+  if (sheet_.num_tiles() > 1) coordinates_ = ImageF(sheet_.width(), sheet_.height(), 2, -1.0f);
+  for (int i = 0; i < sheet_.num_tiles(); ++i) {
+    const std::filesystem::path& file = manifest_.tiles[static_cast<std::size_t>(i)].coordinates;
+    ImageF tile = read_channels(file, {kCoordinateChannels[0], kCoordinateChannels[1]});
+    if (tile.width() != manifest_.width || tile.height() != manifest_.height) {
+      throw IoError(file.string(), "is " + size_text(tile.width(), tile.height()) + "; expected " + size_text(manifest_.width, manifest_.height));
+    }
+    check_coordinates(file, tile, history_.manifest());
+    if (sheet_.num_tiles() == 1) {
+      coordinates_ = std::move(tile);
+      continue;
+    }
+    for (int y = 0; y < tile.height(); ++y) {  // Margins stay uncovered.
+      const auto from = tile.row(y);
+      std::copy(from.begin(), from.end(), coordinates_.pixel(sheet_.first_x(i), sheet_.first_y(i) + y).data());
+    }
   }
-  check_coordinates(manifest_.coordinates, coordinates_, history_.manifest());
 }
 
 ImageU8 TransferReader::coverage() const {
@@ -68,11 +103,28 @@ ImageU8 TransferReader::coverage() const {
   return coverage;
 }
 
-ImageF TransferReader::sample(double time, const RunControl& control) const {
+std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const RunControl& control) const {
+  const ImageF values = gather(source, coordinates_, 0.0f, control);
+  const ImageU8 covered = coverage();
+  std::vector<ImageF> tiles;
+  for (int i = 0; i < sheet_.num_tiles(); ++i) {
+    tiles.push_back(cut_tile(values, sheet_, i));
+    dilate(tiles.back(), cut_tile(covered, sheet_, i), -1);
+  }
+  return tiles;
+}
+
+std::vector<ImageF> TransferReader::sample_tiles(double time, const RunControl& control) const {
   // Blending the two frames first equals blending two lookups, and touches fewer texels.
-  ImageF result = gather(history_.sample(time), coordinates_, 0.0f, control);
-  dilate(result, coverage(), -1);
-  return result;
+  return gather_tiles(history_.sample(time), control);
+}
+
+ImageF TransferReader::sample(double time, const RunControl& control) const {
+  std::vector<ImageF> tiles = sample_tiles(time, control);
+  if (tiles.size() == 1) return std::move(tiles.front());
+  ImageF sheet(sheet_.width(), sheet_.height(), tiles.front().channels());
+  for (int i = 0; i < sheet_.num_tiles(); ++i) paste_tile(sheet, sheet_, i, tiles[static_cast<std::size_t>(i)]);
+  return sheet;
 }
 
 }  // namespace patinate

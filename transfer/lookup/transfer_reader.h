@@ -3,7 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
+#include "libcommon/atlas/atlas_mesh.h"
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image.h"
@@ -24,18 +26,31 @@ class TransferReader {
 
   [[nodiscard]] const TransferManifest& manifest() const { return manifest_; }
   [[nodiscard]] const HistoryReader& history() const { return history_; }
-  /// With the UVs that were used, in mm.
+  /// In mm, with normals and with UVs over the sheet of all tiles: for TexelMap and renderers.
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
-  /// H x W x 2.
+  /// In mm, with normals and with the UVs of its tiles, as mesh.obj has them.
+  [[nodiscard]] const AtlasMesh& atlas() const { return atlas_; }
+  /// How the tiles lie in coordinates() and in what sample() gives.
+  [[nodiscard]] const Sheet& sheet() const { return sheet_; }
+  /// H x W x 2, over the sheet.
   [[nodiscard]] const ImageF& coordinates() const { return coordinates_; }
   [[nodiscard]] ImageU8 coverage() const;
-  /// The surface's colour at a time of the history's unit (clamped to its ends): H x W x 3, linear. Gutters are filled, so that
+  /// The surface's colour at a time of the history's unit (clamped to its ends): H x W x 3 over the sheet, linear. Gutters are filled tile by tile, so that
   /// filtering does not bleed. At a frame's time inside the charts exactly that frame's values.
   [[nodiscard]] ImageF sample(double time, const RunControl& control = {}) const;
+  /// The same, an image per tile.
+  [[nodiscard]] std::vector<ImageF> sample_tiles(double time, const RunControl& control = {}) const;
+  /// Values of any image of the history's size at every texel, an image per tile, gutters filled.
+  /// @param source  Height and width of the history, any channels.
+  [[nodiscard]] std::vector<ImageF> gather_tiles(const ImageF& source, const RunControl& control = {}) const;
 
  private:
+  void read_coordinates();
+
   TransferManifest manifest_;
   HistoryReader history_;
+  Sheet sheet_;
+  AtlasMesh atlas_;
   Mesh mesh_;
   ImageF coordinates_;
 };

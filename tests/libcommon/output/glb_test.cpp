@@ -17,7 +17,7 @@ namespace {
 using testing_support::ball;
 using testing_support::TempFolder;
 
-std::vector<GlbVariant> two_ages() { return {{"0 d", ImageF(8, 4, 3, 0.5f)}, {"12.5 d", ImageF(8, 4, 3, 0.1f)}}; }
+std::vector<GlbVariant> two_ages() { return {{"0 d", {ImageF(8, 4, 3, 0.5f)}}, {"12.5 d", {ImageF(8, 4, 3, 0.1f)}}}; }
 
 TEST(Glb, ReadsBackAsTheSameMeshInMetres) {
   const TempFolder folder;

@@ -1,5 +1,6 @@
 #include "tests/support/meshes.h"
 
+#include <cmath>
 #include <functional>
 
 namespace patinate::testing_support {
@@ -45,6 +46,22 @@ Mesh cut_plane(double side_mm, int n) {
     if (cell < n / 2) return Vec2(0.1 + kDensity * x, 0.1 + kDensity * y);
     return Vec2(0.45 + kDensity * y, 0.9 - kDensity * (x - 0.5));
   });
+}
+
+Mesh udim_plane(double side_mm, int columns) {
+  Mesh mesh = unit_plane(side_mm, 6 * columns);
+  const Mesh plain = mesh;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    double center = 0.0;
+    for (int corner : plain.uv_triangles[t]) center += plain.uvs[static_cast<std::size_t>(corner)].x() / 3.0;
+    const double tile = std::floor(center * columns);
+    for (int& corner : mesh.uv_triangles[t]) {
+      const Vec2 uv = plain.uvs[static_cast<std::size_t>(corner)];
+      corner = static_cast<int>(mesh.uvs.size());
+      mesh.uvs.emplace_back(tile + (uv.x() * columns - tile), uv.y());
+    }
+  }
+  return mesh;
 }
 
 }  // namespace patinate::testing_support

@@ -11,4 +11,7 @@ namespace patinate::testing_support {
 /// The same square, its halves x < side/2 and x > side/2 in two charts of the same texel density; the right one is turned by 90 degrees.
 [[nodiscard]] Mesh cut_plane(double side_mm, int n = 8);
 
+/// The square as `columns` UDIM tiles from left to right, each a strip of it that fills its tile.
+[[nodiscard]] Mesh udim_plane(double side_mm, int columns);
+
 }  // namespace patinate::testing_support

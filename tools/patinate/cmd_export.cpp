@@ -40,7 +40,7 @@ std::string glb_key_of(const std::filesystem::path& path) {
 int export_glb(CommandRun& run, const TransferReader& transfer, const std::filesystem::path& output,
                const std::vector<double>& times) {
   ContentHash hash;
-  hash.add("export glb 1").add(transfer.manifest().key);
+  hash.add("export glb 2").add(transfer.manifest().key);
   for (double t : times) hash.add(t);
   const std::string key = hash.hex();
   const std::optional<JobStatus> status = run.check_file(output, glb_key_of(output), key);
@@ -53,14 +53,15 @@ int export_glb(CommandRun& run, const TransferReader& transfer, const std::files
     std::vector<GlbVariant> variants;
     for (std::size_t i = 0; i < times.size(); ++i) {
       control.report(0.5 * static_cast<double>(i) / static_cast<double>(times.size()));
-      variants.push_back({labels[i], transfer.sample(times[i], silent)});
+      variants.push_back({labels[i], transfer.sample_tiles(times[i], silent)});
     }
     // A mesh whose unit nobody said keeps the numbers of its file.
     const TransferManifest& m = transfer.manifest();
     const GlbOptions options{.name = output.stem().string(),
                              .metres_per_unit = m.unit ? 0.001 : 1.0 / m.mm_per_mesh_unit,
                              .key = key};
-    write_glb(output, transfer.mesh(), variants, options, control.part(0.5, 1.0));
+    const GlbTiles tiles{transfer.sheet().names, transfer.atlas().triangle_tile};
+    write_glb(output, unit_square_mesh(transfer.atlas()), tiles, variants, options, control.part(0.5, 1.0));
   }
   run.report_output(*status, output, Json{{"times", times}});
   return 0;

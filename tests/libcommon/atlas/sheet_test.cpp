@@ -9,24 +9,8 @@
 namespace patinate {
 namespace {
 
+using testing_support::udim_plane;
 using testing_support::unit_plane;
-
-/// A plane of `side` mm as `columns` UDIM tiles from left to right, each a strip of it, of the same texel density.
-Mesh udim_plane(double side, int columns) {
-  Mesh mesh = unit_plane(side, 6 * columns);
-  const Mesh plain = mesh;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    double center = 0.0;
-    for (int corner : plain.uv_triangles[t]) center += plain.uvs[static_cast<std::size_t>(corner)].x() / 3.0;
-    const double tile = std::floor(center * columns);
-    for (int& corner : mesh.uv_triangles[t]) {
-      const Vec2 uv = plain.uvs[static_cast<std::size_t>(corner)];
-      corner = static_cast<int>(mesh.uvs.size());
-      mesh.uvs.emplace_back(tile + (uv.x() * columns - tile), uv.y());
-    }
-  }
-  return mesh;
-}
 
 TEST(Sheet, ATileAloneIsTheWholeSheet) {
   const Sheet sheet = make_sheet({""}, 100);

@@ -74,6 +74,25 @@ TEST(Glb, NamesEveryVariant) {
             std::string::npos);
 }
 
+TEST(Glb, ShowsEveryTileWithATextureOfItsOwn) {
+  const TempFolder folder;
+  const Mesh mesh = ball(1.0, 8);
+  GlbTiles tiles{{"1001", "1002"}, std::vector<int>(mesh.triangles.size(), 0)};
+  for (std::size_t t = 0; t < tiles.triangle_tile.size() / 2; ++t) tiles.triangle_tile[t] = 1;
+  const ImageF a(4, 4, 3, 0.5f), b(4, 4, 3, 0.1f);
+  write_glb(folder / "a.glb", mesh, tiles, {{"0 d", {a, b}}, {"2 d", {b, a}}});
+  const std::string bytes = read_file(folder / "a.glb");
+  for (const char* name : {"0 d 1001", "0 d 1002", "2 d 1001", "2 d 1002"}) {
+    EXPECT_NE(bytes.find("\"name\":\"" + std::string(name) + "\""), std::string::npos) << name;
+  }
+  EXPECT_NE(bytes.find(R"("mappings":[{"material":0,"variants":[0]},{"material":2,"variants":[1]}])"), std::string::npos);
+  EXPECT_NE(bytes.find(R"("mappings":[{"material":1,"variants":[0]},{"material":3,"variants":[1]}])"), std::string::npos);
+  EXPECT_EQ(read_mesh(folder / "a.glb").num_triangles(), mesh.num_triangles());
+  EXPECT_THROW(write_glb(folder / "b.glb", mesh, tiles, two_ages()), InvalidInput);  // one texture for two tiles
+  tiles.triangle_tile.back() = 2;
+  EXPECT_THROW(write_glb(folder / "b.glb", mesh, tiles, {{"0 d", {a, b}}}), InvalidInput);
+}
+
 TEST(Glb, RefusesWhatWouldNotBeValid) {
   const TempFolder folder;
   Mesh mesh = ball(1.0, 8);

@@ -70,9 +70,9 @@ ChartBitmap rasterize(const FlatChart& chart, double cells_per_unit) {
   return bitmap;
 }
 
-Occupancy::Occupancy(int side, int margin)
-    : side_(side), margin_(margin),
-      next_occupied_(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), static_cast<std::int16_t>(side)) {}
+Occupancy::Occupancy(int width, int height, int margin)
+    : width_(width), height_(height), margin_(margin),
+      next_occupied_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), static_cast<std::int16_t>(width)) {}
 
 std::vector<Occupancy::Run> Occupancy::grown_runs(const ChartBitmap& bitmap, int gutter) {
   // Rows first, then columns; row and column 0 of the grown bitmap lie `gutter` before the bitmap's.
@@ -114,52 +114,39 @@ int Occupancy::first_free_x(const std::vector<Run>& runs, int gutter, int y, int
     const Run& run = runs[i];
     const int row = y + run.row - gutter;
     const int begin = std::max(0, x + run.begin - gutter), end = x + run.end - gutter;
-    const int occupied = row < 0 || row >= side_ || begin >= side_
-                             ? side_
-                             : next_occupied_[static_cast<std::size_t>(row) * static_cast<std::size_t>(side_) + static_cast<std::size_t>(begin)];
-    if (occupied >= std::min(end, side_)) {
+    const int occupied = row < 0 || row >= height_ || begin >= width_
+                             ? width_
+                             : next_occupied_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(begin)];
+    if (occupied >= std::min(end, width_)) {
       ++free_runs;
     } else {
       x = occupied + 1 - run.begin + gutter;  // Past this cell, with all runs to be looked at again.
-      free_runs = 1;
+      free_runs = 0;
     }
   }
   return x;
 }
 
-std::optional<Occupancy::Spot> Occupancy::find(const ChartBitmap& bitmap, int gutter, int limit) const {
+std::optional<Spot> Occupancy::find(const ChartBitmap& bitmap, int gutter, int limit, Spot from) const {
   const std::vector<Run> runs = grown_runs(bitmap, gutter);
-  std::optional<Spot> best;
-  const int end = side_ - margin_;
-  for (int y = margin_; y + bitmap.height <= end && y + bitmap.height < limit; ++y) {
-    const int last_x = std::min(end, limit - 1) - bitmap.width;
-    const int x = first_free_x(runs, gutter, y, margin_, last_x);
-    if (x > last_x) continue;
-    best = Spot{x, y};
-    limit = std::max(x + bitmap.width, y + bitmap.height);
-  }
-  return best;
-}
-
-std::optional<Occupancy::Spot> Occupancy::find_next(const ChartBitmap& bitmap, int gutter, int limit, Spot from) const {
-  const std::vector<Run> runs = grown_runs(bitmap, gutter);
-  const int end = std::min(side_ - margin_, limit - 1);
-  for (int y = std::max(margin_, from.y); y + bitmap.height <= end; ++y) {
-    const int x = first_free_x(runs, gutter, y, y == from.y ? std::max(margin_, from.x) : margin_, end - bitmap.width);
-    if (x <= end - bitmap.width) return Spot{x, y};
+  const int last_x = width_ - margin_ - bitmap.width, last_y = std::min(height_ - margin_, limit - 1) - bitmap.height;
+  if (last_x < margin_) return std::nullopt;
+  for (int y = std::max(margin_, from.y); y <= last_y; ++y) {
+    const int x = first_free_x(runs, gutter, y, y == from.y ? std::max(margin_, from.x) : margin_, last_x);
+    if (x <= last_x) return Spot{x, y};
   }
   return std::nullopt;
 }
 
 void Occupancy::add(const ChartBitmap& bitmap, Spot spot) {
   for (int y = 0; y < bitmap.height; ++y) {
-    const auto row = next_occupied_.begin() + static_cast<std::ptrdiff_t>(spot.y + y) * side_;
+    const auto row = next_occupied_.begin() + static_cast<std::ptrdiff_t>(spot.y + y) * width_;
     const auto cells = bitmap.cells.begin() + static_cast<std::ptrdiff_t>(y) * bitmap.width;
     for (int x = 0; x < bitmap.width; ++x) {
       if (cells[x] != 0) row[spot.x + x] = static_cast<std::int16_t>(spot.x + x);
     }
-    std::int16_t next = static_cast<std::int16_t>(side_);
-    for (int x = side_ - 1; x >= 0; --x) {
+    std::int16_t next = static_cast<std::int16_t>(width_);
+    for (int x = width_ - 1; x >= 0; --x) {
       if (row[x] == x) next = static_cast<std::int16_t>(x);
       row[x] = next;
     }

@@ -22,19 +22,18 @@ struct ChartBitmap {
 /// Every cell that a triangle of the chart touches. @param chart  Points >= 0.
 [[nodiscard]] ChartBitmap rasterize(const FlatChart& chart, double cells_per_unit);
 
-/// A square of cells, `margin` of them along its edges never used.
+struct Spot {
+  int x = 0, y = 0;  ///< Cells.
+};
+
+/// A rectangle of cells, `margin` of them along its edges never used.
 class Occupancy {
  public:
-  struct Spot {
-    int x = 0, y = 0;
-  };
-  Occupancy(int side, int margin);
+  Occupancy(int width, int height, int margin);
 
-  /// The spot from which a bitmap, kept `gutter` cells from all others, reaches least far from the origin, max(x + width, y + height);
-  /// the lowest of them. Nothing if it would reach `limit` or leave the square.
-  [[nodiscard]] std::optional<Spot> find(const ChartBitmap& bitmap, int gutter, int limit) const;
-  /// The first spot, row by row, at or after `from` where it does not reach `limit`.
-  [[nodiscard]] std::optional<Spot> find_next(const ChartBitmap& bitmap, int gutter, int limit, Spot from) const;
+  /// The lowest, then leftmost spot at or after `from` where a bitmap keeps `gutter` cells from all others and its top, y + height,
+  /// stays below `limit`.
+  [[nodiscard]] std::optional<Spot> find(const ChartBitmap& bitmap, int gutter, int limit, Spot from = {}) const;
   void add(const ChartBitmap& bitmap, Spot spot);
 
  private:
@@ -45,9 +44,10 @@ class Occupancy {
   /// First x >= from in row y where all runs are free; > last_x if none.
   [[nodiscard]] int first_free_x(const std::vector<Run>& runs, int gutter, int y, int from, int last_x) const;
 
-  int side_;
+  int width_;
+  int height_;
   int margin_;
-  std::vector<std::int16_t> next_occupied_;  ///< Per cell, the nearest occupied x at or right of it; side_ if none.
+  std::vector<std::int16_t> next_occupied_;  ///< Per cell, the nearest occupied x at or right of it; width if none.
 };
 
 }  // namespace patinate

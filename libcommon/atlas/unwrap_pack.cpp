@@ -3,24 +3,29 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 
 #include "libcommon/atlas/unwrap_bitmap.h"
 #include "libcommon/core/error.h"
+#include "libcommon/core/random.h"
 
 namespace patinate {
 
 namespace {
 
 constexpr int kCoarseGrid = 256;   ///< Most cells along a side while orders are compared.
-constexpr int kFineGrid = 1024;    ///< Most cells along a side at the end.
-constexpr int kCoarseTries = 5;
-constexpr int kFineTries = 4;
+constexpr int kFineGrid = 512;    ///< Most cells along a side at the end.
+constexpr int kCoarseTries = 4;
+constexpr std::uint64_t kNumShuffles = 8;     ///< Orders beside the sorted ones that are compared,
+constexpr std::size_t kFewCharts = 150;       ///< where there are no more charts than this: many fill the gaps by themselves.
+constexpr int kFineTries = 3;
+constexpr std::size_t kNumFinalists = 3;  ///< Orders, of those compared, that are tried on the fine grid.
 constexpr int kMaxTries = 60;      ///< Until all charts find room at all.
 constexpr double kScaleStep = 1.003;
 constexpr double kFirstFill = 0.75;          ///< Share of the square that the first try hopes to fill.
-constexpr std::size_t kManyCharts = 3000;    ///< Smaller ones than the largest so many are placed row by row.
+constexpr std::size_t kManyCharts = 400;    ///< Smaller ones than the largest so many are placed row by row.
 
 double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -69,14 +74,14 @@ void turn_to_smallest_box(FlatChart& chart) {
 }
 
 struct Placement {
-  Occupancy::Spot spot;
+  Spot spot;
   int turns = 0;   ///< By 90 degrees, counter-clockwise.
   int width = 0, height = 0;  ///< Cells of the chart's bitmap before it is turned.
 };
 
 struct Layout {
   std::vector<Placement> placements;  ///< Per chart.
-  int reach = 0;                      ///< Cells that the square of all charts needs, its margin included.
+  int top = 0;                        ///< Rows of cells that all charts need, margins included.
 };
 
 /// The square grid of one try.
@@ -95,41 +100,50 @@ PackGrid make_grid(int resolution, int most_cells, int gutter_texels) {
   return grid;
 }
 
-/// Places all charts at one scale on a square a third larger than the grid; nothing if that does not do.
+/// Places one chart as low as it goes in any turn; false if there is no room.
+bool place_lowest(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement, int& top) {
+  int limit = std::numeric_limits<int>::max();
+  ChartBitmap placed;
+  for (int turns = 0; turns < (bitmap.width * bitmap.height == 1 ? 1 : 4); ++turns) {
+    ChartBitmap turned = bitmap.turned(turns);
+    const auto spot = occupancy.find(turned, grid.gutter, limit);
+    if (!spot) continue;
+    limit = spot->y + turned.height;
+    placement.spot = *spot;
+    placement.turns = turns;
+    placed = std::move(turned);
+  }
+  if (placed.cells.empty()) return false;
+  occupancy.add(placed, placement.spot);
+  top = std::max(top, limit + grid.margin());
+  return true;
+}
+
+/// Places one chart after the last; false if there is no room.
+bool place_next(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement, Spot& last, int& top) {
+  const auto spot = occupancy.find(bitmap, grid.gutter, grid.side - grid.margin() + 1, last);
+  if (!spot) return false;
+  placement.spot = last = *spot;
+  occupancy.add(bitmap, *spot);
+  top = std::max(top, spot->y + bitmap.height + grid.margin());
+  return true;
+}
+
+/// Places all charts at one scale on a grid as wide as the atlas and a half higher; nothing if that does not do.
 std::optional<Layout> lay_out(const std::vector<FlatChart>& charts, const std::vector<std::size_t>& order, const PackGrid& grid,
                               double cells_per_unit, const RunControl& control) {
-  const int side = grid.side + grid.side / 3;
-  Occupancy occupancy(side, grid.margin());
+  Occupancy occupancy(grid.side, grid.side + grid.side / 2, grid.margin());
   Layout layout{std::vector<Placement>(charts.size()), 0};
-  Occupancy::Spot cursor;
+  Spot last;
   for (std::size_t n = 0; n < order.size(); ++n) {
     control.throw_if_stopped();
-    const FlatChart& chart = charts[order[n]];
+    const ChartBitmap bitmap = rasterize(charts[order[n]], cells_per_unit);
     Placement& placement = layout.placements[order[n]];
-    const ChartBitmap bitmap = rasterize(chart, cells_per_unit);
     placement.width = bitmap.width;
     placement.height = bitmap.height;
-    ChartBitmap placed;
-    if (n < kManyCharts) {
-      int limit = side + 1;
-      for (int turns = 0; turns < (bitmap.width * bitmap.height == 1 ? 1 : 4); ++turns) {
-        ChartBitmap turned = bitmap.turned(turns);
-        const auto spot = occupancy.find(turned, grid.gutter, limit);
-        if (!spot) continue;
-        limit = std::max(spot->x + turned.width, spot->y + turned.height);
-        placement.spot = *spot;
-        placement.turns = turns;
-        placed = std::move(turned);
-      }
-      if (placed.cells.empty()) return std::nullopt;
-    } else {
-      const auto spot = occupancy.find_next(bitmap, grid.gutter, grid.side - grid.margin() + 1, cursor);
-      if (!spot) return std::nullopt;
-      placement.spot = cursor = *spot;
-      placed = bitmap;
-    }
-    occupancy.add(placed, placement.spot);
-    layout.reach = std::max({layout.reach, placement.spot.x + placed.width + grid.margin(), placement.spot.y + placed.height + grid.margin()});
+    const bool has_room = n < kManyCharts ? place_lowest(bitmap, grid, occupancy, placement, layout.top)
+                                          : place_next(bitmap, grid, occupancy, placement, last, layout.top);
+    if (!has_room) return std::nullopt;
   }
   return layout;
 }
@@ -144,14 +158,14 @@ struct Search {
     double too_large = 1e300;
     for (int i = 0; i < tries || (!best && i < kMaxTries); ++i) {
       std::optional<Layout> layout = lay_out(charts, order, grid, scale, control);
-      const bool fits = layout && layout->reach <= grid.side;
-      const double next = layout ? scale * grid.side / layout->reach : 0.8 * scale;
+      const bool fits = layout && layout->top <= grid.side;
+      const double next = layout ? scale * std::sqrt(static_cast<double>(grid.side) / layout->top) : 0.8 * scale;
       if (fits && scale > best_scale) {
         best_scale = scale;
         best = std::move(layout);
       }
       if (!fits) too_large = std::min(too_large, scale);
-      // What was reached says which scale would just fit; when that is no news, halve the interval that is left.
+      // Rows grow with the square of the scale, which says which would just fit; when that is no news, halve the interval that is left.
       const double upper = std::min(too_large, best_scale > 0.0 ? 1.05 * best_scale : too_large);
       scale = next > best_scale && next < upper ? next : (best_scale > 0.0 ? 0.5 * (best_scale + upper) : 0.97 * next);
       if (best && upper < best_scale * kScaleStep) return;
@@ -169,6 +183,15 @@ std::vector<std::size_t> order_by(const std::vector<FlatChart>& charts, double (
   std::vector<std::size_t> order(charts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sizes[a] > sizes[b]; });
+  return order;
+}
+
+/// Charts exchanged with near ones in the order: other packings of about the same quality, of which one is the best.
+std::vector<std::size_t> shuffled(std::vector<std::size_t> order, std::uint64_t seed) {
+  for (std::size_t i = 0; i + 1 < order.size(); ++i) {
+    const std::size_t reach = std::min(order.size() - i, 2 + order.size() / 30);
+    std::swap(order[i], order[i + RandomStream(seed, i).below(static_cast<std::uint32_t>(reach))]);
+  }
   return order;
 }
 
@@ -197,29 +220,35 @@ PackedCharts pack_charts(std::vector<FlatChart> charts, int resolution, int gutt
   for (FlatChart& chart : charts) turn_to_smallest_box(chart);
   const PackGrid coarse = make_grid(resolution, kCoarseGrid, gutter_texels), fine = make_grid(resolution, kFineGrid, gutter_texels);
   const double area = total_area(charts);
-  const std::array orders{order_by(charts, [](const Vec2& box) { return box.maxCoeff(); }),
-                          order_by(charts, [](const Vec2& box) { return box.x() * box.y(); })};
-  std::size_t best_order = 0;
-  double scale = std::sqrt(kFirstFill / area) * fine.side;
-  if (charts.size() < kManyCharts && coarse.side < fine.side) {
-    double best = 0.0;
+  std::vector<std::vector<std::size_t>> orders{order_by(charts, [](const Vec2& box) { return box.maxCoeff(); }),
+                                               order_by(charts, [](const Vec2& box) { return box.x() * box.y(); })};
+  for (std::uint64_t i = 0; i < kNumShuffles && charts.size() <= kFewCharts; ++i) orders.push_back(shuffled(orders[i % 2], i));
+  std::vector<std::pair<double, std::size_t>> by_scale;  // Coarse cells per unit that an order reaches, and it.
+  if (charts.size() < kManyCharts) {
     for (std::size_t i = 0; i < orders.size(); ++i) {
       Search search;
       search.run(charts, orders[i], coarse, std::sqrt(kFirstFill / area) * coarse.side, kCoarseTries, control);
-      control.report(0.25 * static_cast<double>(i + 1));
-      if (search.best_scale > best) best = search.best_scale, best_order = i;
+      control.report(0.6 * static_cast<double>(i + 1) / static_cast<double>(orders.size()));
+      by_scale.emplace_back(search.best_scale, i);
     }
-    if (best > 0.0) scale = 1.02 * best * fine.side / coarse.side;  // Finer cells waste less.
+    std::stable_sort(by_scale.begin(), by_scale.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    by_scale.resize(std::min(by_scale.size(), kNumFinalists));
+  } else {
+    by_scale.emplace_back(0.0, 0);
   }
   Search search;
-  search.run(charts, orders[best_order], fine, scale, kFineTries, control);
+  for (std::size_t n = 0; n < by_scale.size(); ++n) {
+    const auto [coarse_scale, i] = by_scale[n];
+    const double scale = coarse_scale > 0.0 ? 1.02 * coarse_scale * fine.side / coarse.side : std::sqrt(kFirstFill / area) * fine.side;
+    search.run(charts, orders[i], fine, scale, kFineTries, control);
+    control.report(0.6 + 0.4 * static_cast<double>(n + 1) / static_cast<double>(by_scale.size()));
+  }
   if (!search.best) {
     throw InvalidInput("the mesh has " + std::to_string(charts.size()) + " separate pieces, more than an atlas of " +
                        std::to_string(resolution) + " x " + std::to_string(resolution) + " texels has room for; use a larger atlas");
   }
   const double side_per_cell = static_cast<double>(fine.texels_per_cell) / resolution;
   for (std::size_t i = 0; i < charts.size(); ++i) place(charts[i], search.best->placements[i], search.best_scale, side_per_cell);
-  control.report(1.0);
   return {std::move(charts), search.best_scale * side_per_cell};
 }
 

@@ -204,7 +204,8 @@ JobStatus check_output_file(const fs::path& output, const std::string& existing_
                        ": exists and was made from other input or options; give --force to replace it, or another output");
 }
 
-void write_run_record(const fs::path& folder, const std::vector<std::string>& command_line, double seconds) {
+void write_run_record(const fs::path& folder, const std::vector<std::string>& command_line, double seconds,
+                      const Json& options) {
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
   const std::time_t now = std::time(nullptr);
@@ -213,7 +214,7 @@ void write_run_record(const fs::path& folder, const std::vector<std::string>& co
   std::array<char, 32> date{};
   std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
   save_json(folder / "run.json",
-            Json{{"date", date.data()}, {"command", command_line}, {"host", host.data()}, {"seconds", seconds}});
+            Json{{"date", date.data()}, {"command", command_line}, {"host", host.data()}, {"seconds", seconds}, {"options", options}});
 }
 
 }  // namespace patinate

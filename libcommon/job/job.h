@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "libcommon/core/json.h"
 #include "libcommon/core/run_control.h"
 
 namespace patinate {
@@ -69,7 +70,8 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
 JobStatus check_output_file(const std::filesystem::path& output, const std::string& existing_key, const std::string& key,
                             const JobOptions& options);
 
-/// Writes `run.json` beside a manifest: date, command line, host, seconds. Never part of a key.
-void write_run_record(const std::filesystem::path& folder, const std::vector<std::string>& command_line, double seconds);
+/// Writes `run.json` beside a manifest: date, command line, host, seconds, and the options in force. Never part of a key.
+void write_run_record(const std::filesystem::path& folder, const std::vector<std::string>& command_line, double seconds,
+                      const Json& options);
 
 }  // namespace patinate

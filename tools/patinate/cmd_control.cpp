@@ -63,6 +63,7 @@ int cmd_control(CommandRun& run) {
   declare_mesh(run.line, mesh_source);
   run.line.option("kind", "KIND", "A kind (see below), or an expression of kinds and of map files", kind);
   run.line.required();
+  run.line.suggestions(control_kind_names());
   run.line.output("MAP.exr", "The control map to make, float, channel Y, [0, 1]", output);
   run.line.options(options);
   std::vector<std::pair<std::string, std::string>> kinds;

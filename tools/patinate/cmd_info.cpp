@@ -152,6 +152,7 @@ Facts facts_of(const std::filesystem::path& path) {
 int cmd_info(CommandRun& run) {
   std::filesystem::path path;
   run.line.positional("PATH", "A history, capture or transfer folder, a mesh or an image", path);
+  run.line.without({"seed", "dry_run"});
   run.line.example("info copper");
   run.line.example("info bust.glb --json");
   if (!run.parse()) return 0;

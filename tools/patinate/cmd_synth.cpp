@@ -43,6 +43,7 @@ int cmd_synth(CommandRun& run) {
   CrackleOptions crackle_options;
   SculptureOptions sculpture_options;
   run.line.positional("KIND", "crackle (a capture project with its truth) or sculpture (a mesh to age)", kind);
+  run.line.choices(kKinds);
   run.line.output("FOLDER", "Folder to make", output);
   // Each kind has options of its own, so the kind decides what --help lists and what is accepted.
   const std::string asked = run.first_positional();
@@ -50,11 +51,7 @@ int cmd_synth(CommandRun& run) {
   if (asked == "sculpture") run.line.options(sculpture_options);
   run.line.example("synth crackle -o crackle");
   run.line.example("synth crackle --help");
-  if (asked.empty() || asked == "crackle" || asked == "sculpture") {
-    if (!run.parse()) return 0;
-  } else {
-    throw UsageError("KIND: found `" + asked + "`; expected one of crackle, sculpture" + did_you_mean(asked, kKinds));
-  }
+  if (!run.parse()) return 0;
   const JobPlan plan =
       kind == "crackle" ? plan_crackle(crackle_options, output) : plan_sculpture(sculpture_options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "synth " + kind);

@@ -80,6 +80,7 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 int cmd_validate(CommandRun& run) {
   std::filesystem::path path;
   run.line.positional("PATH", "A history, capture or transfer folder, a mesh or an image", path);
+  run.line.without({"seed", "force", "dry_run"});
   run.line.example("validate copper");
   if (!run.parse()) return 0;
   Checks checks;

@@ -12,7 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "libcommon/core/json.h"
 #include "libcommon/core/options.h"
+#include "tools/patinate/argument.h"
 
 namespace patinate {
 
@@ -37,7 +39,7 @@ class CommandLine {
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
-  /// In the order in which they are declared.
+  /// In the order in which they are declared. A path is an input, and must exist.
   void positional(const std::string& name, const std::string& help, std::string& value);
   void positional(const std::string& name, const std::string& help, std::filesystem::path& value);
   /// One or more; must be the last positional.
@@ -56,42 +58,67 @@ class CommandLine {
   void repeated(const std::string& name, const std::string& value_name, const std::string& help,
                 std::vector<std::string>& values);
   void flag(const std::string& name, const std::string& help, bool& value);
-  /// Marks the option that was declared last as required.
-  void required();
   /// Every field of a described options struct. The struct must outlive this.
   template <class Options>
   void options(Options& o) {
     described(std::make_unique<Described<Options>>(o));
   }
+
+  /// Marks the argument that was declared last as required, or a positional one as not required.
+  void required(bool is_required = true);
+  /// Nothing else is accepted for the argument that was declared last.
+  void choices(const std::vector<std::string>& words);
+  /// What shells offer for the argument that was declared last; anything is accepted.
+  void suggestions(const std::vector<std::string>& words);
+  /// A second name of the option that was declared last.
+  void alias(const std::string& name);
+  /// Options of which one is given at most: one on the command line puts those of a configuration file out of force.
+  void alternatives(const std::vector<std::string>& names);
+  /// Options of every command that mean nothing to this one.
+  void without(const std::vector<std::string>& names);
   /// A list of --help with a title, one name and what it means a line.
   void list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
   /// A line under "Examples" of --help, without "patinate".
   void example(const std::string& arguments);
 
   [[nodiscard]] const CommonOptions& common() const { return common_; }
+  [[nodiscard]] CommandDeclaration declaration() const;
 
+  /// Reads the words of the command line, then calls `supply`, which may supply() options that they leave open, then sets all
+  /// variables.
   /// @returns false when --help was asked for (see help()).
-  /// @throws UsageError naming the argument, what was found and what is expected.
-  [[nodiscard]] bool parse(const std::vector<std::string>& arguments);
-  [[nodiscard]] std::string help() const;
+  /// @throws UsageError naming the argument, what was found and what is expected; IoError for what a file supplied.
+  [[nodiscard]] bool parse(const std::vector<std::string>& arguments, const std::function<void()>& supply = {});
+  /// Gives an option its values unless it, or an alternative of it, has some already.
+  /// @param key  "spatial_sigma"; those that this command does not have are ignored.
+  /// @param source  Comes before what is said about a wrong value: "PATINATE_SEED", "run.toml: line 3".
+  void supply(const std::string& key, const std::vector<std::string>& values, const std::string& source);
+  [[nodiscard]] std::string help() const { return help_text(declaration()); }
   /// The option was given, not left at its default.
   [[nodiscard]] bool is_given(const std::string& name) const;
+  /// The --config file; "" when there is none.
+  [[nodiscard]] std::string config() const;
+  /// Every option in force: {"spatial_sigma": {"value": 20, "from": "default"}, ...}. Call after parse().
+  [[nodiscard]] Json effective_options() const;
 
  private:
-  struct Entry;
-  class Declarer;
-
-  Entry& add(const std::string& name, const std::string& value_name, const std::string& help,
-             std::function<void(const std::string&)> set);
+  Argument& add(Argument argument);
+  Argument& add(ArgumentKind kind, ValueType type, const std::string& name, const std::string& value_name,
+                const std::string& help, std::function<void(const std::string&)> set);
   void described(std::unique_ptr<DescribedOptions> options);
+  void read_words(const std::vector<std::string>& arguments, bool& wants_help);
+  void read_positionals(std::vector<std::string> rest);
   void assign();
+  void assign(Argument& argument);
+  [[nodiscard]] Argument* find(const std::string& key) const;
 
   std::string verb_;
   std::string brief_;
   std::vector<std::string> examples_;
-  std::string lists_;  ///< As they stand in help().
-  std::vector<std::unique_ptr<Entry>> entries_;
+  std::vector<HelpList> lists_;
+  std::vector<std::unique_ptr<Argument>> arguments_;
   std::vector<std::unique_ptr<DescribedOptions>> described_;
+  std::vector<std::vector<std::string>> alternatives_;
   CommonOptions common_;
 };
 

@@ -1,21 +1,26 @@
 #include "tools/patinate/command_run.h"
 
+#include <sys/resource.h>
+
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "libcommon/core/error.h"
 #include "libcommon/job/partial_folder.h"
 #include "tools/patinate/message_stream.h"
+#include "tools/patinate/option_sources.h"
 #include "tools/patinate/progress_line.h"
+#include "tools/patinate/verbs.h"
 
 namespace patinate {
 
 namespace {
 
-void print(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw CannotComplete("standard output: cannot be written; is the disk full?");
-  }
+std::string peak_memory_text() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return std::to_string((usage.ru_maxrss + 1023) / 1024) + " MB";
 }
 
 std::string seconds_text(double seconds) {
@@ -35,12 +40,33 @@ std::string CommandRun::first_positional() const {
 }
 
 bool CommandRun::parse() {
-  if (line.parse(arguments_)) return true;
+  if (is_only_declared_) return false;
+  if (line.parse(arguments_, [this] { supply_options(); })) {
+    for (const std::string& variable : unknown_variables_) detail(variable);
+    return true;
+  }
   print(line.help());
   return false;
 }
 
+void CommandRun::supply_options() {
+  const Environment environment = patinate_environment();
+  if (environment.empty() && line.config().empty()) return;
+  const std::vector<CommandDeclaration> commands = all_declarations();
+  unknown_variables_ = supply_environment(line, environment, commands);
+  if (!line.config().empty()) supply_config(line, verb_, line.config(), commands);
+}
+
+void CommandRun::print(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw CannotComplete("standard output: cannot be written; is the disk full?");
+  }
+}
+
 RunControl CommandRun::control(const std::string& label) {
+  end_stage();
+  stage_ = label;
+  stage_begin_ = seconds();
   RunControl control;
   control.stop = stop_;
   control.num_threads = line.common().threads;
@@ -67,7 +93,7 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
     return std::nullopt;
   }
   const JobStatus status = run_job(plan, job_options(), control(label));
-  if (status == JobStatus::Done) write_run_record(plan.output, command_line(), seconds());
+  if (status == JobStatus::Done) write_run_record(plan.output, command_line(), seconds(), line.effective_options());
   return status;
 }
 
@@ -76,6 +102,12 @@ std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& out
   if (!line.common().dry_run) return check_output_file(output, existing_key, key, job_options());
   report_dry_run(explain_output_file(output, existing_key, key, job_options()));
   return std::nullopt;
+}
+
+void CommandRun::end_stage() {
+  if (stage_.empty()) return;
+  const std::string stage = std::exchange(stage_, "");
+  detail(stage + ": " + seconds_text(seconds() - stage_begin_));
 }
 
 void CommandRun::note(const std::string& text) {
@@ -98,6 +130,8 @@ void CommandRun::report_output(JobStatus status, const std::filesystem::path& ou
 
 void CommandRun::report_output(JobStatus status, const std::filesystem::path& output, const Json& more) {
   const bool is_done = status == JobStatus::Done;
+  end_stage();
+  detail("memory: " + peak_memory_text() + " at most");
   note(output.string() + ": " + (is_done ? "done in " + seconds_text(seconds()) : "up to date"));
   if (!line.common().json) return;
   Json result{{"output", output.string()}, {"status", is_done ? "done" : "up to date"}};

@@ -31,6 +31,9 @@ class CommandRun {
 
   /// The first word that is no option, "" if the arguments begin with one: for commands whose options depend on it.
   [[nodiscard]] std::string first_positional() const;
+  /// Makes parse() return false: the command then has only declared its arguments on `line`.
+  void only_declare() { is_only_declared_ = true; }
+  /// Options come from the command line, else the environment, else the file of --config.
   /// @returns false when --help was printed: the command then returns at once.
   [[nodiscard]] bool parse();
   /// Progress under a label of one or two words, the stop token, --threads.
@@ -63,13 +66,23 @@ class CommandRun {
   void report_dry_run(const JobReport& job);
   /// The end of a command that tells something: `text` or, with --json, `json`, on stdout.
   void report(const Json& json, const std::string& text);
+  /// Text on stdout as it is. @throws CannotComplete if it cannot be written.
+  void print(const std::string& text);
 
  private:
+  void supply_options();
+  /// With --verbose says how long the part of the work took that the last control() began.
+  void end_stage();
+
   std::string verb_;
   std::vector<std::string> arguments_;
   std::stop_token stop_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  bool is_only_declared_ = false;
   std::unique_ptr<ProgressLine> progress_;
+  std::vector<std::string> unknown_variables_;
+  std::string stage_;  ///< Label of the part of the work that goes on; "" = none.
+  double stage_begin_ = 0.0;
 };
 
 }  // namespace patinate

@@ -7,8 +7,10 @@
 namespace patinate {
 
 /// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/core/error.h.
+int cmd_completion(CommandRun& run);
 int cmd_control(CommandRun& run);
 int cmd_export(CommandRun& run);
+int cmd_help(CommandRun& run);
 int cmd_info(CommandRun& run);
 int cmd_ingest(CommandRun& run);
 int cmd_lookup(CommandRun& run);

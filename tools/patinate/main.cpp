@@ -1,9 +1,8 @@
-// The table from verb to command, and the one place where errors become a line on stderr and an exit code.
+// The one place where errors become a line on stderr and an exit code.
 #include <pthread.h>
 #include <signal.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdio>
 #include <new>
 #include <string>
@@ -12,47 +11,18 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/commands.h"
 #include "tools/patinate/message_stream.h"
+#include "tools/patinate/verbs.h"
 
 namespace patinate {
 namespace {
 
-struct Verb {
-  const char* name;
-  const char* brief;
-  int (*run)(CommandRun&);
-};
-
-constexpr std::array kVerbs{
-    Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
-    Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
-    Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
-    Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
-    Verb{"render", "Makes a picture of a transfer at a time, or a strip of times.", cmd_render},
-    Verb{"export", "Writes a transfer as GLB, or a transfer or history as images.", cmd_export},
-    Verb{"synth", "Makes test data with known truth: crackle, sculpture.", cmd_synth},
-    Verb{"info", "Says what a file or folder is.", cmd_info},
-    Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
-};
-
 constexpr int kDone = 0, kCannot = 1, kUsage = 2, kInput = 3, kInterrupted = 130;
-
-std::string overview() {
-  std::string text =
-      "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND [arguments]\n\nCommands:\n";
-  for (const Verb& verb : kVerbs) {
-    std::string name = std::string("  ") + verb.name;
-    name.resize(14, ' ');
-    text += name + verb.brief + "\n";
-  }
-  return text + "\n`patinate COMMAND --help` says more. `patinate --version` prints the version.\n";
-}
 
 int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   if (arguments.empty()) throw UsageError("no command is given; see `patinate --help`");
   const std::string& name = arguments.front();
-  if (name == "--help" || name == "-h" || name == "help") {
+  if (name == "--help" || name == "-h") {
     std::fputs(overview().c_str(), stdout);
     return kDone;
   }
@@ -60,13 +30,13 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
     std::puts("patinate " PATINATE_VERSION);
     return kDone;
   }
-  for (const Verb& verb : kVerbs) {
+  for (const Verb& verb : verbs()) {
     if (name != verb.name) continue;
     CommandRun run(name, verb.brief, {arguments.begin() + 1, arguments.end()}, std::move(stop));
     return verb.run(run);
   }
   std::vector<std::string> names;
-  for (const Verb& verb : kVerbs) names.emplace_back(verb.name);
+  for (const Verb& verb : verbs()) names.emplace_back(verb.name);
   throw UsageError(name + ": no such command" + did_you_mean(name, names) + "; see `patinate --help`");
 }
 

@@ -43,6 +43,7 @@ std::optional<std::string> MeshSource::unit_or_none() const {
 void declare_mesh(CommandLine& line, MeshSource& source) {
   line.positional("MESH", "OBJ, PLY, glTF or GLB with UVs", source.path);
   line.option("unit", "um|mm|cm|m", "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative", source.unit);
+  line.suggestions({"um", "mm", "cm", "m"});
   line.option("node", "NAME", "Only the surfaces of this node", source.node);
   line.option("material", "NAME", "Only the surfaces of this material", source.material);
 }

@@ -9,6 +9,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/text.h"
 
 namespace patinate {
 
@@ -38,7 +39,27 @@ PathKind kind_of_json(const fs::path& path) {
                                    "\"; expected \"patinate.history\", \"patinate.transfer\" or \"patinate.capture\"");
 }
 
+/// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
+std::string similar_path(const fs::path& path) {
+  fs::path plain = path.has_filename() ? path : path.parent_path();
+  const fs::path parent = plain.has_parent_path() ? plain.parent_path() : ".";
+  constexpr std::size_t kMost = 10000;
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator it(parent, error), end; !error && it != end && names.size() < kMost; it.increment(error)) {
+    names.push_back(it->path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return did_you_mean(plain.filename().string(), names);
+}
+
 }  // namespace
+
+void require_exists(const fs::path& path) {
+  std::error_code error;
+  if (fs::exists(path, error) || error) return;  // Other troubles are named by who reads it.
+  throw IoError(path.string(), "does not exist" + similar_path(path));
+}
 
 std::string lower_extension(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -49,7 +70,7 @@ std::string lower_extension(const fs::path& path) {
 
 PathKind kind_of(const fs::path& path) {
   std::error_code error;
-  if (!fs::exists(path, error)) throw IoError(path.string(), "does not exist");
+  require_exists(path);
   if (fs::is_directory(path, error)) {
     for (const Manifest& m : kManifests) {
       if (fs::exists(path / m.file, error)) return m.kind;

@@ -13,6 +13,9 @@ enum class PathKind { History, Transfer, Capture, Mesh, Image };
 /// @throws IoError if it does not exist or is none of these.
 [[nodiscard]] PathKind kind_of(const std::filesystem::path& path);
 
+/// @throws IoError if `path` does not exist, with what its folder holds that is named nearly so.
+void require_exists(const std::filesystem::path& path);
+
 /// The extension with its dot, in lower case.
 [[nodiscard]] std::string lower_extension(const std::filesystem::path& path);
 

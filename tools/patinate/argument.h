@@ -1,0 +1,70 @@
+/// \file
+/// One argument of a command: what is declared about it, from which parsing, --help, completion, the manual and the reader of
+/// --config are made, and what was found for it.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/options.h"
+
+namespace patinate {
+
+enum class ArgumentKind { Positional, PositionalList, Option, Repeated, Flag };
+/// What its value is.
+enum class ValueType { Text, Path, Number, Integer, Numbers };
+
+struct ArgumentInfo {
+  ArgumentKind kind = ArgumentKind::Option;
+  ValueType type = ValueType::Text;
+  std::string name;                  ///< As shown: MESH, -o, --spatial-sigma.
+  std::string alias;                 ///< A second name of an option, "--frames"; or "".
+  std::string value_name;            ///< "" for flags.
+  std::string help;                  ///< With unit and range, without the default.
+  std::string default_text;          ///< "" when there is none.
+  std::vector<std::string> choices;  ///< What may be given; suggestions only where other values are accepted too.
+  bool is_required = false;
+  bool is_common = false;    ///< An option of every command.
+  bool has_no_form = false;  ///< A flag that is on unless `--no-...` is given.
+
+  [[nodiscard]] bool is_positional() const { return kind == ArgumentKind::Positional || kind == ArgumentKind::PositionalList; }
+  /// The name in a configuration file: spatial_sigma; "output" for -o.
+  [[nodiscard]] std::string key() const;
+  /// As a user gives it: "--threads N", "--no-ground", "MESH".
+  [[nodiscard]] std::string form() const;
+  /// What it is and its default, as one sentence of --help and of the manual.
+  [[nodiscard]] std::string description() const;
+};
+
+struct Argument : ArgumentInfo {
+  std::function<void(const std::string&)> set;  ///< Gets each value; for a flag "true" or "false".
+  std::vector<std::string> found;
+  std::string source;  ///< Where `found` comes from, e.g. "run.toml: line 3"; "" = the command line.
+};
+
+/// Names and what they mean, e.g. the kinds of control.
+struct HelpList {
+  std::string title;
+  std::vector<std::pair<std::string, std::string>> rows;
+};
+
+/// Everything that a command says about itself.
+struct CommandDeclaration {
+  std::string verb;
+  std::string brief;
+  std::vector<ArgumentInfo> arguments;
+  std::vector<HelpList> lists;
+  std::vector<std::string> examples;  ///< Without "patinate".
+};
+
+/// "--spatial-sigma" of spatial_sigma.
+[[nodiscard]] std::string dashed(std::string_view name);
+/// The usage line: "patinate lookup TRANSFER -o IMAGE [options]".
+[[nodiscard]] std::string usage_text(const CommandDeclaration& command);
+/// What --help prints.
+[[nodiscard]] std::string help_text(const CommandDeclaration& command);
+
+}  // namespace patinate

@@ -1,0 +1,72 @@
+#include "tools/patinate/verbs.h"
+
+#include <algorithm>
+#include <array>
+
+#include "tools/patinate/commands.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::array kVerbs{
+    Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
+    Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
+    Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
+    Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
+    Verb{"render", "Makes a picture of a transfer at a time, or a strip of times.", cmd_render},
+    Verb{"export", "Writes a transfer as GLB, or a transfer or history as images.", cmd_export},
+    Verb{"synth", "Makes test data with known truth: crackle, sculpture.", cmd_synth, {"crackle", "sculpture"}},
+    Verb{"info", "Says what a file or folder is.", cmd_info},
+    Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
+    Verb{"completion", "Prints a completion script for a shell.", cmd_completion},
+    Verb{"help", "Says what a command does; prints the manual.", cmd_help},
+};
+
+CommandDeclaration declared(const Verb& verb, const std::vector<std::string>& arguments) {
+  CommandRun run(verb.name, verb.brief, arguments, {});
+  run.only_declare();
+  (void)verb.run(run);
+  return run.line.declaration();
+}
+
+}  // namespace
+
+std::span<const Verb> verbs() { return kVerbs; }
+
+CommandDeclaration declaration_of(const Verb& verb) {
+  CommandDeclaration all = declared(verb, {});
+  for (const char* const* kind = verb.kinds; *kind != nullptr; ++kind) {
+    for (ArgumentInfo& argument : declared(verb, {*kind}).arguments) {
+      const auto same = std::find_if(all.arguments.begin(), all.arguments.end(), [&](const auto& a) { return a.name == argument.name; });
+      if (same == all.arguments.end()) {
+        argument.help = std::string(*kind) + ": " + argument.help;
+        all.arguments.push_back(std::move(argument));
+      } else if (!same->is_common && same->help != argument.help) {
+        same->help += "; " + std::string(*kind) + ": " + argument.help;
+        if (same->type != argument.type) same->type = ValueType::Number;
+        same->default_text.clear();
+      }
+    }
+  }
+  return all;
+}
+
+std::vector<CommandDeclaration> all_declarations() {
+  std::vector<CommandDeclaration> all;
+  for (const Verb& verb : kVerbs) all.push_back(declaration_of(verb));
+  return all;
+}
+
+std::string overview() {
+  std::string text =
+      "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND [arguments]\n\nCommands:\n";
+  for (const Verb& verb : kVerbs) {
+    std::string name = std::string("  ") + verb.name;
+    name.resize(14, ' ');
+    text += name + verb.brief + "\n";
+  }
+  return text + "\n`patinate COMMAND --help` says more. `patinate --version` prints the version.\n";
+}
+
+}  // namespace patinate

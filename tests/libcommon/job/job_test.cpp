@@ -343,10 +343,11 @@ TEST(OutputFile, IsReplacedOnlyWithForceOrWhenAbsent) {
 
 TEST(RunRecord, StandsBesideTheManifest) {
   TempFolder temp;
-  write_run_record(temp.path(), {"patinate", "ingest", "a.json"}, 1.5);
+  write_run_record(temp.path(), {"patinate", "ingest", "a.json"}, 1.5, {{"threads", {{"value", 2}, {"from", "default"}}}});
   const Json record = load_json(temp / "run.json");
   EXPECT_EQ(record["command"][1], "ingest");
   EXPECT_EQ(record["seconds"], 1.5);
+  EXPECT_EQ(record["options"]["threads"]["value"], 2);
 }
 
 }  // namespace

@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""What is made from the commands' declarations: completion, man page, docs/commands.md. Usage: documents_test.py PATINATE
+
+documents_test.py PATINATE --update writes the generated part of docs/commands.md anew.
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
+COMMANDS = pathlib.Path(__file__).resolve().parents[2] / "docs/commands.md"
+MARK = "<!-- From here on made by `patinate help --markdown`: tests/cli/documents_test.py PATINATE --update -->\n"
+
+
+def output_of(*arguments):
+    return subprocess.run([PATINATE, *arguments], capture_output=True, text=True, check=True).stdout
+
+
+class Documents(unittest.TestCase):
+    def test_commands_page_is_current(self):
+        written = COMMANDS.read_text().split(MARK)[1]
+        self.assertEqual(written, output_of("help", "--markdown"), "run tests/cli/documents_test.py PATINATE --update")
+
+    def test_man_page_has_no_warnings_and_every_command(self):
+        page = output_of("help", "--man")
+        for verb in re.findall(r"^  ([a-z]+) ", output_of("--help"), re.MULTILINE):
+            self.assertIn(f".SS {verb}\n", page)
+        if not shutil.which("man"):
+            self.skipTest("no man")
+        shown = subprocess.run(["man", "--warnings", "-l", "-"], input=page, capture_output=True, text=True, env={**os.environ, "MANWIDTH": "100"})
+        self.assertEqual((shown.returncode, shown.stderr), (0, ""))
+        self.assertIn("--threads N", shown.stdout)
+
+
+class Completion(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="patinate_completion_"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        (self.folder / "aged").mkdir()
+        (self.folder / "a map.exr").touch()
+
+    def script(self, shell):
+        path = self.folder / f"complete.{shell}"
+        path.write_text(output_of("completion", shell))
+        return path
+
+    def bash(self, *words):
+        call = f'source {self.script("bash")}; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _patinate; printf "%s\\n" "${{COMPREPLY[@]}}"'
+        result = subprocess.run(["bash", "-c", call, "bash", *words], cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(result.stderr, "")
+        return [line for line in result.stdout.split("\n") if line]
+
+    def test_bash_offers_commands_options_choices_and_files(self):
+        self.assertEqual(self.bash("patinate", "tr"), ["transfer"])
+        self.assertIn("--version", self.bash("patinate", "-"))
+        self.assertEqual(self.bash("patinate", "transfer", "--metho"), ["--method"])
+        self.assertEqual(self.bash("patinate", "transfer", "--method", ""), ["fast", "reference"])
+        self.assertEqual(self.bash("patinate", "transfer", "--method", "=", "r"), ["reference"])
+        self.assertEqual(self.bash("patinate", "synth", ""), ["crackle", "sculpture"])
+        self.assertEqual(self.bash("patinate", "lookup", "ag"), ["aged"])
+        self.assertEqual(self.bash("patinate", "lookup", "aged", "-o", "a "), ["a map.exr"])
+        self.assertEqual(self.bash("patinate", "lookup", "aged", "--time", ""), [])
+        self.assertEqual(self.bash("patinate", "completion", "f"), ["fish"])
+
+    @unittest.skipUnless(shutil.which("fish"), "no fish")
+    def test_fish_offers_commands_options_choices_and_files(self):
+        script = self.script("fish")
+
+        def offers(line):
+            result = subprocess.run(["fish", "--no-config", "-c", f"source {script}; complete -C '{line}'"], cwd=self.folder, capture_output=True, text=True,
+                                    env={**os.environ, "HOME": str(self.folder)})
+            self.assertEqual(result.stderr, "")
+            return [offer.split("\t")[0] for offer in result.stdout.splitlines()]
+        self.assertEqual(offers("patinate tr"), ["transfer"])
+        self.assertIn("--method", offers("patinate transfer --m"))
+        self.assertEqual(offers("patinate transfer --method "), ["fast", "reference"])
+        self.assertEqual(offers("patinate synth "), ["crackle", "sculpture"])
+        self.assertEqual(offers("patinate lookup ag"), ["aged/"])
+
+    @unittest.skipUnless(shutil.which("zsh"), "no zsh")
+    def test_zsh_offers_commands_options_choices_and_files(self):
+        # A shell in a pseudo-terminal, as a user has it; what it lists after a tab is read until it falls silent.
+        script = self.script("zsh")
+        driver = self.folder / "driver.zsh"
+        driver.write_text(f"""
+zmodload zsh/zpty
+zpty -b shell zsh -f -i
+ask() {{ zpty -w -n shell "$1"; sleep $2; local out text=''; while zpty -r -t shell out; do text+=$out; done; print -r -- "$text" }}
+ask $'PS1= ; unsetopt zle_bracketed_paste; autoload -U compinit && compinit -u -D && source {script}\\n' 1.5 >/dev/null
+for line in "$@"; do ask "$line"$'\\t' 0.7; ask $'\\C-u' 0.1 > /dev/null; print -r -- '-----'; done
+""")
+        lines = {"patinate tr": "transfer", "patinate transfer --method r": "reference", "patinate synth s": "sculpture",
+                 "patinate lookup ag": "aged"}
+        result = subprocess.run(["zsh", "-f", str(driver), *lines], cwd=self.folder, capture_output=True, text=True, timeout=60,
+                                env={**os.environ, "HOME": str(self.folder), "TERM": "dumb", "COLUMNS": "200"})
+        self.assertEqual(result.stderr, "")
+        for line, offer, answer in zip(lines, lines.values(), result.stdout.split("-----")):
+            self.assertIn(offer, answer, line)
+
+
+if __name__ == "__main__":
+    if "--update" in sys.argv:
+        COMMANDS.write_text(COMMANDS.read_text().split(MARK)[0] + MARK + output_of("help", "--markdown"))
+    else:
+        unittest.main()

@@ -156,8 +156,8 @@ void project(const UnwrapSurface& surface, FlatChart& chart, const std::vector<i
   }
 }
 
-/// Every triangle counter-clockwise and every fan inside the chart once around.
-bool is_immersed(const FlatChart& chart) {
+/// Every triangle counter-clockwise, every fan inside the chart once around and those at its border less than that.
+bool is_immersed(const FlatChart& chart, const std::vector<std::array<int, 2>>& border) {
   std::vector<double> turn(chart.points.size(), 0.0);
   for (std::size_t i = 0; i < chart.corners.size(); ++i) {
     const std::array<Vec2, 3> p = corners_of(chart, i);
@@ -167,7 +167,9 @@ bool is_immersed(const FlatChart& chart) {
       turn[static_cast<std::size_t>(chart.corners[i][k])] += std::atan2(twice_area, (p[(k + 1) % 3] - p[k]).dot(p[(k + 2) % 3] - p[k]));
     }
   }
-  return std::all_of(turn.begin(), turn.end(), [](double angle) { return angle < 3.0 * std::numbers::pi; });
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  if (std::any_of(border.begin(), border.end(), [&](const auto& edge) { return !(turn[static_cast<std::size_t>(edge[0])] < kTurn); })) return false;
+  return std::all_of(turn.begin(), turn.end(), [&](double angle) { return angle < 1.5 * kTurn; });
 }
 
 bool scale_to_surface(const UnwrapSurface& surface, FlatChart& chart) {
@@ -194,7 +196,7 @@ bool is_stretched(const UnwrapSurface& surface, const FlatChart& chart, double m
 }
 
 FlatStatus judge(const UnwrapSurface& surface, FlatChart& chart, const std::vector<std::array<int, 2>>& border, double max_stretch) {
-  if (!is_immersed(chart) || !scale_to_surface(surface, chart)) return FlatStatus::Flipped;
+  if (!is_immersed(chart, border) || !scale_to_surface(surface, chart)) return FlatStatus::Flipped;
   if (is_stretched(surface, chart, max_stretch)) return FlatStatus::Stretched;
   return borders_cross(chart.points, border) ? FlatStatus::Overlapping : FlatStatus::Good;
 }

@@ -121,7 +121,7 @@ bool place_lowest(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& oc
 
 /// Places one chart after the last; false if there is no room.
 bool place_next(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement, Spot& last, int& top) {
-  const auto spot = occupancy.find(bitmap, grid.gutter, grid.side - grid.margin() + 1, last);
+  const auto spot = occupancy.find(bitmap, grid.gutter, std::numeric_limits<int>::max(), last);
   if (!spot) return false;
   placement.spot = last = *spot;
   occupancy.add(bitmap, *spot);

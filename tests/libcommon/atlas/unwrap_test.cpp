@@ -10,6 +10,7 @@
 
 #include "datasets_synthetic/sculpture.h"
 #include "libcommon/atlas/texel_map.h"
+#include "libcommon/core/random.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"
@@ -224,6 +225,14 @@ TEST(Unwrap, CutsSurfacesWithoutAnInside) {
     return Vec3(r * std::cos(a), r * std::sin(a), std::sin(a / 2) * std::sin(b) + std::cos(a / 2) * std::sin(2 * b));
   });
   expect_valid(unwrap(klein), klein);
+}
+
+TEST(Unwrap, KeepsSpikesApart) {
+  // Neighbouring triangles face anywhere: conformal maps fold, fans at borders wind over themselves, and must be cut again.
+  Mesh spiky = make_blob(2);
+  for (std::size_t i = 0; i < spiky.positions.size(); ++i) spiky.positions[i] *= 1.0 + 0.15 * RandomStream(7, i).normal();
+  const UnwrapResult r = unwrap(spiky);
+  expect_valid(r, spiky);
 }
 
 TEST(Unwrap, CutsATorus) {

@@ -14,8 +14,9 @@ namespace patinate {
 
 namespace {
 
-constexpr double kMergedCone = 1.25;     ///< Cone of joined charts, over that of charts while they grow.
-constexpr double kWidestCone_deg = 88.0;
+constexpr double kMergedCone = 1.5;       ///< Cone of joined charts, over that of charts while they grow.
+constexpr double kWidestCone_deg = 100.0;
+constexpr double kMergedStretch = 0.6;   ///< Of the stretch allowed: a seam less is worth less stretch than a chart less.
 
 /// Lays all sets flat, cutting again those that are not Good. One triangle always is.
 std::vector<FlatChart> flatten_all(const UnwrapSurface& surface, std::vector<std::vector<int>> sets, double max_stretch,
@@ -160,7 +161,7 @@ UnwrapResult unwrap(const Mesh& mesh, const UnwrapOptions& options, const RunCon
   smooth_borders(surface, options.max_normal_angle_deg, triangle_chart);
   std::vector<FlatChart> charts =
       flatten_all(surface, connected_charts(surface, triangle_chart), options.max_stretch, control.part(0.3, 0.5));
-  merge_charts(surface, std::min(kWidestCone_deg, kMergedCone * options.max_normal_angle_deg), options.max_stretch, charts, control);
+  merge_charts(surface, std::min(kWidestCone_deg, kMergedCone * options.max_normal_angle_deg), 1.0 + kMergedStretch * (options.max_stretch - 1.0), charts, control);
   control.report(0.7);
   sort_by_area(surface, charts);
   const PackedCharts packed = pack_charts(std::move(charts), options.resolution, options.gutter_texels, control.part(0.7, 0.95));

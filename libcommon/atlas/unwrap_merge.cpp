@@ -15,7 +15,7 @@ namespace {
 constexpr double kConeShare = 0.95;
 constexpr double kLeastShare = 0.15;    ///< Of the smaller chart's border that must be shared: no chains of charts.
 constexpr int kMaxCandidates = 3;
-constexpr std::int64_t kMaxWork = 3;    ///< Triangles flattened in attempts, over triangles of the mesh.
+constexpr std::int64_t kMaxWork = 6;    ///< Triangles flattened in attempts, over triangles of the mesh.
 
 class Merger {
  public:

@@ -1,36 +1,164 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/atlas/texel_map.h"
+#include "libcommon/controls/control_expression.h"
+#include "libcommon/controls/control_kinds.h"
+#include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_sampling.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
+#include "tools/patinate/numbered_path.h"
 #include "tools/patinate/output_file.h"
+#include "tools/patinate/path_kind.h"
+#include "tools/patinate/tile_files.h"
+#include "tools/patinate/times_argument.h"
 #include "transfer/lookup/transfer_reader.h"
 
 namespace patinate {
 
-int cmd_lookup(CommandRun& run) {
-  std::filesystem::path path, output;
-  std::optional<double> time;
-  run.line.positional("TRANSFER", "A transfer folder", path);
-  run.line.output("IMAGE", "Texture to write: .png, .jpg or .tif in sRGB, .exr linear", output);
-  run.line.option("time", "T", "Any time of the history, in its unit; frames are blended between their times", time);
-  run.line.required();
-  run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
-  if (!run.parse()) return 0;
-  require_extension(output, image_extensions());
+namespace {
 
-  const TransferReader transfer(path);
-  const HistoryManifest& history = transfer.history().manifest();
-  const double first = history.frames.front().time, last = history.frames.back().time;
-  if (*time < first || *time > last) {
-    run.note("time " + number_text(*time) + " is outside the history (" + number_text(first) + " to " + number_text(last) + " " +
-             time_unit_text(history.time_unit) + "): its end is used");
+struct LookupCommand {
+  std::filesystem::path transfer;
+  std::filesystem::path output;
+  TimesArgument times;
+  std::string time_map;
+  SamplingOptions sampling;
+};
+
+/// One time (or time map) and the files of its tiles.
+struct Texture {
+  double time = 0.0;
+  std::vector<std::filesystem::path> files;
+  std::string key;
+};
+
+ContentHash begin_key(const LookupCommand& command, const TransferReader& transfer) {
+  ContentHash hash;
+  hash.add("lookup 2").add(transfer.manifest().key);
+  for (const auto& [name, value] : option_values(command.sampling)) hash.add(name).add(value);
+  return hash;
+}
+
+/// Checks all before anything is written. @returns those that are to be made; nothing after a dry run.
+std::optional<std::vector<Texture>> unfinished(CommandRun& run, std::vector<Texture> textures) {
+  std::vector<Texture> todo;
+  if (run.line.common().dry_run) {
+    const auto is_open = [](const Texture& t) {
+      return std::any_of(t.files.begin(), t.files.end(), [&](const auto& file) { return image_file_key(file) != t.key; });
+    };
+    const auto first = std::find_if(textures.begin(), textures.end(), is_open);
+    const Texture& told = first == textures.end() ? textures.front() : *first;
+    (void)check_tile_files(run, told.files, told.key);
+    return std::nullopt;
   }
-  const std::string key = ContentHash().add("lookup 1").add(transfer.manifest().key).add(*time).hex();
-  const std::optional<JobStatus> status = run.check_file(output, image_file_key(output), key);
-  if (!status) return 0;
-  if (status == JobStatus::Done) write_color(output, transfer.sample(*time, run.control("lookup")), key);
-  run.report_output(*status, output);
+  for (Texture& texture : textures) {
+    if (*check_tile_files(run, texture.files, texture.key) == JobStatus::Done) todo.push_back(std::move(texture));
+  }
+  return todo;
+}
+
+void report(CommandRun& run, const LookupCommand& command, const std::vector<Texture>& textures, bool is_done) {
+  const JobStatus status = is_done ? JobStatus::Done : JobStatus::UpToDate;
+  if (textures.size() == 1) return report_tile_files(run, status, command.output, textures.front().files, Json::object());
+  Json files = Json::array();
+  for (const Texture& texture : textures) {
+    for (const auto& file : texture.files) files.push_back(Json{{"time", texture.time}, {"file", file.string()}});
+  }
+  run.report_output(status, command.output, Json{{"images", files}});
+}
+
+int lookup_times(CommandRun& run, const LookupCommand& command, const TransferReader& transfer) {
+  if (!command.times.is_given()) throw UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
+  const std::vector<double> times = command.times.resolve(run, transfer.history().manifest(), 0);
+  if (times.size() > 1 && !has_number(command.output)) {
+    throw UsageError("-o: found `" + command.output.string() + "` for " + std::to_string(times.size()) +
+                     " times; expected a name with a number in it, as texture_%04d.png");
+  }
+  std::vector<Texture> textures;
+  for (double t : times) {
+    const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));
+    textures.push_back({t, tile_files(file, transfer.sheet().names), begin_key(command, transfer).add(t).hex()});
+  }
+  const auto todo = unfinished(run, textures);
+  if (!todo) return 0;
+  const RunControl control = run.control("lookup");
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  double num_done = 0.0;
+  for (const Texture& texture : *todo) {
+    const std::vector<ImageF> tiles = transfer.gather_tiles(sample(transfer.history(), texture.time, command.sampling.between), quiet);
+    for (std::size_t i = 0; i < tiles.size(); ++i) write_color(texture.files[i], tiles[i], texture.key);
+    control.report(++num_done / static_cast<double>(todo->size()));
+  }
+  report(run, command, textures, !todo->empty());
   return 0;
+}
+
+/// The times that 0 and 1 of the map stand for.
+struct TimeRange {
+  double low = 0.0;
+  double high = 1.0;
+};
+
+TimeRange range_of(const LookupCommand& command, const ControlMap& map, bool is_file, const HistoryManifest& history) {
+  if (!command.times.times.empty()) return {command.times.times[0], command.times.times[1]};
+  if (is_file && (map.low != 0.0 || map.high != 1.0)) return {map.low, map.high};  // It holds times.
+  return {history.frames.front().time, history.frames.back().time};
+}
+
+int lookup_time_map(CommandRun& run, const LookupCommand& command, const TransferReader& transfer) {
+  if (command.times.time || command.times.count || (!command.times.times.empty() && command.times.times.size() != 2)) {
+    throw UsageError("--time-map: takes --times LOW,HIGH, the times that 0 and 1 of the map stand for, or nothing");
+  }
+  const ControlExpression expression(command.time_map, control_kind_names());
+  const bool is_file = expression.names().size() == 1 && expression.names()[0].is_file;
+  ContentHash hash = begin_key(command, transfer);
+  hash.add("time map").add(command.time_map);
+  for (double t : command.times.times) hash.add(t);
+  for (const ControlName& name : expression.names()) {
+    if (name.is_file) hash.add_file(name.text);
+  }
+  const std::vector<Texture> textures{{0.0, tile_files(command.output, transfer.sheet().names), hash.hex()}};
+  const auto todo = unfinished(run, textures);
+  if (!todo) return 0;
+  if (!todo->empty()) {
+    const RunControl control = run.control("time map");
+    const TexelMap texels(transfer.mesh(), transfer.sheet(), control.part(0.0, 0.2));
+    const ControlMap map = make_control_expression(command.time_map, texels, {}, control.part(0.2, 0.5));
+    const TimeRange range = range_of(command, map, is_file, transfer.history().manifest());
+    run.detail("0 of the time map stands for " + short_number_text(range.low) + ", 1 for " + short_number_text(range.high));
+    ImageF times = map.values;
+    for (float& t : times.values()) t = static_cast<float>(range.low + static_cast<double>(t) * (range.high - range.low));
+    const std::vector<ImageF> tiles = transfer.sample_tiles(times, command.sampling.between, run.control("lookup"));
+    for (std::size_t i = 0; i < tiles.size(); ++i) write_color(textures[0].files[i], tiles[i], textures[0].key);
+  }
+  report(run, command, textures, !todo->empty());
+  return 0;
+}
+
+}  // namespace
+
+int cmd_lookup(CommandRun& run) {
+  LookupCommand command;
+  run.line.positional("TRANSFER", "A transfer folder", command.transfer);
+  run.line.output("IMAGE", "Texture to write: .png, .jpg or .tif in sRGB, .exr linear; texture_%04d.png for several times; with tiles one each: "
+                  "tex.1001.png, or where the name says <UDIM>", command.output);
+  command.times.declare(run.line);
+  run.line.options(command.sampling);
+  run.line.option("time_map", "MAP", "A time of its own for every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
+                  "else for the history's ends. A file with values outside [0, 1] holds times", command.time_map);
+  run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
+  run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");
+  run.line.example("lookup copper_hydrant --time-map height --times 480,0 -o younger_above.png");
+  if (!run.parse()) return 0;
+  require_extension(command.output, image_extensions());
+  require_transfer(command.transfer);
+  const TransferReader transfer(command.transfer);
+  return command.time_map.empty() ? lookup_times(run, command, transfer) : lookup_time_map(run, command, transfer);
 }
 
 }  // namespace patinate

@@ -83,6 +83,15 @@ PathKind kind_of(const fs::path& path) {
   return is_mesh ? PathKind::Mesh : PathKind::Image;
 }
 
+void require_transfer(const fs::path& path) {
+  const PathKind kind = kind_of(path);
+  if (kind == PathKind::Transfer) return;
+  if (kind == PathKind::History) {
+    throw InvalidInput(path.string() + ": is a history; make a transfer of it first: patinate transfer " + path.string() + " MESH --control C -o TRANSFER");
+  }
+  throw InvalidInput(path.string() + ": is no transfer; `patinate transfer` makes one");
+}
+
 fs::path capture_file(const fs::path& path) {
   std::error_code error;
   return fs::is_directory(path, error) ? path / "capture.json" : path;

@@ -24,6 +24,7 @@ void TimesArgument::declare(CommandLine& line) {
   line.option("time", "T", "One time, in the history's unit", time);
   line.numbers("times", "T,T,...", "Several times", times);
   line.option("num_times", "N", "So many times, evenly from the first frame to the last", count);
+  line.alternatives({"time", "times", "num_times"});
 }
 
 std::vector<double> TimesArgument::resolve(CommandRun& run, const HistoryManifest& history, int default_count) const {

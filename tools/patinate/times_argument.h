@@ -18,6 +18,7 @@ struct TimesArgument {
 
   /// --time, --times, --num-times.
   void declare(CommandLine& line);
+  [[nodiscard]] bool is_given() const { return time || !times.empty() || count; }
   /// What was asked for; `default_count` times, evenly from the first frame to the last, when nothing was (0 = every frame's).
   /// Says so when a time lies outside the history, whose end is then used.
   /// @throws UsageError if several of the options are given.

@@ -9,6 +9,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
+#include "transfer/lookup/time_map.h"
 
 namespace patinate {
 
@@ -104,7 +105,10 @@ ImageU8 TransferReader::coverage() const {
 }
 
 std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const RunControl& control) const {
-  const ImageF values = gather(source, coordinates_, 0.0f, control);
+  return filled_tiles(gather(source, coordinates_, 0.0f, control));
+}
+
+std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {
   const ImageU8 covered = coverage();
   std::vector<ImageF> tiles;
   for (int i = 0; i < sheet_.num_tiles(); ++i) {
@@ -117,6 +121,10 @@ std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const Run
 std::vector<ImageF> TransferReader::sample_tiles(double time, const RunControl& control) const {
   // Blending the two frames first equals blending two lookups, and touches fewer texels.
   return gather_tiles(history_.sample(time), control);
+}
+
+std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between, const RunControl& control) const {
+  return filled_tiles(gather_at_times(history_, coordinates_, times, between, control));
 }
 
 ImageF TransferReader::sample(double time, const RunControl& control) const {

@@ -7,7 +7,7 @@
 
 #include "libcommon/atlas/atlas_mesh.h"
 #include "libcommon/geometry/mesh.h"
-#include "libcommon/history/history.h"
+#include "libcommon/history/history_sampling.h"
 #include "libcommon/image/image.h"
 #include "transfer/transfer_io.h"
 
@@ -40,12 +40,16 @@ class TransferReader {
   [[nodiscard]] ImageF sample(double time, const RunControl& control = {}) const;
   /// The same, an image per tile.
   [[nodiscard]] std::vector<ImageF> sample_tiles(double time, const RunControl& control = {}) const;
+  /// The same with a time for every texel (gather_at_times()). @param times  Over the sheet.
+  [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between, const RunControl& control = {}) const;
   /// Values of any image of the history's size at every texel, an image per tile, gutters filled.
   /// @param source  Height and width of the history, any channels.
   [[nodiscard]] std::vector<ImageF> gather_tiles(const ImageF& source, const RunControl& control = {}) const;
 
  private:
   void read_coordinates();
+  /// The tiles of an image over the sheet, gutters filled.
+  [[nodiscard]] std::vector<ImageF> filled_tiles(const ImageF& values) const;
 
   TransferManifest manifest_;
   HistoryReader history_;

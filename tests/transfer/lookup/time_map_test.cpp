@@ -1,0 +1,84 @@
+#include "transfer/lookup/time_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libcommon/core/error.h"
+#include "tests/support/histories.h"
+#include "tests/support/temp_folder.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+namespace {
+
+/// Five frames at times 0 ... 4, and a 32 x 16 atlas whose texel (x, y) shows pixel (x / 2, y) and whose right column is no chart.
+class TimeMap : public testing::Test {
+ protected:
+  void SetUp() override { testing_support::write_history(folder_.path(), 16, 16, 5, testing_support::blotches); }
+
+  static ImageF coordinates() {
+    ImageF s(32, 16, 2, -1.0f);
+    for (int y = 0; y < 16; ++y) {
+      for (int x = 0; x < 31; ++x) {
+        s.at(x, y, 0) = static_cast<float>(x / 2);
+        s.at(x, y, 1) = static_cast<float>(y);
+      }
+    }
+    return s;
+  }
+  testing_support::TempFolder folder_;
+};
+
+TEST_F(TimeMap, OneTimeEverywhereIsAPlainLookupToTheBit) {
+  const HistoryReader history(folder_.path());
+  for (Between between : {Between::Blend, Between::Hold, Between::Nearest}) {
+    for (double t : {-1.0, 0.0, 1.3, 2.5, 4.0, 9.0}) {
+      const ImageF times(32, 16, 1, static_cast<float>(t));
+      const auto exact = static_cast<double>(static_cast<float>(t));
+      EXPECT_EQ(gather_at_times(history, coordinates(), times, between), gather(sample(history, exact, between), coordinates())) << t;
+    }
+  }
+}
+
+TEST_F(TimeMap, EachTexelHasTheColourOfItsOwnTime) {
+  const HistoryReader history(folder_.path());
+  ImageF times(32, 16, 1);
+  for (std::int64_t i = 0; i < times.num_pixels(); ++i) times.data()[i] = static_cast<float>(i % 97) * 0.05f;
+  const ImageF result = gather_at_times(history, coordinates(), times, Between::Blend);
+  for (int y = 0; y < 16; ++y) {
+    for (int x = 0; x < 31; x += 5) {
+      const ImageF frame = history.sample(times.at(x, y));
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(result.at(x, y, c), frame.at(x / 2, y, c)) << x << ' ' << y;
+    }
+  }
+  EXPECT_EQ(result.at(31, 3, 0), 0.0f);
+}
+
+TEST_F(TimeMap, ThreadsDoNotChangeBits) {
+  const HistoryReader history(folder_.path());
+  ImageF times(32, 16, 1);
+  for (std::int64_t i = 0; i < times.num_pixels(); ++i) times.data()[i] = static_cast<float>(i % 89) * 0.04f;
+  RunControl one, three;
+  one.num_threads = 1;
+  three.num_threads = 3;
+  EXPECT_EQ(gather_at_times(history, coordinates(), times, Between::Blend, one), gather_at_times(history, coordinates(), times, Between::Blend, three));
+}
+
+TEST_F(TimeMap, RefusesOtherSizesAndTimesThatAreNoNumber) {
+  const HistoryReader history(folder_.path());
+  EXPECT_THROW((void)gather_at_times(history, coordinates(), ImageF(31, 16), Between::Blend), InvalidInput);
+  EXPECT_THROW((void)gather_at_times(history, coordinates(), ImageF(32, 16, 1, NAN), Between::Blend), InvalidInput);
+}
+
+TEST_F(TimeMap, HoldShowsWhatWasAndNearestWhatIsNearer) {
+  const HistoryReader history(folder_.path());
+  EXPECT_EQ(sample(history, 1.99, Between::Hold), history.read_frame(1));
+  EXPECT_EQ(sample(history, 2.0, Between::Hold), history.read_frame(2));
+  EXPECT_EQ(sample(history, 1.49, Between::Nearest), history.read_frame(1));
+  EXPECT_EQ(sample(history, 1.5, Between::Nearest), history.read_frame(2));
+  EXPECT_EQ(sample(history, 99.0, Between::Nearest), history.read_frame(4));
+}
+
+}  // namespace
+}  // namespace patinate

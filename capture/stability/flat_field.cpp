@@ -1,0 +1,170 @@
+#include "capture/stability/flat_field.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "libcommon/core/error.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/filters.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kMaxFrames = 32;
+constexpr int kFitSide = 128;          ///< Pixels of the longer side at which the fall-off is fitted.
+constexpr float kNearBlack = 0.001f, kNearWhite = 0.96f;
+constexpr double kLargestGain = 50.0;
+constexpr int kNumRounds = 12;
+constexpr double kTukey = 4.685;
+
+double median(std::vector<double> values) {
+  const std::size_t middle = values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle), values.end());
+  return values[middle];
+}
+
+/// Monomials of x and y in [-1, 1] up to the degree.
+Eigen::VectorXd monomials(double x, double y, int order) {
+  Eigen::VectorXd terms((order + 1) * (order + 2) / 2);
+  Eigen::Index k = 0;
+  for (int degree = 0; degree <= order; ++degree) {
+    for (int j = 0; j <= degree; ++j) terms[k++] = std::pow(x, degree - j) * std::pow(y, j);
+  }
+  return terms;
+}
+
+/// Log luminance of a few frames at low resolution; NaN where black or saturated.
+std::vector<std::vector<double>> read_logs(int num_frames, const std::function<ImageF(int)>& read_frame, int& width, int& height,
+                                           int& low_w, int& low_h, const RunControl& control) {
+  const int count = std::min(num_frames, kMaxFrames);
+  std::vector<std::vector<double>> logs;
+  for (int k = 0; k < count; ++k) {
+    control.throw_if_stopped();
+    const ImageF frame = read_frame(count == 1 ? 0 : static_cast<int>(std::int64_t{k} * (num_frames - 1) / (count - 1)));
+    width = frame.width();
+    height = frame.height();
+    const double factor = std::min(1.0, static_cast<double>(kFitSide) / std::max(width, height));
+    low_w = std::max(1, static_cast<int>(std::lround(width * factor)));
+    low_h = std::max(1, static_cast<int>(std::lround(height * factor)));
+    const ImageF low = downscale_area(frame, low_w, low_h);
+    std::vector<double> values;
+    for (int y = 0; y < low_h; ++y) {
+      for (int x = 0; x < low_w; ++x) {
+        const float light = luminance(low.pixel(x, y));
+        values.push_back(light > kNearBlack && light < kNearWhite ? std::log(static_cast<double>(light)) : std::nan(""));
+      }
+    }
+    logs.push_back(std::move(values));
+    control.report(0.9 * (k + 1) / count);
+  }
+  return logs;
+}
+
+/// Robust least squares: coefficients of the monomials.
+Eigen::VectorXd fit_polynomial(const std::vector<Eigen::VectorXd>& terms, const std::vector<double>& values) {
+  const Eigen::Index n = terms.front().size();
+  std::vector<double> weights(values.size(), 1.0);
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(n);
+  for (int round = 0; round < kNumRounds; ++round) {
+    Eigen::MatrixXd normal = 1e-9 * Eigen::MatrixXd::Identity(n, n);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      normal.noalias() += weights[i] * terms[i] * terms[i].transpose();
+      right.noalias() += weights[i] * values[i] * terms[i];
+    }
+    coefficients = normal.ldlt().solve(right);
+    std::vector<double> residuals;
+    for (std::size_t i = 0; i < values.size(); ++i) residuals.push_back(values[i] - coefficients.dot(terms[i]));
+    std::vector<double> sizes = residuals;
+    for (double& r : sizes) r = std::abs(r);
+    const double limit = kTukey * std::max(1.4826 * median(sizes), 1e-6);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double t = residuals[i] / limit;
+      weights[i] = std::abs(t) < 1.0 ? (1 - t * t) * (1 - t * t) : 0.0;
+    }
+  }
+  return coefficients;
+}
+
+float bounded_gain(double mean, double light) {
+  return static_cast<float>(std::clamp(mean / std::max(light, 1e-30), 1.0 / kLargestGain, kLargestGain));
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, FlatFieldOptions& o) {
+  v.visit({"flat_field_order", "Degree of the polynomial that stands for the lamp's fall-off, when it is estimated", "", between(1, 6)}, o.order);
+  v.visit({"flat_field_smoothing", "Gaussian over the photograph of a uniform surface, in shorter sides", "", between(0, 0.5)},
+          o.smoothing_share);
+}
+
+ImageF flat_field_from_image(const ImageF& light, const FlatFieldOptions& options, const RunControl& control) {
+  check_ranges(options);
+  ImageF gain = gaussian_blur(light, options.smoothing_share * std::min(light.width(), light.height()), control);
+  for (int c = 0; c < gain.channels(); ++c) {
+    double mean = 0.0;
+    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) mean += static_cast<double>(gain.data()[i * gain.channels() + c]);
+    mean /= static_cast<double>(gain.num_pixels());
+    if (!(mean > 0.0)) throw InvalidInput("flat field: the photograph is black");
+    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
+      float& value = gain.data()[i * gain.channels() + c];
+      value = bounded_gain(mean, static_cast<double>(value));
+    }
+  }
+  return gain;
+}
+
+ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& read_frame, const FlatFieldOptions& options,
+                           const RunControl& control) {
+  check_ranges(options);
+  if (num_frames < 1) throw InvalidInput("flat field: there are no frames");
+  int width = 0, height = 0, low_w = 0, low_h = 0;
+  const auto logs = read_logs(num_frames, read_frame, width, height, low_w, low_h, control);
+  std::vector<Eigen::VectorXd> terms;
+  std::vector<double> values;
+  for (int y = 0; y < low_h; ++y) {
+    for (int x = 0; x < low_w; ++x) {
+      std::vector<double> course;
+      for (const auto& log : logs) {
+        const double value = log[static_cast<std::size_t>(y) * static_cast<std::size_t>(low_w) + static_cast<std::size_t>(x)];
+        if (!std::isnan(value)) course.push_back(value);
+      }
+      if (2 * course.size() <= logs.size()) continue;
+      terms.push_back(monomials(2.0 * (x + 0.5) / low_w - 1.0, 2.0 * (y + 0.5) / low_h - 1.0, options.order));
+      values.push_back(median(course));
+    }
+  }
+  if (2 * values.size() < static_cast<std::size_t>(low_w) * static_cast<std::size_t>(low_h)) {
+    throw InvalidInput("flat field: more than half of the picture is black or saturated; give a photograph of a uniform surface, or a roi");
+  }
+  const Eigen::VectorXd coefficients = fit_polynomial(terms, values);
+  ImageF gain(width, height);
+  double mean = 0.0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const double light = std::exp(coefficients.dot(monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, options.order)));
+      gain.at(x, y) = static_cast<float>(light);
+      mean += light;
+    }
+  }
+  mean /= static_cast<double>(gain.num_pixels());
+  for (float& v : gain.values()) v = bounded_gain(mean, static_cast<double>(v));
+  control.report(1.0);
+  return gain;
+}
+
+void apply_gain(ImageF& image, const ImageF& gain) {
+  if (!image.same_size(gain) || (gain.channels() != 1 && gain.channels() != image.channels())) {
+    throw InvalidInput("flat field: the gain and the photograph differ in size");
+  }
+  for (std::int64_t i = 0; i < image.num_pixels(); ++i) {
+    for (int c = 0; c < image.channels(); ++c) {
+      image.data()[i * image.channels() + c] *= gain.data()[gain.channels() == 1 ? i : i * gain.channels() + c];
+    }
+  }
+}
+
+}  // namespace patinate

@@ -1,0 +1,69 @@
+/// \file
+/// A survey of a time-lapse: which photographs are moved, differently exposed, or do not follow from the one before.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "capture/stability/frame_change.h"
+#include "libcommon/core/json.h"
+
+namespace patinate {
+
+/// From where on a difference between neighbours in time is named.
+struct SurveyOptions {
+  double shift_threshold_px = 0.5;   ///< Root mean square motion over the picture; > 0. In the photograph's pixels, or its reduction's to 1024.
+  double exposure_threshold = 0.05;  ///< Relative change of a channel's light, beyond the neighbours' own; > 0.
+  double jump_factor = 2.0;          ///< Change of the surface against the neighbours' median; > 1.
+};
+void describe(OptionVisitor& v, SurveyOptions& o);
+
+/// Two photographs compared.
+struct FramePair {
+  int reference = 0;
+  int frame = 0;
+  FrameShift shift;
+  FrameMotion motion;              ///< Identity when it was not measured (is_motion_measured).
+  bool is_motion_measured = false;
+  double similarity_before = 0.0;  ///< Of the detail as the frames lie.
+  FrameChange change;              ///< When one is laid over the other.
+};
+
+/// Measures the shift, and the whole motion if the frames do not fit as they lie, or `always_motion`.
+/// A fixed camera's frames are left as they lie: the motion is kept only when it makes the detail more alike.
+[[nodiscard]] FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index, const PreparedFrame& frame,
+                                       bool always_motion);
+
+/// What is wrong with a photograph against the one before.
+struct FrameFinding {
+  int frame = 0;
+  bool is_shifted = false;
+  bool is_exposure_changed = false;
+  bool is_jump = false;                    ///< It does not follow from the one before, and no motion explains it.
+  double shift_x = 0.0, shift_y = 0.0;     ///< Of the picture's middle, photograph's pixels; right and down positive.
+  double turn_deg = 0.0, size = 1.0;       ///< Clockwise; 1.05 = 5 % larger.
+  std::array<double, 3> gain{1.0, 1.0, 1.0};
+  double change_factor = 1.0;              ///< Change of the surface against the neighbours' median.
+};
+/// "moved by 12.3 px left and 21.8 px up, turned by -1.9 degrees, 4.7 % larger; exposed differently (...)".
+[[nodiscard]] std::string finding_text(const FrameFinding& finding);
+
+/// Judges neighbours: pairs (i - 1, i) for i = 1, 2, ... in order.
+///
+/// - shifted: the motion fits (is_reliable), is larger than shift_threshold_px and makes up 0.3 of what its detail lacked;
+/// - exposure: the log gain of a channel is away from the median of the 8 pairs on either side by more than exposure_threshold and six
+///   times their own median deviation: aging that brightens steadily is no change of exposure;
+/// - jump: not shifted, and what is left (1 - similarity, or the surface's change) exceeds jump_factor times the same median, 0.75 of it times the
+///   medians of the three nearest pairs on either side (the start of fast aging is no row of jumps), and 0.1 (0.04).
+/// @param width,height  Of the photographs. @throws InvalidInput if an option is out of range.
+[[nodiscard]] std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, int width, int height,
+                                                     const SurveyOptions& options = {});
+
+/// For files that a later step reads: equal pairs give equal text.
+[[nodiscard]] Json pair_to_json(const FramePair& pair);
+/// @throws IoError
+[[nodiscard]] FramePair pair_from_json(JsonReader json);
+[[nodiscard]] Json finding_to_json(const FrameFinding& finding);
+
+}  // namespace patinate

@@ -1,0 +1,70 @@
+#include <nlohmann/json.hpp>
+
+#include "capture/stability/survey.h"
+
+namespace patinate {
+
+Json pair_to_json(const FramePair& pair) {
+  Json json;
+  json["reference"] = pair.reference;
+  json["frame"] = pair.frame;
+  json["shift"] = {pair.shift.x, pair.shift.y};
+  json["status"] = static_cast<int>(pair.shift.status);
+  json["agreement"] = pair.shift.agreement;
+  json["peak"] = pair.shift.peak;
+  json["similarity_before"] = pair.similarity_before;
+  if (pair.is_motion_measured) {
+    const auto& m = pair.motion.frame_from_reference;
+    json["motion"] = {{"matrix", {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2)}},
+                      {"similarity", pair.motion.similarity},
+                      {"residual_px", pair.motion.residual_px},
+                      {"is_reliable", pair.motion.is_reliable}};
+  }
+  json["log_gain"] = pair.change.log_gain;
+  json["surface_change"] = pair.change.surface;
+  return json;
+}
+
+FramePair pair_from_json(JsonReader json) {
+  FramePair pair;
+  pair.reference = static_cast<int>(json.member("reference").integer(between(0, 1e9)));
+  pair.frame = static_cast<int>(json.member("frame").integer(between(0, 1e9)));
+  const std::vector<double> shift = json.member("shift").numbers(2);
+  pair.shift.x = shift[0];
+  pair.shift.y = shift[1];
+  pair.shift.status = static_cast<ShiftStatus>(json.member("status").integer(between(0, 2)));
+  pair.shift.agreement = json.member("agreement").number();
+  pair.shift.peak = json.member("peak").number();
+  pair.similarity_before = json.member("similarity_before").number();
+  if (json.has("motion")) {
+    JsonReader motion = json.member("motion");
+    const std::vector<double> m = motion.member("matrix").numbers(6);
+    pair.motion.frame_from_reference.matrix().topRows<2>() << m[0], m[1], m[2], m[3], m[4], m[5];
+    pair.motion.similarity = motion.member("similarity").number();
+    pair.motion.residual_px = motion.member("residual_px").number();
+    pair.motion.is_reliable = motion.member("is_reliable").boolean();
+    pair.is_motion_measured = true;
+    motion.finish();
+  }
+  const std::vector<double> gain = json.member("log_gain").numbers(3);
+  for (std::size_t c = 0; c < 3; ++c) pair.change.log_gain[c] = gain[c];
+  pair.change.surface = json.member("surface_change").number();
+  json.finish();
+  return pair;
+}
+
+Json finding_to_json(const FrameFinding& f) {
+  Json json;
+  json["frame"] = f.frame;
+  json["problem"] = finding_text(f);
+  if (f.is_shifted) {
+    json["shift_px"] = {f.shift_x, f.shift_y};
+    json["turn_deg"] = f.turn_deg;
+    json["size"] = f.size;
+  }
+  if (f.is_exposure_changed) json["gain"] = f.gain;
+  if (f.is_jump) json["change_factor"] = f.change_factor;
+  return json;
+}
+
+}  // namespace patinate

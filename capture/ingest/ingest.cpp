@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/ingest/ingest_work.h"
+#include "capture/ingest/repair_steps.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 
@@ -20,9 +21,10 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   for (std::size_t i = 0; i < work.project.frames.size(); ++i) {
     writer.add_written_frame(static_cast<int>(i), work.project.frames[i].time);
   }
-  const ImageU8 mask = read_capture_mask(work.project, control.part(0.0, 0.2));
+  const ImageU8 given = read_capture_mask(work.project, control.part(0.0, 0.2));
+  const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.2, 0.5));
   if (!mask.empty()) writer.write_mask(mask);
-  write_ingest_controls(writer, work, folder, mask, control.part(0.2, 1.0));
+  write_ingest_controls(writer, work, folder, mask, control.part(0.5, 1.0));
   writer.finish();
   control.report(1.0);
 }
@@ -32,11 +34,12 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
   JobItem item{.name = "frame-" + file.stem().string(),
                .outputs = {file},
                .run = {},
-               .key = ingest_frame_key(*work, static_cast<std::size_t>(index))};
+               .key = ingest_frame_key(*work, static_cast<std::size_t>(index)),
+               .stage = kFrameStage};
+  if (has_validity(*work)) item.outputs.push_back(validity_file(index));
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
     const CapturePhoto& frame = work->project.frames[static_cast<std::size_t>(index)];
-    const ImageF color = read_photo(work->project, frame.file);
-    HistoryWriter(folder, work->manifest()).write_frame(index, frame.time, color);
+    HistoryWriter(folder, work->manifest()).write_frame(index, frame.time, develop_frame(*work, index, folder));
     control.report(1.0);
   };
   return item;
@@ -48,6 +51,7 @@ void describe(OptionVisitor& v, IngestOptions& o) {
   v.visit({"progress", "Make the `progress` control (how early each pixel ages) also beside measured controls"}, o.add_progress);
   describe(v, o.thickness);
   describe(v, o.progress);
+  describe(v, o.repair);
 }
 
 HistoryManifest IngestWork::manifest() const {
@@ -65,6 +69,7 @@ HistoryManifest IngestWork::manifest() const {
 JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options, const fs::path& output) {
   check_ranges(options);
   auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
+  work->repairs = std::make_shared<RepairTables>();
   const bool is_measured = project.transmission || !project.controls.empty();
   if (!is_measured && project.frames.size() > 1) work->has_progress = true;
   const bool is_progress_given = std::any_of(project.controls.begin(), project.controls.end(),
@@ -84,6 +89,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   hash.add("ingest");
   for (const JobDependency& d : plan.depends_on) hash.add(d.key);
   plan.key = work->key = hash.hex();
+  add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < project.frames.size(); ++i) plan.items.push_back(frame_item(work, static_cast<int>(i)));
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;

@@ -6,6 +6,7 @@
 
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/progress_control.h"
+#include "capture/ingest/repair.h"
 #include "capture/thickness/thickness.h"
 #include "libcommon/core/options.h"
 #include "libcommon/job/job.h"
@@ -17,6 +18,7 @@ struct IngestOptions {
   bool add_progress = false;        ///< Make the `progress` control also beside measured ones.
   ThicknessOptions thickness = {};  ///< For projects with a transmission photograph.
   ProgressOptions progress = {};
+  RepairOptions repair = {};        ///< Survey, repairs and masks of a time-lapse.
 };
 void describe(OptionVisitor& v, IngestOptions& o);
 

@@ -44,7 +44,7 @@ void write_progress(HistoryWriter& writer, const IngestWork& work, const fs::pat
                     const RunControl& control) {
   std::vector<double> times;
   for (const CapturePhoto& frame : work.project.frames) times.push_back(frame.time);
-  const auto read_frame = [&](int i) { return read_color(folder / HistoryWriter::frame_file(i)); };
+  const auto read_frame = [&](int i) { return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file); };
   const ProgressMap map = progress_from_history(times, read_frame, mask, work.options.progress, control);
   writer.write_control(kProgressName, map.values, map.low, map.high, "relative");
 }

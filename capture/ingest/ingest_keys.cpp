@@ -1,6 +1,7 @@
 #include <cstdint>
 
 #include "capture/ingest/ingest_work.h"
+#include "capture/ingest/repair_steps.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 
@@ -39,6 +40,7 @@ std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
   ContentHash hash;
   hash.add("ingest frame").add(kStageVersion).add(work.photo_keys[index]);
   hash.add(project.response.text()).add(roi_text(project.roi)).add(project.scale);
+  hash.add(repair_frame_key(work));
   return hash.hex();
 }
 
@@ -72,6 +74,7 @@ std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
     list.push_back({"control progress", "made from the frames"});
     add_options(list, work.options.progress);
   }
+  add_repair_dependencies(list, work);
   return list;
 }
 

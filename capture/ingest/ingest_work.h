@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,12 +17,15 @@ namespace patinate {
 /// Name of the control that progress_from_history() makes.
 inline constexpr const char* kProgressName = "progress";
 
+struct RepairTables;
+
 struct IngestWork {
   CaptureProject project;
   IngestOptions options;
   std::vector<std::string> photo_keys;  ///< Content of every frame's photograph.
   std::string key;
   bool has_progress = false;
+  std::shared_ptr<RepairTables> repairs = nullptr;  ///< repair_steps.h; shared by the frames of one run.
 
   /// The history without frames and controls.
   [[nodiscard]] HistoryManifest manifest() const;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <mutex>
 
 #include "capture/ingest/capture_project.h"
@@ -46,6 +47,14 @@ ImageF to_history_size(const ImageF& image, const CaptureProject& project, const
   throw IoError(file.string(), "is " + std::to_string(image.width()) + " x " + std::to_string(image.height()) +
                                    " pixels; expected " + std::to_string(project.photo_width) + " x " +
                                    std::to_string(project.photo_height) + ", as the frames");
+}
+
+ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo) { return read_color(photo.file, project.response); }
+
+float saturation_level(const CaptureProject& project, const CapturePhoto& photo) {
+  constexpr float kCode = 253.5f / 255.0f;
+  if (!probe_image(photo.file).is_integer) return std::numeric_limits<float>::infinity();
+  return project.response.linear_from_code(kCode);
 }
 
 ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file) {

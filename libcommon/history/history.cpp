@@ -167,6 +167,8 @@ fs::path HistoryWriter::frame_file(int index) { return fs::path("frames") / numb
 
 fs::path HistoryWriter::frame_mask_file(int index) { return fs::path("masks") / numbered(index, ".png"); }
 
+fs::path HistoryWriter::filled_frame_file(int index) { return fs::path("filled") / numbered(index, ".exr"); }
+
 fs::path HistoryWriter::control_file(const std::string& name) {
   const auto is_allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
@@ -213,12 +215,17 @@ void HistoryWriter::add_written_frame(int index, double time) {
   manifest_.frames.push_back({.time = time, .file = frame_file(index)});
 }
 
-void HistoryWriter::add_written_frame_mask(int index) {
-  const fs::path file = frame_file(index);
-  const auto frame = std::find_if(manifest_.frames.begin(), manifest_.frames.end(), [&](const HistoryFrame& f) { return f.file == file; });
+HistoryFrame& HistoryWriter::named_frame(int index) {
+  const fs::path file = frame_file(index), filled = filled_frame_file(index);
+  const auto frame = std::find_if(manifest_.frames.begin(), manifest_.frames.end(),
+                                  [&](const HistoryFrame& f) { return f.file == file || f.file == filled; });
   if (frame == manifest_.frames.end()) throw InvalidInput(file.string() + ": is no frame of the history yet");
-  frame->mask = frame_mask_file(index);
+  return *frame;
 }
+
+void HistoryWriter::add_written_frame_mask(int index) { named_frame(index).mask = frame_mask_file(index); }
+
+void HistoryWriter::add_filled_frame(int index) { named_frame(index).file = filled_frame_file(index); }
 
 void HistoryWriter::write_mask(const ImageU8& mask) {
   check_size("mask", mask, manifest_, 1);

@@ -98,6 +98,8 @@ class HistoryWriter {
   [[nodiscard]] static std::filesystem::path frame_file(int index);
   /// masks/0007.png: where frame `index` is valid.
   [[nodiscard]] static std::filesystem::path frame_mask_file(int index);
+  /// filled/0007.exr: frame `index` with what its mask leaves out filled from other times.
+  [[nodiscard]] static std::filesystem::path filled_frame_file(int index);
   /// controls/<name>.exr. @param name  [A-Za-z0-9._-]+, not starting with a dot; @throws InvalidInput.
   [[nodiscard]] static std::filesystem::path control_file(const std::string& name);
   [[nodiscard]] static std::filesystem::path mask_file() { return "mask.png"; }
@@ -114,6 +116,9 @@ class HistoryWriter {
   /// Names the mask of a frame that is named already, which an earlier step has written as frame_mask_file(index).
   /// @throws InvalidInput if frame `index` is not there.
   void add_written_frame_mask(int index);
+  /// Lets a frame that is named already show filled_frame_file(index), which an earlier step has written. Its mask stays.
+  /// @throws InvalidInput if frame `index` is not there.
+  void add_filled_frame(int index);
   /// @param mask  H x W; not 0 = inside. @throws InvalidInput if it covers nothing.
   void write_mask(const ImageU8& mask);
   /// Names the mask that an earlier step has written already, as mask_file().
@@ -124,6 +129,8 @@ class HistoryWriter {
   [[nodiscard]] const HistoryManifest& manifest() const { return manifest_; }
 
  private:
+  HistoryFrame& named_frame(int index);
+
   std::filesystem::path folder_;
   HistoryManifest manifest_;
 };

@@ -32,6 +32,29 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
   }
 }
 
+/// Names the photographs that do not follow from the ones before, and says what was masked.
+void note_survey(const SurveyReport& survey, CommandRun& run) {
+  constexpr std::size_t kMaxNamed = 40;
+  std::size_t num_shifted = 0;
+  for (std::size_t i = 0; i < survey.findings.size(); ++i) {
+    const SurveyFinding& f = survey.findings[i];
+    num_shifted += f.is_shifted ? 1 : 0;
+    if (i < kMaxNamed) run.note(f.photo + " (time " + short_number_text(f.time) + "): " + f.problem);
+  }
+  if (survey.findings.size() > kMaxNamed) {
+    run.note(std::to_string(survey.findings.size() - kMaxNamed) + " more are named in " + kSurveyFile);
+  }
+  if (num_shifted > 0 && !survey.is_stabilised) {
+    run.note(std::to_string(num_shifted) + " photographs are moved against the ones before: --stabilise lays them over one another");
+  }
+  const auto percent = [](double share) { return short_number_text(std::round(1000.0 * share) / 10.0) + " %"; };
+  if (survey.outside_share >= 0.0005) {
+    run.note(percent(survey.outside_share) +
+             " of the pixels are saturated, in a highlight or out of view in some photograph and cannot be filled from others: they are outside the mask"
+             " (--highlights keep keeps them)");
+  }
+}
+
 }  // namespace
 
 int cmd_ingest(CommandRun& run) {
@@ -49,11 +72,15 @@ int cmd_ingest(CommandRun& run) {
   if (!status) return 0;
   const HistoryReader reader(output);
   note_doubtful_controls(reader, run);
+  const SurveyReport survey = read_survey_report(reader.folder());
+  note_survey(survey, run);
 
   const HistoryManifest& history = reader.manifest();
   Json controls = Json::array();
   for (const ControlParameter& c : history.controls) controls.push_back(c.name);
-  run.report_output(*status, output, Json{{"frames", history.frames.size()}, {"controls", controls}});
+  Json findings = Json::array();
+  for (const SurveyFinding& f : survey.findings) findings.push_back({{"photo", f.photo}, {"time", f.time}, {"problem", f.problem}});
+  run.report_output(*status, output, Json{{"frames", history.frames.size()}, {"controls", controls}, {"findings", findings}, {"masked_share", survey.masked_share}, {"outside_share", survey.outside_share}});
   return 0;
 }
 

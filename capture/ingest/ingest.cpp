@@ -35,7 +35,7 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
                .outputs = {file},
                .run = {},
                .key = ingest_frame_key(*work, static_cast<std::size_t>(index)),
-               .stage = kFrameStage};
+               .stage = ingest_stages(*work).frames};
   if (has_validity(*work)) item.outputs.push_back(validity_file(index));
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
     const CapturePhoto& frame = work->project.frames[static_cast<std::size_t>(index)];

@@ -13,8 +13,12 @@
 
 namespace patinate {
 
-/// Stages of the items: all of one are finished before the next starts.
-inline constexpr int kSurveyStage = 0, kRepairStage = 1, kFrameStage = 2;
+/// Stages of the items: all of one are finished before the next starts. Frames that wait for no repair come first, so that a broken
+/// photograph costs none of the others.
+struct IngestStages {
+  int frames, survey, decisions;
+};
+[[nodiscard]] IngestStages ingest_stages(const IngestWork& work);
 
 /// What the repairs of all frames need, loaded once.
 struct RepairTables {

@@ -76,7 +76,7 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
             control.report(1.0);
           },
           .key = key.hex(),
-          .stage = kSurveyStage};
+          .stage = ingest_stages(*work).survey};
 }
 
 std::vector<FramePair> read_pairs(const IngestWork& work, const fs::path& folder) {
@@ -160,6 +160,12 @@ std::string flat_field_key(const IngestWork& work) {
 
 }  // namespace
 
+IngestStages ingest_stages(const IngestWork& work) {
+  const RepairOptions& options = work.options.repair;
+  const bool is_repaired = options.stabilise || options.deflicker || !options.flat_field.empty();
+  return is_repaired ? IngestStages{.frames = 2, .survey = 0, .decisions = 1} : IngestStages{.frames = 0, .survey = 1, .decisions = 2};
+}
+
 void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work) {
   if (num_frames_of(*work) > 1) {
     for (int chunk = 0; chunk * kChunk < num_frames_of(*work); ++chunk) items.push_back(chunk_item(work, chunk));
@@ -169,7 +175,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                        save_survey(*work, folder);
                        control.report(1.0);
                      },
-                     .stage = kRepairStage});
+                     .stage = ingest_stages(*work).decisions});
   }
   if (work->options.repair.flat_field.empty()) return;
   items.push_back({.name = "flat-field",
@@ -183,7 +189,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                      write_exr(folder / kFlatFieldFile, rgb, {"R", "G", "B"}, ExrDepth::Float);
                      control.report(1.0);
                    },
-                   .stage = kRepairStage});
+                   .stage = ingest_stages(*work).decisions});
 }
 
 std::string repair_frame_key(const IngestWork& work) {

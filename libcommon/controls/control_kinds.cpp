@@ -1,8 +1,10 @@
 #include "libcommon/controls/control_kinds.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "libcommon/controls/control_expression.h"
+#include "libcommon/controls/distance_io.h"
 #include "libcommon/controls/height.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/controls/spray_path_io.h"
@@ -35,6 +37,39 @@ ControlMap make_spray(const TexelMap& map, const Options& o, const RunControl& c
   return spray_map(map, path, o.spray, control);
 }
 
+constexpr std::array<std::pair<const char*, DistanceSource::Edges>, 4> kDistanceEdges{
+    {{"boundary", DistanceSource::Edges::Boundary},
+     {"creases", DistanceSource::Edges::Creases},
+     {"ridges", DistanceSource::Edges::Ridges},
+     {"valleys", DistanceSource::Edges::Valleys}}};
+
+ControlMap make_distance(const TexelMap& map, const Options& o, const RunControl& control) {
+  if (o.distance_from.empty()) {
+    throw UsageError("the control `distance` needs --distance-from: boundary, creases, ridges, valleys, a CSV of curves "
+                     "or an image");
+  }
+  DistanceSource source;
+  for (const auto& [name, edges] : kDistanceEdges) {
+    if (o.distance_from == name) source.edges = edges;
+  }
+  const std::filesystem::path file(o.distance_from);
+  if (source.edges != DistanceSource::Edges::None) return distance_map(map, source, o.distance, control);
+  if (file.extension().empty() && !std::filesystem::exists(file)) {
+    throw UsageError("--distance-from: found `" + o.distance_from +
+                     "`; expected boundary, creases, ridges, valleys, a CSV of curves or an image");
+  }
+  if (file.extension() == ".csv") {
+    source.curves = read_curves(file);
+  } else {
+    source.mask = read_control_file(file, map).values;
+  }
+  try {
+    return distance_map(map, source, o.distance, control);
+  } catch (const InvalidInput& e) {
+    throw IoError(o.distance_from, e.what());
+  }
+}
+
 ControlMap make_image(const TexelMap& map, const Options& o, const RunControl&) {
   if (o.image.empty()) throw UsageError("the control `image` needs an image; use --image FILE");
   return read_control_file(o.image, map);
@@ -53,6 +88,9 @@ const Entry kKinds[] = {
      nullptr},
     {"ray_share", "hemmed-in places: the share of rays that hit the object again within --reach",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return ray_share_map(m, o.ray_share, c); }, nullptr},
+    {"tangent_sphere", "hemmed-in places: 1 / radius of the largest sphere that touches from outside",
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return tangent_sphere_map(m, o.tangent_sphere, c); },
+     nullptr},
     {"exposure", "places that see much of the sky (and of the sun, with --sun-share)", make_exposure, &Options::sky},
     {"sun", "where the sun shines, shadows included, at one hour or over an arc of the day",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return sun_map(m, o.up, o.sun, c); }, nullptr},
@@ -60,6 +98,8 @@ const Entry kKinds[] = {
      [](const TexelMap& m, const Options& o, const RunControl& c) { return facing_map(m, o.facing, c); }, nullptr},
     {"height", "high places along --up, in mm",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return height_map(m, o.up, c); }, nullptr},
+    {"distance", "places far from --distance-from, in mm along the surface; `!distance` is near it", make_distance,
+     &Options::distance_from},
     {"spray", "much paint from the nozzle that follows --spray-path", make_spray, &Options::spray_path},
     {"image", "bright places of --image, laid over the atlas by UV", make_image, &Options::image},
 };
@@ -75,11 +115,17 @@ const Entry* find_kind(const std::string& name) {
 void describe(OptionVisitor& v, ControlKindOptions& o) {
   describe(v, o.accessibility);
   describe(v, o.ray_share);
+  describe(v, o.tangent_sphere);
   v.visit({"up", "which way is up for `exposure`, `sun` and `height`", "", {}}, std::span<double>(o.up));
   describe(v, o.exposure);
   v.visit({"sky", "equirectangular panorama that gives the light of `exposure`; not given: an even sky"}, o.sky);
   describe(v, o.sun);
   describe(v, o.facing);
+  v.visit({"distance_from",
+           "what `distance` is measured from: boundary, creases, ridges (creases that stand out), valleys (sunk in), a CSV of "
+           "points x,y,z in mm (an empty line ends a curve) or an image (>= 0.5 is 0)"},
+          o.distance_from);
+  describe(v, o.distance);
   describe(v, o.spray);
   v.visit(
       {"spray_path", "CSV of nozzle stops: x,y,z[,dwell[,aim_x,aim_y,aim_z]]; not given: one stop, up and in front"},
@@ -108,6 +154,9 @@ const std::vector<std::string>& control_kind_names() {
 std::vector<std::filesystem::path> control_input_files(const std::string& kind, const ControlKindOptions& options) {
   const Entry* const entry = find_kind(kind);
   if (entry == nullptr || entry->file == nullptr || (options.*entry->file).empty()) return {};
+  for (const auto& [name, edges] : kDistanceEdges) {
+    if (entry->file == &Options::distance_from && options.distance_from == name) return {};
+  }
   return {options.*entry->file};
 }
 

@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "libcommon/controls/accessibility.h"
+#include "libcommon/controls/distance.h"
 #include "libcommon/controls/exposure.h"
 #include "libcommon/controls/facing.h"
 #include "libcommon/controls/ray_share.h"
 #include "libcommon/controls/spray.h"
+#include "libcommon/controls/tangent_sphere.h"
 
 namespace patinate {
 
@@ -22,11 +24,14 @@ struct ControlKindOptions {
   std::array<double, 3> up{0.0, 1.0, 0.0};  ///< Which way is up for sky, sun and height; any length > 0. Default: as in glTF.
   AccessibilityOptions accessibility;
   RayShareOptions ray_share;
+  TangentSphereOptions tangent_sphere;
   ExposureOptions exposure;
   SunOptions sun;
   FacingOptions facing;
+  DistanceOptions distance;
   SprayOptions spray;
   std::string sky;         ///< Panorama of the kind `exposure`; "" = an even sky.
+  std::string distance_from;  ///< "boundary", "creases", "ridges", "valleys", a CSV of curves or an image; needed by `distance`.
   std::string spray_path;  ///< CSV of read_spray_path(); "" = default_spray_path().
   std::string image;       ///< Image of the kind `image`.
 };

@@ -13,7 +13,7 @@ namespace patinate {
 /// Settings of ray_share_map().
 struct RayShareOptions {
   int num_rays = 256;              ///< Rays over the hemisphere of a point; [16, 4096].
-  std::optional<double> reach_mm;  ///< Length of the rays; > 0. Not given: 10 % of the bounding box's diagonal.
+  std::optional<double> reach_mm{};  ///< Length of the rays; > 0. Not given: 10 % of the bounding box's diagonal.
 };
 void describe(OptionVisitor& visitor, RayShareOptions& options);
 

@@ -280,6 +280,7 @@ TEST(MakeControl, KnowsEveryKindAndNamesOthers) {
   write_codes(folder / "map.png", ImageU8(4, 4, 1, std::uint8_t{51}));
   ControlKindOptions options;
   options.image = (folder / "map.png").string();
+  options.distance_from = "boundary";
   for (const std::string& kind : control_kind_names()) expect_valid(make_control(kind, map, options), map);
   EXPECT_NEAR(make_control("image", map, options).values.at(3, 3), 0.2F, 1e-6F);
   EXPECT_EQ(control_input_files("image", options), std::vector<std::filesystem::path>{options.image});

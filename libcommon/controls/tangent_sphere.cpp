@@ -1,0 +1,71 @@
+#include "libcommon/controls/tangent_sphere.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "libcommon/controls/smooth_surface.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/geometry/nearest_points.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr double kEdgeShare = 0.004;  ///< Longest distance of the points that stop spheres, in diagonals.
+constexpr int kMaxTriangles = 1'000'000;
+constexpr int kMostSteps = 60;
+constexpr double kConverged = 1e-6;  ///< Relative.
+
+/// Radius of the sphere; each point that it holds shrinks it to pass through that point.
+double tangent_radius(const NearestPoints& points, const Vec3& p, const Vec3& normal, double largest, double min_sine) {
+  double radius = largest;
+  const auto counts = [&](const Vec3& q) {
+    const Vec3 d = q - p;
+    return d.dot(normal) > min_sine * d.norm();
+  };
+  for (int step = 0; step < kMostSteps; ++step) {
+    const auto found = points.nearest_of(p + radius * normal, radius * (1.0 - kConverged), counts);
+    if (found.index < 0) break;
+    const Vec3 d = points.point(found.index) - p;
+    radius = d.squaredNorm() / (2.0 * d.dot(normal));
+  }
+  return radius;
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, TangentSphereOptions& o) {
+  v.visit({"largest_sphere", "radius at which `tangent_sphere` saturates; not given: half of the bounding box's diagonal", "mm",
+           above(0)},
+          o.largest_mm);
+  v.visit({"sphere_angle", "what rises less over the tangent plane does not stop the sphere of `tangent_sphere`", "deg",
+           between(0.1, 45)},
+          o.min_angle_deg);
+  v.visit({"sphere_percent", "share of the area that is at most what 1 stands for in `tangent_sphere`", "%", between(51, 100)},
+          o.full_percent);
+}
+
+ControlMap tangent_sphere_map(const TexelMap& map, const TangentSphereOptions& options, const RunControl& control) {
+  check_ranges(options);
+  const double diagonal = bounding_box(map.mesh()).diagonal();
+  const double largest = options.largest_mm.value_or(0.5 * diagonal);
+  const double min_sine = std::sin(options.min_angle_deg * std::numbers::pi / 180.0);
+  const SmoothSurface surface(map, kEdgeShare * diagonal, kMaxTriangles, control.part(0.0, 0.2));
+  const NearestPoints points(surface.mesh().positions);
+  ImageF values(map.width(), map.height());
+  parallel_for(map.num_texels(), 256, control.part(0.2, 0.99), [&](TexelId begin, TexelId end) {
+    for (TexelId t = begin; t < end; ++t) {
+      if (!map.is_covered(t)) continue;
+      const double radius = tangent_radius(points, surface.position_mm(t), surface.normal(t), largest, min_sine);
+      values.values()[static_cast<std::size_t>(t)] = static_cast<float>(std::min(1.0 / radius, 1e30));
+    }
+  });
+  const double low = 1.0 / largest;
+  double high = area_percentiles(values, map, 0.0, options.full_percent).high;
+  if (!(high > low)) high = 2.0 * low;
+  ControlMap out = normalized_control(values, map, {low, high}, "1/mm");
+  control.report(1.0);
+  return out;
+}
+
+}  // namespace patinate

@@ -1,0 +1,37 @@
+/// \file
+/// The nearest of many points (a k-d tree; nanoflann inside).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "libcommon/geometry/mesh.h"
+
+namespace patinate {
+
+/// Immutable after construction; queries are thread-safe. Exact; which of several points at the same distance is found is not
+/// said.
+class NearestPoints {
+ public:
+  /// @throws InvalidInput if there is no point.
+  explicit NearestPoints(std::vector<Vec3> points);
+  ~NearestPoints();
+  NearestPoints(NearestPoints&&) noexcept;
+  NearestPoints& operator=(NearestPoints&&) noexcept;
+
+  struct Found {
+    int index = -1;  ///< -1 = none.
+    double distance = 0.0;
+  };
+  [[nodiscard]] Found nearest(const Vec3& p) const;
+  /// The nearest of those that `counts` holds for and that are nearer than `below`.
+  [[nodiscard]] Found nearest_of(const Vec3& p, double below, const std::function<bool(const Vec3&)>& counts) const;
+  [[nodiscard]] const Vec3& point(int index) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace patinate

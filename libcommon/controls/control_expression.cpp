@@ -1,6 +1,7 @@
 #include "libcommon/controls/control_expression.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -12,7 +13,7 @@
 namespace patinate {
 
 struct ControlExpression::Node {
-  enum class Kind { Number, Map, Add, Subtract, Multiply, Divide, Negate, Invert, Min, Max };
+  enum class Kind { Number, Map, Add, Subtract, Multiply, Divide, Negate, Invert, Min, Max, Abs, Pow, Clamp, Smoothstep };
   Kind kind = Kind::Number;
   double number = 0.0;
   std::size_t map = 0;  ///< Into names().
@@ -28,6 +29,20 @@ using Kind = Node::Kind;
 constexpr int kMaxDepth = 100;
 constexpr std::size_t kMaxLength = 10'000;
 constexpr double kHuge = 1e30;  ///< Values are kept below it, so that none becomes infinite or NaN.
+
+struct Function {
+  std::string_view name;
+  Kind kind;
+  std::size_t least;  ///< Operands.
+  std::size_t most;
+};
+constexpr std::size_t kAnyNumber = 1000;
+constexpr std::array<Function, 6> kFunctions{{{"min", Kind::Min, 1, kAnyNumber},
+                                              {"max", Kind::Max, 1, kAnyNumber},
+                                              {"abs", Kind::Abs, 1, 1},
+                                              {"pow", Kind::Pow, 2, 2},
+                                              {"clamp", Kind::Clamp, 3, 3},
+                                              {"smoothstep", Kind::Smoothstep, 3, 3}}};
 
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
@@ -172,7 +187,9 @@ class Parser {
     const std::size_t begin = at_;
     while (at_ < text_.size() && (is_letter(text_[at_]) || is_digit(text_[at_]))) ++at_;
     const std::string word(text_.substr(begin, at_ - begin));
-    if (word == "min" || word == "max") return extremum(word == "min" ? Kind::Min : Kind::Max);
+    for (const Function& function : kFunctions) {
+      if (word == function.name) return call(function);
+    }
     if (std::find(known_.begin(), known_.end(), word) == known_.end()) fail_unknown(begin, word);
     return map({word, false});
   }
@@ -185,10 +202,14 @@ class Parser {
                      ", and files such as `map.exr`");
   }
 
-  NodePtr extremum(Kind kind) {
+  NodePtr call(const Function& function) {
     expect('(');
-    NodePtr node = make(kind, sum());
-    while (take(',')) node->operands.push_back(sum());
+    NodePtr node = make(function.kind, sum());
+    while (node->operands.size() < function.least) {
+      expect(',');
+      node->operands.push_back(sum());
+    }
+    while (node->operands.size() < function.most && take(',')) node->operands.push_back(sum());
     expect(')');
     return node;
   }
@@ -208,6 +229,19 @@ class Parser {
   std::size_t at_ = 0;
   int depth_ = 0;
 };
+
+/// Of max(0, x): a map's values never are negative; 0 to a power below 0 is huge.
+double power(double x, double exponent) {
+  const double value = std::pow(std::max(0.0, x), exponent);
+  return std::isfinite(value) ? value : kHuge;
+}
+
+/// 0 up to `from`, 1 beyond `to`, 3t^2 - 2t^3 between; a step when they are equal, falling when from > to.
+double smoothstep(double from, double to, double x) {
+  if (from == to) return x < from ? 0.0 : 1.0;
+  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
 
 double value_of(const Node& node, const std::vector<ControlMap>& maps, std::size_t texel) {
   const auto operand = [&](std::size_t i) { return value_of(*node.operands[i], maps, texel); };
@@ -243,6 +277,15 @@ double value_of(const Node& node, const std::vector<ControlMap>& maps, std::size
         value = node.kind == Kind::Min ? std::min(value, operand(i)) : std::max(value, operand(i));
       }
       return value;
+    case Kind::Abs:
+      return std::abs(operand(0));
+    case Kind::Pow:
+      value = power(operand(0), operand(1));
+      break;
+    case Kind::Clamp:
+      return std::max(operand(1), std::min(operand(0), operand(2)));
+    case Kind::Smoothstep:
+      return smoothstep(operand(0), operand(1), operand(2));
   }
   return std::clamp(value, -kHuge, kHuge);
 }

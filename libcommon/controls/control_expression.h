@@ -24,8 +24,10 @@ struct ControlName {
 ///
 ///     sum     = product { ("+" | "-") product }
 ///     product = factor { ("*" | "/") factor }
-///     factor  = ("!" | "-") factor | NUMBER | NAME | FILE | "(" sum ")" | ("min" | "max") "(" sum { "," sum } ")"
+///     factor  = ("!" | "-") factor | NUMBER | NAME | FILE | "(" sum ")" | FUNCTION "(" sum { "," sum } ")"
 ///
+/// FUNCTION: min and max of any number; abs(x); pow(x, exponent), of max(0, x); clamp(x, least, greatest);
+/// smoothstep(from, to, x): 0 up to `from`, 1 beyond `to`, smooth between, falling when from > to.
 /// `!x` is 1 - x. FILE is anything in double quotes, or a word with an extension (`wet.exr`, `maps/wet-2.exr`) or that
 /// begins with `/`, `./`, `../` or `~`: put blanks around `/` and `-` where they divide and subtract.
 class ControlExpression {

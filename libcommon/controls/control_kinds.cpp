@@ -33,7 +33,7 @@ ControlMap make_exposure(const TexelMap& map, const Options& o, const RunControl
 ControlMap make_spray(const TexelMap& map, const Options& o, const RunControl& control) {
   const std::vector<SprayStop> path = o.spray_path.empty()
                                           ? default_spray_path(map.mesh())
-                                          : read_spray_path(o.spray_path, bounding_box(map.mesh()).center());
+                                          : read_spray_path(o.spray_path, bounding_box(map.mesh()).center(), o.spray);
   return spray_map(map, path, o.spray, control);
 }
 
@@ -128,7 +128,8 @@ void describe(OptionVisitor& v, ControlKindOptions& o) {
   describe(v, o.distance);
   describe(v, o.spray);
   v.visit(
-      {"spray_path", "CSV of nozzle stops: x,y,z[,dwell[,aim_x,aim_y,aim_z]]; not given: one stop, up and in front"},
+      {"spray_path", "nozzle stops (CSV of x,y,z[,dwell[,aim_x,aim_y,aim_z]]) or painted strokes (CSV with column names, JSON); not given: "
+       "one stop, up and in front"},
       o.spray_path);
   v.visit({"image", "image of the kind `image`, laid over the atlas by UV"}, o.image);
 }

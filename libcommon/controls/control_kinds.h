@@ -32,7 +32,7 @@ struct ControlKindOptions {
   SprayOptions spray;
   std::string sky;         ///< Panorama of the kind `exposure`; "" = an even sky.
   std::string distance_from;  ///< "boundary", "creases", "ridges", "valleys", a CSV of curves or an image; needed by `distance`.
-  std::string spray_path;  ///< CSV of read_spray_path(); "" = default_spray_path().
+  std::string spray_path;  ///< File of read_spray_path(); "" = default_spray_path().
   std::string image;       ///< Image of the kind `image`.
 };
 void describe(OptionVisitor& visitor, ControlKindOptions& options);

@@ -62,7 +62,7 @@ ControlMap tangent_sphere_map(const TexelMap& map, const TangentSphereOptions& o
   });
   const double low = 1.0 / largest;
   double high = area_percentiles(values, map, 0.0, options.full_percent).high;
-  if (!(high > low)) high = 2.0 * low;
+  if (!(high > 1.001 * low)) high = 2.0 * low;  // everything saturates
   ControlMap out = normalized_control(values, map, {low, high}, "1/mm");
   control.report(1.0);
   return out;

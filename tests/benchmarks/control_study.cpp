@@ -29,8 +29,10 @@ namespace {
 
 constexpr int kSize = 1024;
 constexpr int kBlock = 64;       // Texels; blocks are drawn anew for the confidence intervals.
-constexpr int kResamples = 200;
-constexpr int kStride = 2;       // Every second texel of both axes is looked at: neighbours say the same.
+constexpr int kResamples = 120;
+constexpr int kStride = 4;       // Every fourth texel of both axes is looked at: neighbours say the same.
+constexpr double kRed = 25.0;    // CIE a* of the clean twin's red paint.
+constexpr double kOpen = 0.3;    // Least share of free rays of what can be seen from outside.
 
 /// CIE 1976 L*a*b* of linear Rec.709 under D65.
 Vec3 lab(const ImageF& image, int x, int y) {
@@ -64,13 +66,14 @@ struct Samples {
   std::vector<std::vector<std::size_t>> blocks;  // Into texels.
 };
 
-Samples sample(const TexelMap& map) {
+/// @param counts  Empty, or 0 at texels that are left out.
+Samples sample(const TexelMap& map, const ImageU8& counts = {}) {
   Samples s;
   std::map<int, std::vector<std::size_t>> blocks;
   for (int y = 0; y < map.height(); y += kStride) {
     for (int x = 0; x < map.width(); x += kStride) {
       const TexelId t = TexelId{y} * map.width() + x;
-      if (!map.is_covered(t)) continue;
+      if (!map.is_covered(t) || !is_inside(counts, x, y)) continue;
       blocks[(y / kBlock) * 1000 + x / kBlock].push_back(s.texels.size());
       s.texels.push_back(t);
     }
@@ -114,6 +117,21 @@ std::vector<double> shuffled(const std::vector<double>& values, const Samples& s
   for (const auto& block : s.blocks) {
     const auto& other = s.blocks[random.below(static_cast<std::uint32_t>(s.blocks.size()))];
     for (std::size_t i = 0; i < block.size(); ++i) out[block[i]] = values[other[i % other.size()]];
+  }
+  return out;
+}
+
+/// Red paint of the clean twin that can be seen from outside: neither bare metal nor the insides of pipes.
+ImageU8 shown_paint(const TexelMap& map, const ImageF& clean) {
+  ControlKindOptions options;
+  options.ray_share.reach_mm = 1e9;
+  const ImageF hidden = make_control("ray_share", map, options).values;
+  ImageU8 out(map.width(), map.height());
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      const bool is_shown = static_cast<double>(hidden.at(x, y)) < 1.0 - kOpen && lab(clean, x, y).y() > kRed;
+      out.at(x, y) = is_shown ? 255 : 0;
+    }
   }
   return out;
 }
@@ -188,10 +206,10 @@ std::vector<Trial> trials() {
           {"height", "height"},
           {"distance from creases", "distance"},
           {"spray (from above, in front)", "spray"},
-          {"exposure * height", "exposure*height"},
-          {"exposure + !accessibility", "0.5*exposure + 0.5*!accessibility"},
-          {"exposure * !ray_share", "exposure*!ray_share"},
-          {"facing + height", "0.5*facing + 0.5*height"}};
+          {"accessibility + ray_share", "0.5*accessibility + 0.5*ray_share"},
+          {"ray_share + !exposure", "0.5*ray_share + 0.5*!exposure"},
+          {"ray_share + !height", "0.5*ray_share + 0.5*!height"},
+          {"exposure * height", "exposure*height"}};
 }
 
 void hydrant(const std::filesystem::path& data, const std::filesystem::path& out) {
@@ -204,38 +222,37 @@ void hydrant(const std::filesystem::path& data, const std::filesystem::path& out
     return channel_change(textures / "fire_hydrant_arm_1k.jpg", textures / "fire_hydrant_aged_arm_1k.jpg", channel);
   };
   const ImageF change = color_change(clean, aged);
-  const Samples s = sample(map);
-  const std::array<std::vector<double>, 3> aging{at_texels(change, s), at_texels(arm("G"), s), at_texels(arm("B"), s)};
-  std::printf("\nhydrant: %zu texels in %zu blocks; median colour difference %.1f\n", s.texels.size(), s.blocks.size(), [&] {
-    std::vector<double> v = aging[0];
-    std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-    return v[v.size() / 2];
-  }());
-  std::printf("%-32s%26s%26s%26s\n", "control", "colour (dE)", "rougher", "more metal");
+  const Samples all = sample(map), s = sample(map, shown_paint(map, clean));
+  const ImageF rougher = arm("G"), metal = arm("B");
+  const std::array<std::vector<double>, 3> aging{at_texels(change, s), at_texels(rougher, s), at_texels(metal, s)};
+  const std::vector<double> all_change = at_texels(change, all);
+  std::printf("hydrant: %zu texels in %zu blocks, of which %zu in %zu blocks are red paint that shows\n", all.texels.size(),
+              all.blocks.size(), s.texels.size(), s.blocks.size());
+  std::printf("%-32s%26s%26s%26s%26s\n", "control", "all: colour (dE)", "paint: colour (dE)", "paint: rougher", "paint: more metal");
   ControlKindOptions options;
   options.distance_from = "creases";
   std::map<std::string, ControlMap> maps;
   std::vector<std::pair<double, std::string>> order;
-  const auto row = [&](const std::string& label, const std::vector<double>& values) {
+  const auto print = [](const Interval& c) { std::printf("    %5.2f [%5.2f, %5.2f]", c.rho, c.low, c.high); };
+  const auto row = [&](const std::string& label, const std::vector<double>& values, const std::vector<double>& all_values) {
     std::printf("%-32s", label.c_str());
-    for (const auto& a : aging) {
-      const Interval c = correlate(values, a, s);
-      std::printf("    %5.2f [%5.2f, %5.2f]", c.rho, c.low, c.high);
-    }
+    print(correlate(all_values, all_change, all));
+    for (const auto& a : aging) print(correlate(values, a, s));
     std::printf("\n");
     std::fflush(stdout);
   };
   for (const Trial& trial : trials()) {
     ControlMap control = make_control_expression(trial.expression, map, options);
     const std::vector<double> values = at_texels(control.values, s);
-    row(trial.label, values);
+    row(trial.label, values, at_texels(control.values, all));
     order.emplace_back(-std::abs(rank_correlation(values, aging[0])), trial.label);
     maps.emplace(trial.label, std::move(control));
   }
-  row("exposure, blocks shuffled", shuffled(at_texels(maps.at("exposure").values, s), s));
+  row("ray_share, blocks shuffled", shuffled(at_texels(maps.at("ray_share").values, s), s),
+      shuffled(at_texels(maps.at("ray_share").values, all), all));
   std::sort(order.begin(), order.end());
 
-  const RenderView view(scene.mesh, {.width = 420, .height = 560, .azimuth_deg = 25.0});
+  const RenderView view(scene.mesh, {.width = 360, .height = 480, .azimuth_deg = 25.0});
   std::vector<ImageF> pictures{view.shade(clean), view.shade(aged), portrait(view, by_rank(change, map), map)};
   std::vector<std::string> labels{"clean", "aged", "where it changed"};
   for (std::size_t i = 0; i < 3; ++i) {

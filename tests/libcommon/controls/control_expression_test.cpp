@@ -57,6 +57,21 @@ TEST(ControlExpression, IsClampedAndNeverNan) {
   EXPECT_EQ(value_of("1e30*1e30*1e30*0"), 0.0F);
 }
 
+TEST(ControlExpression, HasTheFunctionsOfShaping) {
+  EXPECT_FLOAT_EQ(value_of("abs(accessibility - facing)"), 0.4F);
+  EXPECT_FLOAT_EQ(value_of("pow(spray, 2)"), 0.25F);
+  EXPECT_FLOAT_EQ(value_of("pow(0 - spray, 0.5)"), 0.0F);  // of max(0, x)
+  EXPECT_FLOAT_EQ(value_of("pow(0*spray, -1)"), 1.0F);     // huge, then cut
+  EXPECT_FLOAT_EQ(value_of("clamp(2*facing, 0.1, 0.7)"), 0.7F);
+  EXPECT_FLOAT_EQ(value_of("clamp(facing - 1, 0.1, 0.7)"), 0.1F);
+  EXPECT_FLOAT_EQ(value_of("smoothstep(0.4, 0.8, facing)"), 0.5F);
+  EXPECT_FLOAT_EQ(value_of("smoothstep(0, 1, accessibility)"), 0.104F);  // 3 * 0.04 - 2 * 0.008
+  EXPECT_FLOAT_EQ(value_of("smoothstep(0.8, 0, accessibility)"), 0.84375F);
+  EXPECT_FLOAT_EQ(value_of("smoothstep(0.6, 0.6, spray)"), 0.0F);
+  EXPECT_EQ(error_of("pow(facing)"), "position 11: found `)`; expected `,`");
+  EXPECT_EQ(error_of("abs(facing, 2)"), "position 11: found `,`; expected `)`");
+}
+
 TEST(ControlExpression, TellsFilesFromNames) {
   const auto names_of = [](const std::string& text) { return ControlExpression(text, kNames).names(); };
   EXPECT_EQ(names_of("maps/wet.exr"), (std::vector<ControlName>{{"maps/wet.exr", true}}));

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include "libcommon/controls/smooth_surface.h"
 #include "libcommon/core/parallel.h"
@@ -13,15 +15,32 @@ namespace {
 
 constexpr double kEdgeShare = 0.004;  ///< Longest distance of the points that stop spheres, in diagonals.
 constexpr int kMaxTriangles = 1'000'000;
+constexpr double kOwnShare = 0.006;   ///< What is nearer to a point than this, in diagonals, is its own surface.
 constexpr int kMostSteps = 60;
-constexpr double kConverged = 1e-6;  ///< Relative.
+constexpr double kSmooth = 0.94;         ///< Cosine of 20 degrees.
+constexpr double kConverged = 1e-3;  ///< Relative; the points are coarser. In a hollow sphere all points are equally near.
+
+/// Normals of the surface's shape, not of its shading: the two differ by some degrees on a low-polygon model, which would make
+/// spheres out of nothing.
+Vec3 shape_normal(const SmoothSurface& surface, const std::vector<Vec3>& normals, TexelId t) {
+  const std::optional<SurfacePoint> p = surface.point(t);
+  if (!p) return surface.normal(t);
+  const Triangle& corners = surface.mesh().triangles[static_cast<std::size_t>(p->triangle)];
+  const auto at = [&](std::size_t k) { return normals[static_cast<std::size_t>(corners[k])]; };
+  const Vec3 flat = area_vector(surface.mesh(), p->triangle).normalized();
+  const Vec3 n = (1.0 - p->b1 - p->b2) * at(0) + p->b1 * at(1) + p->b2 * at(2);
+  // At a hard edge the corners' normals lie between the sides'.
+  return n.norm() > 0.0 && n.normalized().dot(flat) > kSmooth ? Vec3(n.normalized()) : flat;
+}
 
 /// Radius of the sphere; each point that it holds shrinks it to pass through that point.
-double tangent_radius(const NearestPoints& points, const Vec3& p, const Vec3& normal, double largest, double min_sine) {
+double tangent_radius(const NearestPoints& points, const Vec3& p, const Vec3& normal, double largest, double own,
+                      double min_sine) {
   double radius = largest;
   const auto counts = [&](const Vec3& q) {
     const Vec3 d = q - p;
-    return d.dot(normal) > min_sine * d.norm();
+    const double distance = d.norm();
+    return distance > own && d.dot(normal) > min_sine * distance;
   };
   for (int step = 0; step < kMostSteps; ++step) {
     const auto found = points.nearest_of(p + radius * normal, radius * (1.0 - kConverged), counts);
@@ -51,12 +70,14 @@ ControlMap tangent_sphere_map(const TexelMap& map, const TangentSphereOptions& o
   const double largest = options.largest_mm.value_or(0.5 * diagonal);
   const double min_sine = std::sin(options.min_angle_deg * std::numbers::pi / 180.0);
   const SmoothSurface surface(map, kEdgeShare * diagonal, kMaxTriangles, control.part(0.0, 0.2));
+  const std::vector<Vec3> normals = vertex_normals(surface.mesh());
+  const double own = kOwnShare * diagonal;
   const NearestPoints points(surface.mesh().positions);
   ImageF values(map.width(), map.height());
   parallel_for(map.num_texels(), 256, control.part(0.2, 0.99), [&](TexelId begin, TexelId end) {
     for (TexelId t = begin; t < end; ++t) {
       if (!map.is_covered(t)) continue;
-      const double radius = tangent_radius(points, surface.position_mm(t), surface.normal(t), largest, min_sine);
+      const double radius = tangent_radius(points, surface.position_mm(t), shape_normal(surface, normals, t), largest, own, min_sine);
       values.values()[static_cast<std::size_t>(t)] = static_cast<float>(std::min(1.0 / radius, 1e30));
     }
   });

@@ -22,7 +22,8 @@ void describe(OptionVisitor& visitor, TangentSphereOptions& options);
 /// "tangent-sphere accessibility"]: near a dihedral edge of angle phi, at distance d, the radius is d tan(phi / 2). The radius
 /// of convex places is infinite and ends at `largest_mm`. Found by shrinking the sphere against the points of a refined surface
 /// [Ma, Bae, Choi 2012, "3D medial axis point approximation using nearest neighbors and the normal field"], about 0.4 % of the
-/// diagonal apart: nearer than that to an edge it is coarse. Range: from 1 / largest_mm to the `full_percent` percentile by
+/// diagonal apart; what is nearer than 0.6 % is the point's own surface, and does not stop it. Normals are those of the shape, not
+/// of the shading. Range: from 1 / largest_mm to the `full_percent` percentile by
 /// area, "1/mm".
 /// @throws InvalidInput if an option is out of range. Cost: some ten nearest-point queries a texel. Same bits for any number of
 /// threads.

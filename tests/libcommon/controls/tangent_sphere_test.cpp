@@ -50,9 +50,9 @@ TEST(TangentSphereMap, InsideAHollowSphereIsItsRadius) {
                                   return Vec3(radius * std::sin(a) * std::cos(b), radius * std::sin(b),
                                               radius * std::cos(a) * std::cos(b));
                                 }),
-                     48, 24);
+                     16, 8);  // few texels: all points of a sphere are equally near its middle, the worst case
   const ControlMap control = tangent_sphere_map(map, {.full_percent = 100});
-  for (int y = 4; y < 20; ++y) EXPECT_NEAR(1.0 / value_at(control, y * 48 + 20), radius, 0.05 * radius);
+  for (int y = 2; y < 6; ++y) EXPECT_NEAR(1.0 / value_at(control, y * 16 + 7), radius, 0.05 * radius);
 }
 
 }  // namespace

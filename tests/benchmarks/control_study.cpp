@@ -207,8 +207,9 @@ std::vector<Trial> trials() {
           {"distance from creases", "distance"},
           {"spray (from above, in front)", "spray"},
           {"accessibility + ray_share", "0.5*accessibility + 0.5*ray_share"},
-          {"ray_share + !exposure", "0.5*ray_share + 0.5*!exposure"},
+          {"!height + !facing", "0.5*!height + 0.5*!facing"},
           {"ray_share + !height", "0.5*ray_share + 0.5*!height"},
+          {"!height + !facing + accessibility", "(!height + !facing + accessibility)/3"},
           {"exposure * height", "exposure*height"}};
 }
 

@@ -17,6 +17,8 @@ namespace {
 constexpr double kWhiteShare = 0.6;     ///< Of a window that is white material.
 constexpr int kMaxFrames = 16;
 constexpr int kLookSide = 512;          ///< Pixels of the longer side at which the standing highlight is looked for.
+constexpr int kLeastEarly = 2;
+constexpr double kLeastCore = 0.016;    ///< Of the shorter side, across: wet grains glint in smaller spots.
 constexpr float kNearlySaturated = 0.75f; ///< Of the saturated value, in the darkest channel: lossy files soften the plateau.
 constexpr int kEarlyPart = 32;          ///< One in so many frames, the first ones: what grows is not there yet.
 constexpr float kLeastGround = 0.01f;
@@ -65,10 +67,13 @@ cv::Mat narrow_parts(const cv::Mat& set, int radius) {
 
 cv::Mat disk(int radius) { return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}); }
 
-/// What lies below every bright thing that is narrower than the disk.
+/// Separable, so that its cost does not rise with the square of the radius.
+cv::Mat square(int radius) { return cv::getStructuringElement(cv::MORPH_RECT, {2 * radius + 1, 2 * radius + 1}); }
+
+/// What lies below every bright thing that is narrower than the square.
 cv::Mat ground_of(const cv::Mat& light, int radius) {
   cv::Mat ground;
-  cv::morphologyEx(light, ground, cv::MORPH_OPEN, disk(radius), {-1, -1}, 1, cv::BORDER_REFLECT);
+  cv::morphologyEx(light, ground, cv::MORPH_OPEN, square(radius), {-1, -1}, 1, cv::BORDER_REFLECT);
   const int size = radius | 1;
   cv::blur(ground, ground, {size, size}, {-1, -1}, cv::BORDER_REFLECT);
   return cv::max(ground, kLeastGround);
@@ -82,7 +87,7 @@ struct EarlyLook {
 
 EarlyLook look_at_start(int num_frames, const std::function<ImageF(int)>& read_frame, const RunControl& control) {
   EarlyLook look;
-  const int span = std::max(1, num_frames / kEarlyPart), count = std::min(span, kMaxFrames);
+  const int span = std::min(num_frames, std::max(kLeastEarly, num_frames / kEarlyPart)), count = std::min(span, kMaxFrames);
   for (int k = 0; k < count; ++k) {
     control.throw_if_stopped();
     const ImageF frame = read_frame(count == 1 ? 0 : static_cast<int>(std::int64_t{k} * (span - 1) / (count - 1)));
@@ -134,8 +139,10 @@ ImageU8 find_saturated(const ImageF& photo, float level, const HighlightOptions&
   const cv::Mat kept = narrow_parts(set, window_radius(photo.width(), photo.height(), options));
   // Light spills over from what is more than a speck.
   const cv::Mat block = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {2, 2});
   cv::Mat spots;
-  cv::morphologyEx(kept, spots, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {2, 2}));
+  cv::erode(kept, spots, square, {0, 0});
+  cv::dilate(spots, spots, square, {1, 1});  // The other way, so that nothing moves.
   cv::dilate(spots, spots, block);
   cv::Mat(kept | spots).copyTo(set);
   return result;
@@ -148,14 +155,18 @@ ImageU8 find_standing_highlight(int num_frames, const std::function<ImageF(int)>
   const EarlyLook look = look_at_start(num_frames, read_frame, control);
   const int radius = window_radius(look.light.cols, look.light.rows, options);
   const cv::Mat ground = ground_of(look.light, radius);
-  const cv::Mat seeds = narrow_parts(look.darkest >= kNearlySaturated * saturation, radius) & (look.light >= options.core_rise * ground);
+  const cv::Mat cores = narrow_parts(look.darkest >= kNearlySaturated * saturation, radius) & (look.light >= options.core_rise * ground);
+  const int core_radius = std::max(1, static_cast<int>(std::lround(0.5 * kLeastCore * std::min(cores.cols, cores.rows))));
+  cv::Mat large_cores;
+  cv::morphologyEx(cores, large_cores, cv::MORPH_OPEN, disk(core_radius));
+  const cv::Mat seeds = connected_to(large_cores, cores);
   ImageU8 result(look.full_width, look.full_height);
   control.report(1.0);
   if (cv::countNonZero(seeds) == 0) return result;
   cv::Mat near, peak = cv::Mat::zeros(look.light.size(), CV_32F), highlight, large;
-  cv::dilate(seeds, near, disk(radius));
+  cv::dilate(seeds, near, square(2 * radius));
   look.light.copyTo(peak, seeds);
-  cv::dilate(peak, peak, disk(radius));
+  cv::dilate(peak, peak, square(2 * radius));
   const cv::Mat level = ground + options.extent * (peak - ground);
   highlight = connected_to(seeds, ((look.light >= level) & near) | seeds);
   cv::morphologyEx(highlight, highlight, cv::MORPH_CLOSE, disk(3));

@@ -12,7 +12,7 @@ namespace patinate {
 
 struct HighlightOptions {
   double width_share = 0.25;   ///< (0, 1]. A highlight is narrower than this share of the picture's shorter side; wider is white material.
-  double extent = 0.15;        ///< [0, 1]. A highlight reaches as far as it keeps this share of its height above the ground.
+  double extent = 0.2;         ///< [0, 1]. A highlight reaches as far as it keeps this share of its height above the ground.
   double core_rise = 2.0;      ///< > 1. A highlight's core is so many times as bright as the ground, and nearly saturated.
 };
 void describe(OptionVisitor& v, HighlightOptions& o);
@@ -28,10 +28,10 @@ void describe(OptionVisitor& v, HighlightOptions& o);
 /// ground around it, and its core is nearly saturated. Whatever grows there later (white crystals) does not count, nor what is
 /// as wide as width_share.
 ///
-/// Seen is the darkest that each pixel is in the first 3 % of the frames. ground = blurred opening of the luminance (what fits under
-/// no disk of width_share is bright above it); the core lies core_rise above the ground and near saturation in every channel, and is no wide
-/// white area (find_saturated()); around it, connected pixels belong to the highlight that keep `extent` of the core's height above the
-/// ground, at most half a width away.
+/// Seen is the darkest that each pixel is in the first 3 % of the frames (at least two). ground = blurred opening of the luminance (what fits under
+/// no square of width_share is bright above it); the core lies core_rise above the ground and near saturation in every channel, is 1.6 % of the shorter side across (wet grains glint in
+/// smaller spots), and is no wide white area (find_saturated()); around it, connected pixels belong to the highlight that keep `extent` of the core's height above the
+/// ground, at most a width away.
 /// @param read_frame  Frame i, H x W x 3, linear. At most 16 are read, one at a time.
 /// @param saturation  Value of a saturated channel, usually 1.
 /// @returns H x W, 255 = highlight. @throws InvalidInput if num_frames < 1 or an option is out of range.

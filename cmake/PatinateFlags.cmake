@@ -1,6 +1,7 @@
 # One INTERFACE target carries our compiler flags; every target of ours links it PRIVATE.
 option(PATINATE_WARNINGS_AS_ERRORS "Stop at the first warning (the presets and CI set this)" OFF)
 set(PATINATE_SANITIZE "" CACHE STRING "Sanitizers for every target, e.g. address,undefined")
+option(PATINATE_FUZZ "Build the libFuzzer targets of tests/fuzz (clang; the preset fuzz sets this)" OFF)
 
 add_library(patinate_flags INTERFACE)
 target_compile_features(patinate_flags INTERFACE cxx_std_20)

@@ -219,7 +219,7 @@ ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOption
   const Layout layout = make_layout(in, static_cast<double>(low), static_cast<double>(high), options);
   const int radius = layout.spatial_radius();
   const int rows_that_fit = static_cast<int>(kBandBytes / (layout.row_size() * sizeof(float)));
-  const int band = std::clamp(rows_that_fit, 2, layout.num_rows - 1);  // Intervals between node rows at a time.
+  const int band = std::min(std::max(rows_that_fit, 2), layout.num_rows - 1);  // Intervals between node rows at a time.
   NodeRows raw(layout.row_size(), band + 1 + 2 * radius), blurred(layout.row_size(), band + 1);
   RunControl inner = control;
   inner.on_progress = {};

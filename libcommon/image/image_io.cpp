@@ -1,5 +1,6 @@
 #include "libcommon/image/image_io.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -95,7 +96,9 @@ RawImage read_raw(const std::filesystem::path& path) {
   for (float v : raw.values.values()) {
     if (!std::isfinite(v)) throw IoError(path.string(), "holds NaN or infinite values; every value must be a number");
   }
-  if (spec.alpha_channel >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) unassociate(raw, spec.alpha_channel);
+  // A damaged file may name a channel that it does not have.
+  const bool has_alpha = spec.alpha_channel >= 0 && spec.alpha_channel < spec.nchannels;
+  if (has_alpha && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) unassociate(raw, spec.alpha_channel);
   return raw;
 }
 
@@ -107,7 +110,7 @@ int channel_index(const RawImage& raw, const std::string& name) {
 std::unique_ptr<OIIO::ImageOutput> create_output(const std::filesystem::path& path) {
   configure_once();
   auto output = OIIO::ImageOutput::create(path.string());
-  if (!output) {
+  if (!output || !output->supports("ioproxy")) {
     (void)OIIO::geterror();
     throw UsageError(path.string() + ": unknown image format; use .png, .jpg, .tif or .exr");
   }
@@ -115,13 +118,13 @@ std::unique_ptr<OIIO::ImageOutput> create_output(const std::filesystem::path& pa
 }
 
 void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
-  const auto output = create_output(path);  // Before anything is made: an unknown extension is the caller's error.
-  write_atomically(path, [&](const std::filesystem::path& temporary) {
-    if (!output->open(temporary.string(), spec) || !output->write_image(type, pixels) || !output->close()) {
-      (void)output->geterror();
-      throw CannotComplete(path.string() + ": cannot be written; is the disk full?");
-    }
-  });
+  const auto output = create_output(path);
+  // Encoded in memory: OpenImageIO's PNG writer does not notice a full disk, write_atomically() does.
+  OIIO::Filesystem::IOVecOutput memory;
+  if (!output->set_ioproxy(&memory) || !output->open(path.string(), spec) || !output->write_image(type, pixels) || !output->close()) {
+    throw CannotComplete(path.string() + ": cannot be written; " + output->geterror());
+  }
+  write_atomically(path, std::string_view(reinterpret_cast<const char*>(memory.buffer().data()), memory.buffer().size()));
 }
 
 OIIO::ImageSpec make_spec(int width, int height, int channels, OIIO::TypeDesc type, const std::string& key) {

@@ -176,6 +176,7 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
     try {
       folder.begin(plan.key);
       run_items(plan, state, folder, control);
+      if (options.add_record) options.add_record(folder.path());
     } catch (...) {
       if (!folder.has_done_items()) folder.discard();
       throw;

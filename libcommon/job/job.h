@@ -52,6 +52,8 @@ enum class JobStatus { Done, UpToDate };
 
 struct JobOptions {
   bool force = false;  ///< Replace a different existing output (the folders are exchanged atomically).
+  /// Called with the folder when all is made, before it becomes OUT: for write_run_record(). May be empty.
+  std::function<void(const std::filesystem::path& folder)> add_record = {};
 };
 
 /// @throws InvalidInput if an item's name is no file name or not unique, or an output lies outside the folder.

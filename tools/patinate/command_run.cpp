@@ -92,9 +92,11 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
     report_dry_run(explain_job(plan, job_options()));
     return std::nullopt;
   }
-  const JobStatus status = run_job(plan, job_options(), control(label));
-  if (status == JobStatus::Done) write_run_record(plan.output, command_line(), seconds(), line.effective_options());
-  return status;
+  JobOptions options = job_options();
+  options.add_record = [this](const std::filesystem::path& folder) {
+    write_run_record(folder, command_line(), seconds(), line.effective_options());
+  };
+  return run_job(plan, options, control(label));
 }
 
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,

@@ -1,0 +1,26 @@
+#include "capture/ingest/capture_project.h"
+#include "libcommon/image/image_io.h"
+#include "tests/fuzz/fuzz_target.h"
+
+using namespace patinate;
+
+namespace {
+
+/// Two photographs beside the project, so that a good project is good.
+void make_photographs() {
+  static const bool is_made = [] {
+    for (const char* name : {"2020-05-28.png", "2020-05-29.png"}) write_codes(fuzz::fuzz_folder() / name, ImageU8(5, 4, 3));
+    return true;
+  }();
+  (void)is_made;
+}
+
+}  // namespace
+
+PATINATE_FUZZ_TARGET(capture_project) {
+  make_photographs();
+  const CaptureProject project = read_capture_project(fuzz::fuzz_file("capture.json", bytes));
+  fuzz::require(!project.frames.empty(), "a project has a frame");
+  fuzz::require(project.width() >= 1 && project.height() >= 1, "a project has a size");
+  (void)read_photo(project, project.frames.front().file);
+}

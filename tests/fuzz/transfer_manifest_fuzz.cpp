@@ -1,0 +1,9 @@
+#include "tests/fuzz/fuzz_target.h"
+#include "transfer/transfer_io.h"
+
+using namespace patinate;
+
+PATINATE_FUZZ_TARGET(transfer_manifest) {
+  const auto file = fuzz::fuzz_file("transfer.json", bytes);
+  (void)read_transfer_manifest(file.parent_path());
+}

@@ -44,7 +44,7 @@ COMMANDS = {
     "sequence": ["export", SHARED / "aged", "--num-times", "10", "-o", "out"],
     "glb": ["export", SHARED / "aged", "-o", "out.glb"],
     "lookup": ["lookup", SHARED / "aged", "--time", "20", "-o", "out.png"],
-    "render": ["render", SHARED / "aged", "--time", "20", "-o", "out.png"],
+    "render": ["render", SHARED / "aged", "--time", "20", "--width", "200", "-o", "out.png"],
     "control": ["control", SHARED / "urn/mesh.obj", "--kind", "accessibility", "--resolution", "128", "-o", "out.exr"],
 }
 

@@ -82,7 +82,7 @@ class DryRun(JobCase):
         text = self.succeeds("ingest", SHARED / "capture", "--spatial-sigma", "7", "-o", "out", "--dry-run")
         self.assertIn("--spatial-sigma was `20`, is `7`", text)
         self.assertIn("--force", text)
-        self.assertIn("kept 4", text)
+        self.assertRegex(text, "kept .*frame-0000, frame-0001, frame-0002, frame-0003")
         report = json.loads(self.succeeds("ingest", SHARED / "capture", "--spatial-sigma", "7", "-o", "out", "--dry-run", "--json"))
         self.assertTrue(report["needs_force"])
         self.assertEqual([c["name"] for c in report["changes"]], ["--spatial-sigma"])
@@ -93,7 +93,8 @@ class DryRun(JobCase):
         shutil.copy(self.folder / "capture/frames/0001.png", self.folder / "capture/frames/0002.png")
         text = self.succeeds("ingest", "capture", "-o", "out", "--dry-run")
         self.assertIn("frames/0002.png has other content", text)
-        self.assertIn("to make 1: frame-0002", text)
+        self.assertRegex(text, "kept .*frame-0000, frame-0001, frame-0003")
+        self.assertRegex(text, "to make .*frame-0002")
 
     def test_a_transfer_says_what_differs(self):
         self.succeeds(*self.COMMANDS[3])

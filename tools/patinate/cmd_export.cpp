@@ -12,6 +12,7 @@
 #include "tools/patinate/commands.h"
 #include "tools/patinate/output_file.h"
 #include "tools/patinate/path_kind.h"
+#include "tools/patinate/picture_series.h"
 #include "tools/patinate/times_argument.h"
 #include "transfer/lookup/transfer_reader.h"
 
@@ -20,7 +21,7 @@ namespace patinate {
 namespace {
 
 /// Who names such a file does not mean a folder; other dots, as in `textures.v2`, are part of a folder's name.
-constexpr std::array<std::string_view, 16> kOtherFiles{".gltf", ".obj",  ".fbx",  ".ply", ".stl",  ".dae",
+constexpr std::array<std::string_view, 20> kOtherFiles{".avi", ".mov", ".mkv", ".m4v", ".gltf", ".obj",  ".fbx",  ".ply", ".stl",  ".dae",
                                                        ".usd",  ".usdz", ".png",  ".jpg", ".jpeg", ".tif",
                                                        ".tiff", ".exr",  ".json", ".zip"};
 
@@ -109,29 +110,43 @@ int cmd_export(CommandRun& run) {
   std::filesystem::path subject, output;
   TimesArgument times;
   SequenceFormat format;
-  run.line.positional("SUBJECT", "A transfer (or, for images, a history)", subject);
-  run.line.output("OUTPUT", "MODEL.glb with one variant a time, or a folder of images", output);
+  MovieOptions movie;
+  run.line.positional("SUBJECT", "A transfer, or for pictures a history", subject);
+  run.line.output("OUTPUT", "MODEL.glb with one variant a time; MOVIE.mp4, .webm or .gif; images aged_%04d.png; or a folder of images", output);
   times.declare(run.line);
   run.line.options(format);
+  run.line.options(movie);
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");
   run.line.example("export aged_bust -o textures --format png");
+  run.line.example("export copper -o copper.mp4 --frames 200 --fps 25");
   if (!run.parse()) return 0;
   const std::string extension = lower_extension(output);
   const bool is_glb = extension == ".glb";
-  if (std::find(kOtherFiles.begin(), kOtherFiles.end(), extension) != kOtherFiles.end()) {
-    throw UsageError("-o: found `" + output.string() + "`; expected MODEL.glb or the name of a folder");
+  const bool is_pictures = is_series(output);
+  if (!is_pictures && std::find(kOtherFiles.begin(), kOtherFiles.end(), extension) != kOtherFiles.end()) {
+    throw UsageError("-o: found `" + output.string() + "`; expected MODEL.glb, MOVIE.mp4 (.webm, .gif), images as aged_%04d.png, or the name of a folder");
   }
   const PathKind kind = kind_of(subject);
   if (kind == PathKind::Transfer) {
     const TransferReader transfer(subject);
     const HistoryManifest& history = transfer.history().manifest();
     if (is_glb) return export_glb(run, transfer, output, times.resolve(run, history, 5));
+    if (is_pictures) {
+      const PictureSeries series{"export", transfer.manifest().key, times.resolve(run, history, kMoviePictures),
+                                 [&](double t, const RunControl& control) { return transfer.sample(t, control); }};
+      return make_series(run, output, series, movie);
+    }
     return export_sequence(run, transfer.manifest().key, history, output, times.resolve(run, history, 0), format,
                            [&](double t, const RunControl& control) { return transfer.sample(t, control); });
   }
   if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer or history");
   const HistoryReader history(subject);
   if (is_glb) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
+  if (is_pictures) {
+    const PictureSeries series{"export", history_content_key(history), times.resolve(run, history.manifest(), kMoviePictures),
+                               [&](double t, const RunControl&) { return history.sample(t); }};
+    return make_series(run, output, series, movie);
+  }
   return export_sequence(run, history_content_key(history), history.manifest(), output,
                          times.resolve(run, history.manifest(), 0), format,
                          [&](double t, const RunControl&) { return history.sample(t); });

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/atlas/dilate.h"
@@ -12,6 +14,7 @@
 #include "tools/patinate/commands.h"
 #include "tools/patinate/output_file.h"
 #include "tools/patinate/path_kind.h"
+#include "tools/patinate/picture_series.h"
 #include "tools/patinate/times_argument.h"
 #include "transfer/lookup/transfer_reader.h"
 
@@ -19,12 +22,22 @@ namespace patinate {
 
 namespace {
 
+/// A turntable.
+struct TurnOptions {
+  double turn_deg = 0.0;  ///< What the camera turns around the object from the first picture to the end.
+};
+void describe(OptionVisitor& v, TurnOptions& o) {
+  v.visit({"turn", "Movies: the camera turns so far around the object, to its left; 360 closes the round", "deg", between(-36000, 36000)}, o.turn_deg);
+}
+
 struct RenderCommand {
   std::filesystem::path subject;
   std::filesystem::path output;
   std::filesystem::path texture;
   TimesArgument times;
   RenderOptions options;
+  MovieOptions movie;
+  TurnOptions turn;
 };
 
 ContentHash begin_key(const RenderCommand& command, const std::vector<double>& times) {
@@ -50,8 +63,28 @@ int finish(CommandRun& run, const RenderCommand& command, const std::string& key
   return 0;
 }
 
+/// A movie, or numbered images, of the ageing object; on a turntable when asked for.
+int render_series(CommandRun& run, const RenderCommand& command, const TransferReader& transfer) {
+  const HistoryManifest& history = transfer.history().manifest();
+  const std::vector<double> times = command.times.resolve(run, history, kMoviePictures);
+  std::unique_ptr<const RenderView> view;
+  const auto picture = [&](double t, const RunControl& control) {
+    const auto index = std::find(times.begin(), times.end(), t) - times.begin();
+    if (!view || command.turn.turn_deg != 0.0) {
+      RenderOptions options = command.options;
+      options.azimuth_deg += command.turn.turn_deg * static_cast<double>(index) / static_cast<double>(times.size());
+      view = std::make_unique<const RenderView>(transfer.mesh(), options, control);
+    }
+    return view->shade(transfer.sample(t, control), control);
+  };
+  ContentHash hash = begin_key(command, {});
+  hash.add(transfer.manifest().key).add(command.turn.turn_deg).add(static_cast<std::int64_t>(times.size()));
+  return make_series(run, command.output, {"render", hash.hex(), times, picture}, command.movie);
+}
+
 int render_transfer(CommandRun& run, const RenderCommand& command) {
   const TransferReader transfer(command.subject);
+  if (is_series(command.output)) return render_series(run, command, transfer);
   const HistoryManifest& history = transfer.history().manifest();
   const std::vector<double> times = command.times.resolve(run, history, 5);
   const std::string key = begin_key(command, times).add(transfer.manifest().key).hex();
@@ -71,6 +104,7 @@ int render_transfer(CommandRun& run, const RenderCommand& command) {
 }
 
 int render_history(CommandRun& run, const RenderCommand& command) {
+  if (is_series(command.output)) throw UsageError("-o: a history has no object; `patinate export` makes movies of histories");
   const HistoryReader history(command.subject);
   const std::vector<double> times = command.times.resolve(run, history.manifest(), 5);
   const std::string key = begin_key(command, times).add(history_content_key(history)).hex();
@@ -82,6 +116,7 @@ int render_history(CommandRun& run, const RenderCommand& command) {
 }
 
 int render_mesh(CommandRun& run, const RenderCommand& command) {
+  if (is_series(command.output)) throw UsageError("-o: a mesh with a texture does not age; give a transfer");
   if (command.texture.empty()) throw UsageError("--texture: is missing; a mesh is rendered with an image");
   const Mesh mesh = read_mesh(command.subject);
   if (!mesh.has_uvs()) throw InvalidInput(command.subject.string() + ": has no UVs; unwrap it first");
@@ -100,15 +135,18 @@ int render_mesh(CommandRun& run, const RenderCommand& command) {
 int cmd_render(CommandRun& run) {
   RenderCommand command;
   run.line.positional("SUBJECT", "A transfer, a history, or a mesh with --texture", command.subject);
-  run.line.output("PICTURE", "Image to make: .png, .jpg, .tif or .exr", command.output);
+  run.line.output("PICTURE", "Image to make: .png, .jpg, .tif or .exr; of a transfer also a movie (.mp4, .webm, .gif) or images aged_%04d.png", command.output);
   command.times.declare(run.line);
   run.line.option("texture", "IMAGE", "Colour of a mesh", command.texture);
   run.line.options(command.options);
+  run.line.options(command.movie);
+  run.line.options(command.turn);
   run.line.example("render aged_bust --time 12 -o bust.png");
   run.line.example("render aged_bust --num-times 5 -o strip.png");
+  run.line.example("render aged_bust --frames 150 --turn 360 -o bust.mp4");
   run.line.example("render bust.glb --texture albedo.png -o bust.png");
   if (!run.parse()) return 0;
-  require_extension(command.output, image_extensions());
+  if (!is_series(command.output)) require_extension(command.output, image_extensions());
   switch (kind_of(command.subject)) {
     case PathKind::Transfer: return render_transfer(run, command);
     case PathKind::History: return render_history(run, command);

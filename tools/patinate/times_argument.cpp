@@ -1,5 +1,6 @@
 #include "tools/patinate/times_argument.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "libcommon/core/error.h"
@@ -24,6 +25,7 @@ void TimesArgument::declare(CommandLine& line) {
   line.option("time", "T", "One time, in the history's unit", time);
   line.numbers("times", "T,T,...", "Several times", times);
   line.option("num_times", "N", "So many times, evenly from the first frame to the last", count);
+  line.alias("frames");
   line.alternatives({"time", "times", "num_times"});
 }
 
@@ -38,6 +40,10 @@ std::vector<double> TimesArgument::resolve(CommandRun& run, const HistoryManifes
     return evenly(history, static_cast<int>(*count));
   }
   std::vector<double> chosen = times;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    if (std::find(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(i), times[i]) == times.begin() + static_cast<std::ptrdiff_t>(i)) continue;
+    throw UsageError("--times: " + number_text(times[i]) + " is given twice");
+  }
   if (time) chosen = {*time};
   for (double t : chosen) {
     if (t >= history.frames.front().time && t <= history.frames.back().time) continue;

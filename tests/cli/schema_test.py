@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""The JSON Schemas of docs/schema accept what patinate writes and reject what its readers reject, as far as a schema can.
+Usage: schema_test.py PATINATE. Needs python3-jsonschema (tools/setup --tests)."""
+import copy
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+try:
+    import jsonschema
+except ImportError:
+    print("schema_test: skipped, python3-jsonschema is not installed")
+    sys.exit(77)
+
+PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
+SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
+FILES = {"capture": "capture/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
+         "sequence": "textures/sequence.json", "run": "aged/run.json"}
+WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
+
+
+def setUpModule():
+    for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
+                      ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "capture", "-o", "history"],
+                      ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
+                      ["export", "aged", "--num-times", "2", "-o", "textures"]):
+        subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
+
+
+def tearDownModule():
+    shutil.rmtree(WORK)
+
+
+def validator(name):
+    schema = json.loads((SCHEMAS / f"{name}.schema.json").read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def written(name):
+    return json.loads((WORK / FILES[name]).read_text())
+
+
+def put(*keys_and_value):
+    *keys, last, value = keys_and_value
+
+    def change(content):
+        for key in keys:
+            content = content[key]
+        content[last] = value
+    return change
+
+
+def drop(*keys):
+    def change(content):
+        for key in keys[:-1]:
+            content = content[key]
+        del content[keys[-1]]
+    return change
+
+
+COMMON = [put("format", "patinate.other"), put("version", 2), put("surplus", 1), drop("format")]
+BROKEN = {
+    "history": COMMON + [put("width", 0), put("width", 70000), put("width", "48"), put("height", 1.5), put("origin", "found"), put("time_unit", "weeks"),
+                         put("texel_size_mm", 0), put("texel_size_mm", -1), put("frames", []), put("frames", {}), put("frames", 0, "time", "now"),
+                         put("frames", 0, "fiel", "x"), drop("frames", 0, "file"), put("controls", 0, "range", [1]), drop("controls", 0, "name"),
+                         put("maps", {"colour": "x"}), put("key", 5), drop("name"), put("mask", 3)],
+    "capture": COMMON + [put("kind", "moving"), put("response", "rgb"), put("response", {"gamma": 0}), put("response", {"gama": 2}), put("frames", []),
+                         put("frames", {"pattern": "frames/*.png", "interval": 0}), put("frames", {"pattern": "frames/*.png", "start": 1}),
+                         put("frames", "frames/*.png"), put("frames", [{"time": 1}]), put("frames", "interval", "7"), put("transmission", "align", "sometimes"),
+                         drop("transmission", "photo"), put("roi", [0, 0, 10]), put("scale", 0), put("scale", 2), put("exclude", [-1]), put("exclude", [0.5]),
+                         put("texel_size_mm", 0), put("controls", [{"name": "../x", "file": "backlight.png"}]), put("time_unit", "y"), drop("name"), drop("kind")],
+    "transfer": COMMON + [put("width", 0), put("subpixel", True), put("mesh", "mm_per_mesh_unit", 0), drop("history", "key"), drop("coordinates"),
+                          put("energy", {}), drop("energy", "used_share"), put("controls", 5), drop("key"), put("mesh", "colour", "red"), put("history", 1)],
+}
+
+
+class Schemas(unittest.TestCase):
+    def test_what_is_written_is_accepted(self):
+        for name in FILES:
+            with self.subTest(schema=name):
+                validator(name).validate(written(name))
+
+    def test_what_readers_reject_is_rejected(self):
+        for name, changes in BROKEN.items():
+            check, file = validator(name), WORK / FILES[name]
+            whole = file.read_text()
+            for number, change in enumerate(changes):
+                content = copy.deepcopy(written(name))
+                change(content)
+                with self.subTest(schema=name, change=number):
+                    self.assertFalse(check.is_valid(content), "the schema accepts it")
+                    file.write_text(json.dumps(content))
+                    result = subprocess.run([PATINATE, "validate", file.parent], cwd=WORK, capture_output=True, text=True)
+                    file.write_text(whole)
+                    self.assertEqual(result.returncode, 3, f"patinate accepts it {result.stdout}")
+
+    def test_every_property_is_described_or_speaks_for_itself(self):
+        for path in SCHEMAS.glob("*.schema.json"):
+            schema = json.loads(path.read_text())
+            for name, value in schema["properties"].items():
+                self.assertTrue(value.get("description") or "const" in value or value.get("type") in ("integer", "number", "object", "array"), f"{path.name} {name}")
+
+    @unittest.skipUnless(os.environ.get("PATINATE_DATA"), "PATINATE_DATA names no folder of real data")
+    def test_drafts_of_real_projects_are_accepted(self):
+        for file in sorted(pathlib.Path(os.environ["PATINATE_DATA"]).rglob("capture.json")):
+            with self.subTest(file=str(file)):
+                validator("capture").validate(json.loads(file.read_text()))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -8,6 +8,7 @@
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
+#include "tools/patinate/curves.h"
 #include "tools/patinate/path_kind.h"
 #include "transfer/transfer_io.h"
 
@@ -152,10 +153,14 @@ Facts facts_of(const std::filesystem::path& path) {
 int cmd_info(CommandRun& run) {
   std::filesystem::path path;
   run.line.positional("PATH", "A history, capture or transfer folder, a mesh or an image", path);
+  CurvesArgument curves;
+  curves.declare(run.line);
   run.line.without({"seed", "dry_run"});
   run.line.example("info copper");
   run.line.example("info bust.glb --json");
+  run.line.example("info crackle --curves curves.csv --by thickness --bins 4 --at 120,80");
   if (!run.parse()) return 0;
+  if (!curves.file.empty()) return write_curves(run, curves, path);
   facts_of(path).report(run);
   return 0;
 }

@@ -1,7 +1,7 @@
 #include "transfer/lookup/time_map.h"
 
+#include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "libcommon/core/error.h"
@@ -11,27 +11,42 @@ namespace patinate {
 
 namespace {
 
+/// Where and when a texel looks.
+struct TexelTime {
+  std::uint32_t texel;
+  float fraction;  ///< Of the way to the next frame.
+};
+
 /// Texels sorted by the frame at or before their time: those of frame i are texels[first[i]] to texels[first[i + 1] - 1].
 struct TexelsByFrame {
   std::vector<std::size_t> first;
-  std::vector<std::uint32_t> texels;
+  std::vector<TexelTime> texels;
 };
 
-TexelsByFrame sort_texels(const HistoryReader& history, const ImageF& coordinates, const ImageF& times, Between between) {
-  TexelsByFrame sorted;
-  sorted.first.assign(static_cast<std::size_t>(history.num_frames()) + 1, 0);
+TexelsByFrame sort_texels(const HistoryReader& history, const ImageF& coordinates, const ImageF& times, Between between,
+                          const RunControl& control) {
   const auto num_texels = static_cast<std::size_t>(coordinates.num_pixels());
   std::vector<int> frame(num_texels, -1);
-  for (std::size_t i = 0; i < num_texels; ++i) {
-    if (coordinates.data()[2 * i] < 0.0f) continue;
-    frame[i] = locate(history, times.data()[i], between).index;
-    ++sorted.first[static_cast<std::size_t>(frame[i]) + 1];
+  std::vector<float> fraction(num_texels);
+  constexpr std::int64_t kChunk = 1 << 16;
+  parallel_for(coordinates.num_pixels(), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      if (coordinates.data()[2 * i] < 0.0f) continue;
+      const TimePosition position = locate(history, times.data()[i], between);
+      frame[i] = position.index;
+      fraction[i] = static_cast<float>(position.fraction);
+    }
+  });
+  TexelsByFrame sorted;
+  sorted.first.assign(static_cast<std::size_t>(history.num_frames()) + 1, 0);
+  for (int f : frame) {
+    if (f >= 0) ++sorted.first[static_cast<std::size_t>(f) + 1];
   }
   for (std::size_t f = 1; f < sorted.first.size(); ++f) sorted.first[f] += sorted.first[f - 1];
   sorted.texels.resize(sorted.first.back());
   std::vector<std::size_t> next = sorted.first;
   for (std::size_t i = 0; i < num_texels; ++i) {
-    if (frame[i] >= 0) sorted.texels[next[static_cast<std::size_t>(frame[i])]++] = static_cast<std::uint32_t>(i);
+    if (frame[i] >= 0) sorted.texels[next[static_cast<std::size_t>(frame[i])]++] = {static_cast<std::uint32_t>(i), fraction[i]};
   }
   return sorted;
 }
@@ -43,12 +58,12 @@ ImageF gather_at_times(const HistoryReader& history, const ImageF& coordinates, 
   if (!times.same_size(coordinates) || coordinates.channels() != 2 || times.channels() != 1) {
     throw InvalidInput("time map: expected one time for every texel of the coordinates");
   }
-  const TexelsByFrame sorted = sort_texels(history, coordinates, times, between);
   ImageF result(coordinates.width(), coordinates.height(), 3);
   ImageF here, after;
   int index_after = -1;
   RunControl quiet = control;
   quiet.on_progress = {};
+  const TexelsByFrame sorted = sort_texels(history, coordinates, times, between, quiet);
   for (int f = 0; f < history.num_frames(); ++f) {
     const std::size_t begin = sorted.first[static_cast<std::size_t>(f)], end = sorted.first[static_cast<std::size_t>(f) + 1];
     if (begin == end) continue;
@@ -63,14 +78,17 @@ ImageF gather_at_times(const HistoryReader& history, const ImageF& coordinates, 
     constexpr std::int64_t kChunk = 1 << 15;
     parallel_for(static_cast<std::int64_t>(end - begin), kChunk, quiet, [&](std::int64_t from, std::int64_t to) {
       for (std::int64_t k = from; k < to; ++k) {
-        const std::size_t texel = sorted.texels[begin + static_cast<std::size_t>(k)];
-        const int x = static_cast<int>(coordinates.data()[2 * texel]), y = static_cast<int>(coordinates.data()[2 * texel + 1]);
-        const auto fraction = static_cast<float>(locate(history, times.data()[texel], between).fraction);
-        for (int c = 0; c < 3; ++c) {
-          const float value = here.at(x, y, c);
-          result.data()[3 * texel + static_cast<std::size_t>(c)] =
-              fraction == 0.0f ? value : (1.0f - fraction) * value + fraction * after.at(x, y, c);
+        const auto [texel, fraction] = sorted.texels[begin + static_cast<std::size_t>(k)];
+        const float* s = coordinates.data() + 2 * std::size_t{texel};
+        const std::int64_t pixel = static_cast<std::int64_t>(static_cast<int>(s[1])) * here.width() + static_cast<int>(s[0]);
+        const float* a = here.data() + 3 * pixel;
+        float* color = result.data() + 3 * std::size_t{texel};
+        if (fraction == 0.0f) {
+          std::copy_n(a, 3, color);
+          continue;
         }
+        const float* b = after.data() + 3 * pixel;
+        for (int c = 0; c < 3; ++c) color[c] = (1.0f - fraction) * a[c] + fraction * b[c];
       }
     });
     control.report((f + 1.0) / history.num_frames());

@@ -43,21 +43,31 @@ constexpr std::array<std::pair<const char*, DistanceSource::Edges>, 4> kDistance
      {"ridges", DistanceSource::Edges::Ridges},
      {"valleys", DistanceSource::Edges::Valleys}}};
 
-ControlMap make_distance(const TexelMap& map, const Options& o, const RunControl& control) {
+/// The edges that --distance-from names; None when it names a file. @throws UsageError when it names neither.
+DistanceSource::Edges distance_edges(const Options& o) {
   if (o.distance_from.empty()) {
     throw UsageError("the control `distance` needs --distance-from: boundary, creases, ridges, valleys, a CSV of curves "
                      "or an image");
   }
-  DistanceSource source;
+  std::vector<std::string> names;
   for (const auto& [name, edges] : kDistanceEdges) {
-    if (o.distance_from == name) source.edges = edges;
+    if (o.distance_from == name) return edges;
+    names.emplace_back(name);
   }
   const std::filesystem::path file(o.distance_from);
-  if (source.edges != DistanceSource::Edges::None) return distance_map(map, source, o.distance, control);
   if (file.extension().empty() && !std::filesystem::exists(file)) {
     throw UsageError("--distance-from: found `" + o.distance_from +
-                     "`; expected boundary, creases, ridges, valleys, a CSV of curves or an image");
+                     "`; expected boundary, creases, ridges, valleys, a CSV of curves or an image" +
+                     did_you_mean(o.distance_from, names));
   }
+  return DistanceSource::Edges::None;
+}
+
+ControlMap make_distance(const TexelMap& map, const Options& o, const RunControl& control) {
+  DistanceSource source;
+  source.edges = distance_edges(o);
+  if (source.edges != DistanceSource::Edges::None) return distance_map(map, source, o.distance, control);
+  const std::filesystem::path file(o.distance_from);
   if (file.extension() == ".csv") {
     source.curves = read_curves(file);
   } else {
@@ -155,9 +165,7 @@ const std::vector<std::string>& control_kind_names() {
 std::vector<std::filesystem::path> control_input_files(const std::string& kind, const ControlKindOptions& options) {
   const Entry* const entry = find_kind(kind);
   if (entry == nullptr || entry->file == nullptr || (options.*entry->file).empty()) return {};
-  for (const auto& [name, edges] : kDistanceEdges) {
-    if (entry->file == &Options::distance_from && options.distance_from == name) return {};
-  }
+  if (entry->file == &Options::distance_from && distance_edges(options) != DistanceSource::Edges::None) return {};
   return {options.*entry->file};
 }
 

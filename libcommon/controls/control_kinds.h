@@ -47,7 +47,8 @@ struct ControlKind {
 /// Their names.
 [[nodiscard]] const std::vector<std::string>& control_kind_names();
 
-/// Files that make_control() would read: part of what its result depends on.
+/// Files that make_control() would read: part of what its result depends on. @throws UsageError if an option that should
+/// name a file names nothing.
 [[nodiscard]] std::vector<std::filesystem::path> control_input_files(const std::string& kind,
                                                                      const ControlKindOptions& options);
 

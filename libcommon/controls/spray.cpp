@@ -4,11 +4,13 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <optional>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"
 
 namespace patinate {
@@ -32,7 +34,17 @@ void check_path(const std::vector<SprayStop>& path) {
 }
 
 constexpr double kStrokeStep = 0.1;         ///< Between stops of a stroke, in distances to the aim.
+constexpr double kFarAway = 20.0;           ///< In diagonals.
 constexpr double kMostOfAWay = 500.0;
+
+/// Says when the nozzle is so far away that a unit must be wrong.
+void note_far(ControlMap& out, const std::vector<SprayStop>& path, const Box& box) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const SprayStop& stop : path) nearest = std::min(nearest, (stop.position_mm - box.center()).norm() / box.diagonal());
+  if (nearest < kFarAway) return;
+  out.notes.push_back("control `spray`: the nozzle stays " + short_number_text(rounded(nearest, 2)) +
+                      " times the object's size away; are the path (mm) and the mesh in the same unit?");
+}
 
 /// Says which stops paint nothing.
 void note_useless(ControlMap& out, const std::vector<std::uint8_t>& paints) {
@@ -141,6 +153,7 @@ ControlMap spray_map(const TexelMap& map, const std::vector<SprayStop>& path, co
   }
   ControlMap out = normalized_control(thickness, map, {0.0, high}, "relative");
   note_useless(out, paints);
+  note_far(out, path, bounding_box(map.mesh()));
   control.report(1.0);
   return out;
 }

@@ -43,7 +43,8 @@ struct SprayStroke {
 
 /// Paint on every texel: the sum over stops of dwell * exp(-angle^2 / (2 spread^2)) * max(0, n . l) / d^2, where
 /// `angle` is between the aim and the texel, l the direction to the nozzle, n the shading normal, d the distance; 0
-/// where the surface is in the way. Stops add up. Stops that paint nothing are noted. Range: from 0 to the `full_percent` percentile by area (to the greatest value if
+/// where the surface is in the way. Stops add up. Stops that paint nothing are noted, and a
+/// nozzle that never comes nearer than 20 diagonals. Range: from 0 to the `full_percent` percentile by area (to the greatest value if
 /// that is 0), unit "relative".
 /// @throws InvalidInput if the path is empty or not finite, dwells are negative, an aim equals its position, or no
 /// paint arrives: every stop is behind the surface, or its cone passes the object by more than 4.5 spreads. Cost: one ray for each texel and stop. Same bits for any number of threads.

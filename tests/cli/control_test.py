@@ -36,11 +36,11 @@ class Control(unittest.TestCase):
 
     def test_help_lists_every_kind_on_a_line_of_its_own(self):
         text = subprocess.run([PATINATE, "control", "--help"], capture_output=True, text=True).stdout
-        for kind in ["accessibility", "ray_share", "exposure", "sun", "facing", "height", "spray", "image"]:
+        for kind in ["accessibility", "ray_share", "tangent_sphere", "exposure", "sun", "facing", "height", "distance", "spray", "image"]:
             self.assertRegex(text, re.compile(rf"^  {kind} +\w", re.M))
 
     def test_every_kind_without_input_makes_a_map(self):
-        for kind in ["accessibility", "ray_share", "exposure", "sun", "facing", "height", "spray"]:
+        for kind in ["accessibility", "ray_share", "tangent_sphere", "exposure", "sun", "facing", "height", "spray"]:
             self.run_control(kind)
 
     def test_a_map_that_is_even_is_said(self):
@@ -53,6 +53,21 @@ class Control(unittest.TestCase):
 
     def test_a_missing_panorama_is_named(self):
         self.assertIn("no_sky.exr", self.run_control("exposure", "--sky", "no_sky.exr", code=3))
+
+    def test_distance_asks_from_what(self):
+        self.assertIn("needs --distance-from", self.run_control("distance", code=2))
+        text = self.run_control("distance", "--distance-from", "boundry", code=2)
+        self.assertIn("did you mean `boundary`?", text)
+        self.run_control("!distance", "--distance-from", "boundary")
+
+    def test_strokes_come_from_a_file(self):
+        (self.path / "s.csv").write_text("stroke,x,y,z\na,0,5,9\na,10,5,9\n")
+        self.assertNotIn("control `spray`", self.run_control("spray", "--spray-path", "s.csv"))
+        (self.path / "s.csv").write_text("stroke,x,y,z\na,0,5,9000\n")
+        self.assertIn("in the same unit?", self.run_control("spray", "--spray-path", "s.csv"))
+        (self.path / "s.csv").write_text("stroke,x,y,z,spred\na,0,5,9,1\n")
+        self.assertIn("s.csv: line 1: unknown column `spred`; did you mean `spread`?",
+                      self.run_control("spray", "--spray-path", "s.csv", code=3))
 
 
 if __name__ == "__main__":

@@ -136,6 +136,8 @@ TEST(DistanceMap, NeedsToBeToldFromWhat) {
   ControlKindOptions options;
   options.distance_from = "creses";
   EXPECT_THROW((void)make_control("distance", map, options), UsageError);
+  EXPECT_THROW((void)control_input_files("distance", options), UsageError);
+  options.distance_from = "line.csv";
   EXPECT_EQ(control_input_files("distance", options).size(), 1u);
   options.distance_from = "boundary";
   EXPECT_TRUE(control_input_files("distance", options).empty());

@@ -102,6 +102,9 @@ TEST(SprayMap, SaysWhichStopsPaintNothing) {
   ASSERT_EQ(control.notes.size(), 1u);
   EXPECT_NE(control.notes[0].find("1 of 2 stops paint nothing, the first is stop 2"), std::string::npos);
   EXPECT_TRUE(spray_map(map, {good}).notes.empty());
+  const ControlMap far = spray_map(map, {{.position_mm = {0, 0, 5000}, .aim_mm = {0, 0, 0}}});
+  ASSERT_EQ(far.notes.size(), 1u);
+  EXPECT_NE(far.notes[0].find("the nozzle stays 350 times the object's size away"), std::string::npos) << far.notes[0];
   EXPECT_THROW((void)spray_map(map, {past}), InvalidInput);
 }
 

@@ -11,7 +11,7 @@ foreach(component common capture transfer datasets)
     ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
     FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/patinate")
 endforeach()
-install(TARGETS patinate RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+install(TARGETS patinate patinate-decode RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 
 install(EXPORT patinate NAMESPACE patinate:: FILE patinate-targets.cmake DESTINATION "${patinate_package_dir}")
 configure_package_config_file(cmake/patinate-config.cmake.in "${PROJECT_BINARY_DIR}/patinate-config.cmake"

@@ -7,17 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "capture/ingest/frame_sources.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/color.h"
 #include "libcommon/image/image.h"
 
 namespace patinate {
-
-struct CapturePhoto {
-  double time = 0.0;           ///< In the project's time unit.
-  std::filesystem::path file;
-  bool has_alpha = false;      ///< Transparent pixels are outside the mask.
-};
 
 /// Photographs on a back-light, in register with the frames.
 struct TransmissionPhotos {
@@ -45,8 +40,9 @@ struct CaptureProject {
   std::filesystem::path file;          ///< The project file itself.
   std::string name;
   TimeUnit time_unit = TimeUnit::Seconds;
-  std::string time_source;             ///< "interval", "list", "dates in file names" or "EXIF".
-  Response response;
+  std::string time_source;             ///< As FrameSources says it.
+  Response response;                   ///< Of codes; camera RAW and float images are light already.
+  bool has_raw_frames = false;
   std::vector<CapturePhoto> frames;    ///< Strictly increasing time; excluded ones are left out.
   int photo_width = 0;                 ///< Size of every photograph.
   int photo_height = 0;
@@ -73,7 +69,9 @@ struct CaptureProject {
 [[nodiscard]] ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo);
 /// Linear value from which on a channel of read_whole_photo() is saturated: code 254 of 255; infinity for float images.
 [[nodiscard]] float saturation_level(const CaptureProject& project, const CapturePhoto& photo);
-/// A photograph as the history shows it: linear colour, roi, scale. @throws IoError
+/// A frame as the history shows it: linear colour, roi, scale. @throws IoError
+[[nodiscard]] ImageF read_photo(const CaptureProject& project, const CapturePhoto& photo);
+/// The same of a photograph that is no frame. @throws IoError
 [[nodiscard]] ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file);
 /// What all frames show: the given mask without what is transparent in any frame; empty when everything is inside.
 /// @throws IoError naming the file if nothing is left.

@@ -78,7 +78,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
     throw InvalidInput(project.file.string() +
                        ": a control `progress` is given and another one asked for; rename the given one");
   }
-  for (const CapturePhoto& frame : project.frames) work->photo_keys.push_back(hash_file(frame.file));
+  work->photo_keys = ingest_photo_keys(project);
   JobPlan plan;
   plan.output = output;
   plan.manifest = kHistoryManifestFile;

@@ -1,4 +1,5 @@
 #include <cstdint>
+#include <map>
 
 #include "capture/ingest/ingest_work.h"
 #include "capture/ingest/repair_steps.h"
@@ -35,6 +36,21 @@ void add_options(std::vector<JobDependency>& list, const Options& options) {
 
 }  // namespace
 
+std::vector<std::string> ingest_photo_keys(const CaptureProject& project) {
+  std::map<fs::path, std::string> movies;  // Hashed once.
+  std::vector<std::string> keys;
+  for (const CapturePhoto& frame : project.frames) {
+    if (!frame.stream) {
+      keys.push_back(hash_file(frame.file));
+      continue;
+    }
+    std::string& key = movies[frame.file];
+    if (key.empty()) key = hash_file(frame.file);
+    keys.push_back(ContentHash().add(key).add(std::int64_t{frame.image}).hex());
+  }
+  return keys;
+}
+
 std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
   const CaptureProject& project = work.project;
   ContentHash hash;
@@ -56,7 +72,9 @@ std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
                                   {"roi", roi_text(project.roi)},
                                   {"scale", number_text(project.scale)}};
   for (std::size_t i = 0; i < project.frames.size(); ++i) {
-    const std::string name = name_of(project, project.frames[i].file);
+    const CapturePhoto& frame = project.frames[i];
+    const std::string name =
+        name_of(project, frame.file) + (frame.stream ? ", image " + std::to_string(frame.image) : std::string());
     list.push_back({name, work.photo_keys[i]});
     list.push_back({"time of " + name, number_text(project.frames[i].time)});
   }

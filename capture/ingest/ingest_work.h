@@ -31,6 +31,8 @@ struct IngestWork {
   [[nodiscard]] HistoryManifest manifest() const;
 };
 
+/// Content of every frame's image. @throws IoError
+[[nodiscard]] std::vector<std::string> ingest_photo_keys(const CaptureProject& project);
 /// Key of what frame `index` depends on.
 [[nodiscard]] std::string ingest_frame_key(const IngestWork& work, std::size_t index);
 /// Everything that the history depends on, by name.

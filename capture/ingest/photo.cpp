@@ -49,16 +49,22 @@ ImageF to_history_size(const ImageF& image, const CaptureProject& project, const
                                    std::to_string(project.photo_height) + ", as the frames");
 }
 
-ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo) { return read_color(photo.file, project.response); }
+ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo) {
+  return photo.stream ? color_of(photo.stream->read(photo.image), project.response) : read_color(photo.file, project.response);
+}
 
 float saturation_level(const CaptureProject& project, const CapturePhoto& photo) {
   constexpr float kCode = 253.5f / 255.0f;
-  if (!probe_image(photo.file).is_integer) return std::numeric_limits<float>::infinity();
-  return project.response.linear_from_code(kCode);
+  if (photo.is_raw) return kCode;
+  return photo.has_codes ? project.response.linear_from_code(kCode) : std::numeric_limits<float>::infinity();
 }
 
 ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file) {
   return to_history_size(read_color(file, project.response), project, file);
+}
+
+ImageF read_photo(const CaptureProject& project, const CapturePhoto& photo) {
+  return to_history_size(read_whole_photo(project, photo), project, photo.file);
 }
 
 ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& control) {
@@ -75,7 +81,8 @@ ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& contr
   parallel_for(static_cast<std::int64_t>(project.frames.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
     const CapturePhoto& photo = project.frames[static_cast<std::size_t>(begin)];
     if (!photo.has_alpha) return;
-    const ImageF alpha = to_history_size(read_channels(photo.file, {"A"}), project, photo.file);
+    const ImageF values = photo.stream ? channel_of(photo.stream->read(photo.image), "A") : read_channels(photo.file, {"A"});
+    const ImageF alpha = to_history_size(values, project, photo.file);
     const std::lock_guard lock(mutex);
     keep_inside(alpha, mask);
   });

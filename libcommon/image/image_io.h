@@ -1,5 +1,6 @@
 /// \file
-/// Image files through OpenImageIO. Channels are found by name; equal images give equal bytes (no time stamps).
+/// Image files through OpenImageIO. Channels are found by name; equal images give equal bytes (no time stamps). Camera RAW and
+/// movies are decoded in a process of their own (decoder_process.h).
 #pragma once
 
 #include <filesystem>
@@ -18,7 +19,9 @@ struct ImageInfo {
   int height = 0;
   std::vector<std::string> channels;  ///< As stored, e.g. "R", "G", "B", "A", "source.x".
   bool is_integer = true;             ///< 8 or 16 bit codes; false for half and float.
-  int num_frames = 1;                 ///< Sub-images (animated files, multi-part EXR).
+  bool is_raw = false;                ///< Camera RAW: linear light, no response applies.
+  int num_frames = 1;                 ///< Sub-images (movies, animated files, multi-part EXR).
+  double frame_rate = 0.0;            ///< Frames per second of playback; 0 = the file does not say.
   std::string date_time;              ///< EXIF "YYYY:MM:DD HH:MM:SS" or "".
   std::string key;                    ///< Content key that patinate wrote into the file, or "".
 };

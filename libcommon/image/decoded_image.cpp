@@ -1,0 +1,64 @@
+#include "libcommon/image/decoded_image.h"
+
+#include <algorithm>
+#include <array>
+
+#include "libcommon/core/error.h"
+
+namespace patinate {
+
+namespace {
+
+/// 0-based position of R, G, B, or the first channel three times for gray.
+std::array<int, 3> color_channels(const DecodedImage& image) {
+  const std::array<int, 3> rgb{channel_index(image, "R"), channel_index(image, "G"), channel_index(image, "B")};
+  if (rgb[0] >= 0 && rgb[1] >= 0 && rgb[2] >= 0) return rgb;
+  const int gray = std::max(0, channel_index(image, "Y"));
+  return {gray, gray, gray};
+}
+
+}  // namespace
+
+int channel_index(const DecodedImage& image, const std::string& name) {
+  const auto it = std::find(image.channels.begin(), image.channels.end(), name);
+  return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
+}
+
+ImageF color_of(const DecodedImage& image, const Response& response) {
+  const std::array<int, 3> source = color_channels(image);
+  ImageF color(image.values.width(), image.values.height(), 3);
+  for (int y = 0; y < color.height(); ++y) {
+    for (int x = 0; x < color.width(); ++x) {
+      for (int c = 0; c < 3; ++c) {
+        const float value = image.values.at(x, y, source[static_cast<std::size_t>(c)]);
+        color.at(x, y, c) = image.is_integer ? response.linear_from_code(value) : value;
+      }
+    }
+  }
+  return color;
+}
+
+ImageF channel_of(const DecodedImage& image, const std::string& name) {
+  const int index = channel_index(image, name);
+  if (index < 0) throw InvalidInput("has no channel `" + name + "`");
+  ImageF channel(image.values.width(), image.values.height());
+  for (int y = 0; y < channel.height(); ++y) {
+    for (int x = 0; x < channel.width(); ++x) channel.at(x, y) = image.values.at(x, y, index);
+  }
+  return channel;
+}
+
+ImageF gray_of(const DecodedImage& image) {
+  if (channel_index(image, "Y") >= 0) return channel_of(image, "Y");
+  const std::array<int, 3> color = color_channels(image);
+  ImageF gray(image.values.width(), image.values.height());
+  for (int y = 0; y < gray.height(); ++y) {
+    for (int x = 0; x < gray.width(); ++x) {
+      const auto value = [&](std::size_t c) { return image.values.at(x, y, color[c]); };
+      gray.at(x, y) = color[0] == color[1] ? value(0) : (value(0) + value(1) + value(2)) / 3.0f;
+    }
+  }
+  return gray;
+}
+
+}  // namespace patinate

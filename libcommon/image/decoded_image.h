@@ -1,0 +1,29 @@
+/// \file
+/// An image as its file holds it, and what is made of it. Inside of image input only.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libcommon/image/color.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+/// All channels, colour not multiplied by alpha.
+struct DecodedImage {
+  ImageF values;                      ///< Codes scaled to [0, 1], or the file's values.
+  std::vector<std::string> channels;  ///< As stored, e.g. "R", "G", "B", "A".
+  bool is_integer = true;             ///< Codes, which mean light only through a response; false: values are linear.
+};
+
+/// Position of a channel, -1 if it is not there.
+[[nodiscard]] int channel_index(const DecodedImage& image, const std::string& name);
+/// Colour as 3 linear channels; gray is repeated, alpha dropped. `response` is applied to codes only.
+[[nodiscard]] ImageF color_of(const DecodedImage& image, const Response& response);
+/// One channel. @throws InvalidInput if it is not there.
+[[nodiscard]] ImageF channel_of(const DecodedImage& image, const std::string& name);
+/// "Y", the only channel, or the mean of R, G, B.
+[[nodiscard]] ImageF gray_of(const DecodedImage& image);
+
+}  // namespace patinate

@@ -1,0 +1,64 @@
+/// \file
+/// Decoding of one image file by OpenImageIO, in this process. Inside of image input only.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "libcommon/image/decoded_image.h"
+#include "libcommon/image/image_io.h"
+
+namespace patinate {
+
+inline constexpr int kMaxImageSide = 65536;
+inline constexpr int kMaxImageChannels = 64;
+inline constexpr int kMaxImageFrames = 100'000;
+
+/// Pixels in the type that the file stores, as small as they come.
+struct CodedImage {
+  enum class Type { UInt8, UInt16, Float };
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  Type type = Type::UInt8;
+  int associated_alpha = -1;     ///< Channel that the others are multiplied by; -1 = none.
+  std::vector<std::byte> bytes;  ///< Row by row.
+};
+[[nodiscard]] std::size_t bytes_per_value(CodedImage::Type type);
+/// Codes as values. `info` is that of the file. @throws IoError naming `path` if a value is NaN or infinite.
+[[nodiscard]] DecodedImage decoded(const CodedImage& coded, const ImageInfo& info, const std::filesystem::path& path);
+
+/// An open image file. Frames are cheap to read in order; going back may decode from the first one.
+/// Camera RAW is developed to linear Rec.709 light with the camera's daylight white balance, no automatic exposure, no
+/// rotation, and highlights clipped, so that equal light gives equal values in every frame.
+class ImageDecoder {
+ public:
+  /// @throws IoError if it is missing, empty, no image, or too large.
+  explicit ImageDecoder(std::filesystem::path path);
+  ~ImageDecoder();
+  ImageDecoder(const ImageDecoder&) = delete;
+  ImageDecoder& operator=(const ImageDecoder&) = delete;
+
+  /// What the file says, with one frame.
+  [[nodiscard]] ImageInfo first_info() const;
+  /// The same with the frames counted, which an animated file may have to be decoded for.
+  [[nodiscard]] ImageInfo info();
+  /// @throws IoError if there is no such frame or it is damaged.
+  [[nodiscard]] CodedImage read(int frame);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// OpenImageIO's settings, made once; every use of it calls this first.
+void configure_image_library();
+/// What patinate writes for dates, so that equal images give equal bytes.
+inline constexpr const char* kNoImageDate = "1970:01:01 00:00:00";
+/// Where a content key stands in a file.
+inline constexpr const char* kImageKeyAttribute = "patinate:key";
+inline constexpr const char* kImageKeyDescription = "patinate key ";
+
+}  // namespace patinate

@@ -8,6 +8,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
 
 namespace patinate {
@@ -39,19 +40,46 @@ void check_map_size(const fs::path& file, const CaptureProject& project, bool ma
                                    size_text(project.photo_width, project.photo_height) + ", as the frames");
 }
 
+/// "none", "auto", or [[[x, y] in the photograph, [x, y] in the frames], ...].
+void read_align(const JsonReader& json, TransmissionPhotos& transmission) {
+  if (json.is_array()) {
+    constexpr std::size_t kMaxPairs = 1000;
+    for (const JsonReader& pair : json.elements(kMaxPairs)) {
+      const std::vector<JsonReader> ends = pair.elements(kMaxPairs);
+      if (ends.size() != 2) pair.fail("[[x, y] in the transmission photograph, [x, y] in the frames]");
+      const std::vector<double> from = ends[0].numbers(2, between(-65536, 65536)), to = ends[1].numbers(2, between(-65536, 65536));
+      transmission.points.push_back({{from[0], from[1]}, {to[0], to[1]}});
+    }
+    transmission.align = TransmissionPhotos::Align::Points;
+    try {
+      (void)align_points(transmission.points);
+    } catch (const InvalidInput&) {
+      json.fail("four or more pairs of points, no three of them on a line");
+    }
+    return;
+  }
+  if (!json.is_string()) json.fail("\"none\", \"auto\" or four pairs of points");
+  constexpr std::array<std::string_view, 2> kNames{"none", "auto"};
+  transmission.align = static_cast<TransmissionPhotos::Align>(json.choice(kNames));
+}
+
 TransmissionPhotos read_transmission(JsonReader json, const CaptureProject& project) {
   TransmissionPhotos transmission;
   transmission.photo = json.member("photo").path();
   if (json.has("blank")) transmission.blank = json.member("blank").path();
-  if (json.has("align")) {
-    const JsonReader align = json.member("align");
-    if (!align.is_string() || align.string() != "none") {
-      align.fail("\"none\"; aligning a transmission photograph is not yet supported, so take it from the frames' camera pose");
-    }
-  }
+  if (json.has("align")) read_align(json.member("align"), transmission);
   json.finish();
-  check_map_size(transmission.photo, project, false);
-  if (transmission.blank) check_map_size(*transmission.blank, project, false);
+  if (transmission.align == TransmissionPhotos::Align::None) {
+    check_map_size(transmission.photo, project, false);
+    if (transmission.blank) check_map_size(*transmission.blank, project, false);
+    return transmission;
+  }
+  const ImageInfo photo = probe_image(transmission.photo);
+  const ImageInfo blank = transmission.blank ? probe_image(*transmission.blank) : photo;
+  if (blank.width != photo.width || blank.height != photo.height) {
+    throw IoError(transmission.blank->string(), "is " + size_text(blank.width, blank.height) + " pixels; expected " +
+                                                    size_text(photo.width, photo.height) + ", as the transmission photograph");
+  }
   return transmission;
 }
 

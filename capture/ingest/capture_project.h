@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/alignment/alignment.h"
 #include "capture/ingest/frame_sources.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/color.h"
@@ -14,10 +15,14 @@
 
 namespace patinate {
 
-/// Photographs on a back-light, in register with the frames.
+/// Photographs on a back-light.
 struct TransmissionPhotos {
+  /// How they lie over the frames: taken from the same pose, or to be found by what both show, or by points that are given.
+  enum class Align { None, Auto, Points };
   std::filesystem::path photo;
-  std::optional<std::filesystem::path> blank;  ///< The back-light without the layer.
+  std::optional<std::filesystem::path> blank;  ///< The back-light without the layer, from the pose of `photo`.
+  Align align = Align::None;
+  std::vector<PointPair> points;               ///< For Points: four or more, in `photo` and in the frames.
 };
 
 /// A control map that was measured elsewhere.

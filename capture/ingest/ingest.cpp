@@ -16,15 +16,29 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// Takes what the transmission photograph does not show off the mask: there is no thickness to guide by.
+void keep_reached(const ImageU8& reached, const CaptureProject& project, ImageU8& mask) {
+  if (mask.empty()) mask = ImageU8(project.width(), project.height(), 1, 255);
+  bool is_any_left = false;
+  for (std::int64_t i = 0; i < mask.num_pixels(); ++i) {
+    if (reached.data()[i] == 0) mask.data()[i] = 0;
+    is_any_left = is_any_left || mask.data()[i] != 0;
+  }
+  if (is_any_left) return;
+  throw IoError(project.transmission->photo.string(), "shows nothing of what is inside the mask, as it is aligned");
+}
+
 void join(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   HistoryWriter writer(folder, work.manifest());
   for (std::size_t i = 0; i < work.project.frames.size(); ++i) {
     writer.add_written_frame(static_cast<int>(i), work.project.frames[i].time);
   }
-  const ImageU8 given = read_capture_mask(work.project, control.part(0.0, 0.2));
-  const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.2, 0.5));
+  ImageU8 given = read_capture_mask(work.project, control.part(0.0, 0.15));
+  const TransmissionLight transmission = read_transmission_light(work, folder, control.part(0.15, 0.25));
+  if (!transmission.reached.empty()) keep_reached(transmission.reached, work.project, given);
+  const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.25, 0.5));
   if (!mask.empty()) writer.write_mask(mask);
-  write_ingest_controls(writer, work, folder, mask, control.part(0.5, 1.0));
+  write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.5, 1.0));
   writer.finish();
   control.report(1.0);
 }

@@ -13,6 +13,9 @@
 
 namespace patinate {
 
+/// How a transmission photograph was aligned: `homography` (frames from photograph), `agreeing`, `residual_px`, `correlation`.
+inline constexpr const char* kTransmissionFile = "transmission.json";
+
 /// Settings of plan_ingest() that are not facts about the photographs (those stand in the project).
 struct IngestOptions {
   bool add_progress = false;        ///< Make the `progress` control also beside measured ones.

@@ -1,6 +1,5 @@
 #include "capture/ingest/ingest_work.h"
 #include "libcommon/core/error.h"
-#include "libcommon/image/color.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
@@ -17,25 +16,13 @@ void write_given_control(HistoryWriter& writer, const CaptureProject& project, c
   writer.write_control(given.name, values, static_cast<double>(range.low), static_cast<double>(range.high), given.unit);
 }
 
-/// Brightness of a photograph, H x W x 1.
-ImageF read_light(const CaptureProject& project, const fs::path& file) {
-  const ImageF color = read_photo(project, file);
-  ImageF light(color.width(), color.height());
-  for (int y = 0; y < color.height(); ++y) {
-    for (int x = 0; x < color.width(); ++x) light.at(x, y) = luminance(color.pixel(x, y));
-  }
-  return light;
-}
-
-void write_thickness(HistoryWriter& writer, const IngestWork& work, const ImageU8& mask, const RunControl& control) {
-  const TransmissionPhotos& photos = *work.project.transmission;
-  const ImageF photo = read_light(work.project, photos.photo);
-  const ImageF blank = photos.blank ? read_light(work.project, *photos.blank) : ImageF();
+void write_thickness(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& light, const ImageU8& mask,
+                     const RunControl& control) {
   try {
-    const ThicknessMap map = thickness_from_transmission(photo, blank, mask, work.options.thickness, control);
+    const ThicknessMap map = thickness_from_transmission(light.photo, light.blank, mask, work.options.thickness, control);
     writer.write_control("thickness", map.values, map.low, map.high, "relative");
   } catch (const InvalidInput& e) {
-    throw IoError(photos.photo.string(), e.what());
+    throw IoError(work.project.transmission->photo.string(), e.what());
   }
 }
 
@@ -51,10 +38,10 @@ void write_progress(HistoryWriter& writer, const IngestWork& work, const fs::pat
 
 }  // namespace
 
-void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const fs::path& folder, const ImageU8& mask,
-                           const RunControl& control) {
+void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& transmission,
+                           const fs::path& folder, const ImageU8& mask, const RunControl& control) {
   for (const GivenControl& given : work.project.controls) write_given_control(writer, work.project, given, mask);
-  if (work.project.transmission) write_thickness(writer, work, mask, control.part(0.0, 0.25));
+  if (work.project.transmission) write_thickness(writer, work, transmission, mask, control.part(0.0, 0.25));
   if (work.has_progress) write_progress(writer, work, folder, mask, control.part(0.25, 1.0));
 }
 

@@ -86,6 +86,14 @@ std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
     const TransmissionPhotos& t = *project.transmission;
     list.push_back({"transmission " + name_of(project, t.photo), file_key("transmission", t.photo)});
     if (t.blank) list.push_back({"blank " + name_of(project, *t.blank), file_key("blank", *t.blank)});
+    std::string align = t.align == TransmissionPhotos::Align::None ? "none" : "auto";
+    if (t.align == TransmissionPhotos::Align::Points) {
+      align = "points";
+      for (const PointPair& p : t.points) {
+        for (double v : {p.in_image.x(), p.in_image.y(), p.in_reference.x(), p.in_reference.y()}) align += " " + number_text(v);
+      }
+    }
+    list.push_back({"align", align});
     add_options(list, work.options.thickness);
   }
   if (work.has_progress) {

@@ -37,9 +37,19 @@ struct IngestWork {
 [[nodiscard]] std::string ingest_frame_key(const IngestWork& work, std::size_t index);
 /// Everything that the history depends on, by name.
 [[nodiscard]] std::vector<JobDependency> ingest_dependencies(const IngestWork& work);
+/// Transmission as the history shows it.
+struct TransmissionLight {
+  ImageF photo;     ///< H x W x 1, linear; empty when the project has none.
+  ImageF blank;     ///< H x W x 1; may be empty.
+  ImageU8 reached;  ///< 0 where a photograph from another pose does not reach; empty when it reaches everywhere.
+};
+/// Reads the transmission photographs and brings them into the frames' view; an alignment is written to
+/// `folder / kTransmissionFile`. @throws IoError naming the photograph, and what to give, when it cannot be aligned.
+[[nodiscard]] TransmissionLight read_transmission_light(const IngestWork& work, const std::filesystem::path& folder,
+                                                        const RunControl& control);
 /// Writes every control of the history in `folder`, whose frames are finished.
 /// @param mask  What is inside; may be empty.
-void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder,
-                           const ImageU8& mask, const RunControl& control);
+void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& transmission,
+                           const std::filesystem::path& folder, const ImageU8& mask, const RunControl& control);
 
 }  // namespace patinate

@@ -63,10 +63,6 @@ ImageF read_photo(const CaptureProject& project, const std::filesystem::path& fi
   return to_history_size(read_color(file, project.response), project, file);
 }
 
-ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo) {
-  return photo.stream ? color_of(photo.stream->read(photo.image), project.response) : read_color(photo.file, project.response);
-}
-
 ImageF read_photo(const CaptureProject& project, const CapturePhoto& photo) {
   return to_history_size(read_whole_photo(project, photo), project, photo.file);
 }

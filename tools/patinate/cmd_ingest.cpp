@@ -55,6 +55,16 @@ void note_survey(const SurveyReport& survey, CommandRun& run) {
   }
 }
 
+/// How well a transmission photograph from another pose was aligned.
+void note_alignment(const std::filesystem::path& output, CommandRun& run) {
+  const std::filesystem::path file = output / kTransmissionFile;
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return;
+  const Json json = load_json(file);
+  run.note("transmission photograph aligned: " + std::to_string(json.at("agreeing").get<int>()) + " places agree to " +
+           short_number_text(json.at("residual_px").get<double>()) + " px");
+}
+
 }  // namespace
 
 int cmd_ingest(CommandRun& run) {
@@ -71,6 +81,9 @@ int cmd_ingest(CommandRun& run) {
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
   if (!status) return 0;
   const HistoryReader reader(output);
+  if (project.has_raw_frames) run.note("camera RAW: taken as linear light, with daylight white balance; `response` does not apply to it");
+  if (project.time_source == "frame rate") run.note("times are those of the movie's frame rate: for a time-lapse give `interval`");
+  note_alignment(output, run);
   note_doubtful_controls(reader, run);
   const SurveyReport survey = read_survey_report(reader.folder());
   note_survey(survey, run);

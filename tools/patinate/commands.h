@@ -13,6 +13,7 @@ int cmd_export(CommandRun& run);
 int cmd_help(CommandRun& run);
 int cmd_info(CommandRun& run);
 int cmd_ingest(CommandRun& run);
+int cmd_init(CommandRun& run);
 int cmd_lookup(CommandRun& run);
 int cmd_render(CommandRun& run);
 int cmd_synth(CommandRun& run);

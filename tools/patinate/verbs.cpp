@@ -10,6 +10,7 @@ namespace patinate {
 namespace {
 
 constexpr std::array kVerbs{
+    Verb{"init", "Drafts a capture project from a folder of photographs.", cmd_init},
     Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},

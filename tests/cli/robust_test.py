@@ -2,7 +2,7 @@
 """Damaged files of every kind through the command line: exit code 0 or 3, one line for each problem, never a crash.
 Usage: robust_test.py PATINATE [--all] [unittest arguments]
 
-Files of ours are cut off at many lengths and get bits flipped; --all takes more of them, and every mesh of PATINATE_DATA/robustness_assimp.
+Files of ours are cut off at many lengths and get bits flipped; --all takes more of them, and every mesh of PATINATE_DATA/meshes/robustness_assimp.
 The readers are fuzzed besides (tests/fuzz).
 """
 import os
@@ -113,10 +113,10 @@ class Damaged(unittest.TestCase):
         for verb in (["info", "scan.pcd"], ["control", "scan.pcd", "--kind", "facing", "-o", "x.exr"]):
             self.survives("pcd", *verb)
 
-    @unittest.skipUnless((DATA / "robustness_assimp").is_dir(), "PATINATE_DATA has no robustness_assimp")
+    @unittest.skipUnless((DATA / "meshes/robustness_assimp").is_dir(), "PATINATE_DATA has no meshes/robustness_assimp")
     def test_files_made_to_break_readers(self):
-        files = sorted(p for p in (DATA / "robustness_assimp").rglob("*") if p.is_file() and (ALL or p.suffix.lower() in MESHES))
-        for file in files if ALL else files[::4]:
+        files = sorted(p for p in (DATA / "meshes/robustness_assimp").rglob("*") if p.is_file() and (ALL or p.suffix.lower() in MESHES))
+        for file in files:
             self.survives(file.name, "info", file)
             if file.suffix.lower() in MESHES:
                 self.survives(file.name, "control", file, "--kind", "facing", "--resolution", "16", "-o", "x.exr", "--force")

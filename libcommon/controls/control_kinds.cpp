@@ -184,9 +184,11 @@ ControlMap make_control(const std::string& kind, const TexelMap& map, const Cont
 }
 
 ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map) {
-  const ImageF image = read_gray(path);
+  std::vector<ImageF> images;
+  for (const auto& file : tile_map_files(path, map.sheet().names)) images.push_back(read_gray(file));
+  const bool is_alone = images.size() == 1 && map.sheet().num_tiles() == 1;
   try {
-    ControlMap made = image_map(map, image);
+    ControlMap made = image_map(map, is_alone ? images.front() : lay_over_tiles(map.sheet(), images));
     note_if_even(made, map.coverage(), path.filename().string());
     return made;
   } catch (const IoError&) {

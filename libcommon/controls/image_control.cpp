@@ -4,23 +4,32 @@
 #include <cmath>
 
 #include "libcommon/core/error.h"
+#include "libcommon/image/filters.h"
 
 namespace patinate {
 
-namespace {
-
-/// Bilinear value at pixel coordinates; the border is repeated.
-float sample(const ImageF& image, double x, double y) {
-  const double cx = std::clamp(x, 0.0, image.width() - 1.0), cy = std::clamp(y, 0.0, image.height() - 1.0);
-  const int x0 = static_cast<int>(cx), y0 = static_cast<int>(cy);
-  const int x1 = std::min(x0 + 1, image.width() - 1), y1 = std::min(y0 + 1, image.height() - 1);
-  const auto fx = static_cast<float>(cx - x0), fy = static_cast<float>(cy - y0);
-  const float top = (1 - fx) * image.at(x0, y0) + fx * image.at(x1, y0);
-  const float bottom = (1 - fx) * image.at(x0, y1) + fx * image.at(x1, y1);
-  return (1 - fy) * top + fy * bottom;
+ImageF lay_over_tiles(const Sheet& sheet, std::span<const ImageF> images) {
+  const auto count = static_cast<std::size_t>(sheet.num_tiles());
+  if (images.size() != 1 && images.size() != count) throw InvalidInput("image control: one image, or one per tile, is needed");
+  for (const ImageF& image : images) {
+    if (image.empty() || image.channels() != 1) throw InvalidInput("image control: an image of one channel is needed");
+  }
+  ImageF laid(sheet.width(), sheet.height());
+  for (std::size_t i = 0; i < count; ++i) {
+    const ImageF& image = images.size() == 1 ? images.front() : images[i];
+    paste_tile(laid, sheet, static_cast<int>(i), resize_bilinear(image, sheet.tile_width, sheet.tile_height));
+  }
+  return laid;
 }
 
-}  // namespace
+std::vector<std::filesystem::path> tile_map_files(const std::filesystem::path& path, const std::vector<std::string>& tile_names) {
+  std::error_code error;
+  const bool has_place = path.filename().string().find("<UDIM>") != std::string::npos;
+  if (!has_place && (tile_names.size() == 1 || std::filesystem::exists(path, error))) return {path};
+  std::vector<std::filesystem::path> files;
+  for (const std::string& name : tile_names) files.push_back(tile_path(path, name));
+  return files;
+}
 
 ControlMap image_map(const TexelMap& map, const ImageF& image) {
   if (image.empty() || image.channels() != 1) throw InvalidInput("image control: an image of one channel is needed");
@@ -34,16 +43,7 @@ ControlMap image_map(const TexelMap& map, const ImageF& image) {
     range = {static_cast<double>(*least), static_cast<double>(*greatest)};
     if (!(range.high > range.low)) range.high = range.low + 1.0;
   }
-  ImageF laid = image;
-  if (image.width() != map.width() || image.height() != map.height()) {
-    laid = ImageF(map.width(), map.height());
-    const double sx = static_cast<double>(image.width()) / map.width(),
-                 sy = static_cast<double>(image.height()) / map.height();
-    for (int y = 0; y < map.height(); ++y) {
-      for (int x = 0; x < map.width(); ++x) laid.at(x, y) = sample(image, (x + 0.5) * sx - 0.5, (y + 0.5) * sy - 0.5);
-    }
-  }
-  return normalized_control(laid, map, range, "relative");
+  return normalized_control(resize_bilinear(image, map.width(), map.height()), map, range, "relative");
 }
 
 }  // namespace patinate

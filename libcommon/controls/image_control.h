@@ -2,6 +2,12 @@
 /// A painted image as control map.
 #pragma once
 
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libcommon/atlas/sheet.h"
 #include "libcommon/controls/control_map.h"
 
 namespace patinate {
@@ -12,5 +18,12 @@ namespace patinate {
 /// @param image  h x w x 1, finite.
 /// @throws InvalidInput if it is empty, has several channels, or holds NaN or infinity.
 [[nodiscard]] ControlMap image_map(const TexelMap& map, const ImageF& image);
+
+/// Images laid over the tiles of a sheet, bilinear when their size differs: one for all of them, or one each.
+/// @param images  h x w x 1. @throws InvalidInput if one is empty, has several channels, or their number is another.
+[[nodiscard]] ImageF lay_over_tiles(const Sheet& sheet, std::span<const ImageF> images);
+
+/// The files that stand for a map over tiles: `path` itself if it is there and its name has no `<UDIM>`, else one a tile, as tile_path() names them.
+[[nodiscard]] std::vector<std::filesystem::path> tile_map_files(const std::filesystem::path& path, const std::vector<std::string>& tile_names);
 
 }  // namespace patinate

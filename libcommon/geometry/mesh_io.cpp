@@ -4,6 +4,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
@@ -12,6 +13,8 @@
 namespace patinate {
 
 namespace {
+
+const std::string kObjBegin = "# patinate";
 
 template <class Number>
 void append(std::string& text, Number value) {
@@ -67,10 +70,10 @@ Mesh read_mesh(const std::filesystem::path& path) {
   return extension == ".obj" ? read_obj(path) : read_ply(path);
 }
 
-void write_obj(const std::filesystem::path& path, const Mesh& mesh) {
+void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::string& key) {
   const bool has_uvs = mesh.has_uvs();
   const bool has_normals = !mesh.triangles.empty() && mesh.normal_triangles.size() == mesh.triangles.size();
-  std::string text = "# patinate\n";
+  std::string text = kObjBegin + (key.empty() ? "" : " " + key) + "\n";
   append_vectors(text, "v", mesh.positions);
   if (has_uvs) append_vectors(text, "vt", mesh.uvs);
   if (has_normals) append_vectors(text, "vn", mesh.normals);
@@ -96,6 +99,16 @@ void write_obj(const std::filesystem::path& path, const Mesh& mesh) {
     text += '\n';
   }
   write_atomically(path, text);
+}
+
+std::string read_obj_key(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line(128, '\0');
+  file.read(line.data(), static_cast<std::streamsize>(line.size()));
+  line.resize(static_cast<std::size_t>(file.gcount()));
+  line.resize(std::min(line.size(), line.find('\n')));
+  if (line.compare(0, kObjBegin.size() + 1, kObjBegin + " ") != 0) return "";
+  return line.substr(kObjBegin.size() + 1);
 }
 
 }  // namespace patinate

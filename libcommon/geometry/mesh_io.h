@@ -15,7 +15,10 @@ namespace patinate {
 /// @throws IoError if it is missing, truncated, malformed, has no faces (a point cloud says so), or a NaN or index out of range.
 [[nodiscard]] Mesh read_mesh(const std::filesystem::path& path);
 
-/// OBJ with positions, UVs and normals; numbers read back exactly; no date. @throws CannotComplete
-void write_obj(const std::filesystem::path& path, const Mesh& mesh);
+/// OBJ with positions, UVs and normals; numbers read back exactly; no date.
+/// @param key  Content key, kept in a comment; "" = none. @throws CannotComplete
+void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::string& key = "");
+/// The content key in an OBJ that write_obj() made; "" if there is none, or no such file.
+[[nodiscard]] std::string read_obj_key(const std::filesystem::path& path);
 
 }  // namespace patinate

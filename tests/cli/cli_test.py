@@ -261,9 +261,6 @@ class Meshes(CommandCase):
         self.refused(self.TRIANGLE)
         self.refused("")
 
-    def test_without_uvs(self):
-        self.refused(self.TRIANGLE + "f 1 2 3\n")
-
     def test_with_nan(self):
         self.refused(self.TRIANGLE.replace("v 1", "v nan") + self.UVS + "f 1/1 2/2 3/3\n")
         self.refused(self.TRIANGLE + self.UVS.replace("vt 1", "vt nan") + "f 1/1 2/2 3/3\n")

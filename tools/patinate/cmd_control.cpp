@@ -3,14 +3,17 @@
 
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/control_kinds.h"
+#include "libcommon/controls/image_control.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/mesh_source.h"
 #include "tools/patinate/output_file.h"
+#include "tools/patinate/tile_files.h"
 
 namespace patinate {
 
@@ -31,18 +34,23 @@ bool is_kind(const std::string& kind) {
 }
 
 /// Everything that the map depends on.
-std::string control_key(const std::string& kind, const Mesh& mesh_mm, const ControlCommandOptions& options) {
+std::string control_key(const std::string& kind, const AtlasMesh& atlas_mm, const ControlCommandOptions& options) {
   ContentHash hash;
-  hash.add("control 1").add(kind).add(mesh_content_key(mesh_mm));
+  hash.add("control 2").add(kind).add(mesh_content_key(atlas_mm.mesh));
+  const std::vector<std::string> tiles = atlas_mm.tile_names();
+  for (const std::string& name : tiles) hash.add(name);
   for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);
+  const auto add_files = [&](const std::filesystem::path& path) {
+    for (const auto& file : tile_map_files(path, tiles)) hash.add_file(file);
+  };
   if (is_kind(kind)) {
-    for (const auto& file : control_input_files(kind, options.kinds)) hash.add_file(file);
+    for (const auto& file : control_input_files(kind, options.kinds)) add_files(file);
   } else {
     const ControlExpression expression(kind, control_kind_names());
     for (const ControlName& name : expression.names()) {
-      if (name.is_file) hash.add_file(name.text);
+      if (name.is_file) add_files(name.text);
       if (name.is_file) continue;
-      for (const auto& file : control_input_files(name.text, options.kinds)) hash.add_file(file);
+      for (const auto& file : control_input_files(name.text, options.kinds)) add_files(file);
     }
   }
   return hash.hex();
@@ -51,6 +59,20 @@ std::string control_key(const std::string& kind, const Mesh& mesh_mm, const Cont
 /// glTF is in metres by its standard; other files are taken as mm unless --unit says otherwise.
 double mm_per_mesh_unit(const MeshSource& source) {
   return mm_per_unit(source.unit_or_none().value_or("mm"));
+}
+
+/// Where the mesh goes whose UVs were made for a map.
+std::filesystem::path unwrapped_file(const std::filesystem::path& map_file) {
+  return std::filesystem::path(map_file).replace_extension(".obj");
+}
+
+/// Whether the maps, and the mesh beside an unwrapped one, are to be made.
+std::optional<JobStatus> check_outputs(CommandRun& run, const std::vector<std::filesystem::path>& files, const AtlasMesh& atlas, const std::string& key) {
+  const std::optional<JobStatus> status = check_tile_files(run, files, key);
+  if (!status || !atlas.is_unwrapped) return status;
+  const std::filesystem::path mesh = unwrapped_file(files.front());
+  const JobStatus mesh_status = check_output_file(mesh, read_obj_key(mesh), key, run.job_options());
+  return *status == JobStatus::UpToDate ? mesh_status : *status;
 }
 
 }  // namespace
@@ -76,28 +98,35 @@ int cmd_control(CommandRun& run) {
   require_extension(output, {".exr"});
   (void)ControlExpression(kind, control_kind_names());  // A typo is said before work starts.
 
-  Mesh mesh = load_mesh(mesh_source);
-  scale_mesh(mesh, mm_per_mesh_unit(mesh_source));
-  const std::string key = control_key(kind, mesh, options);
-  const std::optional<JobStatus> status = run.check_file(output, image_file_key(output), key);
+  Mesh mesh = load_mesh(mesh_source, run);
+  AtlasMesh atlas = make_atlas(mesh_source, std::move(mesh), options.atlas, run.control("atlas"));
+  note_atlas(mesh_source, atlas, run);
+  scale_mesh(atlas.mesh, mm_per_mesh_unit(mesh_source));
+  const std::string key = control_key(kind, atlas, options);
+  const std::vector<std::filesystem::path> files = tile_files(output, atlas.tile_names());
+  const std::optional<JobStatus> status = check_outputs(run, files, atlas, key);
   if (!status) return 0;
   if (status == JobStatus::UpToDate) {
-    run.report_output(*status, output);
+    report_tile_files(run, *status, output, files, Json::object());
     return 0;
   }
   const RunControl control = run.control("control");
-  const TexelMap map = make_texel_map(mesh_source.path, mesh, options.atlas, control.part(0.0, 0.2));
+  const TexelMap map = make_texel_map(mesh_source, atlas, options.atlas.resolution, control.part(0.0, 0.2));
   const ControlMap result = is_kind(kind) ? make_control(kind, map, options.kinds, control.part(0.2, 1.0))
                                           : make_control_expression(kind, map, options.kinds, control.part(0.2, 1.0));
-  write_exr(output, result.values, {"Y"}, ExrDepth::Float, key);
-  if (map.num_overlapping() > 0) {
-    run.note(mesh_source.path.string() + ": the UVs of " + std::to_string(map.num_overlapping()) +
-             " texels overlap; choose a surface with --node or --material");
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    write_exr(files[i], cut_tile(result.values, map.sheet(), static_cast<int>(i)), {"Y"}, ExrDepth::Float, key);
+  }
+  if (atlas.is_unwrapped) {
+    scale_mesh(atlas.mesh, 1.0 / mm_per_mesh_unit(mesh_source));
+    write_obj(unwrapped_file(files.front()), atlas.mesh, key);
+    run.note(unwrapped_file(files.front()).string() + ": the mesh with the UVs that the map belongs to");
   }
   for (const std::string& note : result.notes) run.note(note);
   run.detail("0 stands for " + number_text(result.low) + ", 1 for " + number_text(result.high) + " " + result.unit);
-  run.report_output(*status, output,
-                    Json{{"range", {result.low, result.high}}, {"unit", result.unit}, {"covered", map.num_covered()}});
+  Json more{{"range", {result.low, result.high}}, {"unit", result.unit}, {"covered", map.num_covered()}};
+  if (atlas.is_unwrapped) more["mesh"] = unwrapped_file(files.front()).string();
+  report_tile_files(run, *status, output, files, std::move(more));
   return 0;
 }
 

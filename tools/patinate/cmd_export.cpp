@@ -68,13 +68,19 @@ int export_glb(CommandRun& run, const TransferReader& transfer, const std::files
   return 0;
 }
 
-/// A folder of one image per time and `sequence.json`.
-int export_sequence(CommandRun& run, const std::string& source_key, const HistoryManifest& history,
-                    const std::filesystem::path& output, const std::vector<double>& times, const SequenceFormat& format,
-                    const std::function<ImageF(double, const RunControl&)>& sample) {
+/// What a sequence is made of.
+struct SequenceSource {
+  std::string key;
+  std::vector<std::string> tile_names;
+  std::function<std::vector<ImageF>(double, const RunControl&)> sample;  ///< An image per tile.
+};
+
+/// A folder of one image per time (and tile), and `sequence.json`.
+int export_sequence(CommandRun& run, const SequenceSource& source, const HistoryManifest& history,
+                    const std::filesystem::path& output, const std::vector<double>& times, const SequenceFormat& format) {
   const std::string extension(kFormatNames[static_cast<std::size_t>(format.kind)]);
   JobInputs inputs("export sequence", 1);
-  inputs.add_content("source", "what is exported", source_key).add_value("--format", extension);
+  inputs.add_content("source", "what is exported", source.key).add_value("--format", extension);
   for (double t : times) inputs.add_value("time " + number_text(t), "an image");
   JobPlan plan;
   plan.output = output;
@@ -85,16 +91,23 @@ int export_sequence(CommandRun& run, const std::string& source_key, const Histor
   for (std::size_t i = 0; i < times.size(); ++i) {
     std::string number = std::to_string(i);
     number.insert(0, 5 - std::min<std::size_t>(5, number.size()), '0');
-    const std::string file = number + "." + extension;
-    files.push_back(Json{{"time", times[i]}, {"file", file}});
+    std::vector<std::filesystem::path> outputs;
+    for (const std::string& tile : source.tile_names) outputs.push_back(tile_path(number + "." + extension, tile));
+    if (outputs.size() == 1) {
+      files.push_back(Json{{"time", times[i]}, {"file", outputs[0].string()}});
+    } else {
+      files.push_back(Json{{"time", times[i]}, {"files", Json::object()}});
+      for (std::size_t k = 0; k < outputs.size(); ++k) files.back()["files"][source.tile_names[k]] = outputs[k].string();
+    }
     plan.items.push_back({.name = number,
-                          .outputs = {file},
-                          .run = [&sample, t = times[i], file](const std::filesystem::path& folder, const RunControl& control) {
+                          .outputs = outputs,
+                          .run = [&source, t = times[i], outputs](const std::filesystem::path& folder, const RunControl& control) {
                             RunControl silent = control;
                             silent.on_progress = {};
-                            write_color(folder / file, sample(t, silent));
+                            const std::vector<ImageF> tiles = source.sample(t, silent);
+                            for (std::size_t k = 0; k < tiles.size(); ++k) write_color(folder / outputs[k], tiles[k]);
                           },
-                          .key = ContentHash().add("export image 1").add(source_key).add(extension).add(times[i]).hex()});
+                          .key = ContentHash().add("export image 1").add(source.key).add(extension).add(times[i]).hex()});
   }
   plan.join = [&, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
     save_json(folder / "sequence.json", Json{{"time_unit", time_unit_text(history.time_unit)}, {"images", files}, {"key", key}});
@@ -136,8 +149,9 @@ int cmd_export(CommandRun& run) {
                                  [&](double t, const RunControl& control) { return transfer.sample(t, control); }};
       return make_series(run, output, series, movie);
     }
-    return export_sequence(run, transfer.manifest().key, history, output, times.resolve(run, history, 0), format,
-                           [&](double t, const RunControl& control) { return transfer.sample(t, control); });
+    const SequenceSource source{transfer.manifest().key, transfer.sheet().names,
+                                [&](double t, const RunControl& control) { return transfer.sample_tiles(t, control); }};
+    return export_sequence(run, source, history, output, times.resolve(run, history, 0), format);
   }
   if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer or history");
   const HistoryReader history(subject);
@@ -147,9 +161,8 @@ int cmd_export(CommandRun& run) {
                                [&](double t, const RunControl&) { return history.sample(t); }};
     return make_series(run, output, series, movie);
   }
-  return export_sequence(run, history_content_key(history), history.manifest(), output,
-                         times.resolve(run, history.manifest(), 0), format,
-                         [&](double t, const RunControl&) { return history.sample(t); });
+  const SequenceSource source{history_content_key(history), {""}, [&](double t, const RunControl&) { return std::vector<ImageF>{history.sample(t)}; }};
+  return export_sequence(run, source, history.manifest(), output, times.resolve(run, history.manifest(), 0), format);
 }
 
 }  // namespace patinate

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/ingest/capture_project.h"
+#include "libcommon/atlas/uv_layout.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/topology.h"
@@ -119,7 +120,12 @@ Facts mesh_facts(const std::filesystem::path& path) {
   Facts facts("mesh");
   facts.add("positions", static_cast<std::int64_t>(mesh.positions.size()));
   facts.add("triangles", mesh.num_triangles());
-  facts.add("uvs", mesh.has_uvs(), mesh.has_uvs() ? "yes" : "no");
+  const UvLayout layout = find_uv_layout(mesh);
+  std::string tiles;
+  for (const AtlasTile& tile : layout.tiles) tiles += (tiles.empty() ? "" : ", ") + tile.name;
+  facts.add("uvs", mesh.has_uvs(),
+            !layout.problem.empty() ? layout.problem + ": --atlas auto unwraps" : tiles.empty() ? "one square" : "tiles " + tiles);
+  facts.add("uv_overlap", layout.overlap_share, mesh.has_uvs() ? short_number_text(rounded(100.0 * layout.overlap_share, 3)) + " %" : "");
   const MeshTopology topology = mesh_topology(mesh);
   facts.add("parts", topology.num_parts);
   facts.add("boundary_loops", topology.num_boundary_loops, topology.is_closed() ? "none: closed" : std::to_string(topology.num_boundary_loops));

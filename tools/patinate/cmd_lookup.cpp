@@ -4,6 +4,7 @@
 #include "libcommon/atlas/texel_map.h"
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/control_kinds.h"
+#include "libcommon/controls/image_control.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -120,7 +121,8 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const Transfe
   hash.add("time map").add(command.time_map);
   for (double t : command.times.times) hash.add(t);
   for (const ControlName& name : expression.names()) {
-    if (name.is_file) hash.add_file(name.text);
+    if (!name.is_file) continue;
+    for (const auto& file : tile_map_files(name.text, transfer.sheet().names)) hash.add_file(file);
   }
   const std::vector<Texture> textures{{0.0, tile_files(command.output, transfer.sheet().names), hash.hex()}};
   const auto todo = unfinished(run, textures);

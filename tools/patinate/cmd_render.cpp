@@ -3,11 +3,15 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/atlas/dilate.h"
+#include "libcommon/atlas/atlas_mesh.h"
 #include "libcommon/atlas/texel_map.h"
+#include "libcommon/atlas/uv_layout.h"
+#include "libcommon/controls/image_control.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
+#include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/render.h"
@@ -115,18 +119,44 @@ int render_history(CommandRun& run, const RenderCommand& command) {
   });
 }
 
+/// The textures of all tiles in one sheet, gutters filled: what lies beside the charts must not bleed into them.
+ImageF sheet_texture(const AtlasMesh& atlas, const std::vector<std::filesystem::path>& files, Mesh& mesh_over_sheet) {
+  std::vector<ImageF> textures;
+  for (const auto& file : files) textures.push_back(read_color(file));
+  if (atlas.tiles.size() == 1) {
+    mesh_over_sheet = unit_square_mesh(atlas);
+    dilate(textures.front(), TexelMap(mesh_over_sheet, textures.front().width(), textures.front().height()).coverage(), -1);
+    return std::move(textures.front());
+  }
+  int side = 1;
+  for (const ImageF& texture : textures) side = std::max({side, texture.width(), texture.height()});
+  const Sheet sheet = make_sheet(atlas.tile_names(), side);
+  mesh_over_sheet = sheet_mesh(atlas, sheet);
+  const ImageU8 coverage = TexelMap(mesh_over_sheet, sheet).coverage();
+  ImageF texture(sheet.width(), sheet.height(), 3);
+  for (int i = 0; i < sheet.num_tiles(); ++i) {
+    ImageF tile = resize_bilinear(textures[textures.size() == 1 ? 0 : static_cast<std::size_t>(i)], side, side);
+    dilate(tile, cut_tile(coverage, sheet, i), -1);
+    paste_tile(texture, sheet, i, tile);
+  }
+  return texture;
+}
+
 int render_mesh(CommandRun& run, const RenderCommand& command) {
   if (is_series(command.output)) throw UsageError("-o: a mesh with a texture does not age; give a transfer");
   if (command.texture.empty()) throw UsageError("--texture: is missing; a mesh is rendered with an image");
   const Mesh mesh = read_mesh(command.subject);
-  if (!mesh.has_uvs()) throw InvalidInput(command.subject.string() + ": has no UVs; unwrap it first");
-  const std::string key =
-      begin_key(command, {}).add(mesh_content_key(mesh)).add_file(command.texture).hex();
-  return finish(run, command, key, [&] {
-    ImageF texture = read_color(command.texture);
-    // What lies beside the charts must not bleed into them.
-    dilate(texture, TexelMap(mesh, texture.width(), texture.height()).coverage(), -1);
-    return render(mesh, texture, command.options, run.control("render"));
+  UvLayout layout = find_uv_layout(mesh);
+  if (layout.tiles.empty()) throw IoError(command.subject.string(), layout.problem + "; a texture needs UVs in [0, 1] or in tiles");
+  const AtlasMesh atlas = atlas_mesh_of(mesh, std::move(layout));
+  const std::vector<std::filesystem::path> files = tile_map_files(command.texture, atlas.tile_names());
+  ContentHash hash = begin_key(command, {});
+  hash.add(mesh_content_key(mesh));
+  for (const auto& file : files) hash.add_file(file);
+  return finish(run, command, hash.hex(), [&] {
+    Mesh over_sheet;
+    const ImageF texture = sheet_texture(atlas, files, over_sheet);
+    return render(over_sheet, texture, command.options, run.control("render"));
   });
 }
 
@@ -137,7 +167,7 @@ int cmd_render(CommandRun& run) {
   run.line.positional("SUBJECT", "A transfer, a history, or a mesh with --texture", command.subject);
   run.line.output("PICTURE", "Image to make: .png, .jpg, .tif or .exr; of a transfer also a movie (.mp4, .webm, .gif) or images aged_%04d.png", command.output);
   command.times.declare(run.line);
-  run.line.option("texture", "IMAGE", "Colour of a mesh", command.texture);
+  run.line.option("texture", "IMAGE", "Colour of a mesh; with UDIM tiles or several materials one file each: tex.<UDIM>.png", command.texture);
   run.line.options(command.options);
   run.line.options(command.movie);
   run.line.options(command.turn);

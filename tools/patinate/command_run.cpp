@@ -71,8 +71,11 @@ RunControl CommandRun::control(const std::string& label) {
   control.stop = stop_;
   control.num_threads = line.common().threads;
   if (!line.common().quiet) {
-    progress_ = std::make_unique<ProgressLine>(label);
-    control.on_progress = [p = progress_.get()](double f) { p->show(f); };
+    progress_ = std::make_shared<ProgressLine>(label);
+    // A note or the next label ends the line, which work under this one may outlive.
+    control.on_progress = [line_shown = std::weak_ptr(progress_)](double f) {
+      if (const auto p = line_shown.lock()) p->show(f);
+    };
   }
   return control;
 }

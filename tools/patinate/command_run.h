@@ -79,7 +79,7 @@ class CommandRun {
   std::stop_token stop_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   bool is_only_declared_ = false;
-  std::unique_ptr<ProgressLine> progress_;
+  std::shared_ptr<ProgressLine> progress_;
   std::vector<std::string> unknown_variables_;
   std::string stage_;  ///< Label of the part of the work that goes on; "" = none.
   double stage_begin_ = 0.0;

@@ -8,26 +8,23 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
+#include "libcommon/geometry/mesh_repair.h"
 
 namespace patinate {
 
 namespace {
 constexpr std::array<std::pair<std::string_view, double>, 4> kUnits{{{"um", 0.001}, {"mm", 1.0}, {"cm", 10.0}, {"m", 1000.0}}};
 
-/// UVs that lean over the edge of the atlas by up to a quarter are scaled into it; what is farther out is tiled, and refused later.
-void fit_uvs(Mesh& mesh) {
-  constexpr double kSlack = 0.01, kMost = 0.25;
-  Vec2 low(0.0, 0.0), high(1.0, 1.0);
-  for (const Triangle& corners : mesh.uv_triangles) {
-    for (int corner : corners) {
-      low = low.cwiseMin(mesh.uvs[static_cast<std::size_t>(corner)]);
-      high = high.cwiseMax(mesh.uvs[static_cast<std::size_t>(corner)]);
-    }
+/// What is wrong with the mesh, with its file's name in front.
+template <class Make>
+auto naming_file(const MeshSource& source, Make&& make) {
+  try {
+    return make();
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(source.path.string(), e.what());
   }
-  const bool leans = low.minCoeff() < -kSlack || high.maxCoeff() > 1.0 + kSlack;
-  if (!leans || low.minCoeff() < -kMost || high.maxCoeff() > 1.0 + kMost) return;
-  const double scale = 1.0 / (high - low).maxCoeff();
-  for (Vec2& uv : mesh.uvs) uv = (uv - low) * scale;
 }
 
 }  // namespace
@@ -41,25 +38,22 @@ std::optional<std::string> MeshSource::unit_or_none() const {
 }
 
 void declare_mesh(CommandLine& line, MeshSource& source) {
-  line.positional("MESH", "OBJ, PLY, glTF or GLB with UVs", source.path);
+  line.positional("MESH", "OBJ, PLY, glTF or GLB", source.path);
   line.option("unit", "um|mm|cm|m", "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative", source.unit);
   line.suggestions({"um", "mm", "cm", "m"});
   line.option("node", "NAME", "Only the surfaces of this node", source.node);
   line.option("material", "NAME", "Only the surfaces of this material", source.material);
 }
 
-Mesh load_mesh(const MeshSource& source) {
+Mesh load_mesh(const MeshSource& source, CommandRun& run) {
   (void)source.unit_or_none();
-  Mesh mesh = read_mesh(source.path);
-  if (!source.node.empty() || !source.material.empty()) {
-    try {
-      mesh = select_surfaces(mesh, source.node, source.material);
-    } catch (const InvalidInput& e) {
-      throw IoError(source.path.string(), e.what());
-    }
-  }
-  fit_uvs(mesh);
-  return with_normals(std::move(mesh));
+  return naming_file(source, [&] {
+    Mesh mesh = read_mesh(source.path);
+    if (!source.node.empty() || !source.material.empty()) mesh = select_surfaces(mesh, source.node, source.material);
+    RepairedMesh repaired = repair_mesh(std::move(mesh));
+    if (const std::string text = repaired.repairs.text(); !text.empty()) run.note(source.path.string() + ": " + text);
+    return with_normals(std::move(repaired.mesh));
+  });
 }
 
 double mm_per_unit(const std::string& unit) {
@@ -69,15 +63,21 @@ double mm_per_unit(const std::string& unit) {
 }
 
 void describe(OptionVisitor& v, AtlasOptions& o) {
-  v.visit({"resolution", "Texels along each side of the atlas", "", between(16, 16384)}, o.resolution);
+  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", between(16, 16384)}, o.resolution);
+  v.visit_choice({"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: always"}, o.method,
+                 kAtlasMethodNames);
 }
 
-TexelMap make_texel_map(const std::filesystem::path& path, const Mesh& mesh, const AtlasOptions& atlas, const RunControl& control) {
-  try {
-    return TexelMap(mesh, atlas.resolution, atlas.resolution, control);
-  } catch (const InvalidInput& e) {
-    throw IoError(path.string(), e.what());
-  }
+AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control) {
+  return naming_file(source, [&] { return make_atlas_mesh(std::move(mesh), options.method, options.resolution, control); });
+}
+
+void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run) {
+  for (const std::string& note : atlas.notes) run.note(source.path.string() + ": " + note);
+}
+
+TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution, const RunControl& control) {
+  return naming_file(source, [&] { return make_texel_map(atlas, resolution, control); });
 }
 
 }  // namespace patinate

@@ -6,9 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "libcommon/atlas/atlas_choice.h"
 #include "libcommon/atlas/texel_map.h"
 #include "libcommon/geometry/mesh.h"
-#include "tools/patinate/command_line.h"
+#include "tools/patinate/command_run.h"
 
 namespace patinate {
 
@@ -23,17 +24,22 @@ struct MeshSource {
 
 /// Declares MESH, --unit, --node and --material.
 void declare_mesh(CommandLine& line, MeshSource& source);
-/// The chosen surfaces, with normals, in the file's unit. UVs that leave [0, 1] by up to a quarter are scaled into it. @throws IoError
-[[nodiscard]] Mesh load_mesh(const MeshSource& source);
+/// The chosen surfaces, mended (a note says what), with normals, in the file's unit. @throws IoError
+[[nodiscard]] Mesh load_mesh(const MeshSource& source, CommandRun& run);
 /// "um", "mm", "cm", "m". @throws UsageError
 [[nodiscard]] double mm_per_unit(const std::string& unit);
 
 struct AtlasOptions {
-  int resolution = 1024;  ///< Texels along each side of the atlas; [16, 16384].
+  int resolution = 1024;                    ///< Texels along each side of a tile; [16, 16384].
+  AtlasMethod method = AtlasMethod::Auto;
 };
 void describe(OptionVisitor& v, AtlasOptions& o);
 
-/// Errors name the file.
-[[nodiscard]] TexelMap make_texel_map(const std::filesystem::path& path, const Mesh& mesh, const AtlasOptions& atlas, const RunControl& control = {});
+/// make_atlas_mesh(); errors name the file.
+[[nodiscard]] AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control);
+/// Says what a user should know of the atlas.
+void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run);
+/// make_texel_map(); errors name the file.
+[[nodiscard]] TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution, const RunControl& control);
 
 }  // namespace patinate

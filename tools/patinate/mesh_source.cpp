@@ -9,6 +9,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
+#include "tools/patinate/blender_unwrap.h"
 
 namespace patinate {
 
@@ -64,12 +65,20 @@ double mm_per_unit(const std::string& unit) {
 
 void describe(OptionVisitor& v, AtlasOptions& o) {
   v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", between(16, 16384)}, o.resolution);
-  v.visit_choice({"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: always"}, o.method,
-                 kAtlasMethodNames);
+  v.visit_choice({"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: always; blender: unwrapped by Blender, where it is installed"}, o.method,
+                 kAtlasChoiceNames);
 }
 
 AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control) {
-  return naming_file(source, [&] { return make_atlas_mesh(std::move(mesh), options.method, options.resolution, control); });
+  return naming_file(source, [&] {
+    if (options.method != AtlasChoice::Blender) {
+      return make_atlas_mesh(std::move(mesh), static_cast<AtlasMethod>(options.method), options.resolution, control);
+    }
+    mesh = blender_unwrap(std::move(mesh), options.resolution, control.part(0.0, 0.9));
+    AtlasMesh atlas = make_atlas_mesh(std::move(mesh), AtlasMethod::Uv, options.resolution, control.part(0.9, 1.0));
+    atlas.is_unwrapped = true;
+    return atlas;
+  });
 }
 
 void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run) {

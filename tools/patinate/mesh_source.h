@@ -2,9 +2,11 @@
 /// How commands are told which mesh, which of its surfaces, its unit and its atlas.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "libcommon/atlas/atlas_choice.h"
 #include "libcommon/atlas/texel_map.h"
@@ -29,13 +31,17 @@ void declare_mesh(CommandLine& line, MeshSource& source);
 /// "um", "mm", "cm", "m". @throws UsageError
 [[nodiscard]] double mm_per_unit(const std::string& unit);
 
+/// AtlasMethod, or UVs made by Blender.
+enum class AtlasChoice { Auto, Uv, Unwrap, Blender };
+inline constexpr std::array<std::string_view, 4> kAtlasChoiceNames{"auto", "uv", "unwrap", "blender"};
+
 struct AtlasOptions {
   int resolution = 1024;                    ///< Texels along each side of a tile; [16, 16384].
-  AtlasMethod method = AtlasMethod::Auto;
+  AtlasChoice method = AtlasChoice::Auto;
 };
 void describe(OptionVisitor& v, AtlasOptions& o);
 
-/// make_atlas_mesh(); errors name the file.
+/// make_atlas_mesh(), after blender_unwrap() where asked for; errors in the mesh name its file.
 [[nodiscard]] AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control);
 /// Says what a user should know of the atlas.
 void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run);

@@ -9,6 +9,8 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/camera_io.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/image/image_io.h"
 
 namespace patinate {
@@ -83,10 +85,29 @@ TransmissionPhotos read_transmission(JsonReader json, const CaptureProject& proj
   return transmission;
 }
 
+/// @param unit  Where `unit` of the project stands; nothing when it is not given.
+ScanSource read_scan(JsonReader json, const std::optional<JsonReader>& unit, const CaptureProject& project) {
+  if (!unit) throw IoError(project.file.string(), "has a `scan` but no `unit`; expected the length unit of mesh and camera: um, mm, cm or m");
+  const double mm = kMmPerLengthUnit[static_cast<std::size_t>(unit->choice(kLengthUnitNames))];
+  const std::filesystem::path mesh = json.member("mesh").path();
+  const JsonReader where = json.member("camera");
+  const Camera camera = read_camera(where);
+  json.finish();
+  std::error_code error;
+  if (!fs::exists(mesh, error)) throw IoError(mesh.string(), "is not there; `scan` names it as its mesh");
+  const CameraParameters& p = camera.parameters();
+  if (p.width != project.photo_width || p.height != project.photo_height) {
+    where.fail("a camera of the photographs, " + size_text(project.photo_width, project.photo_height) + " pixels; this one takes " +
+               size_text(p.width, p.height));
+  }
+  return {.mesh = mesh, .mm_per_unit = mm, .camera_mm = camera.scaled(mm)};
+}
+
 std::vector<GivenControl> read_controls(const JsonReader& json, const CaptureProject& project) {
   std::vector<GivenControl> controls;
   std::set<std::string> names;
   if (project.transmission) names.insert("thickness");
+  if (project.scan) names.insert("accessibility");
   for (JsonReader& entry : json.elements(1000)) {
     GivenControl control;
     const JsonReader name = entry.member("name");
@@ -155,12 +176,14 @@ CaptureProject read_capture_project(const fs::path& file) {
   project.has_raw_frames = sources.is_raw;
   read_geometry(json, project);
   if (json.has("transmission")) project.transmission = read_transmission(json.member("transmission"), project);
+  const std::optional<JsonReader> unit = json.has("unit") ? std::optional(json.member("unit")) : std::nullopt;
+  if (unit) (void)unit->choice(kLengthUnitNames);
+  if (json.has("scan")) project.scan = read_scan(json.member("scan"), unit, project);
   if (json.has("controls")) project.controls = read_controls(json.member("controls"), project);
   if (json.has("mask")) {
     project.mask = json.member("mask").path();
     check_map_size(*project.mask, project, true);
   }
-  if (json.has("scan")) json.member("scan").fail("no `scan`; geometry under a fixed camera is not in this version");
   json.finish();
   return project;
 }

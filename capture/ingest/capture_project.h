@@ -9,6 +9,7 @@
 
 #include "capture/alignment/alignment.h"
 #include "capture/ingest/frame_sources.h"
+#include "libcommon/geometry/camera.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/color.h"
 #include "libcommon/image/image.h"
@@ -40,6 +41,13 @@ struct PixelRectangle {
   int height = 0;
 };
 
+/// Geometry under the fixed camera.
+struct ScanSource {
+  std::filesystem::path mesh;
+  double mm_per_unit = 1.0;  ///< Of the mesh and of the camera's translation: the project's `unit`.
+  Camera camera_mm;          ///< Of the photographs, before roi and scale; in a world of mm.
+};
+
 /// `kind: "fixed"`: a fixed camera under constant light. Every path is usable as it stands.
 struct CaptureProject {
   std::filesystem::path file;          ///< The project file itself.
@@ -54,6 +62,7 @@ struct CaptureProject {
   PixelRectangle roi;                  ///< Inside the photographs; all of them when none is given.
   double scale = 1.0;                  ///< (0, 1]; applied after the roi.
   std::optional<TransmissionPhotos> transmission;
+  std::optional<ScanSource> scan;
   std::vector<GivenControl> controls;
   std::optional<std::filesystem::path> mask;
   std::optional<double> texel_size_mm; ///< Surface length of a pixel of the photographs.

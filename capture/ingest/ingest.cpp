@@ -7,6 +7,7 @@
 
 #include "capture/ingest/ingest_work.h"
 #include "capture/ingest/repair_steps.h"
+#include "capture/ingest/scan_step.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 
@@ -36,8 +37,10 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   ImageU8 given = read_capture_mask(work.project, control.part(0.0, 0.15));
   const TransmissionLight transmission = read_transmission_light(work, folder, control.part(0.15, 0.25));
   if (!transmission.reached.empty()) keep_reached(transmission.reached, work.project, given);
+  keep_scanned(work, folder, given);
   const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.25, 0.5));
   if (!mask.empty()) writer.write_mask(mask);
+  write_scan(writer, work, folder, mask);
   write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.5, 1.0));
   writer.finish();
   control.report(1.0);
@@ -66,6 +69,7 @@ void describe(OptionVisitor& v, IngestOptions& o) {
   describe(v, o.thickness);
   describe(v, o.progress);
   describe(v, o.repair);
+  describe(v, o.scan);
 }
 
 HistoryManifest IngestWork::manifest() const {
@@ -84,7 +88,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   check_ranges(options);
   auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
   work->repairs = std::make_shared<RepairTables>();
-  const bool is_measured = project.transmission || !project.controls.empty();
+  const bool is_measured = project.transmission || project.scan || !project.controls.empty();
   if (!is_measured && project.frames.size() > 1) work->has_progress = true;
   const bool is_progress_given = std::any_of(project.controls.begin(), project.controls.end(),
                                              [](const GivenControl& c) { return c.name == kProgressName; });
@@ -92,6 +96,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
     throw InvalidInput(project.file.string() +
                        ": a control `progress` is given and another one asked for; rename the given one");
   }
+  load_scan(*work);
   work->photo_keys = ingest_photo_keys(project);
   JobPlan plan;
   plan.output = output;
@@ -103,6 +108,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   hash.add("ingest");
   for (const JobDependency& d : plan.depends_on) hash.add(d.key);
   plan.key = work->key = hash.hex();
+  add_scan_item(plan.items, work);
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < project.frames.size(); ++i) plan.items.push_back(frame_item(work, static_cast<int>(i)));
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };

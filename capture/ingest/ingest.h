@@ -7,6 +7,7 @@
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/progress_control.h"
 #include "capture/ingest/repair.h"
+#include "capture/ingest/scan_control.h"
 #include "capture/thickness/thickness.h"
 #include "libcommon/core/options.h"
 #include "libcommon/job/job.h"
@@ -22,13 +23,15 @@ struct IngestOptions {
   ThicknessOptions thickness = {};  ///< For projects with a transmission photograph.
   ProgressOptions progress = {};
   RepairOptions repair = {};        ///< Survey, repairs and masks of a time-lapse.
+  ScanOptions scan = {};            ///< For projects with a scan.
 };
 void describe(OptionVisitor& v, IngestOptions& o);
 
 /// Plan that writes the history of a project into `output`: one item per frame, in any order and memory that does not
 /// depend on their number; then the mask, the controls and history.json.
 ///
-/// Controls: those given; `thickness` (relative) if there is a transmission photograph; `progress` (relative,
+/// Controls: those given; `thickness` (relative) if there is a transmission photograph;
+/// `accessibility` (1/mm, scan_maps()) if there is a scan, with maps of position, normal and texel size; `progress` (relative,
 /// progress_from_history()) if there would be none otherwise and there is more than one frame, or `add_progress`.
 /// The key covers the photographs and maps by content, times, options and the version of this stage; not their paths.
 /// A frame's own key covers its photograph and how it is developed, so that finished frames stay in a partial history

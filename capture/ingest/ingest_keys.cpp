@@ -3,6 +3,7 @@
 
 #include "capture/ingest/ingest_work.h"
 #include "capture/ingest/repair_steps.h"
+#include "capture/ingest/scan_step.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 
@@ -96,6 +97,7 @@ std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
     list.push_back({"align", align});
     add_options(list, work.options.thickness);
   }
+  add_scan_dependencies(list, work);
   if (work.has_progress) {
     list.push_back({"control progress", "made from the frames"});
     add_options(list, work.options.progress);

@@ -1,6 +1,10 @@
 #include "libcommon/controls/accessibility.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "libcommon/controls/smooth_surface.h"
+#include "libcommon/core/error.h"
 #include "libcommon/geometry/curvature.h"
 
 namespace patinate {
@@ -24,18 +28,33 @@ void describe(OptionVisitor& v, AccessibilityOptions& o) {
 
 double default_accessibility_scale_mm(const Mesh& mesh) { return kDefaultScaleShare * bounding_box(mesh).diagonal(); }
 
+AccessibleSurface accessible_surface(const Mesh& mesh, std::optional<double> scale_mm, const RunControl& control) {
+  AccessibleSurface surface;
+  surface.scale_mm = scale_mm.value_or(default_accessibility_scale_mm(mesh));
+  if (!(surface.scale_mm > 0.0 && std::isfinite(surface.scale_mm))) throw InvalidInput("accessibility: the mesh has no size, or the scale is not > 0");
+  surface.mesh = refine_edges(mesh, surface.scale_mm / 2.0, std::max(kMaxTriangles, mesh.num_triangles()), RefineShape::Curved);
+  control.throw_if_stopped();
+  surface.curvature_per_mm = mean_curvature(surface.mesh, surface.scale_mm, control.part(0.3, 1.0));
+  return surface;
+}
+
+ValueRange widened_accessibility_range(ValueRange range, double scale_mm) {
+  const double missing = kMinRangeTimesScale / scale_mm - (range.high - range.low);
+  if (missing > 0.0) {
+    range.low -= missing / 2.0;
+    range.high += missing / 2.0;
+  }
+  return range;
+}
+
 ControlMap accessibility_map(const TexelMap& map, const AccessibilityOptions& options, const RunControl& control) {
   check_ranges(options);
   const double scale = options.scale_mm.value_or(default_accessibility_scale_mm(map.mesh()));
   const SmoothSurface surface(map, scale / 2.0, kMaxTriangles, control.part(0.0, 0.35));
   const std::vector<double> curvature = mean_curvature(surface.mesh(), scale, control.part(0.35, 0.95));
   const ImageF values = surface.to_texels(curvature);
-  ValueRange range = area_percentiles(values, map, options.low_percent, options.high_percent);
-  const double missing = kMinRangeTimesScale / scale - (range.high - range.low);
-  if (missing > 0.0) {
-    range.low -= missing / 2.0;
-    range.high += missing / 2.0;
-  }
+  const ValueRange range =
+      widened_accessibility_range(area_percentiles(values, map, options.low_percent, options.high_percent), scale);
   ControlMap out = normalized_control(values, map, range, "1/mm");
   control.report(1.0);
   return out;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "libcommon/controls/control_map.h"
 #include "libcommon/core/options.h"
@@ -21,6 +22,19 @@ void describe(OptionVisitor& visitor, AccessibilityOptions& options);
 
 /// The scale that is used when none is given: 2 % of the bounding box's diagonal.
 [[nodiscard]] double default_accessibility_scale_mm(const Mesh& mesh);
+
+/// A mesh without its facets, with its curvature.
+struct AccessibleSurface {
+  Mesh mesh;                              ///< Refined to edges of at most half the scale, curved (RefineShape::Curved).
+  std::vector<double> curvature_per_mm;   ///< At its positions; concave positive.
+  double scale_mm = 0.0;
+};
+/// What accessibility_map() stands on, for surfaces without an atlas.
+/// @param mesh  In mm. @param scale_mm  > 0; not given: default_accessibility_scale_mm().
+/// @throws InvalidInput if the scale is not positive or the mesh has no area.
+[[nodiscard]] AccessibleSurface accessible_surface(const Mesh& mesh, std::optional<double> scale_mm, const RunControl& control = {});
+/// A range that is at least 0.001 / scale wide, so that a plane or a sphere is even and not noise.
+[[nodiscard]] ValueRange widened_accessibility_range(ValueRange range, double scale_mm);
 
 /// Mean curvature at a scale, concave high: crevices are 1, ridges and tips 0 [Miller 1994, in the form of
 /// mean_curvature()].

@@ -1,6 +1,7 @@
 #include "libcommon/history/history.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <utility>
@@ -38,6 +39,25 @@ std::string numbered(int index, const char* extension) {
   char name[32];
   std::snprintf(name, sizeof(name), "%04d%s", index, extension);
   return name;
+}
+
+constexpr std::array<std::string_view, 4> kMapNames{"position", "normal", "height", "texel_size"};
+
+/// @returns Its place in the order of maps. @throws InvalidInput
+std::ptrdiff_t map_order(const std::string& name) {
+  const auto* const found = std::find(kMapNames.begin(), kMapNames.end(), name);
+  if (found == kMapNames.end()) throw InvalidInput("map `" + name + "`: use position, normal, height or texel_size");
+  return found - kMapNames.begin();
+}
+
+std::vector<std::string> map_channels(const std::string& name) {
+  return map_order(name) < 2 ? std::vector<std::string>{"X", "Y", "Z"} : std::vector<std::string>{"Y"};
+}
+
+void check_texel_size(const HistoryManifest& manifest) {
+  if (manifest.texel_size_mm && !(*manifest.texel_size_mm > 0 && std::isfinite(*manifest.texel_size_mm))) {
+    throw InvalidInput("history " + manifest.name + ": texel_size_mm must be > 0");
+  }
 }
 
 void make_parent(const fs::path& file) {
@@ -111,6 +131,18 @@ ImageU8 HistoryReader::read_mask() const {
   return mask;
 }
 
+ImageF HistoryReader::read_map(const std::string& name) const {
+  std::string list;
+  for (const HistoryMap& map : manifest_.maps) {
+    if (map.name == name) {
+      check_file(folder_ / map.file, manifest_);
+      return read_channels(folder_ / map.file, map_channels(name));
+    }
+    list += (list.empty() ? "" : ", ") + map.name;
+  }
+  throw InvalidInput(folder_.string() + ": has no map `" + name + "`; there " + (list.empty() ? "are none" : "is: " + list));
+}
+
 ImageU8 HistoryReader::read_frame_mask(int index) const {
   check_index(index);
   ImageU8 mask = read_mask();
@@ -158,9 +190,7 @@ HistoryWriter::HistoryWriter(fs::path folder, HistoryManifest manifest)
     throw InvalidInput("history " + manifest_.name + ": unknown origin `" + manifest_.origin +
                        "`; use captured, simulated or synthetic");
   }
-  if (manifest_.texel_size_mm && !(*manifest_.texel_size_mm > 0 && std::isfinite(*manifest_.texel_size_mm))) {
-    throw InvalidInput("history " + manifest_.name + ": texel_size_mm must be > 0");
-  }
+  check_texel_size(manifest_);
 }
 
 fs::path HistoryWriter::frame_file(int index) { return fs::path("frames") / numbered(index, ".exr"); }
@@ -244,6 +274,32 @@ void HistoryWriter::write_mask(const ImageU8& mask) {
 }
 
 void HistoryWriter::add_written_mask() { manifest_.mask = mask_file(); }
+
+fs::path HistoryWriter::map_file(const std::string& name) {
+  (void)map_order(name);
+  return fs::path("maps") / (name + ".exr");
+}
+
+void HistoryWriter::write_map(const fs::path& folder, const std::string& name, const ImageF& values) {
+  const std::vector<std::string> channels = map_channels(name);
+  if (values.channels() != static_cast<int>(channels.size())) {
+    throw InvalidInput("map " + name + ": has " + std::to_string(values.channels()) + " channels; expected " + std::to_string(channels.size()));
+  }
+  make_parent(folder / map_file(name));
+  write_exr(folder / map_file(name), values, channels, ExrDepth::Float);
+}
+
+void HistoryWriter::add_written_map(const std::string& name) {
+  auto& maps = manifest_.maps;
+  const auto place = std::find_if(maps.begin(), maps.end(), [&](const HistoryMap& m) { return map_order(m.name) >= map_order(name); });
+  if (place != maps.end() && place->name == name) throw InvalidInput("map " + name + ": is given twice");
+  maps.insert(place, {name, map_file(name)});
+}
+
+void HistoryWriter::set_texel_size_mm(double size) {
+  manifest_.texel_size_mm = size;
+  check_texel_size(manifest_);
+}
 
 void HistoryWriter::finish() {
   std::stable_sort(manifest_.frames.begin(), manifest_.frames.end(),

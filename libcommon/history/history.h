@@ -35,6 +35,13 @@ struct HistoryFrame {
   std::optional<std::filesystem::path> mask = std::nullopt;
 };
 
+/// An image that is constant in time. `position` and `normal`: channels X, Y, Z; `height` and `texel_size`: Y. mm, or unit vectors;
+/// 0 where there is no surface.
+struct HistoryMap {
+  std::string name;                  ///< position | normal | height | texel_size
+  std::filesystem::path file;        ///< Relative to the history.
+};
+
 /// What `history.json` says.
 struct HistoryManifest {
   std::string name;
@@ -46,6 +53,7 @@ struct HistoryManifest {
   std::vector<HistoryFrame> frames;
   std::vector<ControlParameter> controls;
   std::optional<std::filesystem::path> mask;
+  std::vector<HistoryMap> maps;      ///< In the order position, normal, height, texel_size.
   std::string key;
 };
 
@@ -71,6 +79,8 @@ class HistoryReader {
   [[nodiscard]] ImageF read_control(const std::string& name) const;
   /// 0 / 255; all 255 when the history has no mask. @throws IoError if it is 0 everywhere.
   [[nodiscard]] ImageU8 read_mask() const;
+  /// H x W x 3 (position, normal) or x 1. @throws InvalidInput listing the maps there are; IoError.
+  [[nodiscard]] ImageF read_map(const std::string& name) const;
   /// Where frame `index` shows the surface itself: read_mask() and the frame's own mask. 0 / 255; may be 0 everywhere.
   /// @throws InvalidInput if there is no such index; IoError.
   [[nodiscard]] ImageU8 read_frame_mask(int index) const;
@@ -103,6 +113,8 @@ class HistoryWriter {
   /// controls/<name>.exr. @param name  [A-Za-z0-9._-]+, not starting with a dot; @throws InvalidInput.
   [[nodiscard]] static std::filesystem::path control_file(const std::string& name);
   [[nodiscard]] static std::filesystem::path mask_file() { return "mask.png"; }
+  /// maps/<name>.exr. @throws InvalidInput unless a HistoryMap may have the name.
+  [[nodiscard]] static std::filesystem::path map_file(const std::string& name);
 
   /// @param values  H x W x 1, physical; normalised to [0, 1] by [low, high] and clamped when written (float).
   /// @param low,high  finite, low <= high; when equal, 0 is written everywhere.
@@ -123,6 +135,13 @@ class HistoryWriter {
   void write_mask(const ImageU8& mask);
   /// Names the mask that an earlier step has written already, as mask_file().
   void add_written_mask();
+  /// Writes map_file(name); static, since steps that know no writer make maps. @param values  Of the history's size, with the channels of
+  /// the map. @throws InvalidInput
+  static void write_map(const std::filesystem::path& folder, const std::string& name, const ImageF& values);
+  /// Names a map that an earlier step has written already, as map_file(name). @throws InvalidInput if it is named already.
+  void add_written_map(const std::string& name);
+  /// @throws InvalidInput unless finite and > 0.
+  void set_texel_size_mm(double size);
   /// Sorts frames by time and writes history.json. @throws InvalidInput if there is no frame, times are equal or not
   /// finite, or two controls share a name; CannotComplete if it cannot be written.
   void finish();
@@ -138,7 +157,7 @@ class HistoryWriter {
 /// The file in a history's folder that says what is in it.
 inline constexpr const char* kHistoryManifestFile = "history.json";
 /// `history.json` of a folder, or the file itself. Other files are not looked at; keys of the format that
-/// HistoryManifest does not hold ("maps", extra images of a frame) are accepted and left alone.
+/// HistoryManifest does not hold (extra images of a frame) are accepted and left alone.
 /// @throws IoError if it breaks the format: unknown key, wrong type, times not strictly increasing, ...
 [[nodiscard]] HistoryManifest read_history_manifest(const std::filesystem::path& path);
 /// Equal manifests give equal bytes. @throws InvalidInput as HistoryWriter::finish; CannotComplete.

@@ -121,7 +121,9 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
   if (json.has("mask") && !json.member("mask").is_null()) m.mask = relative_file(json.member("mask"));
   if (json.has("maps")) {
     JsonReader maps = json.member("maps");
-    skip_files(maps, kMapNames);
+    for (std::string_view name : kMapNames) {
+      if (maps.has(name)) m.maps.push_back({std::string(name), relative_file(maps.member(name))});
+    }
     maps.finish();
   }
   if (json.has("key")) m.key = json.member("key").string();
@@ -155,6 +157,7 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
     json["controls"].push_back(std::move(entry));
   }
   if (manifest.mask) json["mask"] = manifest.mask->generic_string();
+  for (const HistoryMap& map : manifest.maps) json["maps"][map.name] = map.file.generic_string();
   json["key"] = manifest.key;
   save_json(file, json);
 }

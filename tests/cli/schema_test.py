@@ -74,7 +74,8 @@ BROKEN = {
                          put("frames", {"pattern": "frames/*.png", "interval": 0}), put("frames", {"pattern": "frames/*.png", "start": 1}),
                          put("frames", "frames/*.png"), put("frames", [{"time": 1}]), put("frames", "interval", "7"), put("transmission", "align", "sometimes"),
                          drop("transmission", "photo"), put("roi", [0, 0, 10]), put("scale", 0), put("scale", 2), put("exclude", [-1]), put("exclude", [0.5]),
-                         put("texel_size_mm", 0), put("controls", [{"name": "../x", "file": "backlight.png"}]), put("time_unit", "y"), drop("name"), drop("kind")],
+                         put("texel_size_mm", 0), put("controls", [{"name": "../x", "file": "backlight.png"}]), put("time_unit", "y"), drop("name"), drop("kind"),
+                         put("unit", "inch"), put("scan", {"mesh": "a.ply", "camera": "b.yml"}), put("scan", {"mesh": "a.ply"})],
     "transfer": COMMON + [put("width", 0), put("subpixel", True), put("mesh", "mm_per_mesh_unit", 0), drop("history", "key"), drop("coordinates"),
                           put("energy", {}), drop("energy", "used_share"), put("controls", 5), drop("key"), put("mesh", "colour", "red"), put("history", 1)],
 }

@@ -1,12 +1,10 @@
 #include "tools/patinate/mesh_source.h"
 
-#include <algorithm>
-#include <array>
 #include <utility>
-#include <vector>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "tools/patinate/blender_unwrap.h"
@@ -14,8 +12,6 @@
 namespace patinate {
 
 namespace {
-constexpr std::array<std::pair<std::string_view, double>, 4> kUnits{{{"um", 0.001}, {"mm", 1.0}, {"cm", 10.0}, {"m", 1000.0}}};
-
 /// What is wrong with the mesh, with its file's name in front.
 template <class Make>
 auto naming_file(const MeshSource& source, Make&& make) {
@@ -58,9 +54,9 @@ Mesh load_mesh(const MeshSource& source, CommandRun& run) {
 }
 
 double mm_per_unit(const std::string& unit) {
-  const auto it = std::find_if(kUnits.begin(), kUnits.end(), [&](const auto& u) { return u.first == unit; });
-  if (it == kUnits.end()) throw UsageError("--unit: found `" + unit + "`; expected one of um, mm, cm, m");
-  return it->second;
+  const std::optional<double> mm = find_mm_per_unit(unit);
+  if (!mm) throw UsageError("--unit: found `" + unit + "`; expected one of um, mm, cm, m");
+  return *mm;
 }
 
 void describe(OptionVisitor& v, AtlasOptions& o) {

@@ -39,6 +39,24 @@ class SilentOpenCv {
   cv::ErrorCallback before_;
 };
 
+/// Whether OpenCV's parser, which calls itself for every level, would go deeper than any calibration: brackets, tags, or several `- ` or
+/// `key: ` on one line.
+bool is_deep(const std::string& bytes) {
+  constexpr int kMaxDepth = 64;
+  int brackets = 0, tags = 0, in_line = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const char c = bytes[i], next = i + 1 < bytes.size() ? bytes[i + 1] : '\0';
+    if (c == '[' || c == '{') ++brackets;
+    if (c == ']' || c == '}') --brackets;
+    if (c == '<' && next != '?' && next != '!') tags += next == '/' ? -1 : 1;
+    if (c == '/' && next == '>') --tags;
+    if (c == '\n') in_line = 0;
+    if ((c == '-' || c == ':') && (next == ' ' || next == '\t')) ++in_line;
+    if (brackets > kMaxDepth || tags > kMaxDepth || in_line > kMaxDepth) return true;
+  }
+  return false;
+}
+
 /// Numbers of a value, of a list (of lists), or of an `opencv-matrix`, row by row; more than kMaxNumbers or anything else: empty.
 std::vector<double> numbers_of(const cv::FileNode& node, int depth = 0) {
   std::vector<double> numbers;
@@ -155,6 +173,7 @@ Camera read_camera(const std::filesystem::path& path) {
   const std::string bytes = read_file(path, kMaxBytes);
   CameraParameters parameters;
   try {
+    if (is_deep(bytes)) throw cv::Exception();
     const SilentOpenCv silent;
     const cv::FileStorage storage(bytes, cv::FileStorage::READ | cv::FileStorage::MEMORY);
     if (!storage.isOpened()) throw cv::Exception();

@@ -173,6 +173,17 @@ TEST(CameraIo, DamagedFilesAreOneErrorAndNothingIsPrinted) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+TEST(CameraIo, FilesNestedTooDeepAreRefusedBeforeTheyAreParsed) {
+  const TempFolder folder;
+  const std::string head = "%YAML:1.0\n---\nimage_width: ";
+  for (const std::string part : {"[", "{a: ", "- ", "a: ", "<a>", "{\"a\":"}) {
+    std::string text = part == "<a>" ? "<?xml version=\"1.0\"?>\n<opencv_storage>" : part == "{\"a\":" ? "" : head;
+    for (int i = 0; i < 100000; ++i) text += part;
+    write_atomically(folder / "camera.yml", text);
+    EXPECT_TRUE(has(error_of([&] { (void)read_camera(folder / "camera.yml"); }), "no OpenCV calibration")) << part;
+  }
+}
+
 TEST(CameraIo, TheInlineFormEqualsTheFile) {
   const TempFolder folder;
   write_calibration(folder / "camera.yml", lens());

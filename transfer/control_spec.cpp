@@ -49,4 +49,14 @@ ControlSpec parse_control_spec(std::string_view text) {
   return spec;
 }
 
+std::string source_control(const HistoryReader& history, const ControlSpec& spec) {
+  if (!spec.source.empty()) return history.control(spec.source).name;
+  const auto& controls = history.manifest().controls;
+  if (controls.size() == 1) return controls[0].name;
+  std::string names;
+  for (const ControlParameter& c : controls) names += (names.empty() ? "" : ", ") + c.name;
+  throw UsageError("--control " + spec.destination + ": " + history.folder().string() +
+                   (controls.empty() ? " has no controls; ingest with one" : " has several controls (" + names + "); write SOURCE=" + spec.destination));
+}
+
 }  // namespace patinate

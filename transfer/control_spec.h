@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "libcommon/history/history.h"
+
 namespace patinate {
 
 /// How destination values become source values.
@@ -25,5 +27,8 @@ struct ControlSpec {
 
 /// @throws UsageError saying which part is wrong.
 [[nodiscard]] ControlSpec parse_control_spec(std::string_view text);
+/// The history's control that a spec names, or its only one.
+/// @throws InvalidInput if it has no such control; UsageError if none is named and it has several, or none.
+[[nodiscard]] std::string source_control(const HistoryReader& history, const ControlSpec& spec);
 
 }  // namespace patinate

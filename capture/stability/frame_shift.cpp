@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "libcommon/core/error.h"
 #include "libcommon/image/color.h"
@@ -34,19 +35,35 @@ Overlap overlap_of(const ImageF& image, int shift_x, int shift_y) {
           image.width() - std::abs(shift_x), image.height() - std::abs(shift_y)};
 }
 
-double hann(int i, int size) { return 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (i + 0.5) / size); }
+std::vector<double> hann_window(int size) {
+  std::vector<double> window;
+  for (int i = 0; i < size; ++i) window.push_back(0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (i + 0.5) / size));
+  return window;
+}
 
 /// Spectrum of a windowed rectangle, padded with 0 to a size that transforms fast.
 cv::Mat spectrum(const ImageF& image, int x0, int y0, int width, int height) {
   cv::Mat padded = cv::Mat::zeros(cv::getOptimalDFTSize(height), cv::getOptimalDFTSize(width), CV_64F);
+  const std::vector<double> across = hann_window(width), down = hann_window(height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      padded.at<double>(y, x) = static_cast<double>(image.at(x0 + x, y0 + y)) * hann(x, width) * hann(y, height);
+      padded.at<double>(y, x) =
+          static_cast<double>(image.at(x0 + x, y0 + y)) * across[static_cast<std::size_t>(x)] * down[static_cast<std::size_t>(y)];
     }
   }
   cv::Mat result;
   cv::dft(padded, result, cv::DFT_COMPLEX_OUTPUT, height);
   return result;
+}
+
+/// What the peak's width makes of each frequency of a transform of `size`.
+std::vector<double> frequency_gaussian(int size) {
+  std::vector<double> weights;
+  for (int i = 0; i < size; ++i) {
+    const double f = 2.0 * std::numbers::pi * kPeakSigma * (i <= size / 2 ? i : i - size) / size;
+    weights.push_back(std::exp(-0.5 * f * f));
+  }
+  return weights;
 }
 
 /// Whitened cross-power spectrum with a Gaussian weight; `sum` is the value its transform has at the shift of equal frames.
@@ -59,12 +76,10 @@ cv::Mat whitened_product(const cv::Mat& reference, const cv::Mat& frame, double&
   }
   mean /= static_cast<double>(product.total());
   sum = 0.0;
+  const std::vector<double> across = frequency_gaussian(product.cols), down = frequency_gaussian(product.rows);
   for (int y = 0; y < product.rows; ++y) {
-    const double fy = static_cast<double>(y <= product.rows / 2 ? y : y - product.rows) / product.rows;
     for (int x = 0; x < product.cols; ++x) {
-      const double fx = static_cast<double>(x <= product.cols / 2 ? x : x - product.cols) / product.cols;
-      const double sigma = 2.0 * std::numbers::pi * kPeakSigma;
-      const double gaussian = std::exp(-0.5 * sigma * sigma * (fx * fx + fy * fy));
+      const double gaussian = across[static_cast<std::size_t>(x)] * down[static_cast<std::size_t>(y)];
       cv::Vec2d& value = product.at<cv::Vec2d>(y, x);
       const double size = cv::norm(value);
       const double weight = gaussian / (size + kWhitening * mean + 1e-300);

@@ -51,8 +51,10 @@ double smallest_gap(std::vector<double> values) {
 std::string short_number_text(double value) { return plain_number_text(value, kShortDigits); }
 
 std::vector<std::string> short_number_texts(std::span<const double> values) {
-  const double tolerance = 0.01 * smallest_gap({values.begin(), values.end()});
-  int digits = kShortDigits;
+  const double gap = smallest_gap({values.begin(), values.end()});
+  const double tolerance = 0.003 * gap;
+  constexpr int kLabelDigits = 3;
+  int digits = std::isfinite(gap) ? kLabelDigits : kShortDigits;
   for (double value : values) {
     while (digits < std::numeric_limits<double>::max_digits10 && std::abs(rounded(value, digits) - value) > tolerance)
       ++digits;

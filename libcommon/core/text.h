@@ -16,7 +16,8 @@ namespace patinate {
 [[nodiscard]] double rounded(double value, int digits);
 /// For people: at most six significant digits, and an exponent only where the number would be very long.
 [[nodiscard]] std::string short_number_text(double value);
-/// As short_number_text(), with as many more digits as it takes to tell the values apart: to 1 % of the smallest gap.
+/// Labels of a series: at least 3 digits, and as many more as it takes to be within 0.3 % of the smallest gap; values that are all equal
+/// as by short_number_text().
 [[nodiscard]] std::vector<std::string> short_number_texts(std::span<const double> values);
 /// "640 x 480".
 [[nodiscard]] std::string size_text(int width, int height);

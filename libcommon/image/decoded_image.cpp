@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
 #include "libcommon/core/error.h"
 
@@ -17,6 +18,27 @@ std::array<int, 3> color_channels(const DecodedImage& image) {
   return {gray, gray, gray};
 }
 
+/// Response::linear_from_code() of the codes of one image, each computed once: a photograph has few different ones.
+class CodeTable {
+ public:
+  explicit CodeTable(const Response& response) : response_(response), entries_(kSteps + 1) {}
+
+  float operator()(float code) {
+    if (!(code >= 0.0f && code <= 1.0f)) return response_.linear_from_code(code);
+    Entry& entry = entries_[static_cast<std::size_t>(code * static_cast<float>(kSteps) + 0.5f)];
+    if (entry.code != code) entry = {code, response_.linear_from_code(code)};
+    return entry.linear;
+  }
+
+ private:
+  static constexpr int kSteps = 65535;  // Each 8 or 16-bit code has an entry of its own.
+  struct Entry {
+    float code = -1.0f, linear = 0.0f;
+  };
+  const Response& response_;
+  std::vector<Entry> entries_;
+};
+
 }  // namespace
 
 int channel_index(const DecodedImage& image, const std::string& name) {
@@ -27,11 +49,12 @@ int channel_index(const DecodedImage& image, const std::string& name) {
 ImageF color_of(const DecodedImage& image, const Response& response) {
   const std::array<int, 3> source = color_channels(image);
   ImageF color(image.values.width(), image.values.height(), 3);
+  CodeTable linear(response);
   for (int y = 0; y < color.height(); ++y) {
     for (int x = 0; x < color.width(); ++x) {
       for (int c = 0; c < 3; ++c) {
         const float value = image.values.at(x, y, source[static_cast<std::size_t>(c)]);
-        color.at(x, y, c) = image.is_integer ? response.linear_from_code(value) : value;
+        color.at(x, y, c) = image.is_integer ? linear(value) : value;
       }
     }
   }

@@ -75,6 +75,7 @@ int main() {
     std::printf("ingest of %d photographs of 1024 x 1024: %.1f s, %.1f ms each; peak memory %.0f MB", count, s, 1e3 * s / count, peak);
     if (first_rate > 0.0) std::printf("; against 100: time each %.2f, memory %.2f", s / count / first_rate, peak / first_peak);
     std::printf("\n");
+    std::fflush(stdout);
     first_rate = s / count;
     first_peak = peak;
   }

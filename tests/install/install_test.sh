@@ -17,7 +17,8 @@ cd "$work"
 "$work/examples/03_full_control" full
 "$patinate" synth sculpture --resolution 48 -o urn --quiet
 "$work/examples/02_own_control" full/history urn/mesh.obj own.png
-for picture in own.png full/texture.png full/picture.png; do
+"$work/examples/01_one_call" full/history urn/mesh.obj thickness=facing one.png
+for picture in own.png one.png full/texture.png full/picture.png; do
   said=$("$patinate" info "$picture" --json)
   [[ "$said" == *'"kind": "image"'* ]] || { echo "install: $picture is no picture: $said"; exit 1; }
 done

@@ -13,17 +13,6 @@ namespace patinate {
 
 namespace {
 
-/// The history's control that a spec names, or its only one.
-std::string source_control(const HistoryReader& history, const ControlSpec& spec) {
-  if (!spec.source.empty()) return history.control(spec.source).name;
-  const auto& controls = history.manifest().controls;
-  if (controls.size() == 1) return controls[0].name;
-  std::string names;
-  for (const ControlParameter& c : controls) names += (names.empty() ? "" : ", ") + c.name;
-  throw UsageError("--control " + spec.destination + ": " + history.folder().string() +
-                   (controls.empty() ? " has no controls; ingest with one" : " has several controls (" + names + "); write SOURCE=" + spec.destination));
-}
-
 std::vector<TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
                                            const ControlKindOptions& kinds, CommandRun& run) {
   std::vector<TransferControl> controls;

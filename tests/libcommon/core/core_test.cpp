@@ -132,7 +132,9 @@ TEST(Text, RoundsToSignificantDigits) {
 
 TEST(Text, ShortTextsOfDifferentNumbersDiffer) {
   using Texts = std::vector<std::string>;
-  EXPECT_EQ(short_number_texts(std::vector{0.0, 1.0 / 3.0, 12.5}), (Texts{"0", "0.333333", "12.5"}));
+  EXPECT_EQ(short_number_texts(std::vector{0.0, 1.0 / 3.0, 12.5}), (Texts{"0", "0.333", "12.5"}));
+  EXPECT_EQ(short_number_texts(std::vector{0.0, 120.0375, 240.075, 360.1125, 480.15}), (Texts{"0", "120", "240", "360", "480"}));
+  EXPECT_EQ(short_number_texts(std::vector{120.0, 172.5}), (Texts{"120", "172.5"}));
   EXPECT_EQ(short_number_texts(std::vector{1.6e9, 1.6e9 + 60.0}), (Texts{"1600000000", "1600000060"}));
   EXPECT_EQ(short_number_texts(std::vector{0.3, 0.1 + 0.2}), (Texts{"0.3", "0.30000000000000004"}));
   EXPECT_EQ(short_number_texts(std::vector{2.0, 2.0}), (Texts{"2", "2"}));

@@ -1,0 +1,25 @@
+// Ages a mesh with a material history in one call, and writes how it looks at the end.
+//     01_one_call HISTORY MESH CONTROL TEXTURE.png        e.g. copper bust.glb accessibility bust.png
+#include <cstdio>
+#include <exception>
+
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/image/image_io.h"
+#include "transfer/age.h"
+
+using namespace patinate;
+
+int main(int argc, char** argv) try {
+  if (argc != 5) {
+    std::fputs("usage: 01_one_call HISTORY MESH CONTROL TEXTURE.png\n", stderr);
+    return 2;
+  }
+  const HistoryReader history(argv[1]);
+  const AgedMesh aged = age_mesh(history, read_mesh(argv[2]), argv[3], {.resolution = 512});
+  write_color(argv[4], aged.texture(history, history.manifest().frames.back().time));
+  std::printf("%s: control error %.3f\n", argv[4], aged.energy.control_error_mean);
+  return 0;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "01_one_call: %s\n", e.what());
+  return 1;
+}

@@ -1,0 +1,82 @@
+#include "transfer/age.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libcommon/core/error.h"
+#include "tests/support/histories.h"
+#include "tests/support/meshes.h"
+#include "tests/support/temp_folder.h"
+#include "transfer/scale.h"
+
+namespace patinate {
+namespace {
+
+TEST(AgeMesh, GivesATextureOfTheHistorysColoursAtAnyTime) {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path(), 48, 48, 3, testing_support::blotches);
+  const HistoryReader history(folder.path());
+  const AgedMesh aged = age_mesh(history, testing_support::cut_plane(64), "x=height", {.resolution = 64});
+  const ImageF frame = history.read_frame(2);
+  const ImageF texture = aged.texture(history, history.manifest().frames[2].time);
+  ASSERT_EQ(texture.width(), 64);
+  int num_covered = 0;
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      if (aged.coverage.at(x, y) == 0) continue;
+      ++num_covered;
+      const int sx = static_cast<int>(aged.coordinates.at(x, y, 0)), sy = static_cast<int>(aged.coordinates.at(x, y, 1));
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(texture.at(x, y, c), frame.at(sx, sy, c));
+    }
+  }
+  EXPECT_GT(num_covered, 1000);
+}
+
+TEST(AgeMesh, UnwrapsAMeshWithoutUvs) {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path(), 48, 48, 2, testing_support::blotches);
+  Mesh mesh = testing_support::cut_plane(64);
+  mesh.uvs.clear();
+  mesh.uv_triangles.clear();
+  const HistoryReader history(folder.path());
+  const AgedMesh aged = age_mesh(history, mesh, "x=height", {.resolution = 64});
+  EXPECT_TRUE(aged.mesh.has_uvs());
+}
+
+TEST(AgeMesh, SaysWhichControlsThereAre) {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path(), 48, 48, 2, testing_support::blotches);
+  const HistoryReader history(folder.path());  // Has two controls.
+  EXPECT_THROW((void)age_mesh(history, testing_support::cut_plane(64), "height"), UsageError);
+  EXPECT_THROW((void)age_mesh(history, testing_support::cut_plane(64), "nothing=height"), InvalidInput);
+}
+
+TEST(TransferScale, FollowsWhatIsKnown) {
+  const TransferScale known = choose_scale(10.0, 0.25, 0.05);
+  EXPECT_EQ(known.mm_per_mesh_unit, 10.0);
+  EXPECT_EQ(known.texel_size_mm, 0.25);
+  const TransferScale no_pixel = choose_scale(10.0, {}, 0.05);
+  EXPECT_EQ(no_pixel.texel_size_mm, 0.5);  // One texel.
+  EXPECT_EQ(no_pixel.source, ScaleSource::PixelAssumed);
+  const TransferScale no_unit = choose_scale({}, 0.25, 0.05);
+  EXPECT_EQ(no_unit.mm_per_mesh_unit, 5.0);  // A texel of 0.05 units becomes one pixel of 0.25 mm.
+  EXPECT_EQ(no_unit.source, ScaleSource::MeshScaled);
+  for (double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW((void)choose_scale(bad, 1.0, 1.0), InvalidInput);
+    EXPECT_THROW((void)choose_scale(1.0, bad, 1.0), InvalidInput);
+    EXPECT_THROW((void)choose_scale(1.0, 1.0, bad), InvalidInput);
+  }
+}
+
+TEST(TransferScale, GivesEveryPixelATexelWithinBounds) {
+  EXPECT_EQ(choose_resolution(1024, 0.5, 0.25, 1), 2048);
+  EXPECT_EQ(choose_resolution(1024, 0.001, 0.25, 1), 256);
+  EXPECT_EQ(choose_resolution(1024, 5.0, 0.25, 1), 4096);
+  EXPECT_EQ(choose_resolution(1024, 5.0, 0.25, 4), 2048);  // Four tiles: together as many texels as one of 4096.
+}
+
+}  // namespace
+}  // namespace patinate

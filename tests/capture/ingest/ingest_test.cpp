@@ -218,7 +218,7 @@ TEST(CaptureProject, MistakesInTheProjectAreNamedWithTheirPlace) {
       {R"("transmission": {"photo": "frames/0.png", "align": "auto"})", "0.png: cannot be aligned"},
       {R"("controls": [{"name": "a b", "file": "frames/0.png"}])", "/controls/0/name"},
       {R"("controls": [{"name": "a", "file": "frames/0.png"}, {"name": "a", "file": "frames/0.png"}])", "/controls/1/name"},
-      {R"("scan": {"mesh": "m.ply"})", "/scan"},
+      {R"("scan": {"mesh": "m.ply"})", "no `unit`"},
   };
   for (const auto& c : kCases) {
     const TempFolder folder;

@@ -13,6 +13,23 @@ foreach(component common capture transfer datasets)
 endforeach()
 install(TARGETS patinate patinate-decode RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 
+# The manual and the completions are what the binary says of itself.
+if(NOT PATINATE_SANITIZE)
+  set(patinate_said "${PROJECT_BINARY_DIR}/said")
+  file(MAKE_DIRECTORY "${patinate_said}")
+  add_custom_command(OUTPUT "${patinate_said}/patinate.1"
+    COMMAND patinate help --man > "${patinate_said}/patinate.1"
+    COMMAND patinate completion bash > "${patinate_said}/patinate"
+    COMMAND patinate completion zsh > "${patinate_said}/_patinate"
+    COMMAND patinate completion fish > "${patinate_said}/patinate.fish"
+    DEPENDS patinate VERBATIM)
+  add_custom_target(patinate_manual ALL DEPENDS "${patinate_said}/patinate.1")
+  install(FILES "${patinate_said}/patinate.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
+  install(FILES "${patinate_said}/patinate" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions")
+  install(FILES "${patinate_said}/_patinate" DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions")
+  install(FILES "${patinate_said}/patinate.fish" DESTINATION "${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d")
+endif()
+
 install(EXPORT patinate NAMESPACE patinate:: FILE patinate-targets.cmake DESTINATION "${patinate_package_dir}")
 configure_package_config_file(cmake/patinate-config.cmake.in "${PROJECT_BINARY_DIR}/patinate-config.cmake"
   INSTALL_DESTINATION "${patinate_package_dir}")

@@ -13,6 +13,9 @@ cmake --build "$work/examples" >"$work/log" || { cat "$work/log"; exit 1; }
 
 patinate="$work/prefix/bin/patinate"
 "$patinate" --version
+for said in man/man1/patinate.1 bash-completion/completions/patinate zsh/vendor-completions/_patinate fish/vendor_completions.d/patinate.fish; do
+  [[ -s "$work/prefix/share/$said" ]] || { echo "install: share/$said is missing or empty"; exit 1; }
+done
 cd "$work"
 "$work/examples/03_full_control" full
 "$patinate" synth sculpture --resolution 48 -o urn --quiet

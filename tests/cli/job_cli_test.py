@@ -9,6 +9,8 @@ import sys
 import tempfile
 import unittest
 
+from small_scene import make_small_scene
+
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_job_"))
 
@@ -18,12 +20,7 @@ def run(*arguments, cwd=SHARED):
 
 
 def setUpModule():
-    for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
-                      ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "capture", "-o", "history"],
-                      ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"]):
-        result = run(*arguments)
-        if result.returncode != 0:
-            raise RuntimeError(f"{arguments}: {result.stderr}")
+    make_small_scene(run)
 
 
 def tearDownModule():

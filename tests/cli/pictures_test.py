@@ -10,6 +10,8 @@ import sys
 import tempfile
 import unittest
 
+from small_scene import make_small_scene
+
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_pictures_"))
 CANNOT, USAGE, INPUT = 1, 2, 3
@@ -20,12 +22,7 @@ def run(*arguments, cwd=SHARED, **more):
 
 
 def setUpModule():
-    for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
-                      ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "capture", "-o", "history"],
-                      ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"]):
-        result = run(*arguments)
-        if result.returncode != 0:
-            raise RuntimeError(f"{arguments}: {result.stderr}")
+    make_small_scene(run)
 
 
 def tearDownModule():
@@ -88,6 +85,8 @@ class Lookups(Case):
 
     def test_what_is_no_transfer_says_what_to_do(self):
         self.fails(INPUT, "make a transfer of it first", "lookup", SHARED / "history", "--time", 1, "-o", "x.png")
+        self.fails(INPUT, "the order is patinate transfer HISTORY MESH", "transfer", SHARED / "urn/mesh.obj", SHARED / "history",
+                   "--control", "facing", "-o", "swapped")
         self.fails(INPUT, "did you mean `aged`", "lookup", SHARED / "agde", "--time", 1, "-o", "x.png")
         self.fails(USAGE, "--time: is missing", "lookup", SHARED / "aged", "-o", "x.png")
 

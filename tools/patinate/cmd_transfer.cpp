@@ -2,16 +2,25 @@
 
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/control_kinds.h"
+#include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/destination.h"
 #include "tools/patinate/mesh_source.h"
+#include "tools/patinate/path_kind.h"
 #include "transfer/transfer_job.h"
 
 namespace patinate {
 
 namespace {
+
+/// A file that is no manifest stands where the history belongs: most often the mesh. @throws IoError
+void require_history_place(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error) || lower_extension(path) == ".json") return;
+  throw IoError(path.string(), "is no history; the order is patinate transfer HISTORY MESH");
+}
 
 std::vector<TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
                                            const ControlKindOptions& kinds, CommandRun& run) {
@@ -62,6 +71,7 @@ int cmd_transfer(CommandRun& run) {
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;
+  require_history_place(history_path);
   const HistoryReader history(history_path);
   const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.manifest().texel_size_mm;
   const Destination destination = make_destination(mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);

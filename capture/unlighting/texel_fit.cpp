@@ -1,0 +1,280 @@
+#include "capture/unlighting/texel_fit.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace patinate {
+
+namespace {
+
+constexpr int kMaxChannels = 3;
+
+/// Two unit vectors that span the plane across `n`.
+std::array<Vec3, 2> tangents(const Vec3& n) {
+  const Vec3 axis = std::abs(n.x()) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  const Vec3 t = n.cross(axis).normalized();
+  return {t, n.cross(t)};
+}
+
+class TexelSolver {
+ public:
+  TexelSolver(TexelSamples& samples, const TexelFitOptions& options)
+      : s_(samples), o_(options), scale2_(options.noise_scale * options.noise_scale), weight_(samples.state.size(), 0.0) {
+    normal_ = s_.normal;
+    has_prior_ = o_.refine_normal && std::isfinite(o_.normal_sigma);
+    if (has_prior_) prior_ = 2.0 / (o_.normal_sigma * o_.normal_sigma);  // An angle of sigma is sigma / sqrt(2) along each tangent.
+  }
+
+  TexelFit solve() {
+    candidates_.clear();
+    for (int k = 0; k < s_.num_lights; ++k) {
+      if (state(k) == SampleState::Clean) candidates_.push_back(k);
+    }
+    if (static_cast<int>(candidates_.size()) < least()) return {.normal = s_.normal};
+    set_all_weights(1.0);
+    start();
+    if (o_.reject) reject_outliers();
+    constexpr int kMaxSteps = 20;
+    for (int i = 0; i < kMaxSteps; ++i) {
+      if (step() < kSmallStep) break;
+    }
+    return result();
+  }
+
+ private:
+  static constexpr double kSmallStep = 1e-9;
+
+  [[nodiscard]] SampleState& state(int k) { return s_.state[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] double& weight(int k) { return weight_[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] int least() const { return std::max(o_.min_lights, o_.refine_normal && !has_prior_ ? 3 : 1); }
+  [[nodiscard]] double cosine(int k) const { return normal_.dot(s_.direction[static_cast<std::size_t>(k)]); }
+  /// What a texel of albedo 1 shows.
+  [[nodiscard]] double unit_value(int k, int c) const {
+    return s_.irradiance[s_.index(k, c)] * std::max(0.0, cosine(k)) + s_.ambient[static_cast<std::size_t>(c)];
+  }
+  [[nodiscard]] double precision(int k, int c) const { return 1.0 / (scale2_ * s_.variance[s_.index(k, c)]); }
+
+  void set_all_weights(double w) {
+    for (int k : candidates_) weight(k) = w;
+  }
+
+  /// The albedos under the starting normal: medians, or (without rejection) least squares.
+  void start() {
+    for (int c = 0; c < s_.num_channels; ++c) {
+      double& albedo = albedo_[static_cast<std::size_t>(c)];
+      if (!o_.reject) {
+        albedo = least_squares_albedo(c);
+        continue;
+      }
+      ratios_.clear();
+      for (int k : candidates_) {
+        const double unit = unit_value(k, c);
+        if (unit > 0.0) ratios_.push_back(s_.value[s_.index(k, c)] / unit);
+      }
+      const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>((ratios_.size() - 1) / 2);
+      std::nth_element(ratios_.begin(), middle, ratios_.end());
+      albedo = ratios_.empty() ? 0.0 : *middle;
+    }
+  }
+
+  [[nodiscard]] double least_squares_albedo(int c) {
+    double sum = 0.0, norm = 0.0;
+    for (int k : candidates_) {
+      const double unit = unit_value(k, c), w = weight(k) * precision(k, c);
+      sum += w * unit * s_.value[s_.index(k, c)];
+      norm += w * unit * unit;
+    }
+    return norm > 0.0 ? sum / norm : 0.0;
+  }
+
+  /// Residual of a lamp in standard deviations over all channels, with the sign of their sum: a lamp is shadowed in all of them.
+  [[nodiscard]] double residual(int k) const {
+    double sum = 0.0, squares = 0.0;
+    for (int c = 0; c < s_.num_channels; ++c) {
+      const double r = (s_.value[s_.index(k, c)] - albedo_[static_cast<std::size_t>(c)] * unit_value(k, c)) * std::sqrt(precision(k, c));
+      sum += r;
+      squares += r * r;
+    }
+    return std::copysign(std::sqrt(squares / s_.num_channels), sum);
+  }
+
+  void reject_outliers() {
+    constexpr double kShrink = 1.6;
+    double worst = 0.0;
+    for (int k : candidates_) worst = std::max(worst, std::abs(residual(k)));
+    for (double width = std::max(0.7 * worst, o_.rejection_sigma); width > o_.rejection_sigma; width = std::max(width / kShrink, o_.rejection_sigma)) {
+      weigh(width);
+      step();
+    }
+    for (int i = 0; i < 3; ++i) {
+      weigh(o_.rejection_sigma);
+      step();
+    }
+    constexpr int kRounds = 4;
+    for (int round = 0; round < kRounds; ++round) {
+      if (!keep_near() || step() < kSmallStep) break;
+      step();
+    }
+  }
+
+  /// Geman and McClure's weights.
+  void weigh(double width) {
+    for (int k : candidates_) {
+      const double r = residual(k) / width, w = 1.0 / (1.0 + r * r);
+      weight(k) = w * w;
+    }
+  }
+
+  /// Weight 1 for samples within rejection_sigma, else 0. @returns false when nothing changed.
+  bool keep_near() {
+    bool has_changed = false;
+    for (int k : candidates_) {
+      const double r = residual(k);
+      const bool is_near = std::abs(r) <= o_.rejection_sigma;
+      const SampleState now = is_near ? SampleState::Clean : r > 0.0 ? SampleState::Brighter : SampleState::Darker;
+      const double w = is_near ? 1.0 : 0.0;
+      has_changed = has_changed || now != state(k) || w != weight(k);
+      state(k) = now;
+      weight(k) = w;
+    }
+    return has_changed;
+  }
+
+  /// Sums of the normal equations; albedo rows are diagonal.
+  struct Equations {
+    std::array<double, kMaxChannels> aa{}, ga{};
+    std::array<Eigen::Vector2d, kMaxChannels> an;
+    Eigen::Matrix2d nn = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d gn = Eigen::Vector2d::Zero();
+  };
+
+  [[nodiscard]] Equations equations(const std::array<Vec3, 2>& t) {
+    Equations e;
+    e.an.fill(Eigen::Vector2d::Zero());
+    for (int k : candidates_) {
+      if (!(weight(k) > 0.0)) continue;
+      const Vec3& l = s_.direction[static_cast<std::size_t>(k)];
+      const bool is_lit = cosine(k) > 0.0;
+      const Eigen::Vector2d across = is_lit ? Eigen::Vector2d(l.dot(t[0]), l.dot(t[1])) : Eigen::Vector2d(0, 0);
+      for (int c = 0; c < s_.num_channels; ++c) {
+        const auto i = static_cast<std::size_t>(c);
+        const double unit = unit_value(k, c), w = weight(k) * precision(k, c);
+        const double r = s_.value[s_.index(k, c)] - albedo_[i] * unit;
+        const Eigen::Vector2d slope = albedo_[i] * s_.irradiance[s_.index(k, c)] * across;
+        e.aa[i] += w * unit * unit;
+        e.ga[i] += w * unit * r;
+        e.an[i] += w * unit * slope;
+        e.nn += w * slope * slope.transpose();
+        e.gn += w * r * slope;
+      }
+    }
+    return e;
+  }
+
+  /// With the albedos eliminated, and the prior's part.
+  [[nodiscard]] Eigen::Matrix2d reduced(const Equations& e) const {
+    Eigen::Matrix2d m = e.nn;
+    for (int c = 0; c < s_.num_channels; ++c) {
+      const auto i = static_cast<std::size_t>(c);
+      if (e.aa[i] > 0.0) m -= e.an[i] * e.an[i].transpose() / e.aa[i];
+    }
+    if (has_prior_) m += prior_ * Eigen::Matrix2d::Identity();
+    m += (1e-12 * e.nn.trace() + std::numeric_limits<double>::min()) * Eigen::Matrix2d::Identity();
+    return m;
+  }
+
+  /// One Gauss-Newton step. @returns how far it went: turn of the normal plus the share of the albedo.
+  double step() {
+    const std::array<Vec3, 2> t = tangents(normal_);
+    const Equations e = equations(t);
+    Eigen::Vector2d turn(0, 0);
+    if (o_.refine_normal) {
+      Eigen::Vector2d g = e.gn;
+      for (int c = 0; c < s_.num_channels; ++c) {
+        const auto i = static_cast<std::size_t>(c);
+        if (e.aa[i] > 0.0) g -= e.an[i] * (e.ga[i] / e.aa[i]);
+      }
+      if (has_prior_) g += prior_ * Eigen::Vector2d(s_.normal.dot(t[0]), s_.normal.dot(t[1]));
+      turn = reduced(e).inverse() * g;
+      constexpr double kMaxTurn = 0.3;
+      if (!turn.allFinite()) turn.setZero();
+      if (turn.norm() > kMaxTurn) turn *= kMaxTurn / turn.norm();
+    }
+    double change = turn.norm(), largest = 0.0, moved = 0.0;
+    for (int c = 0; c < s_.num_channels; ++c) {
+      const auto i = static_cast<std::size_t>(c);
+      const double d = e.aa[i] > 0.0 ? (e.ga[i] - e.an[i].dot(turn)) / e.aa[i] : 0.0;
+      albedo_[i] += d;
+      moved = std::max(moved, std::abs(d));
+      largest = std::max(largest, std::abs(albedo_[i]));
+    }
+    normal_ = (normal_ + turn.x() * t[0] + turn.y() * t[1]).normalized();
+    if (largest > 0.0) change += moved / largest;
+    return change;
+  }
+
+  TexelFit result() {
+    TexelFit fit{.normal = normal_};
+    double num_values = 0.0;
+    for (int k : candidates_) {
+      if (!(weight(k) > 0.0)) continue;
+      ++fit.num_clean;
+      const double r = residual(k);
+      fit.chi2 += r * r * s_.num_channels;
+      num_values += s_.num_channels;
+    }
+    const Equations e = equations(tangents(normal_));
+    const Eigen::Matrix2d spread = reduced(e).inverse();
+    double num_parameters = s_.num_channels;
+    if (o_.refine_normal) num_parameters += 2.0 - (has_prior_ ? prior_ * spread.trace() : 0.0);
+    fit.degrees_of_freedom = num_values - num_parameters;
+    const double excess = fit.degrees_of_freedom > 0.5 ? std::max(1.0, fit.chi2 / fit.degrees_of_freedom) : 1.0;
+    bool is_finite = normal_.allFinite();
+    for (int c = 0; c < s_.num_channels; ++c) {
+      const auto i = static_cast<std::size_t>(c);
+      if (!(e.aa[i] > 0.0)) return {.normal = s_.normal};
+      double variance = 1.0 / e.aa[i];
+      if (o_.refine_normal) {
+        const Eigen::Vector2d per_turn = e.an[i] / e.aa[i];
+        variance += per_turn.dot(spread * per_turn);
+      }
+      fit.albedo[i] = std::max(0.0, albedo_[i]);
+      fit.stddev[i] = std::sqrt(excess * variance);
+      is_finite = is_finite && std::isfinite(fit.albedo[i]) && std::isfinite(fit.stddev[i]);
+    }
+    fit.is_determined = is_finite && fit.num_clean >= least();
+    if (!is_finite) return {.normal = s_.normal};
+    return fit;
+  }
+
+  TexelSamples& s_;
+  const TexelFitOptions& o_;
+  double scale2_;
+  std::vector<double> weight_;
+  std::vector<int> candidates_;
+  std::vector<double> ratios_;
+  std::array<double, kMaxChannels> albedo_{};
+  Vec3 normal_;
+  bool has_prior_ = false;
+  double prior_ = 0.0;
+};
+
+}  // namespace
+
+void TexelSamples::resize(int lights, int channels) {
+  num_lights = lights;
+  num_channels = channels;
+  const auto l = static_cast<std::size_t>(lights), n = l * static_cast<std::size_t>(channels);
+  direction.resize(l);
+  state.resize(l);
+  irradiance.resize(n);
+  value.resize(n);
+  variance.resize(n);
+}
+
+TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options) { return TexelSolver(samples, options).solve(); }
+
+}  // namespace patinate

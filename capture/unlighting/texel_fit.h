@@ -1,0 +1,54 @@
+/// \file
+/// Albedo and normal of one texel from its samples under several lamps. Inside of unlighting only.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "capture/unlighting/unlight.h"
+
+namespace patinate {
+
+/// What the lamps show of one texel; arrays of L, or of L x C with the channel running fastest. Reused from texel to texel.
+struct TexelSamples {
+  int num_lights = 0;
+  int num_channels = 0;
+  std::vector<Vec3> direction;      ///< Unit, to the lamp.
+  std::vector<double> irradiance;   ///< That reaches a surface facing the lamp, over pi: times cosine and albedo it is the value.
+  std::vector<double> value;        ///< Photographed, less its highlight.
+  std::vector<double> variance;     ///< Of value, before the noise scale.
+  std::vector<SampleState> state;   ///< Clean to begin with where the sample may count; fit_texel() adds Darker and Brighter.
+  std::array<double, 3> ambient{};  ///< Irradiance from everywhere over pi, for each channel.
+  Vec3 normal = Vec3(0, 0, 1);      ///< Where to begin; the scan's.
+
+  void resize(int lights, int channels);
+  [[nodiscard]] std::size_t index(int light, int channel) const { return static_cast<std::size_t>(light * num_channels + channel); }
+};
+
+struct TexelFitOptions {
+  bool refine_normal = true;
+  double normal_sigma = 0.0;      ///< Radians, of the angle between `normal` and the truth; infinite: the samples alone decide.
+  bool reject = true;
+  double rejection_sigma = 3.0;
+  double noise_scale = 1.0;       ///< Times sqrt(variance).
+  double min_cosine = 0.05;
+  int min_lights = 2;
+};
+
+struct TexelFit {
+  bool is_determined = false;
+  std::array<double, 3> albedo{};
+  std::array<double, 3> stddev{};
+  Vec3 normal = Vec3(0, 0, 1);
+  int num_clean = 0;
+  double chi2 = 0.0;                ///< Of the clean samples, in noise_scale units.
+  double degrees_of_freedom = 0.0;  ///< Of chi2; the prior's share of the normal is none.
+};
+
+/// Least squares of value = albedo (irradiance max(0, n . l) + ambient) over albedos and the normal they share, by Gauss-Newton steps with the albedos eliminated.
+/// With `reject`, from the median of value / light under the starting normal, first with Geman and McClure's weights whose width shrinks to
+/// rejection_sigma (graduated non-convexity [Blake and Zisserman 1987]), then with those samples only that are nearer than it.
+/// Sets samples.state.
+[[nodiscard]] TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options);
+
+}  // namespace patinate

@@ -1,0 +1,227 @@
+#include "capture/unlighting/unlight.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/unlighting/unlight_work.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::int64_t kRows = 2;
+constexpr std::array<std::string_view, 2> kNormalModeNames{"keep", "refine"};
+constexpr std::array<std::string_view, 2> kRejectionNames{"none", "robust"};
+
+void put(ImageF& image, int x, int y, const Vec3& v) {
+  for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
+}
+
+void fit_row(const UnlightWork& work, const TexelFitOptions& options, int y, TexelSamples& texel, UnlightResult& result) {
+  for (int x = 0; x < work.width; ++x) {
+    if (!work.is_surface(x, y)) continue;
+    work.load(x, y, texel);
+    const TexelFit fit = fit_texel(texel, options);
+    for (std::size_t k = 0; k < texel.state.size(); ++k) result.samples.at(x, y, static_cast<int>(k)) = static_cast<std::uint8_t>(texel.state[k]);
+    put(result.normal, x, y, fit.is_determined ? fit.normal : vector_of(work.normal, x, y));
+    result.mask.at(x, y) = fit.is_determined ? 255 : 0;
+    if (!fit.is_determined) continue;
+    for (int c = 0; c < work.num_channels; ++c) {
+      result.albedo.at(x, y, c) = static_cast<float>(fit.albedo[static_cast<std::size_t>(c)]);
+      result.stddev.at(x, y, c) = static_cast<float>(fit.stddev[static_cast<std::size_t>(c)]);
+    }
+  }
+}
+
+/// Sums over a few rows of what LightReport and UnlightResult tell.
+struct Sums {
+  std::vector<LightReport> lights;
+  std::vector<double> squares, values;  ///< Of the residuals and of what was photographed, for each lamp.
+  std::vector<std::int64_t> clean;
+  std::int64_t surface = 0;
+  std::int64_t determined = 0;
+};
+
+void add_row(const UnlightWork& work, int y, const UnlightResult& result, TexelSamples& texel, Sums& sums) {
+  for (int x = 0; x < work.width; ++x) {
+    if (!work.is_surface(x, y)) continue;
+    ++sums.surface;
+    const bool is_determined = result.mask.at(x, y) != 0;
+    sums.determined += is_determined ? 1 : 0;
+    if (is_determined) work.load(x, y, texel);
+    const Vec3 n = vector_of(result.normal, x, y);
+    for (int k = 0; k < work.num_lights; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const std::uint8_t state = result.samples.at(x, y, k);
+      ++sums.lights[i].samples[state];
+      if (!is_determined || state != static_cast<std::uint8_t>(SampleState::Clean)) continue;
+      const double cosine = std::max(0.0, n.dot(texel.direction[i]));
+      for (int c = 0; c < work.num_channels; ++c) {
+        const auto at = texel.index(k, c);
+        const double unit = texel.irradiance[at] * cosine + texel.ambient[static_cast<std::size_t>(c)];
+        const double off = texel.value[at] - static_cast<double>(result.albedo.at(x, y, c)) * unit;
+        sums.squares[i] += off * off;
+        sums.values[i] += texel.value[at];
+        ++sums.clean[i];
+      }
+    }
+  }
+}
+
+void report(const UnlightWork& work, UnlightResult& result, const RunControl& control) {
+  const auto l = static_cast<std::size_t>(work.num_lights);
+  const Sums zero{std::vector<LightReport>(l), std::vector<double>(l), std::vector<double>(l), std::vector<std::int64_t>(l), 0, 0};
+  const auto map = [&](std::int64_t begin, std::int64_t end) {
+    Sums sums = zero;
+    TexelSamples texel;
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) add_row(work, y, result, texel, sums);
+    return sums;
+  };
+  const Sums sums = parallel_reduce(work.height, std::int64_t{16}, control, zero, map, [&](Sums a, const Sums& b) {
+    for (std::size_t k = 0; k < l; ++k) {
+      for (std::size_t s = 0; s < kNumSampleStates; ++s) a.lights[k].samples[s] += b.lights[k].samples[s];
+      a.squares[k] += b.squares[k];
+      a.values[k] += b.values[k];
+      a.clean[k] += b.clean[k];
+    }
+    a.surface += b.surface;
+    a.determined += b.determined;
+    return a;
+  });
+  result.lights = sums.lights;
+  result.num_surface = sums.surface;
+  result.num_determined = sums.determined;
+  const auto relative = [](double squares, double values, std::int64_t n) {
+    return n > 0 && values > 0.0 ? std::sqrt(squares * static_cast<double>(n)) / values : 0.0;
+  };
+  double squares = 0.0, values = 0.0;
+  std::int64_t clean = 0;
+  for (std::size_t k = 0; k < l; ++k) {
+    result.lights[k].residual = relative(sums.squares[k], sums.values[k], sums.clean[k]);
+    squares += sums.squares[k];
+    values += sums.values[k];
+    clean += sums.clean[k];
+  }
+  result.residual = relative(squares, values, clean);
+}
+
+std::string percent(double share) { return short_number_text(std::round(1000.0 * share) / 10.0) + " %"; }
+
+/// What each lamp's samples say about it. @throws InvalidInput where nothing can come of it.
+void judge_lights(const UnlightWork& work, UnlightResult& result) {
+  constexpr double kMany = 0.5;
+  std::int64_t num_lit = 0, num_valid = 0;
+  for (std::size_t k = 0; k < result.lights.size(); ++k) {
+    const auto& n = result.lights[k].samples;
+    const auto of = [&](SampleState s) { return n[static_cast<std::size_t>(s)]; };
+    const std::int64_t used = of(SampleState::Clean) + of(SampleState::Darker) + of(SampleState::Brighter);
+    num_lit += used + of(SampleState::Invalid);
+    num_valid += used;
+    const std::string name = "light " + std::to_string(k + 1);
+    if (used == 0 && of(SampleState::Invalid) > 0) {
+      result.notes.push_back("photograph " + std::to_string(k + 1) + " is saturated wherever " + name + " shines; it does not count");
+    } else if (used == 0) {
+      result.notes.push_back(name + " reaches nothing that is seen: it stands behind the surface or in its shadow");
+    } else if (static_cast<double>(of(SampleState::Darker)) > kMany * static_cast<double>(used)) {
+      result.notes.push_back(name + ": " + percent(static_cast<double>(of(SampleState::Darker)) / static_cast<double>(used)) +
+                             " of its samples are darker than the other lamps allow; check its position, its strength and the photographs' order");
+    } else if (static_cast<double>(of(SampleState::Brighter)) > kMany * static_cast<double>(used)) {
+      result.notes.push_back(name + ": " + percent(static_cast<double>(of(SampleState::Brighter)) / static_cast<double>(used)) +
+                             " of its samples are brighter than the other lamps allow; check its position, its strength and the photographs' order");
+    }
+  }
+  if (result.num_surface == 0) throw InvalidInput("the mask leaves no surface");
+  if (num_lit == 0) throw InvalidInput("no light reaches the surface that is seen; check that lights and scan are in the same frame and unit");
+  if (num_valid == 0) throw InvalidInput("the photographs are saturated (white) wherever a light shines");
+  (void)work;
+}
+
+void check_not_black(const UnlightWork& work) {
+  for (std::size_t k = 0; k < work.input.photos.size(); ++k) {
+    bool is_lit = false, is_black = true;
+    for (int y = 0; y < work.height && is_black; ++y) {
+      for (int x = 0; x < work.width && is_black; ++x) {
+        if (work.samples.at(x, y, static_cast<int>(k)) != static_cast<std::uint8_t>(SampleState::Clean)) continue;
+        is_lit = true;
+        for (float v : work.input.photos[k].pixel(x, y)) is_black = is_black && !(v > 0.0f);
+      }
+    }
+    if (is_lit && is_black) throw InvalidInput("photograph " + std::to_string(k + 1) + " is black everywhere; expected what its light shows");
+  }
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, UnlightOptions& o) {
+  v.visit_choice({"normals", "keep those of the scan, or refine them from the photographs"}, o.normals, kNormalModeNames);
+  v.visit({"normal_sigma", "expected error of the scan's normals", "deg", {0, 90, true}}, o.normal_sigma_deg);
+  v.visit_choice({"rejection", "none: every valid lit sample counts; robust: without shadows and highlights"}, o.rejection, kRejectionNames);
+  v.visit({"rejection_sigma", "samples farther off than this are shadows or highlights", "standard deviations", between(1.5, 20)}, o.rejection_sigma);
+  v.visit({"noise_floor", "noise of a photograph's value that does not depend on it", "", above(0)}, o.noise_floor);
+  v.visit({"noise_share", "noise that grows with the value, as a share of it", "", between(0, 1)}, o.noise_share);
+  v.visit({"min_cosine", "light that grazes more does not count", "", {0, 0.99}}, o.min_cosine);
+  v.visit({"min_lights", "texels with fewer clean samples are not determined", "", between(1, 64)}, o.min_lights);
+  v.visit({"shadow_offset", "blockers nearer than this cast no shadow; not given: the median edge of the scan", "mm", at_least(0)}, o.shadow_offset_mm);
+}
+
+double estimate_noise_scale(const UnlightWork& work, const RunControl& control) {
+  constexpr std::int64_t kMaxTexels = 20'000, kChunk = 64;
+  constexpr double kLeast = 1e-4, kSettled = 0.02;
+  constexpr int kRounds = 8;
+  const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
+  TexelFitOptions options = work.fit_options();
+  double scale = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> ratios(texels.size(), -1.0);
+    // The first round takes every sample, so that it cannot begin too small.
+    options.reject = round > 0 && work.options.rejection == Rejection::Robust;
+    options.noise_scale = round == 0 ? 1.0 : scale;
+    parallel_for(static_cast<std::int64_t>(texels.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
+      TexelSamples texel;
+      for (std::int64_t i = begin; i < end; ++i) {
+        const std::int64_t at = texels[static_cast<std::size_t>(i)];
+        work.load(static_cast<int>(at % work.width), static_cast<int>(at / work.width), texel);
+        const TexelFit fit = fit_texel(texel, options);
+        if (!fit.is_determined || fit.degrees_of_freedom < 1.0) continue;
+        // Median of chi-square over its degrees of freedom [Wilson and Hilferty 1931].
+        const double dof = fit.degrees_of_freedom, median = std::pow(1.0 - 2.0 / (9.0 * dof), 3.0);
+        ratios[static_cast<std::size_t>(i)] = fit.chi2 / (dof * median) * options.noise_scale * options.noise_scale;
+      }
+    });
+    std::erase_if(ratios, [](double r) { return r < 0.0; });
+    if (ratios.empty()) return round == 0 ? 1.0 : scale;
+    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+    std::nth_element(ratios.begin(), middle, ratios.end());
+    const double next = std::max(kLeast, std::sqrt(*middle));
+    const bool is_settled = round > 0 && std::abs(next - scale) < kSettled * scale;
+    scale = next;
+    if (is_settled || (round == 0 && work.options.rejection == Rejection::None)) break;
+  }
+  return scale;
+}
+
+UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, const RunControl& control) {
+  UnlightWork work(input, options, control.part(0.0, 0.3));
+  check_not_black(work);
+  work.noise_scale = estimate_noise_scale(work, control.part(0.3, 0.4));
+  UnlightResult result{.albedo = ImageF(work.width, work.height, work.num_channels),
+                       .stddev = ImageF(work.width, work.height, work.num_channels),
+                       .normal = ImageF(work.width, work.height, 3),
+                       .mask = ImageU8(work.width, work.height),
+                       .samples = ImageU8(work.width, work.height, work.num_lights),
+                       .noise_scale = work.noise_scale};
+  const TexelFitOptions fit_options = work.fit_options();
+  parallel_for(work.height, kRows, control.part(0.4, 0.9), [&](std::int64_t begin, std::int64_t end) {
+    TexelSamples texel;
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) fit_row(work, fit_options, y, texel, result);
+  });
+  report(work, result, control.part(0.9, 1.0));
+  judge_lights(work, result);
+  control.report(1.0);
+  return result;
+}
+
+}  // namespace patinate

@@ -1,0 +1,46 @@
+/// \file
+/// What the stages of unlighting share. Inside of unlighting only.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "capture/unlighting/texel_fit.h"
+
+namespace patinate {
+
+struct UnlightWork {
+  /// Checks the input, and says of every sample whether it may count (Clean), or is Outside, Unlit, CastShadow or Invalid.
+  /// @throws InvalidInput
+  UnlightWork(const UnlightInput& input, const UnlightOptions& options, const RunControl& control);
+
+  const UnlightInput& input;
+  const UnlightOptions& options;
+  int width = 0;
+  int height = 0;
+  int num_lights = 0;
+  int num_channels = 0;
+  ImageF normal;                ///< H x W x 3, unit; where fits begin.
+  ImageU8 samples;              ///< H x W x L, SampleState before any fit.
+  std::vector<Vec3> strengths;  ///< L, times the given intensities.
+  Vec3 ambient = Vec3::Zero();
+  double noise_scale = 1.0;
+
+  [[nodiscard]] bool is_surface(int x, int y) const { return is_inside(input.mask, x, y); }
+  [[nodiscard]] Vec3 position(int x, int y) const;
+  [[nodiscard]] TexelFitOptions fit_options() const;
+  /// Everything that fit_texel() needs of a texel.
+  void load(int x, int y, TexelSamples& samples) const;
+  /// At most `max_count` texels of the surface, spread evenly over it, as y * width + x.
+  [[nodiscard]] std::vector<std::int64_t> spread_texels(std::int64_t max_count) const;
+};
+
+/// Median over texels of how much larger residuals are than expected; iterated, since what counts as clean depends on it. Not below 1e-4.
+[[nodiscard]] double estimate_noise_scale(const UnlightWork& work, const RunControl& control);
+
+[[nodiscard]] inline Vec3 vector_of(const ImageF& image, int x, int y) {
+  const auto p = image.pixel(x, y);
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+}  // namespace patinate

@@ -91,7 +91,7 @@ ScanSource read_scan(JsonReader json, const std::optional<JsonReader>& unit, con
   const double mm = kMmPerLengthUnit[static_cast<std::size_t>(unit->choice(kLengthUnitNames))];
   const std::filesystem::path mesh = json.member("mesh").path();
   const JsonReader where = json.member("camera");
-  const Camera camera = read_camera(where);
+  const Camera camera = read_camera(where, mm);
   json.finish();
   std::error_code error;
   if (!fs::exists(mesh, error)) throw IoError(mesh.string(), "is not there; `scan` names it as its mesh");
@@ -100,7 +100,7 @@ ScanSource read_scan(JsonReader json, const std::optional<JsonReader>& unit, con
     where.fail("a camera of the photographs, " + size_text(project.photo_width, project.photo_height) + " pixels; this one takes " +
                size_text(p.width, p.height));
   }
-  return {.mesh = mesh, .mm_per_unit = mm, .camera_mm = camera.scaled(mm)};
+  return {.mesh = mesh, .mm_per_unit = mm, .camera_mm = camera};
 }
 
 std::vector<GivenControl> read_controls(const JsonReader& json, const CaptureProject& project) {

@@ -82,8 +82,13 @@ double find_max_radius2(double k1, double k2, double k3) {
 
 Camera::Camera(const CameraParameters& parameters) : parameters_(parameters) {
   check(parameters);
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(parameters.rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  parameters_.rotation = svd.matrixU() * svd.matrixV().transpose();
+  // One that is orthonormal to rounding stays as it is: a camera made of another's parameters is the same camera.
+  constexpr double kRounding = 4e-15;
+  const Eigen::Matrix3d& r = parameters.rotation;
+  if ((r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > kRounding) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    parameters_.rotation = svd.matrixU() * svd.matrixV().transpose();
+  }
   center_ = -(parameters_.rotation.transpose() * parameters_.translation);
   const auto& d = parameters_.distortion;
   max_radius2_ = find_max_radius2(d[0], d[1], d[4]);

@@ -4,14 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <mutex>
-#include <opencv2/core/persistence.hpp>
-#include <opencv2/core/utility.hpp>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "libcommon/core/error.h"
-#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/camera_text_io.h"
+#include "libcommon/geometry/length_unit.h"
+#include "libcommon/geometry/opencv_file.h"
 
 namespace patinate {
 
@@ -19,89 +21,35 @@ namespace {
 
 constexpr std::size_t kMaxNumbers = 100;
 
-int stay_silent(int, const char*, const char*, const char*, int, void*) { return 0; }
-
-/// OpenCV prints what it throws; not while this lives. The setting is global: one at a time.
-class SilentOpenCv {
- public:
-  SilentOpenCv() : lock_(mutex()), before_(cv::redirectError(stay_silent, nullptr, &data_)) {}
-  ~SilentOpenCv() { cv::redirectError(before_, data_); }
-  SilentOpenCv(const SilentOpenCv&) = delete;
-  SilentOpenCv& operator=(const SilentOpenCv&) = delete;
-
- private:
-  static std::mutex& mutex() {
-    static std::mutex instance;
-    return instance;
-  }
-  std::lock_guard<std::mutex> lock_;
-  void* data_ = nullptr;
-  cv::ErrorCallback before_;
-};
-
-/// Whether OpenCV's parser, which calls itself for every level, would go deeper than any calibration: brackets, tags, or several `- ` or
-/// `key: ` on one line.
-bool is_deep(const std::string& bytes) {
-  constexpr int kMaxDepth = 64;
-  int brackets = 0, tags = 0, in_line = 0;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const char c = bytes[i], next = i + 1 < bytes.size() ? bytes[i + 1] : '\0';
-    if (c == '[' || c == '{') ++brackets;
-    if (c == ']' || c == '}') --brackets;
-    if (c == '<' && next != '?' && next != '!') tags += next == '/' ? -1 : 1;
-    if (c == '/' && next == '>') --tags;
-    if (c == '\n') in_line = 0;
-    if ((c == '-' || c == ':') && (next == ' ' || next == '\t')) ++in_line;
-    if (brackets > kMaxDepth || tags > kMaxDepth || in_line > kMaxDepth) return true;
-  }
-  return false;
-}
-
-/// Numbers of a value, of a list (of lists), or of an `opencv-matrix`, row by row; more than kMaxNumbers or anything else: empty.
-std::vector<double> numbers_of(const cv::FileNode& node, int depth = 0) {
-  std::vector<double> numbers;
-  if (node.isInt() || node.isReal()) return {node.real()};
-  if (node.isMap()) return depth == 0 ? numbers_of(node["data"], 1) : numbers;
-  if (!node.isSeq() || node.size() > kMaxNumbers || depth > 2) return numbers;
-  for (const cv::FileNode& element : node) {
-    const std::vector<double> more = numbers_of(element, depth + 1);
-    if (more.empty() || numbers.size() + more.size() > kMaxNumbers) return {};
-    numbers.insert(numbers.end(), more.begin(), more.end());
-  }
-  return numbers;
-}
-
 class CalibrationFile {
  public:
-  CalibrationFile(std::string file, const cv::FileStorage& storage) : file_(std::move(file)), storage_(storage) {}
+  explicit CalibrationFile(const std::filesystem::path& path) : name_(path.string()), file_(path) {}
 
   /// Numbers under the first of the names that is there. @param what  "nine numbers".
   [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> names, std::initializer_list<std::size_t> counts,
                                             const std::string& what, const std::string& when_missing = "") const {
     for (const char* name : names) {
-      const cv::FileNode node = storage_[name];
-      if (node.empty()) continue;
-      std::vector<double> found = numbers_of(node);
-      const bool fits = std::find(counts.begin(), counts.end(), found.size()) != counts.end();
-      if (!fits || !std::all_of(found.begin(), found.end(), [](double v) { return std::isfinite(v); })) {
-        throw IoError(file_, std::string("`") + name + "` does not hold what it should; expected " + what);
+      if (!file_.has(name)) continue;
+      const std::optional<std::vector<double>> found = file_.numbers(name);
+      if (!found || std::find(counts.begin(), counts.end(), found->size()) == counts.end()) {
+        throw IoError(name_, std::string("`") + name + "` does not hold what it should; expected " + what);
       }
-      return found;
+      return *found;
     }
-    throw IoError(file_, std::string("has no `") + *names.begin() + "`; expected " + what + when_missing);
+    throw IoError(name_, std::string("has no `") + *names.begin() + "`; expected " + what + when_missing);
   }
 
   [[nodiscard]] int size(const char* name) const {
     const double value = numbers({name}, {1}, "a number of pixels").front();
     if (!(value >= 1 && value <= 65536 && value == std::floor(value))) {
-      throw IoError(file_, std::string("`") + name + "` is out of range; expected 1 to 65536 pixels");
+      throw IoError(name_, std::string("`") + name + "` is out of range; expected 1 to 65536 pixels");
     }
     return static_cast<int>(value);
   }
 
  private:
-  std::string file_;
-  const cv::FileStorage& storage_;
+  std::string name_;
+  OpenCvFile file_;
 };
 
 /// Row by row. @returns Whether it is [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].
@@ -126,8 +74,9 @@ Eigen::Matrix3d rotation_of(const std::vector<double>& r) {
 
 const char* const kMatrixShape = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels";
 
-CameraParameters parameters_of(const std::string& file, const cv::FileStorage& storage) {
-  const CalibrationFile calibration(file, storage);
+CameraParameters read_opencv(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  const CalibrationFile calibration(path);
   CameraParameters p;
   p.width = calibration.size("image_width");
   p.height = calibration.size("image_height");
@@ -166,27 +115,8 @@ Camera make_camera(const std::string& where, const CameraParameters& p) {
   }
 }
 
-}  // namespace
-
-Camera read_camera(const std::filesystem::path& path) {
-  constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 20;
-  const std::string bytes = read_file(path, kMaxBytes);
-  CameraParameters parameters;
-  try {
-    if (is_deep(bytes)) throw cv::Exception();
-    const SilentOpenCv silent;
-    const cv::FileStorage storage(bytes, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-    if (!storage.isOpened()) throw cv::Exception();
-    parameters = parameters_of(path.string(), storage);
-  } catch (const cv::Exception&) {
-    throw IoError(path.string(), "is no OpenCV calibration that can be read; expected YAML that begins with %YAML:1.0, or XML");
-  }
-  return make_camera(path.string(), parameters);
-}
-
-Camera read_camera(JsonReader json) {
-  if (json.is_string()) return read_camera(json.path());
-  if (!json.is_object()) json.fail("the path of an OpenCV calibration, or an object with width, height, matrix, distortion, rotation, translation");
+/// A camera as our JSON files write it.
+Camera read_object(JsonReader& json) {
   CameraParameters p;
   p.width = static_cast<int>(json.member("width").integer(between(1, 65536)));
   p.height = static_cast<int>(json.member("height").integer(between(1, 65536)));
@@ -201,6 +131,88 @@ Camera read_camera(JsonReader json) {
   p.translation = {t[0], t[1], t[2]};
   json.finish();
   return make_camera(json.file() + ": " + json.pointer(), p);
+}
+
+/// A calibration of ours; nothing when the file is another one.
+std::optional<Camera> read_own(const std::filesystem::path& path) {
+  if (path.extension() != ".json") return std::nullopt;
+  const Json content = load_json(path);
+  JsonReader json(path.string(), content);
+  if (!json.has("format")) return std::nullopt;
+  json.expect_format("patinate.calibration", 1);
+  const double mm = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
+  if (!json.has("camera")) throw IoError(path.string(), "is a calibration without a camera");
+  JsonReader camera = json.member("camera");
+  return read_object(camera).scaled(mm);
+}
+
+/// {"file", "image", "width", "height"}.
+Camera read_of_image(JsonReader& json, double mm_per_unit) {
+  const std::filesystem::path path = json.member("file").path();
+  const std::string image = json.has("image") ? json.member("image").string() : "";
+  std::error_code error;
+  const std::string name = path.filename().string();
+  if (name == "images.txt" || name == "cameras.txt" || std::filesystem::is_directory(path, error)) {
+    json.finish();
+    return make_camera(path.string(), read_colmap_camera(path, image)).scaled(mm_per_unit);
+  }
+  if (path.extension() != ".txt") {
+    json.finish();
+    return read_camera(path, mm_per_unit);
+  }
+  const auto width = static_cast<int>(json.member("width").integer(between(1, 65536)));
+  const auto height = static_cast<int>(json.member("height").integer(between(1, 65536)));
+  json.finish();
+  return make_camera(path.string(), read_middlebury_camera(path, image, width, height)).scaled(mm_per_unit);
+}
+
+}  // namespace
+
+Camera read_camera(const std::filesystem::path& path, double mm_per_unit) {
+  if (const std::optional<Camera> own = read_own(path)) return *own;
+  std::error_code error;
+  if (path.filename() == "images.txt" || std::filesystem::is_directory(path, error)) {
+    return make_camera(path.string(), read_colmap_camera(path)).scaled(mm_per_unit);
+  }
+  return make_camera(path.string(), read_opencv(path)).scaled(mm_per_unit);
+}
+
+Camera read_camera(JsonReader json, double mm_per_unit) {
+  if (json.is_string()) return read_camera(json.path(), mm_per_unit);
+  if (!json.is_object()) json.fail("the path of an OpenCV calibration, or an object with width, height, matrix, distortion, rotation, translation");
+  if (json.has("file")) return read_of_image(json, mm_per_unit);
+  return read_object(json).scaled(mm_per_unit);
+}
+
+Json json_of(const Camera& camera) {
+  const CameraParameters& p = camera.parameters();
+  Json json{{"width", p.width}, {"height", p.height}};
+  json["matrix"] = Json{{p.fx, 0.0, p.cx}, {0.0, p.fy, p.cy}, {0.0, 0.0, 1.0}};
+  json["distortion"] = p.distortion;
+  json["rotation"] = Json::array();
+  for (int r = 0; r < 3; ++r) json["rotation"].push_back({p.rotation(r, 0), p.rotation(r, 1), p.rotation(r, 2)});
+  json["translation"] = {p.translation[0], p.translation[1], p.translation[2]};
+  return json;
+}
+
+std::string opencv_text(const Camera& camera) {
+  const CameraParameters& p = camera.parameters();
+  const auto matrix = [](const char* name, int rows, int columns, const std::vector<double>& values) {
+    std::string text = std::string(name) + ": !!opencv-matrix\n   rows: " + std::to_string(rows) + "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ ";
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      // OpenCV tells real numbers from integers by the point.
+      std::string number = number_text(values[i]);
+      if (number.find_first_of(".en") == std::string::npos) number += ".";
+      text += (i == 0 ? "" : ", ") + number;
+    }
+    return text + " ]\n";
+  };
+  std::vector<double> rotation;
+  for (int i = 0; i < 9; ++i) rotation.push_back(p.rotation(i / 3, i % 3));
+  return "%YAML:1.0\n---\nimage_width: " + std::to_string(p.width) + "\nimage_height: " + std::to_string(p.height) + "\n" +
+         matrix("camera_matrix", 3, 3, {p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1}) +
+         matrix("distortion_coefficients", 1, 5, {p.distortion.begin(), p.distortion.end()}) + matrix("rotation", 3, 3, rotation) +
+         matrix("translation", 3, 1, {p.translation[0], p.translation[1], p.translation[2]});
 }
 
 }  // namespace patinate

@@ -17,6 +17,7 @@ struct Light {
   Vec3 position = Vec3::Zero();      ///< Near: where it stands, mm, in the scanner's frame.
   Vec3 direction = Vec3(0, 0, 1);    ///< Directional: unit, from the surface to the light, in the scanner's frame.
   Vec3 intensity = Vec3::Ones();     ///< Red, green, blue; > 0. Near: value x mm^2.
+  bool is_intensity_known = true;    ///< False when its file gives none: intensity is 1 then, and stands for nothing.
   std::string name;                  ///< As the file says it; may be empty.
 };
 

@@ -1,0 +1,9 @@
+#include "libcommon/geometry/camera_io.h"
+#include "tests/fuzz/fuzz_target.h"
+
+using namespace patinate;
+
+PATINATE_FUZZ_TARGET(camera_yaml) {
+  const Camera camera = read_camera(fuzz::fuzz_file("camera.yml", bytes));
+  fuzz::require(camera.center().allFinite(), "a camera stands somewhere");
+}

@@ -9,6 +9,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "libcommon/geometry/mesh_formats.h"
+#include "libcommon/geometry/point_cloud_formats.h"
 
 namespace patinate {
 
@@ -21,6 +22,30 @@ class ObjReader {
       : file_(path.string()), text_(read_file(path)), builder_(file_) {}
 
   Mesh read() {
+    parse();
+    if (num_faces_ == 0) {
+      throw IoError(file_, positions_.empty() ? "no vertices and no faces; is it an OBJ file?"
+                                              : "no faces, only " + std::to_string(positions_.size()) +
+                                                    " points (a point cloud); a surface is needed");
+    }
+    return builder_.finish();
+  }
+
+  /// Vertices as they are listed, with faces or without.
+  PointCloud read_cloud() {
+    is_cloud_ = true;
+    parse();
+    const bool has_normals = normals_.size() == positions_.size() && !has_other_normal_indices_;
+    PointCloudBuilder cloud;
+    for (std::size_t i = 0; i < positions_.size(); ++i) {
+      cloud.add_point(positions_[i], has_normals ? std::optional(normals_[i]) : std::nullopt);
+    }
+    for (const std::vector<std::size_t>& polygon : polygons_) cloud.add_polygon(polygon);
+    return cloud.finish(file_);
+  }
+
+ private:
+  void parse() {
     if (text_.find('\0') != std::string::npos) throw IoError(file_, "holds binary data; an OBJ file is text");
     join_continued_lines();
     std::string_view rest = text_;
@@ -35,15 +60,8 @@ class ObjReader {
       }
       read_statement(statement.substr(0, statement.find('#')));
     }
-    if (num_faces_ == 0) {
-      throw IoError(file_, positions_.empty() ? "no vertices and no faces; is it an OBJ file?"
-                                              : "no faces, only " + std::to_string(positions_.size()) +
-                                                    " points (a point cloud); a surface is needed");
-    }
-    return builder_.finish();
   }
 
- private:
   [[noreturn]] void fail(const std::string& problem) const {
     throw IoError(file_, "line " + std::to_string(line_) + ": " + problem);
   }
@@ -132,9 +150,11 @@ class ObjReader {
 
   void read_face(std::string_view rest) {
     corners_.clear();
+    polygon_.clear();
     for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
       MeshBuilder::Corner corner;
-      corner.position = positions_[static_cast<std::size_t>(read_index(word, positions_.size(), "vertex"))];
+      polygon_.push_back(static_cast<std::size_t>(read_index(word, positions_.size(), "vertex")));
+      corner.position = positions_[polygon_.back()];
       if (!word.empty() && word.front() == '/') {
         word.remove_prefix(1);
         if (!word.empty() && word.front() != '/') {
@@ -142,15 +162,22 @@ class ObjReader {
         }
         if (!word.empty() && word.front() == '/') {
           word.remove_prefix(1);
-          if (!word.empty())
-            corner.normal = normals_[static_cast<std::size_t>(read_index(word, normals_.size(), "normal"))];
+          if (!word.empty()) {
+            const auto normal = static_cast<std::size_t>(read_index(word, normals_.size(), "normal"));
+            corner.normal = normals_[normal];
+            has_other_normal_indices_ = has_other_normal_indices_ || normal != polygon_.back();
+          }
         }
       }
       if (!word.empty()) fail("`" + std::string(word) + "` follows an index of a face");
       corners_.push_back(corner);
     }
     if (corners_.size() < 3) fail("a face has " + std::to_string(corners_.size()) + " corners; it needs at least 3");
-    builder_.add_polygon(corners_);
+    if (is_cloud_) {
+      polygons_.push_back(polygon_);
+    } else {
+      builder_.add_polygon(corners_);
+    }
     ++num_faces_;
   }
 
@@ -163,10 +190,15 @@ class ObjReader {
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
   std::vector<MeshBuilder::Corner> corners_;
+  std::vector<std::size_t> polygon_;  ///< The same corners as indices of positions.
+  bool is_cloud_ = false;
+  bool has_other_normal_indices_ = false;  ///< Some corner has a normal of another index than its position.
+  std::vector<std::vector<std::size_t>> polygons_;
 };
 
 }  // namespace
 
 Mesh read_obj(const std::filesystem::path& path) { return ObjReader(path).read(); }
+PointCloud read_obj_cloud(const std::filesystem::path& path) { return ObjReader(path).read_cloud(); }
 
 }  // namespace patinate

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libcommon/geometry/mesh.h"
+#include "libcommon/geometry/rigid_transform.h"
 
 namespace patinate {
 
@@ -25,11 +26,17 @@ struct PointCloud {
   std::optional<Grid> grid;
   std::optional<Vec3> scanner;  ///< Where the scanner stood, in the cloud's frame, when the file says it.
 
+  std::optional<Vec3> toward_scanner;  ///< Unit; of a scanner that looks along parallel lines, when `scanner` is not known (range grids).
+
   [[nodiscard]] int num_points() const { return static_cast<int>(points.size()); }
 };
 
 /// Multiplies positions.
 void scale_cloud(PointCloud& cloud, double factor);
 [[nodiscard]] Box bounding_box(const PointCloud& cloud);
+/// Unit vector from a point to where the scanner stood: to `scanner` when it is known, else `toward_scanner`, else nothing.
+[[nodiscard]] std::optional<Vec3> direction_to_scanner(const PointCloud& cloud, const Vec3& point);
+/// All of it moved: points, normals, scanner.
+[[nodiscard]] PointCloud moved(PointCloud cloud, const RigidTransform& target_from_cloud);
 
 }  // namespace patinate

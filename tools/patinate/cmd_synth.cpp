@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "datasets_synthetic/crackle_io.h"
+#include "datasets_synthetic/mould_io.h"
 #include "datasets_synthetic/sculpture.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
@@ -12,7 +13,7 @@ namespace patinate {
 
 namespace {
 
-const std::vector<std::string> kKinds{"crackle", "sculpture"};
+const std::vector<std::string> kKinds{"crackle", "mould", "sculpture"};
 
 JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output) {
   check_ranges(options);
@@ -41,19 +42,23 @@ int cmd_synth(CommandRun& run) {
   std::string kind;
   std::filesystem::path output;
   CrackleOptions crackle_options;
+  MouldOptions mould_options;
   SculptureOptions sculpture_options;
-  run.line.positional("KIND", "crackle (a capture project with its truth) or sculpture (a mesh to age)", kind);
+  run.line.positional("KIND", "crackle (a capture project with its truth), mould (one of scans and lights, with its truth) or sculpture (a mesh to age)", kind);
   run.line.choices(kKinds);
   run.line.output("FOLDER", "Folder to make", output);
   // Each kind has options of its own, so the kind decides what --help lists and what is accepted.
   const std::string asked = run.first_positional();
   if (asked == "crackle") run.line.options(crackle_options);
+  if (asked == "mould") run.line.options(mould_options);
   if (asked == "sculpture") run.line.options(sculpture_options);
   run.line.example("synth crackle -o crackle");
+  run.line.example("synth mould -o mould --exact");
   run.line.example("synth crackle --help");
   if (!run.parse()) return 0;
-  const JobPlan plan =
-      kind == "crackle" ? plan_crackle(crackle_options, output) : plan_sculpture(sculpture_options, output);
+  const JobPlan plan = kind == "crackle" ? plan_crackle(crackle_options, output)
+                       : kind == "mould" ? plan_mould(mould_options, output)
+                                         : plan_sculpture(sculpture_options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "synth " + kind);
   if (status) run.report_output(*status, output);
   return 0;

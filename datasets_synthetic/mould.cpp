@@ -1,0 +1,233 @@
+#include "datasets_synthetic/mould.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/random.h"
+#include "libcommon/geometry/height_field.h"
+#include "libcommon/image/filters.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr std::uint32_t kDents = 200;  // Purposes of random streams.
+constexpr std::uint32_t kMottle = 210;
+constexpr double kCurvatureGrid = 1.0 / 150.0;  ///< Spacing of the curvature's grid, in radii.
+constexpr double kNormalStep = 1e-4;
+
+// All in radii of the mould.
+constexpr double kHeight = 0.24;
+constexpr double kFootOfWall = 0.83, kTopOfWall = 0.44;
+
+double smooth_step(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * t * (t * (6.0 * t - 15.0) + 10.0);
+}
+double bump(double x) { return std::exp(-x * x); }
+
+/// Colours over the progress of the patina.
+Vec3 copper_color(double progress) {
+  static const std::array<Vec3, 4> kColors{Vec3(0.58, 0.29, 0.18), Vec3(0.30, 0.135, 0.08), Vec3(0.135, 0.095, 0.07), Vec3(0.20, 0.37, 0.31)};
+  constexpr std::array<double, 4> kAt{0.0, 0.35, 0.62, 1.0};
+  for (std::size_t i = 1; i < kAt.size(); ++i) {
+    if (progress > kAt[i] && i + 1 < kAt.size()) continue;
+    const double f = smooth_step(kAt[i - 1], kAt[i], progress);
+    return (1.0 - f) * kColors[i - 1] + f * kColors[i];
+  }
+  return kColors.back();
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, MouldOptions& o) {
+  v.visit({"width", "Width of the photographs", "px", between(32, 4096)}, o.width);
+  v.visit({"height", "Height of the photographs", "px", between(32, 4096)}, o.height);
+  v.visit({"steps", "How often it is scanned and photographed", "", between(1, 1000)}, o.num_steps);
+  v.visit({"lights", "Photographs per step, one under each light", "", between(1, 64)}, o.num_lights);
+  v.visit({"interval", "Time between steps", "d", above(0)}, o.interval_d);
+  v.visit({"radius", "Radius of the mould", "mm", above(0)}, o.radius_mm);
+  v.visit({"spokes", "Spokes of the mould", "", between(0, 40)}, o.num_spokes);
+  v.visit({"dents", "Dents in the mould", "", between(0, 100)}, o.num_dents);
+  v.visit({"scan_spacing", "Distance between the scanner's points", "mm", above(0)}, o.scan_spacing_mm);
+  v.visit({"scan_noise", "Standard deviation of the scanner's points", "mm", at_least(0)}, o.scan_noise_mm);
+  v.visit({"noise", "Standard deviation of photographs, in sRGB codes / 255; with this and `scan_noise` 0 they are float images of the scan's own triangles", "", between(0, 0.5)}, o.noise);
+  v.visit({"motion_deg", "How far the object is turned between steps, at most", "degrees", between(0, 180)}, o.motion_deg);
+  v.visit({"motion", "How far the object is moved between steps, at most", "mm", at_least(0)}, o.motion_mm);
+  v.visit({"highlights", "Strength of the polish; 1 = bright copper, 0 = matt", "", between(0, 10)}, o.highlights);
+  v.visit({"shadows", "Whether the object casts shadows"}, o.shadows);
+  v.visit({"ambient", "What a white surface shows with all lights off", "", between(0, 1)}, o.ambient);
+  v.visit({"drift", "Standard deviation of exposure and white balance from step to step", "", between(0, 0.5)}, o.drift);
+  v.visit({"exact", "Nothing disturbs: no noise, motion, highlights, shadows, ambient light or drift"}, o.exact);
+  v.visit({"transforms", "The project says how the object was moved, so that nothing has to be registered"}, o.transforms);
+  v.visit({"seed", "Seed of every random choice", "", at_least(0)}, o.seed);
+}
+
+MouldOptions checked_mould(MouldOptions o) {
+  check_ranges(o);
+  if (o.scan_spacing_mm > o.radius_mm / 10.0 || o.scan_spacing_mm < o.radius_mm / 2000.0) {
+    throw InvalidInput("scan_spacing: must be between a 10th and a 2000th of `radius`");
+  }
+  if (o.exact) {
+    o.scan_noise_mm = o.noise = o.motion_deg = o.motion_mm = o.highlights = o.ambient = o.drift = 0.0;
+    o.shadows = false;
+  }
+  return o;
+}
+
+double mould_lobe(const MouldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera) {
+  const double nl = normal.dot(to_light), nv = normal.dot(to_camera);
+  if (!(look.specular > 0.0) || nl <= 0.0 || nv <= 0.0) return 0.0;
+  const double cosine = std::min(1.0, normal.dot((to_light + to_camera).normalized()));
+  if (cosine <= 0.0) return 0.0;
+  const double tangent2 = 1.0 / (cosine * cosine) - 1.0, r2 = look.roughness * look.roughness;
+  return look.specular * std::exp(-tangent2 / r2) / (4.0 * kPi * r2 * std::sqrt(nl * nv));
+}
+
+Mould::Mould(const MouldOptions& options, const RunControl& control)
+    : options_(options),
+      coarse_(static_cast<std::uint64_t>(options.seed), kMottle, 2.2, 2.2, 0.16, 0.16),
+      fine_(static_cast<std::uint64_t>(options.seed), kMottle + 1, 2.2, 2.2, 0.05, 0.05) {
+  const double radius = options_.radius_mm;
+  for (int i = 0; i < options_.num_dents; ++i) {
+    RandomStream random(static_cast<std::uint64_t>(options_.seed), static_cast<std::uint64_t>(i), kDents);
+    const double r = radius * (0.15 + 0.65 * random.uniform()), angle = 2.0 * kPi * random.uniform();
+    const double depth = radius * (0.007 + 0.012 * random.uniform()), width = radius * (0.045 + 0.05 * random.uniform());
+    dents_.push_back({r * std::cos(angle), r * std::sin(angle), depth, width});
+  }
+  HeightField field;
+  curvature_spacing_ = radius * kCurvatureGrid;
+  const int half = static_cast<int>(std::floor(1.0 / kCurvatureGrid)), size = 2 * half + 1;
+  field.height_mm = Image<double>(size, size);
+  field.seen = ImageU8(size, size);
+  field.spacing_mm = curvature_spacing_;
+  for (int row = 0; row < size; ++row) {
+    for (int column = 0; column < size; ++column) {
+      const double x = (column - half) * curvature_spacing_, y = (half - row) * curvature_spacing_;
+      if (std::hypot(x, y) > radius) continue;
+      field.seen.at(column, row) = 255;
+      field.height_mm.at(column, row) = height(x, y);
+    }
+  }
+  curvature_ = height_curvature(field, curvature_width_mm(), control);
+  const Percentiles ends = percentiles(curvature_, field.seen, 0.02, 0.98);
+  curvature_low_ = static_cast<double>(ends.low);
+  curvature_high_ = std::max(static_cast<double>(ends.high), curvature_low_ + 1e-9);
+}
+
+double Mould::height(double x, double y) const {
+  const double radius = options_.radius_mm, u = std::hypot(x, y) / radius;
+  const int n = options_.num_spokes;
+  // The wall's outline is scalloped, one lobe between two spokes.
+  const double wave = n > 0 && u > 1e-6 ? std::cos(n * std::atan2(y, x)) : 0.0;
+  const double lobed = u * (1.0 + 0.05 * wave * smooth_step(0.15, 0.45, u) * (1.0 - smooth_step(0.80, 0.92, u)));
+  double z = kHeight * (1.0 - smooth_step(kTopOfWall, kFootOfWall, lobed));
+  z -= 0.13 * bump(std::pow(u / 0.17, 2));                    // The pit in the middle,
+  z += 0.035 * bump((u - 0.215) / 0.045);                     // its rim,
+  z += 0.040 * bump((u - 0.945) / 0.030);                     // the rolled rim outside,
+  z -= 0.020 * bump((u - 0.855) / 0.030);                     // the groove inside of it.
+  double spokes = 0.0;
+  const double along = smooth_step(0.26, 0.36, u) * (1.0 - smooth_step(0.74, 0.84, u));
+  if (along > 0.0) {
+    for (int k = 0; k < n; ++k) {
+      const double angle = 2.0 * kPi * (k + 0.5) / n, cosine = std::cos(angle), sine = std::sin(angle);
+      const double ahead = (x * cosine + y * sine) / radius, aside = (y * cosine - x * sine) / radius;
+      if (ahead > 0.0) spokes += bump(aside / 0.033);
+    }
+  }
+  z += 0.045 * along * spokes;
+  z *= radius;
+  for (const Dent& d : dents_) z -= d.depth * bump(std::hypot(x - d.x, y - d.y) / d.width);
+  return z;
+}
+
+Vec3 Mould::normal(double x, double y) const {
+  const double e = kNormalStep * options_.radius_mm / 60.0;
+  const double dx = (height(x + e, y) - height(x - e, y)) / (2.0 * e), dy = (height(x, y + e) - height(x, y - e)) / (2.0 * e);
+  return Vec3(-dx, -dy, 1.0).normalized();
+}
+
+Mesh Mould::mesh(double spacing_mm) const {
+  const int half = static_cast<int>(std::ceil(options_.radius_mm / spacing_mm)), size = 2 * half + 1;
+  Mesh mesh;
+  Image<int> index(size, size, 1, -1);
+  for (int row = 0; row < size; ++row) {
+    for (int column = 0; column < size; ++column) {
+      // Corners beyond the disc are drawn in to its border.
+      double x = (column - half) * spacing_mm, y = (half - row) * spacing_mm;
+      const double r = std::hypot(x, y), limit = options_.radius_mm;
+      if (r > limit + spacing_mm) continue;
+      if (r > limit) {
+        x *= limit / r;
+        y *= limit / r;
+      }
+      index.at(column, row) = static_cast<int>(mesh.positions.size());
+      mesh.positions.emplace_back(x, y, height(x, y));
+      mesh.normals.push_back(normal(x, y));
+    }
+  }
+  const auto add = [&](int a, int b, int c) {
+    if (a < 0 || b < 0 || c < 0) return;
+    const auto at = [&](int i) -> const Vec3& { return mesh.positions[static_cast<std::size_t>(i)]; };
+    if (!((at(b) - at(a)).cross(at(c) - at(a)).z() > 1e-4 * spacing_mm * spacing_mm)) return;
+    mesh.triangles.push_back({a, b, c});
+  };
+  for (int row = 0; row + 1 < size; ++row) {
+    for (int column = 0; column + 1 < size; ++column) {
+      const int a = index.at(column, row + 1), b = index.at(column + 1, row + 1), c = index.at(column + 1, row), d = index.at(column, row);
+      add(a, b, c);
+      add(a, c, d);
+    }
+  }
+  mesh.normal_triangles = mesh.triangles;
+  mesh.triangle_surface.assign(mesh.triangles.size(), 0);
+  mesh.surfaces = {{}};
+  return mesh;
+}
+
+double Mould::curvature(double x, double y) const {
+  const int half = (curvature_.width() - 1) / 2;
+  const double u = std::clamp(x / curvature_spacing_ + half, 0.0, static_cast<double>(2 * half) - 1e-9);
+  const double v = std::clamp(half - y / curvature_spacing_, 0.0, static_cast<double>(2 * half) - 1e-9);
+  const int i = static_cast<int>(u), j = static_cast<int>(v);
+  const auto at = [&](int a, int b) { return static_cast<double>(curvature_.at(a, b)); };
+  const double f = u - i, g = v - j;
+  return (1.0 - g) * ((1.0 - f) * at(i, j) + f * at(i + 1, j)) + g * ((1.0 - f) * at(i, j + 1) + f * at(i + 1, j + 1));
+}
+
+double Mould::lacquer(double x, double y) const {
+  const double radius = options_.radius_mm, r = std::hypot(x - 0.42 * radius, y + 0.40 * radius) / radius;
+  return 1.0 - smooth_step(0.145, 0.165, r);
+}
+
+double Mould::mottle(double x, double y) const {
+  const double u = x / options_.radius_mm + 1.1, v = y / options_.radius_mm + 1.1;
+  return 0.6 * coarse_(u, v) + 0.4 * fine_(u, v);
+}
+
+double Mould::progress(double x, double y, double time_d) const {
+  const double duration = options_.interval_d * std::max(1, options_.num_steps - 1);
+  const double reached = std::clamp((curvature(x, y) - curvature_low_) / (curvature_high_ - curvature_low_), 0.0, 1.0);
+  const double begin = 0.70 - 0.85 * std::pow(reached, 1.5) + 0.40 * mottle(x, y);
+  return (1.0 - lacquer(x, y)) * smooth_step(begin, begin + 0.85, time_d / duration);
+}
+
+MouldLook Mould::look(double x, double y, double time_d) const {
+  const double p = progress(x, y, time_d), duration = options_.interval_d * std::max(1, options_.num_steps - 1);
+  // Everything that is bare tarnishes a little.
+  const double dull = (1.0 - lacquer(x, y)) * (1.0 - std::exp(-2.0 * time_d / duration));
+  MouldLook look;
+  look.albedo = copper_color(std::max(p, 0.25 * dull)) * (1.0 + (0.10 + 0.35 * p) * mottle(y, x));
+  const double bright = (1.0 - 0.6 * dull) * std::pow(1.0 - p, 2);
+  look.specular = options_.highlights * (0.012 + 0.14 * bright);
+  look.roughness = 0.16 + 0.22 * (1.0 - bright);
+  return look;
+}
+
+}  // namespace patinate

@@ -1,0 +1,113 @@
+/// \file
+/// A copper mould that patinates: a shape with exact truth that is scanned, photographed under near lights, and moved in between.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "datasets_synthetic/smooth_noise.h"
+#include "libcommon/core/options.h"
+#include "libcommon/core/run_control.h"
+#include "libcommon/geometry/camera.h"
+#include "libcommon/geometry/light.h"
+#include "libcommon/geometry/mesh.h"
+#include "libcommon/geometry/point_cloud.h"
+#include "libcommon/geometry/rigid_transform.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+/// Settings of the mould, of how it is captured, and of what disturbs that.
+struct MouldOptions {
+  int width = 320;                 ///< Of the photographs; [32, 4096].
+  int height = 240;                ///< [32, 4096].
+  int num_steps = 4;               ///< [1, 1000].
+  int num_lights = 5;              ///< [1, 64].
+  double interval_d = 20.0;        ///< Days between steps; > 0.
+  double radius_mm = 60.0;         ///< Of the mould; > 0. Its other lengths, and where camera and lights stand, go with it.
+  int num_spokes = 10;             ///< [0, 40].
+  int num_dents = 7;               ///< [0, 100].
+  double scan_spacing_mm = 0.7;    ///< Between the scanner's points; > 0.
+  double scan_noise_mm = 0.02;     ///< Standard deviation along the scanner's direction; >= 0.
+  double noise = 0.004;            ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
+  double motion_deg = 5.0;         ///< How far the object is turned between steps, at most; [0, 180].
+  double motion_mm = 3.0;          ///< How far it is moved, at most; >= 0.
+  double highlights = 1.0;         ///< Strength of the polish, times that of bright copper; [0, 10].
+  bool shadows = true;             ///< Whether the object casts shadows.
+  double ambient = 0.01;           ///< Value of a white surface with all lights off; [0, 1].
+  double drift = 0.03;             ///< Standard deviation of exposure and white balance from step to step; [0, 0.5].
+  bool exact = false;              ///< Nothing disturbs: as if the eight above were 0 or off.
+  bool transforms = false;         ///< The project says how the object was moved, so that nothing has to be registered.
+  std::int64_t seed = 1;           ///< >= 0.
+};
+void describe(OptionVisitor& v, MouldOptions& o);
+/// The options with what `exact` means put in. @throws InvalidInput if one is out of range.
+[[nodiscard]] MouldOptions checked_mould(MouldOptions options);
+
+/// What a place of the surface looks like at a time.
+struct MouldLook {
+  Vec3 albedo = Vec3::Zero();
+  double specular = 0.0;   ///< Share of the light in the lobe of mould_lobe().
+  double roughness = 1.0;  ///< Its width: tangent of the half vector's angle at which it falls to 1/e.
+};
+
+/// The lobe, times E max(0, n . l): s exp(-(tan a / r)^2) / (4 pi r^2 sqrt(n.l n.v)), a the half vector's angle to the normal [Ward 1992].
+[[nodiscard]] double mould_lobe(const MouldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera);
+
+/// The object in its own frame: a height function z(x, y) in mm over a disc, z toward the viewer, and its patina. Immutable.
+class Mould {
+ public:
+  /// @param options  Of checked_mould().
+  explicit Mould(const MouldOptions& options, const RunControl& control = {});
+
+  [[nodiscard]] double height(double x, double y) const;
+  /// Unit, of the height function (central differences over 2e-4 mm).
+  [[nodiscard]] Vec3 normal(double x, double y) const;
+  /// Triangles of the disc, edges of about `spacing_mm`, with normal() at its corners.
+  [[nodiscard]] Mesh mesh(double spacing_mm) const;
+  /// height_curvature() of the height function, 1/mm, concave positive, at a width of radius / 40. What the patina follows.
+  [[nodiscard]] double curvature(double x, double y) const;
+  [[nodiscard]] double curvature_width_mm() const { return options_.radius_mm / 40.0; }
+  /// Whether the place is lacquered, so that it never changes.
+  [[nodiscard]] bool is_lacquered(double x, double y) const { return lacquer(x, y) > 0.99; }
+  /// Copper goes brown, then green: soon where it is concave, late on ridges. @param time_d  >= 0.
+  [[nodiscard]] MouldLook look(double x, double y, double time_d) const;
+  [[nodiscard]] const MouldOptions& options() const { return options_; }
+
+ private:
+  struct Dent {
+    double x, y, depth, width;
+  };
+  /// 1 under the lacquer, 0 beside it, smooth between.
+  [[nodiscard]] double lacquer(double x, double y) const;
+  [[nodiscard]] double progress(double x, double y, double time_d) const;
+  /// Unevenness of metal and patina, about [-0.6, 0.6].
+  [[nodiscard]] double mottle(double x, double y) const;
+
+  MouldOptions options_;
+  SmoothNoise coarse_, fine_;
+  std::vector<Dent> dents_;
+  ImageF curvature_;  ///< On a grid of curvature_spacing_, its middle the object's.
+  double curvature_spacing_ = 1.0;
+  double curvature_low_ = 0.0, curvature_high_ = 1.0;  ///< 2nd and 98th percentile.
+};
+
+/// Where everything stands, in the scanner's frame: z up toward the scanner, mm.
+struct MouldRig {
+  Camera camera;
+  std::vector<Light> lights;
+  std::vector<RigidTransform> scanner_from_object;  ///< One a step.
+  std::vector<Vec3> gains;                          ///< Red, green, blue of every step's photographs; 1 at step 0.
+  double table_mm = 0.0;                            ///< z of the table that the mould lies on.
+  Box card;                                         ///< A gray card on the table, for `reference_patch`; z not used.
+};
+inline constexpr double kMouldCardAlbedo = 0.45;
+[[nodiscard]] MouldRig mould_rig(const MouldOptions& options);
+/// Corners of the card's inner part in the photographs.
+[[nodiscard]] std::vector<Vec2> card_polygon(const MouldRig& rig);
+
+/// What the scanner sees at a step: a square grid of points along z, moved along z by its noise; triangles between neighbours, none over
+/// jumps; normals of the object only when there is no noise. In the scanner's frame.
+[[nodiscard]] PointCloud mould_scan(const Mould& mould, const MouldRig& rig, int step, const RunControl& control = {});
+
+}  // namespace patinate

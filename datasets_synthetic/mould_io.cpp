@@ -1,0 +1,212 @@
+#include "datasets_synthetic/mould_io.h"
+
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "datasets_synthetic/crackle.h"
+#include "datasets_synthetic/mould_light.h"
+#include "libcommon/core/json.h"
+#include "libcommon/geometry/point_cloud_io.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/job/job_inputs.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Made when the first item needs it and shared by all.
+class SharedMould {
+ public:
+  explicit SharedMould(const MouldOptions& o) : options(o), rig(mould_rig(o)) {}
+  const Mould& get(const RunControl& control) {
+    const std::lock_guard lock(mutex_);
+    if (!mould_) {
+      RunControl quiet = control;
+      quiet.on_progress = nullptr;
+      mould_ = std::make_unique<Mould>(options, quiet);
+    }
+    return *mould_;
+  }
+
+  const MouldOptions options;
+  const MouldRig rig;
+
+ private:
+  std::mutex mutex_;
+  std::unique_ptr<Mould> mould_;
+};
+
+std::string digits(int index, int count) {
+  char text[16];
+  std::snprintf(text, sizeof(text), "%0*d", count, index);
+  return text;
+}
+
+fs::path step_folder(int step) { return "step" + digits(step, 2); }
+std::string photo_extension(const MouldOptions& o) { return o.noise > 0.0 ? ".png" : ".exr"; }
+fs::path photo_file(const MouldOptions& o, int step, int light) { return step_folder(step) / ("light" + std::to_string(light) + photo_extension(o)); }
+fs::path dark_file(const MouldOptions& o, int step) { return step_folder(step) / ("dark" + photo_extension(o)); }
+fs::path in_light_file(int step, int light) { return fs::path("truth/in_light") / (digits(step, 2) + "_" + std::to_string(light) + ".png"); }
+fs::path albedo_file(int step) { return fs::path("truth/albedo") / (digits(step, 4) + ".exr"); }
+fs::path specular_file(int step) { return fs::path("truth/specular") / (digits(step, 4) + ".exr"); }
+
+void save_photo(const fs::path& file, const MouldOptions& o, const ImageF& linear, int picture) {
+  if (o.noise > 0.0) {
+    write_codes(file, photograph(linear, o.noise, o.seed, picture));
+  } else {
+    write_exr(file, linear, {"R", "G", "B"}, ExrDepth::Float);
+  }
+}
+
+void run_step(SharedMould& shared, int step, const fs::path& folder, const RunControl& control) {
+  const Mould& mould = shared.get(control);
+  const MouldOptions& o = shared.options;
+  fs::create_directories(folder / step_folder(step));
+  fs::create_directories(folder / "truth/in_light");
+  write_point_cloud(folder / step_folder(step) / "scan.ply", mould_scan(mould, shared.rig, step, control.part(0.0, 0.2)));
+  const Mesh surface = mould_surface(mould, shared.rig, step, control.part(0.2, 0.3));
+  const MouldPhotos photos = mould_photos(mould, shared.rig, step, surface, control.part(0.3, 1.0));
+  const int num_pictures = o.num_lights + 1;
+  for (int i = 0; i < o.num_lights; ++i) {
+    save_photo(folder / photo_file(o, step, i), o, photos.lit[static_cast<std::size_t>(i)], step * num_pictures + i);
+    write_codes(folder / in_light_file(step, i), photos.in_light[static_cast<std::size_t>(i)]);
+  }
+  if (o.ambient > 0.0) save_photo(folder / dark_file(o, step), o, photos.dark, step * num_pictures + o.num_lights);
+}
+
+std::vector<fs::path> truth_files(const MouldOptions& o) {
+  std::vector<fs::path> files{"truth/position.exr", "truth/normal.exr", "truth/accessibility.exr", "truth/mask.png", "truth/lacquered.png"};
+  for (int step = 0; step < o.num_steps; ++step) {
+    files.push_back(albedo_file(step));
+    files.push_back(specular_file(step));
+  }
+  return files;
+}
+
+void run_truth(SharedMould& shared, const fs::path& folder, const RunControl& control) {
+  const Mould& mould = shared.get(control);
+  const MouldOptions& o = shared.options;
+  const MouldView view = mould_view(shared.rig, mould_surface(mould, shared.rig, 0, control.part(0.0, 0.3)), control.part(0.3, 0.6));
+  for (const char* name : {"truth/albedo", "truth/specular"}) fs::create_directories(folder / name);
+  write_exr(folder / "truth/position.exr", view.position_mm, {"X", "Y", "Z"}, ExrDepth::Float);
+  write_exr(folder / "truth/normal.exr", view.normal, {"X", "Y", "Z"}, ExrDepth::Float);
+  write_codes(folder / "truth/mask.png", view.mask);
+  ImageF curvature(o.width, o.height);
+  ImageU8 lacquered(o.width, o.height);
+  for (int step = 0; step < o.num_steps; ++step) {
+    ImageF albedo(o.width, o.height, 3), specular(o.width, o.height, 2);
+    for (int y = 0; y < o.height; ++y) {
+      for (int x = 0; x < o.width; ++x) {
+        if (view.mask.at(x, y) == 0) continue;
+        const double u = static_cast<double>(view.object_mm.at(x, y, 0)), v = static_cast<double>(view.object_mm.at(x, y, 1));
+        const MouldLook look = mould.look(u, v, step * o.interval_d);
+        for (int c = 0; c < 3; ++c) albedo.at(x, y, c) = static_cast<float>(look.albedo[c]);
+        specular.at(x, y, 0) = static_cast<float>(look.specular);
+        specular.at(x, y, 1) = static_cast<float>(look.roughness);
+        curvature.at(x, y) = static_cast<float>(mould.curvature(u, v));
+        lacquered.at(x, y) = mould.is_lacquered(u, v) ? 255 : 0;
+      }
+    }
+    write_exr(folder / albedo_file(step), albedo, {"R", "G", "B"}, ExrDepth::Float);
+    write_exr(folder / specular_file(step), specular, {"strength", "roughness"}, ExrDepth::Float);
+    control.report(0.6 + 0.4 * (step + 1) / o.num_steps);
+  }
+  write_exr(folder / "truth/accessibility.exr", curvature, {"Y"}, ExrDepth::Float);
+  write_codes(folder / "truth/lacquered.png", lacquered);
+}
+
+Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+template <class Matrix>
+Json matrix_json(const Matrix& m) {
+  Json rows = Json::array();
+  for (Eigen::Index r = 0; r < m.rows(); ++r) {
+    rows.push_back(Json::array());
+    for (Eigen::Index c = 0; c < m.cols(); ++c) rows.back().push_back(m(r, c));
+  }
+  return rows;
+}
+
+/// What brings a step's scanner frame into the first one's.
+RigidTransform reference_from_scan(const MouldRig& rig, int step) {
+  return rig.scanner_from_object.front() * rig.scanner_from_object[static_cast<std::size_t>(step)].inverse();
+}
+
+Json capture_json(const MouldOptions& o, const MouldRig& rig) {
+  const CameraParameters& p = rig.camera.parameters();
+  Json json{{"format", "patinate.capture"}, {"version", 1}, {"name", "copper mould"}, {"kind", "relit"}, {"unit", "mm"}, {"time_unit", "d"}, {"response", "srgb"}};
+  Eigen::Matrix3d matrix;
+  matrix << p.fx, 0.0, p.cx, 0.0, p.fy, p.cy, 0.0, 0.0, 1.0;
+  json["camera"] = {{"width", p.width}, {"height", p.height}, {"matrix", matrix_json(matrix)}, {"distortion", p.distortion},
+                    {"rotation", matrix_json(p.rotation)}, {"translation", vector_json(p.translation)}};
+  json["lights"] = Json::array();
+  for (const Light& light : rig.lights) json["lights"].push_back({{"position", vector_json(light.position)}, {"intensity", vector_json(light.intensity)}});
+  Json polygon = Json::array();
+  for (const Vec2& corner : card_polygon(rig)) polygon.push_back({corner.x(), corner.y()});
+  json["reference_patch"] = {{"polygon", polygon}, {"albedo", vector_json(kMouldCardAlbedo * Vec3::Ones())}};
+  json["reference"] = 0;
+  json["steps"] = Json::array();
+  for (int step = 0; step < o.num_steps; ++step) {
+    Json entry{{"time", step * o.interval_d}, {"scan", (step_folder(step) / "scan.ply").generic_string()}, {"photos", Json::array()}};
+    for (int i = 0; i < o.num_lights; ++i) entry["photos"].push_back(photo_file(o, step, i).generic_string());
+    if (o.ambient > 0.0) entry["ambient"] = dark_file(o, step).generic_string();
+    if (o.transforms) entry["transform"] = matrix_json(reference_from_scan(rig, step).matrix());
+    json["steps"].push_back(std::move(entry));
+  }
+  return json;
+}
+
+Json truth_json(const MouldOptions& o, const MouldRig& rig, const std::string& key) {
+  Json json{{"format", "patinate.synthetic"}, {"version", 1}, {"kind", "mould"}};
+  for (const auto& [name, value] : option_values(o)) json["options"][name] = value;
+  json["accessibility"] = {{"file", "accessibility.exr"}, {"unit", "1/mm"}, {"width_mm", o.radius_mm / 40.0}};
+  json["steps"] = Json::array();
+  for (int step = 0; step < o.num_steps; ++step) {
+    json["steps"].push_back({{"time", step * o.interval_d},
+                             {"albedo", albedo_file(step).lexically_relative("truth").generic_string()},
+                             {"specular", specular_file(step).lexically_relative("truth").generic_string()},
+                             {"reference_from_scan", matrix_json(reference_from_scan(rig, step).matrix())},
+                             {"gain", vector_json(rig.gains[static_cast<std::size_t>(step)])}});
+  }
+  json["key"] = key;
+  return json;
+}
+
+}  // namespace
+
+JobPlan plan_mould(const MouldOptions& given, const fs::path& output) {
+  const MouldOptions options = checked_mould(given);
+  JobInputs inputs("synth mould", 1);
+  inputs.add_options(option_values(options));
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = "truth/truth.json";
+  plan.key = inputs.key();
+  plan.depends_on = inputs.list();
+  plan.parallel_items = false;
+  const auto shared = std::make_shared<SharedMould>(options);
+  for (int step = 0; step < options.num_steps; ++step) {
+    JobItem item{.name = "step-" + digits(step, 4), .outputs = {step_folder(step) / "scan.ply"}, .run = {}};
+    for (int i = 0; i < options.num_lights; ++i) {
+      item.outputs.push_back(photo_file(options, step, i));
+      item.outputs.push_back(in_light_file(step, i));
+    }
+    if (options.ambient > 0.0) item.outputs.push_back(dark_file(options, step));
+    item.run = [shared, step](const fs::path& folder, const RunControl& control) { run_step(*shared, step, folder, control); };
+    plan.items.push_back(std::move(item));
+  }
+  plan.items.push_back({.name = "truth", .outputs = truth_files(options), .run = [shared](const fs::path& folder, const RunControl& control) {
+                          run_truth(*shared, folder, control);
+                        }});
+  plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
+    save_json(folder / "capture.json", capture_json(shared->options, shared->rig));
+    save_json(folder / "truth/truth.json", truth_json(shared->options, shared->rig, key));
+  };
+  return plan;
+}
+
+}  // namespace patinate

@@ -297,7 +297,12 @@ std::string read_movie_key(const std::filesystem::path& path) {
   av_log_set_level(AV_LOG_QUIET);
   if (extension_of(path) == ".gif") return gif_comment(path);
   AVFormatContext* file = nullptr;
-  if (avformat_open_input(&file, path.c_str(), nullptr, nullptr) < 0) return "";
+  AVDictionary* limits = nullptr;  // Anything may lie there: only what write_movie() makes is looked into.
+  av_dict_set(&limits, "format_whitelist", "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm", 0);
+  av_dict_set(&limits, "protocol_whitelist", "file", 0);
+  const int error_code = avformat_open_input(&file, path.c_str(), nullptr, &limits);
+  av_dict_free(&limits);
+  if (error_code < 0) return "";
   std::string key;
   if (const AVDictionaryEntry* entry = av_dict_get(file->metadata, kKeyName, nullptr, 0)) {
     const std::string text = entry->value;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/unlighting/specular_fit.h"
 #include "capture/unlighting/unlight_work.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
@@ -15,6 +16,7 @@ namespace {
 constexpr std::int64_t kRows = 2;
 constexpr std::array<std::string_view, 2> kNormalModeNames{"keep", "refine"};
 constexpr std::array<std::string_view, 2> kRejectionNames{"none", "robust"};
+constexpr std::array<std::string_view, 2> kSpecularNames{"none", "fit"};
 
 void put(ImageF& image, int x, int y, const Vec3& v) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
@@ -28,12 +30,19 @@ void fit_row(const UnlightWork& work, const TexelFitOptions& options, int y, Tex
     for (std::size_t k = 0; k < texel.state.size(); ++k) result.samples.at(x, y, static_cast<int>(k)) = static_cast<std::uint8_t>(texel.state[k]);
     put(result.normal, x, y, fit.is_determined ? fit.normal : vector_of(work.normal, x, y));
     result.mask.at(x, y) = fit.is_determined ? 255 : 0;
-    if (!fit.is_determined) continue;
     for (int c = 0; c < work.num_channels; ++c) {
-      result.albedo.at(x, y, c) = static_cast<float>(fit.albedo[static_cast<std::size_t>(c)]);
-      result.stddev.at(x, y, c) = static_cast<float>(fit.stddev[static_cast<std::size_t>(c)]);
+      result.albedo.at(x, y, c) = static_cast<float>(fit.is_determined ? fit.albedo[static_cast<std::size_t>(c)] : 0.0);
+      result.stddev.at(x, y, c) = static_cast<float>(fit.is_determined ? fit.stddev[static_cast<std::size_t>(c)] : 0.0);
     }
   }
+}
+
+void fit_all(const UnlightWork& work, UnlightResult& result, const RunControl& control) {
+  const TexelFitOptions options = work.fit_options();
+  parallel_for(work.height, kRows, control, [&](std::int64_t begin, std::int64_t end) {
+    TexelSamples texel;
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) fit_row(work, options, y, texel, result);
+  });
 }
 
 /// Sums over a few rows of what LightReport and UnlightResult tell.
@@ -160,6 +169,8 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
   v.visit({"normal_sigma", "expected error of the scan's normals", "deg", {0, 90, true}}, o.normal_sigma_deg);
   v.visit_choice({"rejection", "none: every valid lit sample counts; robust: without shadows and highlights"}, o.rejection, kRejectionNames);
   v.visit({"rejection_sigma", "samples farther off than this are shadows or highlights", "standard deviations", between(1.5, 20)}, o.rejection_sigma);
+  v.visit_choice({"specular", "none, or fit: highlights are found and subtracted"}, o.specular, kSpecularNames);
+  v.visit({"specular_window", "highlights are alike within such a distance", "px", between(2, 1000)}, o.specular_window_px);
   v.visit({"noise_floor", "noise of a photograph's value that does not depend on it", "", above(0)}, o.noise_floor);
   v.visit({"noise_share", "noise that grows with the value, as a share of it", "", between(0, 1)}, o.noise_share);
   v.visit({"min_cosine", "light that grazes more does not count", "", {0, 0.99}}, o.min_cosine);
@@ -206,18 +217,28 @@ double estimate_noise_scale(const UnlightWork& work, const RunControl& control) 
 UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, const RunControl& control) {
   UnlightWork work(input, options, control.part(0.0, 0.3));
   check_not_black(work);
-  work.noise_scale = estimate_noise_scale(work, control.part(0.3, 0.4));
+  work.noise_scale = estimate_noise_scale(work, control.part(0.3, 0.35));
   UnlightResult result{.albedo = ImageF(work.width, work.height, work.num_channels),
                        .stddev = ImageF(work.width, work.height, work.num_channels),
                        .normal = ImageF(work.width, work.height, 3),
                        .mask = ImageU8(work.width, work.height),
-                       .samples = ImageU8(work.width, work.height, work.num_lights),
-                       .noise_scale = work.noise_scale};
-  const TexelFitOptions fit_options = work.fit_options();
-  parallel_for(work.height, kRows, control.part(0.4, 0.9), [&](std::int64_t begin, std::int64_t end) {
-    TexelSamples texel;
-    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) fit_row(work, fit_options, y, texel, result);
-  });
+                       .samples = ImageU8(work.width, work.height, work.num_lights)};
+  fit_all(work, result, control.part(0.35, 0.5));
+  if (options.specular == SpecularMode::Fit) {
+    constexpr int kPasses = 2;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      const RunControl part = control.part(0.5 + 0.2 * pass, 0.7 + 0.2 * pass);
+      SpecularFit specular = fit_specular(work, result, part.part(0.0, 0.5));
+      work.highlight_normal = result.normal;
+      work.specular = std::move(specular.values);
+      work.lobe = specular.lobe;
+      work.noise_scale = estimate_noise_scale(work, part.part(0.5, 0.6));
+      fit_all(work, result, part.part(0.6, 1.0));
+    }
+    result.specular = work.specular;
+    result.lobe = work.lobe;
+  }
+  result.noise_scale = work.noise_scale;
   report(work, result, control.part(0.9, 1.0));
   judge_lights(work, result);
   control.report(1.0);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/unlighting/specular_lobe.h"
 #include "libcommon/core/options.h"
 #include "libcommon/core/run_control.h"
 #include "libcommon/geometry/light.h"
@@ -26,16 +27,21 @@ struct UnlightInput {
   ImageU8 mask = {};                  ///< H x W, 0 = no surface; may be empty.
   std::vector<Light> lights = {};     ///< L, in the photographs' order.
   const Mesh* blockers = nullptr;  ///< Casts shadows, mm; may be null.
+  std::optional<Vec3> camera_center = {};  ///< For highlights, mm. Not given: a camera far away along view_direction.
+  Vec3 view_direction = Vec3(0, 0, 1);     ///< Unit, from the surface to the camera; read only without camera_center.
 };
 
 enum class NormalMode { Keep, Refine };
 enum class Rejection { None, Robust };
+enum class SpecularMode { None, Fit };
 
 struct UnlightOptions {
   NormalMode normals = NormalMode::Refine;   ///< Keep: the scan's. Refine: the photographs' where they know better.
   double normal_sigma_deg = 2.0;             ///< Expected error of the scan's normals; (0, 90].
   Rejection rejection = Rejection::Robust;   ///< None: every valid sample that is lit counts (plain least squares).
   double rejection_sigma = 3.0;              ///< Samples farther off are highlights or shadows; [1.5, 20], in standard deviations.
+  SpecularMode specular = SpecularMode::Fit;  ///< Fit: each neighbourhood's highlight is found and subtracted.
+  double specular_window_px = 24.0;          ///< Highlights are alike within such a distance; [2, 1000].
   double noise_floor = 0.001;                ///< Standard deviation of a photograph's value that does not depend on it; > 0.
   double noise_share = 0.005;                ///< The part that grows with the value; [0, 1]. Only their ratio matters: residuals scale both.
   double min_cosine = 0.05;                  ///< Light that grazes more does not count; [0, 1).
@@ -65,6 +71,8 @@ struct UnlightResult {
   ImageF albedo = {};      ///< H x W x C; 0 where not determined.
   ImageF stddev = {};      ///< H x W x C, standard deviation of the albedo.
   ImageF normal = {};      ///< H x W x 3, unit; the scan's where not determined.
+  ImageF specular = {};    ///< H x W x 2: strength and roughness as of specular_lobe(); empty with SpecularMode::None.
+  SpecularLobe lobe = SpecularLobe::Ggx;  ///< Which the photographs fit better.
   ImageU8 mask = {};       ///< 255 = determined.
   ImageU8 samples = {};    ///< H x W x L, SampleState.
   std::vector<LightReport> lights = {};

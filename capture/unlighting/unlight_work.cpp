@@ -32,6 +32,8 @@ void check_lights(const UnlightInput& in) {
     if (!is_near && !(std::abs(light.direction.norm() - 1.0) < 1e-6)) throw InvalidInput(numbered("light", k) + ": its direction must be a unit vector");
   }
   if (is_any_near && in.position_mm.empty()) throw InvalidInput("near lights need the surface's positions (a scan)");
+  if (in.camera_center && in.position_mm.empty()) throw InvalidInput("a camera's place means nothing without the surface's positions");
+  if (!(std::abs(in.view_direction.norm() - 1.0) < 1e-6)) throw InvalidInput("view_direction must be a unit vector");
   if (in.blockers != nullptr && in.position_mm.empty()) throw InvalidInput("cast shadows need the surface's positions");
 }
 
@@ -142,7 +144,29 @@ TexelFitOptions UnlightWork::fit_options() const {
           .min_lights = options.min_lights};
 }
 
+Vec3 UnlightWork::to_camera(int x, int y) const {
+  return input.camera_center ? Vec3((*input.camera_center - position(x, y)).normalized()) : input.view_direction;
+}
+
 void UnlightWork::load(int x, int y, TexelSamples& texel) const {
+  load_raw(x, y, texel);
+  if (specular.empty()) return;
+  constexpr double kUncertain = 0.15;  // The lobe's form is a model.
+  const auto strength = static_cast<double>(specular.at(x, y, 0)), roughness = static_cast<double>(specular.at(x, y, 1));
+  if (!(strength > 0.0)) return;
+  const Vec3 n = vector_of(highlight_normal, x, y), eye = to_camera(x, y);
+  for (int k = 0; k < num_lights; ++k) {
+    const double reflected = strength * specular_lobe(lobe, n, texel.direction[static_cast<std::size_t>(k)], eye, roughness);
+    for (int c = 0; c < num_channels; ++c) {
+      const auto at = texel.index(k, c);
+      const double highlight = reflected * texel.irradiance[at] * std::numbers::pi;
+      texel.value[at] -= highlight;
+      texel.variance[at] += kUncertain * kUncertain * highlight * highlight / (noise_scale * noise_scale);
+    }
+  }
+}
+
+void UnlightWork::load_raw(int x, int y, TexelSamples& texel) const {
   texel.resize(num_lights, num_channels);
   texel.normal = vector_of(normal, x, y);
   const Vec3 p = position(x, y);

@@ -25,12 +25,19 @@ struct UnlightWork {
   std::vector<Vec3> strengths;  ///< L, times the given intensities.
   Vec3 ambient = Vec3::Zero();
   double noise_scale = 1.0;
+  SpecularLobe lobe = SpecularLobe::Ggx;
+  ImageF specular;              ///< H x W x 2, as UnlightResult's; subtracted by load() once it is there.
+  ImageF highlight_normal;      ///< H x W x 3, under which it is.
 
   [[nodiscard]] bool is_surface(int x, int y) const { return is_inside(input.mask, x, y); }
   [[nodiscard]] Vec3 position(int x, int y) const;
   [[nodiscard]] TexelFitOptions fit_options() const;
-  /// Everything that fit_texel() needs of a texel.
+  /// Unit, from a texel to the camera.
+  [[nodiscard]] Vec3 to_camera(int x, int y) const;
+  /// Everything that fit_texel() needs of a texel; its highlights are subtracted, and their share of it makes the samples less certain.
   void load(int x, int y, TexelSamples& samples) const;
+  /// The same with highlights.
+  void load_raw(int x, int y, TexelSamples& samples) const;
   /// At most `max_count` texels of the surface, spread evenly over it, as y * width + x.
   [[nodiscard]] std::vector<std::int64_t> spread_texels(std::int64_t max_count) const;
 };

@@ -151,7 +151,7 @@ LitRelief lit_relief(const LitReliefOptions& o) {
   LitRelief scene;
   const int n = o.size, channels = o.is_gray ? 1 : 3;
   scene.input.lights = ring_of_lamps(o);
-  scene.camera_center = Vec3(0, 0, 6.0 * o.side_mm);
+  scene.input.camera_center = Vec3(0, 0, 6.0 * o.side_mm);
   scene.input.photos.assign(scene.input.lights.size(), ImageF(n, n, channels));
   scene.input.position_mm = scene.input.normal = scene.normal = ImageF(n, n, 3);
   scene.albedo = ImageF(n, n, channels);
@@ -160,7 +160,7 @@ LitRelief lit_relief(const LitReliefOptions& o) {
   for (int y = 0; y < n; ++y) {
     for (int x = 0; x < n; ++x) {
       const double u = (x + 0.5) / n, v = (y + 0.5) / n;
-      const Vec3 p = relief.point((u - 0.5) * o.side_mm * 0.98, (0.5 - v) * o.side_mm * 0.98), to_eye = (scene.camera_center - p).normalized();
+      const Vec3 p = relief.point((u - 0.5) * o.side_mm * 0.98, (0.5 - v) * o.side_mm * 0.98), to_eye = (*scene.input.camera_center - p).normalized();
       const Vec3 normal = relief.normal(p.x(), p.y()), albedo = albedo_at(u, v, o.is_gray);
       const double gloss = o.gloss * (o.gloss_varies ? u : 1.0);
       put(scene.input.position_mm, x, y, p);
@@ -176,7 +176,9 @@ LitRelief lit_relief(const LitReliefOptions& o) {
         if (is_shadowed) scene.shadow.at(x, y, k) = 255;
         if (cosine > 0.0 && !is_shadowed) {
           const double half = std::max(0.0, normal.dot((l + to_eye).normalized()));
-          const double lobe = gloss * (o.gloss_exponent + 8.0) / (8.0 * std::numbers::pi) * std::pow(half, o.gloss_exponent);
+          const double a2 = std::pow(o.roughness, 4.0), spread = half * half * (a2 - 1.0) + 1.0;
+          const double lobe = gloss * (o.lobe == Gloss::Ggx ? a2 / (4.0 * std::numbers::pi * spread * spread)
+                                                            : (o.gloss_exponent + 8.0) / (8.0 * std::numbers::pi) * std::pow(half, o.gloss_exponent));
           value += cosine * light_at(light, p).cwiseProduct(albedo / std::numbers::pi + Vec3::Constant(lobe));
         }
         put(scene.input.photos[static_cast<std::size_t>(k)], x, y, value);

@@ -11,6 +11,7 @@
 namespace patinate::testing_support {
 
 enum class Coding { Float, Srgb8 };
+enum class Gloss { BlinnPhong, Ggx };
 
 struct LitReliefOptions {
   int size = 96;              ///< Pixels along a side.
@@ -20,8 +21,10 @@ struct LitReliefOptions {
   Light::Kind kind = Light::Kind::Near;
   double lamp_distance_mm = 350.0;
   bool cast_shadows = true;
-  double gloss = 0.0;         ///< Share of the light in a Blinn-Phong lobe.
-  double gloss_exponent = 40.0;
+  double gloss = 0.0; ///< F0 of the lobe; of Blinn-Phong's, the share of the light.
+  Gloss lobe = Gloss::BlinnPhong;
+  double roughness = 0.45;    ///< Of GGX.
+  double gloss_exponent = 40.0;  ///< Of Blinn-Phong.
   bool gloss_varies = false;  ///< From 0 at the left to `gloss` at the right.
   double normal_noise_deg = 0.0;  ///< Root mean square angle of the scan's normals.
   double scan_noise_mm = 0.0;     ///< Of the blockers' vertices.
@@ -38,7 +41,6 @@ struct LitRelief {
   Mesh scan;
   ImageF albedo;              ///< The truth; scaled as the photographs are (exposure is in the lamps' intensities).
   ImageF normal;
-  Vec3 camera_center;
   ImageU8 shadow;             ///< H x W x L, 255 = in a cast shadow, found by marching over the formula.
 };
 [[nodiscard]] LitRelief lit_relief(const LitReliefOptions& options = {});

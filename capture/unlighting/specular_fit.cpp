@@ -1,0 +1,249 @@
+#include "capture/unlighting/specular_fit.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "capture/unlighting/specular_lobe.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/image/filters.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kTile = 8;  ///< Pixels along a side of what is summed before it is smoothed.
+constexpr std::array<double, 12> kRoughness{0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.46, 0.53, 0.6, 0.68, 0.78, 0.9};
+constexpr int kNumRoughness = static_cast<int>(kRoughness.size());
+constexpr double kTexelFreedom = 0.3;  ///< Standard deviation of a texel's strength about its neighbourhood's, as a share of it.
+
+/// Of one texel: for each roughness, the lobe's square and its product with the samples, diffuse light eliminated.
+struct LobeSums {
+  std::array<double, kNumRoughness> lobe_lobe{};
+  std::array<double, kNumRoughness> lobe_value{};
+};
+
+/// One lamp's part: summed over channels, weighted by its variance.
+struct LobeSample {
+  Vec3 diffuse;  ///< Derivatives by albedo and by the normal's two turns.
+  double value;
+  double weight;
+  double light;  ///< Lobes times this are the sample.
+  Vec3 direction;
+};
+
+class TexelLobes {
+ public:
+  TexelLobes(const UnlightWork& work, SpecularLobe lobe) : work_(work), lobe_(lobe), fit_(work.fit_options()) {}
+
+  /// @returns false where too little is known.
+  bool sum(int x, int y, const UnlightResult& fitted, LobeSums& sums) {
+    work_.load_raw(x, y, texel_);
+    gather(x, y, fitted);
+    if (samples_.size() < 3) return false;
+    const Vec3 normal = vector_of(fitted.normal, x, y), to_camera = work_.to_camera(x, y);
+    Eigen::Matrix3d diffuse = prior();
+    Vec3 diffuse_value = Vec3::Zero();
+    for (const LobeSample& s : samples_) {
+      diffuse += s.weight * s.diffuse * s.diffuse.transpose();
+      diffuse_value += s.weight * s.value * s.diffuse;
+    }
+    const Eigen::Matrix3d inverse = diffuse.inverse();
+    if (!inverse.allFinite()) return false;
+    for (std::size_t r = 0; r < kRoughness.size(); ++r) {
+      double ll = 0.0, lv = 0.0;
+      Vec3 diffuse_lobe = Vec3::Zero();
+      for (const LobeSample& s : samples_) {
+        const double lobe = s.light * specular_lobe(lobe_, normal, s.direction, to_camera, kRoughness[r]);
+        ll += s.weight * lobe * lobe;
+        lv += s.weight * lobe * s.value;
+        diffuse_lobe += s.weight * lobe * s.diffuse;
+      }
+      const Vec3 projected = inverse * diffuse_lobe;
+      sums.lobe_lobe[r] = std::max(0.0, ll - diffuse_lobe.dot(projected));
+      sums.lobe_value[r] = lv - diffuse_value.dot(projected);
+    }
+    return true;
+  }
+
+ private:
+  /// Of a change of the scan's normal, times the albedo.
+  [[nodiscard]] Eigen::Matrix3d prior() const {
+    Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
+    if (!fit_.refine_normal) {
+      m(1, 1) = m(2, 2) = 1e12;
+    } else if (std::isfinite(fit_.normal_sigma)) {
+      m(1, 1) = m(2, 2) = 2.0 / std::max(1e-12, fit_.normal_sigma * fit_.normal_sigma * albedo_ * albedo_);
+    }
+    return m;
+  }
+
+  void gather(int x, int y, const UnlightResult& fitted) {
+    samples_.clear();
+    albedo_ = 0.0;
+    const int channels = work_.num_channels;
+    std::array<double, 3> albedo{};
+    for (int c = 0; c < channels; ++c) {
+      albedo[static_cast<std::size_t>(c)] = static_cast<double>(fitted.albedo.at(x, y, c));
+      albedo_ += albedo[static_cast<std::size_t>(c)];
+    }
+    if (!(albedo_ > 0.0)) albedo_ = 1e-6;
+    const Vec3& n = texel_.normal;
+    const Vec3 axis = std::abs(n.x()) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0), t = n.cross(axis).normalized(), b = n.cross(t);
+    for (int k = 0; k < work_.num_lights; ++k) {
+      const auto state = static_cast<SampleState>(fitted.samples.at(x, y, k));
+      if (state != SampleState::Clean && state != SampleState::Brighter) continue;
+      LobeSample s{.diffuse = Vec3::Zero(), .value = 0.0, .weight = 0.0, .light = 0.0, .direction = texel_.direction[static_cast<std::size_t>(k)]};
+      double facing = 0.0, variance = 0.0;
+      for (int c = 0; c < channels; ++c) {
+        const auto i = texel_.index(k, c);
+        const double a = albedo[static_cast<std::size_t>(c)];
+        facing += texel_.irradiance[i] * a / albedo_;
+        s.light += texel_.irradiance[i] * std::numbers::pi;
+        s.value += texel_.value[i] - a * texel_.ambient[static_cast<std::size_t>(c)];
+        variance += texel_.variance[i];
+      }
+      s.diffuse = facing * Vec3(n.dot(s.direction), t.dot(s.direction), b.dot(s.direction));
+      s.weight = 1.0 / (variance * fit_.noise_scale * fit_.noise_scale);
+      samples_.push_back(s);
+    }
+  }
+
+  const UnlightWork& work_;
+  SpecularLobe lobe_;
+  TexelFitOptions fit_;
+  TexelSamples texel_;
+  std::vector<LobeSample> samples_;
+  double albedo_ = 0.0;
+};
+
+/// Sums over tiles: channels 2 r and 2 r + 1 of roughness r.
+ImageF tile_sums(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted, const RunControl& control) {
+  const int columns = (work.width + kTile - 1) / kTile, rows = (work.height + kTile - 1) / kTile;
+  ImageF tiles(columns, rows, 2 * kNumRoughness);
+  parallel_for(rows, 1, control, [&](std::int64_t row, std::int64_t) {
+    TexelLobes lobes(work, lobe);
+    const int ty = static_cast<int>(row);
+    std::vector<double> line(static_cast<std::size_t>(columns * 2 * kNumRoughness), 0.0);
+    for (int y = ty * kTile; y < std::min(work.height, (ty + 1) * kTile); ++y) {
+      for (int x = 0; x < work.width; ++x) {
+        LobeSums sums;
+        if (fitted.mask.at(x, y) == 0 || !lobes.sum(x, y, fitted, sums)) continue;
+        double* at = &line[static_cast<std::size_t>(x / kTile * 2 * kNumRoughness)];
+        for (std::size_t r = 0; r < kRoughness.size(); ++r) {
+          at[2 * r] += sums.lobe_lobe[r];
+          at[2 * r + 1] += sums.lobe_value[r];
+        }
+      }
+    }
+    std::transform(line.begin(), line.end(), tiles.row(ty).begin(), [](double v) { return static_cast<float>(v); });
+  });
+  return tiles;
+}
+
+struct BestLobe {
+  double strength = 0.0;
+  double roughness = 0.0;
+  double gain = 0.0;  ///< Of chi-square.
+};
+
+/// Of a tile, from its smoothed sums: the roughness that explains most, between those of the series by a parabola.
+BestLobe best_lobe(std::span<const float> sums) {
+  std::array<double, kNumRoughness> gain{}, strength{};
+  std::size_t best = 0;
+  for (std::size_t r = 0; r < kRoughness.size(); ++r) {
+    const auto ll = static_cast<double>(sums[2 * r]), lv = static_cast<double>(sums[2 * r + 1]);
+    strength[r] = ll > 0.0 ? std::max(0.0, lv / ll) : 0.0;
+    gain[r] = strength[r] * std::max(0.0, lv);
+    if (gain[r] > gain[best]) best = r;
+  }
+  if (!(gain[best] > 0.0)) return {};
+  if (best == 0 || best + 1 == kRoughness.size()) return {strength[best], kRoughness[best], gain[best]};
+  const double left = gain[best - 1], mid = gain[best], right = gain[best + 1], bend = left - 2.0 * mid + right;
+  const double shift = bend < 0.0 ? std::clamp(0.5 * (left - right) / bend, -0.5, 0.5) : 0.0;
+  const std::size_t other = shift < 0.0 ? best - 1 : best + 1;
+  const double share = std::abs(shift);
+  return {strength[best] + share * (strength[other] - strength[best]), kRoughness[best] + share * (kRoughness[other] - kRoughness[best]), gain[best]};
+}
+
+/// Between tiles' centres; tiles without a highlight have strength 0 and lend no roughness.
+std::array<double, 2> interpolated(const ImageF& tiles, int x, int y) {
+  const double u = std::clamp((x + 0.5) / kTile - 0.5, 0.0, tiles.width() - 1.0), v = std::clamp((y + 0.5) / kTile - 0.5, 0.0, tiles.height() - 1.0);
+  const int i = static_cast<int>(u), j = static_cast<int>(v);
+  double strength = 0.0, roughness = 0.0, weight = 0.0;
+  for (int dj = 0; dj < 2; ++dj) {
+    for (int di = 0; di < 2; ++di) {
+      const int a = std::min(i + di, tiles.width() - 1), b = std::min(j + dj, tiles.height() - 1);
+      const double w = (di == 0 ? 1.0 - (u - i) : u - i) * (dj == 0 ? 1.0 - (v - j) : v - j);
+      strength += w * static_cast<double>(tiles.at(a, b, 0));
+      if (!(tiles.at(a, b, 0) > 0.0f)) continue;
+      roughness += w * static_cast<double>(tiles.at(a, b, 1));
+      weight += w;
+    }
+  }
+  return {strength, weight > 0.0 ? roughness / weight : 0.0};
+}
+
+/// Sums at a roughness between those of the series.
+double between(const std::array<double, kNumRoughness>& sums, double roughness) {
+  const auto above = std::upper_bound(kRoughness.begin(), kRoughness.end(), roughness);
+  if (above == kRoughness.begin()) return sums.front();
+  if (above == kRoughness.end()) return sums.back();
+  const auto r = static_cast<std::size_t>(above - kRoughness.begin());
+  const double share = (roughness - kRoughness[r - 1]) / (kRoughness[r] - kRoughness[r - 1]);
+  return sums[r - 1] + share * (sums[r] - sums[r - 1]);
+}
+
+/// One form of the lobe, for every tile.
+struct TileLobes {
+  ImageF tiles = {};  ///< x 2: strength, roughness.
+  double gain = 0.0;  ///< What it explains of the samples' chi-square.
+};
+
+TileLobes fit_tiles(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted, const RunControl& control) {
+  const ImageF sums = gaussian_blur(tile_sums(work, lobe, fitted, control.part(0.0, 0.9)), work.options.specular_window_px / kTile, control.part(0.9, 1.0));
+  TileLobes result{.tiles = ImageF(sums.width(), sums.height(), 2)};
+  for (int y = 0; y < sums.height(); ++y) {
+    for (int x = 0; x < sums.width(); ++x) {
+      const BestLobe best = best_lobe(sums.pixel(x, y));
+      result.tiles.at(x, y, 0) = static_cast<float>(best.strength);
+      result.tiles.at(x, y, 1) = static_cast<float>(best.roughness);
+      result.gain += best.gain;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+SpecularFit fit_specular(const UnlightWork& work, const UnlightResult& fitted, const RunControl& control) {
+  const TileLobes ggx = fit_tiles(work, SpecularLobe::Ggx, fitted, control.part(0.0, 0.3));
+  const TileLobes beckmann = fit_tiles(work, SpecularLobe::Beckmann, fitted, control.part(0.3, 0.6));
+  SpecularFit result{.lobe = beckmann.gain > ggx.gain ? SpecularLobe::Beckmann : SpecularLobe::Ggx, .values = ImageF(work.width, work.height, 2)};
+  const ImageF& tiles = result.lobe == SpecularLobe::Ggx ? ggx.tiles : beckmann.tiles;
+  parallel_for(work.height, 4, control.part(0.6, 1.0), [&](std::int64_t begin, std::int64_t end) {
+    TexelLobes lobes(work, result.lobe);
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < work.width; ++x) {
+        if (!work.is_surface(x, y)) continue;
+        const auto [near_strength, roughness] = interpolated(tiles, x, y);
+        if (!(near_strength > 0.0)) continue;
+        double strength = near_strength;
+        LobeSums own;
+        if (fitted.mask.at(x, y) != 0 && lobes.sum(x, y, fitted, own)) {
+          const double trust = 1.0 / (kTexelFreedom * kTexelFreedom * near_strength * near_strength);
+          strength = (between(own.lobe_value, roughness) + trust * near_strength) / (between(own.lobe_lobe, roughness) + trust);
+          strength = std::clamp(strength, 0.0, 2.0 * near_strength);
+        }
+        result.values.at(x, y, 0) = static_cast<float>(strength);
+        result.values.at(x, y, 1) = static_cast<float>(roughness);
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace patinate

@@ -1,0 +1,68 @@
+// Prints unlighting's accuracy on the rows of the goals and its time a megapixel and lamp; no test, no threshold.
+//     build/release/bin/unlighting_benchmark
+#include <cstdio>
+#include <string>
+
+#include "capture/unlighting/cast_shadows.h"
+#include "capture/unlighting/unlight.h"
+#include "tests/benchmarks/timing.h"
+#include "tests/capture/unlighting/lit_relief.h"
+
+namespace {
+
+using namespace patinate;
+using namespace patinate::testing_support;
+
+void print_accuracy(const char* name, const LitReliefOptions& options) {
+  LitRelief scene = lit_relief(options);
+  scene.input.blockers = &scene.scan;
+  const double scan_deg = median_angle_deg(scene.input.normal, scene.normal, {});
+  const UnlightResult result = unlight(scene.input);
+  const UnlightResult no_lobe = unlight(scene.input, {.specular = SpecularMode::None});
+  const UnlightResult keep = unlight(scene.input, {.normals = NormalMode::Keep, .specular = SpecularMode::None});
+  const UnlightResult plain = unlight(scene.input, {.normals = NormalMode::Keep, .rejection = Rejection::None, .specular = SpecularMode::None});
+  std::printf("%-34s albedo %5.2f %% (without lobes %5.2f, scan's normals %5.2f, least squares %5.2f); normals %.2f deg (scan %.2f); determined %.2f %%; noise scale %.2f\n", name,
+              relative_error_percent(result, scene.albedo), relative_error_percent(no_lobe, scene.albedo), relative_error_percent(keep, scene.albedo), relative_error_percent(plain, scene.albedo),
+              median_angle_deg(result.normal, scene.normal, result.mask), scan_deg,
+              100.0 * static_cast<double>(result.num_determined) / static_cast<double>(result.num_surface), result.noise_scale);
+}
+
+void print_accuracies() {
+  LitReliefOptions o{.size = 192, .normal_noise_deg = 1.8, .scan_noise_mm = 0.05, .noise_share = 0.005, .coding = Coding::Srgb8};
+  print_accuracy("8 lamps, Lambert", o);
+  o.gloss = 0.1;
+  print_accuracy("8 lamps, 10 % gloss", o);
+  o.saturated = 0.04;
+  o.lobe = Gloss::Ggx;
+  print_accuracy("8 lamps, 10 % GGX", o);
+  o.lobe = Gloss::BlinnPhong;
+  o.saturated = 0.04;
+  print_accuracy("8 lamps, 10 % gloss, 4 % saturated", o);
+  o.gloss = 0.0;
+  print_accuracy("8 lamps, 4 % saturated", o);
+  o.saturated = 0.0;
+  o.num_lights = 24;
+  print_accuracy("24 lamps, Lambert", o);
+  o.gloss = 0.1;
+  print_accuracy("24 lamps, 10 % gloss", o);
+}
+
+void print_times() {
+  LitRelief scene = lit_relief({.size = 512, .normal_noise_deg = 1.8, .noise_share = 0.005, .coding = Coding::Srgb8});
+  const double megapixel_lamps = 512.0 * 512.0 * 1e-6 * static_cast<double>(scene.input.lights.size());
+  const auto print = [&](const char* name, double seconds) { std::printf("%-34s %.2f s a megapixel and lamp\n", name, seconds / megapixel_lamps); };
+  print("cast shadows", benchmarks::seconds([&] {
+          (void)cast_shadows(scene.scan, scene.input.position_mm, scene.input.normal, {}, scene.input.lights, median_edge(scene.scan));
+        }));
+  print("least squares, scan's normals", benchmarks::seconds([&] { (void)unlight(scene.input, {.normals = NormalMode::Keep, .rejection = Rejection::None, .specular = SpecularMode::None}); }));
+  print("robust, scan's normals", benchmarks::seconds([&] { (void)unlight(scene.input, {.normals = NormalMode::Keep, .specular = SpecularMode::None}); }));
+  print("robust, normals refined", benchmarks::seconds([&] { (void)unlight(scene.input, {.specular = SpecularMode::None}); }));
+  print("robust, normals and highlights", benchmarks::seconds([&] { (void)unlight(scene.input); }));
+}
+
+}  // namespace
+
+int main() {
+  print_accuracies();
+  print_times();
+}

@@ -30,9 +30,13 @@ struct LobeSums {
 struct LobeSample {
   Vec3 diffuse;  ///< Derivatives by albedo and by the normal's two turns.
   double value;
+  double matt_value;   ///< Less the highlight, as the last fit had it.
+  double matt_weight;
   double weight;
   double light;  ///< Lobes times this are the sample.
   Vec3 direction;
+  Vec3 normal;      ///< As the other samples have it: one that follows this sample's noise would find a lobe in it.
+  bool is_clean;    ///< The fitted normal depends on it.
 };
 
 class TexelLobes {
@@ -42,9 +46,11 @@ class TexelLobes {
   /// @returns false where too little is known.
   bool sum(int x, int y, const UnlightResult& fitted, LobeSums& sums) {
     work_.load_raw(x, y, texel_);
+    work_.load(x, y, matt_);
     gather(x, y, fitted);
     if (samples_.size() < 3) return false;
-    const Vec3 normal = vector_of(fitted.normal, x, y), to_camera = work_.to_camera(x, y);
+    const Vec3 to_camera = work_.to_camera(x, y);
+    leave_each_out(vector_of(fitted.normal, x, y));
     Eigen::Matrix3d diffuse = prior();
     Vec3 diffuse_value = Vec3::Zero();
     for (const LobeSample& s : samples_) {
@@ -57,7 +63,7 @@ class TexelLobes {
       double ll = 0.0, lv = 0.0;
       Vec3 diffuse_lobe = Vec3::Zero();
       for (const LobeSample& s : samples_) {
-        const double lobe = s.light * specular_lobe(lobe_, normal, s.direction, to_camera, kRoughness[r]);
+        const double lobe = s.light * specular_lobe(lobe_, s.normal, s.direction, to_camera, kRoughness[r]);
         ll += s.weight * lobe * lobe;
         lv += s.weight * lobe * s.value;
         diffuse_lobe += s.weight * lobe * s.diffuse;
@@ -81,6 +87,30 @@ class TexelLobes {
     return m;
   }
 
+  /// Gives every clean sample the normal that the fit would have without it, to first order (its leverage and residual tell).
+  void leave_each_out(const Vec3& fitted_normal) {
+    if (!fit_.refine_normal) return;
+    Eigen::Matrix3d matrix = prior();
+    Vec3 right = Vec3::Zero();
+    for (const LobeSample& s : samples_) {
+      if (!s.is_clean) continue;
+      matrix += s.matt_weight * s.diffuse * s.diffuse.transpose();
+      right += s.matt_weight * s.matt_value * s.diffuse;
+    }
+    const Eigen::Matrix3d inverse = matrix.inverse();
+    const Vec3 solution = inverse * right;
+    if (!solution.allFinite() || !(solution.x() > 0.0)) return;
+    for (LobeSample& s : samples_) {
+      if (!s.is_clean) continue;
+      const Vec3 pull = inverse * s.diffuse;
+      const double leverage = s.matt_weight * s.diffuse.dot(pull);
+      if (!(leverage < 0.99)) continue;
+      const Vec3 shift = pull * (s.matt_weight * (s.matt_value - s.diffuse.dot(solution)) / (1.0 - leverage));
+      const Vec3 turn = (shift.y() * tangent_ + shift.z() * bitangent_) / solution.x();
+      if (turn.norm() < 0.3) s.normal = (fitted_normal - turn).normalized();
+    }
+  }
+
   void gather(int x, int y, const UnlightResult& fitted) {
     samples_.clear();
     albedo_ = 0.0;
@@ -91,22 +121,37 @@ class TexelLobes {
       albedo_ += albedo[static_cast<std::size_t>(c)];
     }
     if (!(albedo_ > 0.0)) albedo_ = 1e-6;
+    const Vec3 fitted_normal = vector_of(fitted.normal, x, y);
     const Vec3& n = texel_.normal;
-    const Vec3 axis = std::abs(n.x()) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0), t = n.cross(axis).normalized(), b = n.cross(t);
+    const Vec3 axis = std::abs(n.x()) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+    tangent_ = n.cross(axis).normalized();
+    bitangent_ = n.cross(tangent_);
     for (int k = 0; k < work_.num_lights; ++k) {
       const auto state = static_cast<SampleState>(fitted.samples.at(x, y, k));
       if (state != SampleState::Clean && state != SampleState::Brighter) continue;
-      LobeSample s{.diffuse = Vec3::Zero(), .value = 0.0, .weight = 0.0, .light = 0.0, .direction = texel_.direction[static_cast<std::size_t>(k)]};
-      double facing = 0.0, variance = 0.0;
+      LobeSample s{.diffuse = Vec3::Zero(),
+                   .value = 0.0,
+                   .matt_value = 0.0,
+                   .matt_weight = 0.0,
+                   .weight = 0.0,
+                   .light = 0.0,
+                   .direction = texel_.direction[static_cast<std::size_t>(k)],
+                   .normal = fitted_normal,
+                   .is_clean = state == SampleState::Clean};
+      double facing = 0.0, variance = 0.0, matt_variance = 0.0;
       for (int c = 0; c < channels; ++c) {
         const auto i = texel_.index(k, c);
         const double a = albedo[static_cast<std::size_t>(c)];
         facing += texel_.irradiance[i] * a / albedo_;
         s.light += texel_.irradiance[i] * std::numbers::pi;
+        matt_variance += matt_.variance[i];
+        s.matt_value += matt_.value[i] - a * texel_.ambient[static_cast<std::size_t>(c)];
         s.value += texel_.value[i] - a * texel_.ambient[static_cast<std::size_t>(c)];
-        variance += texel_.variance[i];
+        // Of what the diffuse light predicts: weights that follow the noise of the values would look like a faint highlight.
+        variance += work_.variance_of(a * (texel_.irradiance[i] * std::max(0.0, fitted_normal.dot(s.direction)) + texel_.ambient[static_cast<std::size_t>(c)]));
       }
-      s.diffuse = facing * Vec3(n.dot(s.direction), t.dot(s.direction), b.dot(s.direction));
+      s.diffuse = facing * Vec3(n.dot(s.direction), tangent_.dot(s.direction), bitangent_.dot(s.direction));
+      s.matt_weight = 1.0 / (matt_variance * fit_.noise_scale * fit_.noise_scale);
       s.weight = 1.0 / (variance * fit_.noise_scale * fit_.noise_scale);
       samples_.push_back(s);
     }
@@ -116,7 +161,9 @@ class TexelLobes {
   SpecularLobe lobe_;
   TexelFitOptions fit_;
   TexelSamples texel_;
+  TexelSamples matt_;  ///< As the last fit had it.
   std::vector<LobeSample> samples_;
+  Vec3 tangent_ = Vec3::Zero(), bitangent_ = Vec3::Zero();  ///< Across the scan's normal.
   double albedo_ = 0.0;
 };
 
@@ -151,7 +198,9 @@ struct BestLobe {
 };
 
 /// Of a tile, from its smoothed sums: the roughness that explains most, between those of the series by a parabola.
-BestLobe best_lobe(std::span<const float> sums) {
+/// @param num_tiles  That the means were taken of: what noise alone explains is no highlight.
+BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
+  constexpr double kSignificant = 30.0;  // Of chi-square; 5.5 standard deviations.
   std::array<double, kNumRoughness> gain{}, strength{};
   std::size_t best = 0;
   for (std::size_t r = 0; r < kRoughness.size(); ++r) {
@@ -160,7 +209,7 @@ BestLobe best_lobe(std::span<const float> sums) {
     gain[r] = strength[r] * std::max(0.0, lv);
     if (gain[r] > gain[best]) best = r;
   }
-  if (!(gain[best] > 0.0)) return {};
+  if (!(gain[best] * num_tiles > kSignificant)) return {};
   if (best == 0 || best + 1 == kRoughness.size()) return {strength[best], kRoughness[best], gain[best]};
   const double left = gain[best - 1], mid = gain[best], right = gain[best + 1], bend = left - 2.0 * mid + right;
   const double shift = bend < 0.0 ? std::clamp(0.5 * (left - right) / bend, -0.5, 0.5) : 0.0;
@@ -204,11 +253,13 @@ struct TileLobes {
 };
 
 TileLobes fit_tiles(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted, const RunControl& control) {
-  const ImageF sums = gaussian_blur(tile_sums(work, lobe, fitted, control.part(0.0, 0.9)), work.options.specular_window_px / kTile, control.part(0.9, 1.0));
+  const double sigma = work.options.specular_window_px / kTile;
+  const ImageF sums = gaussian_blur(tile_sums(work, lobe, fitted, control.part(0.0, 0.9)), sigma, control.part(0.9, 1.0));
+  const double num_tiles = std::min(static_cast<double>(sums.num_pixels()), std::max(1.0, 4.0 * std::numbers::pi * sigma * sigma));
   TileLobes result{.tiles = ImageF(sums.width(), sums.height(), 2)};
   for (int y = 0; y < sums.height(); ++y) {
     for (int x = 0; x < sums.width(); ++x) {
-      const BestLobe best = best_lobe(sums.pixel(x, y));
+      const BestLobe best = best_lobe(sums.pixel(x, y), num_tiles);
       result.tiles.at(x, y, 0) = static_cast<float>(best.strength);
       result.tiles.at(x, y, 1) = static_cast<float>(best.roughness);
       result.gain += best.gain;

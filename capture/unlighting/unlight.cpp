@@ -225,9 +225,9 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
                        .samples = ImageU8(work.width, work.height, work.num_lights)};
   fit_all(work, result, control.part(0.35, 0.5));
   if (options.specular == SpecularMode::Fit) {
-    constexpr int kPasses = 2;
+    constexpr int kPasses = 3;
     for (int pass = 0; pass < kPasses; ++pass) {
-      const RunControl part = control.part(0.5 + 0.2 * pass, 0.7 + 0.2 * pass);
+      const RunControl part = control.part(0.5 + 0.4 * pass / kPasses, 0.5 + 0.4 * (pass + 1) / kPasses);
       SpecularFit specular = fit_specular(work, result, part.part(0.0, 0.5));
       work.highlight_normal = result.normal;
       work.specular = std::move(specular.values);

@@ -171,7 +171,6 @@ void UnlightWork::load_raw(int x, int y, TexelSamples& texel) const {
   texel.normal = vector_of(normal, x, y);
   const Vec3 p = position(x, y);
   const auto states = samples.pixel(x, y);
-  const double floor2 = options.noise_floor * options.noise_floor, share2 = options.noise_share * options.noise_share;
   for (int c = 0; c < num_channels; ++c) texel.ambient[static_cast<std::size_t>(c)] = ambient[c] / std::numbers::pi;
   for (int k = 0; k < num_lights; ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -184,7 +183,7 @@ void UnlightWork::load_raw(int x, int y, TexelSamples& texel) const {
       texel.irradiance[at] = num_channels == 1 ? irradiance.mean() : irradiance[c];
       const auto value = static_cast<double>(input.photos[i].at(x, y, c));
       texel.value[at] = value;
-      texel.variance[at] = floor2 + share2 * value * value;
+      texel.variance[at] = variance_of(value);
     }
   }
 }

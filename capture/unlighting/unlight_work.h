@@ -31,6 +31,10 @@ struct UnlightWork {
 
   [[nodiscard]] bool is_surface(int x, int y) const { return is_inside(input.mask, x, y); }
   [[nodiscard]] Vec3 position(int x, int y) const;
+  /// Of a photographed value, before the noise scale.
+  [[nodiscard]] double variance_of(double value) const {
+    return options.noise_floor * options.noise_floor + options.noise_share * options.noise_share * value * value;
+  }
   [[nodiscard]] TexelFitOptions fit_options() const;
   /// Unit, from a texel to the camera.
   [[nodiscard]] Vec3 to_camera(int x, int y) const;

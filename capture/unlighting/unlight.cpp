@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/unlighting/lamp_estimate.h"
 #include "capture/unlighting/specular_fit.h"
 #include "capture/unlighting/unlight_work.h"
 #include "libcommon/core/error.h"
@@ -101,6 +102,7 @@ void report(const UnlightWork& work, UnlightResult& result, const RunControl& co
     return a;
   });
   result.lights = sums.lights;
+  for (std::size_t k = 0; k < l; ++k) result.lights[k].strength = work.strengths[k];
   result.num_surface = sums.surface;
   result.num_determined = sums.determined;
   const auto relative = [](double squares, double values, std::int64_t n) {
@@ -120,7 +122,7 @@ void report(const UnlightWork& work, UnlightResult& result, const RunControl& co
 std::string percent(double share) { return short_number_text(std::round(1000.0 * share) / 10.0) + " %"; }
 
 /// What each lamp's samples say about it. @throws InvalidInput where nothing can come of it.
-void judge_lights(const UnlightWork& work, UnlightResult& result) {
+void judge_lights(UnlightResult& result) {
   constexpr double kMany = 0.5;
   std::int64_t num_lit = 0, num_valid = 0;
   for (std::size_t k = 0; k < result.lights.size(); ++k) {
@@ -145,7 +147,6 @@ void judge_lights(const UnlightWork& work, UnlightResult& result) {
   if (result.num_surface == 0) throw InvalidInput("the mask leaves no surface");
   if (num_lit == 0) throw InvalidInput("no light reaches the surface that is seen; check that lights and scan are in the same frame and unit");
   if (num_valid == 0) throw InvalidInput("the photographs are saturated (white) wherever a light shines");
-  (void)work;
 }
 
 void check_not_black(const UnlightWork& work) {
@@ -171,6 +172,8 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
   v.visit({"rejection_sigma", "samples farther off than this are shadows or highlights", "standard deviations", between(1.5, 20)}, o.rejection_sigma);
   v.visit_choice({"specular", "none, or fit: highlights are found and subtracted"}, o.specular, kSpecularNames);
   v.visit({"specular_window", "highlights are alike within such a distance", "px", between(2, 1000)}, o.specular_window_px);
+  v.visit({"strengths", "find the lamps' strengths, of which the given intensities are only a guess"}, o.estimate_strengths);
+  v.visit({"ambient", "find the light from everywhere that was not subtracted"}, o.estimate_ambient);
   v.visit({"noise_floor", "noise of a photograph's value that does not depend on it", "", above(0)}, o.noise_floor);
   v.visit({"noise_share", "noise that grows with the value, as a share of it", "", between(0, 1)}, o.noise_share);
   v.visit({"min_cosine", "light that grazes more does not count", "", {0, 0.99}}, o.min_cosine);
@@ -178,19 +181,20 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
   v.visit({"shadow_offset", "blockers nearer than this cast no shadow; not given: the median edge of the scan", "mm", at_least(0)}, o.shadow_offset_mm);
 }
 
-double estimate_noise_scale(const UnlightWork& work, const RunControl& control) {
+double estimate_noise_scale(const UnlightWork& work, const RunControl& control, int max_rounds) {
   constexpr std::int64_t kMaxTexels = 20'000, kChunk = 64;
   constexpr double kLeast = 1e-4, kSettled = 0.02;
-  constexpr int kRounds = 8;
   const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
   TexelFitOptions options = work.fit_options();
+  RunControl silent = control;
+  silent.on_progress = {};
   double scale = 0.0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     std::vector<double> ratios(texels.size(), -1.0);
     // The first round takes every sample, so that it cannot begin too small.
     options.reject = round > 0 && work.options.rejection == Rejection::Robust;
     options.noise_scale = round == 0 ? 1.0 : scale;
-    parallel_for(static_cast<std::int64_t>(texels.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    parallel_for(static_cast<std::int64_t>(texels.size()), kChunk, silent, [&](std::int64_t begin, std::int64_t end) {
       TexelSamples texel;
       for (std::int64_t i = begin; i < end; ++i) {
         const std::int64_t at = texels[static_cast<std::size_t>(i)];
@@ -215,8 +219,13 @@ double estimate_noise_scale(const UnlightWork& work, const RunControl& control) 
 }
 
 UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, const RunControl& control) {
-  UnlightWork work(input, options, control.part(0.0, 0.3));
+  std::vector<std::string> notes;
+  UnlightWork work(input, options, control.part(0.0, 0.25));
   check_not_black(work);
+  LampEstimate lamps{.is_converged = true};
+  if (options.estimate_strengths || options.estimate_ambient) lamps = estimate_lamps(work, control.part(0.25, 0.35));
+  if (!lamps.is_converged) notes.emplace_back("the lamps' strengths did not settle; the photographs may contradict the lights' positions");
+  if (!lamps.is_determined) notes.emplace_back("some of the lamps' strengths (or the ambient light) cannot be told from the photographs: too flat an object, or too few lamps");
   work.noise_scale = estimate_noise_scale(work, control.part(0.3, 0.35));
   UnlightResult result{.albedo = ImageF(work.width, work.height, work.num_channels),
                        .stddev = ImageF(work.width, work.height, work.num_channels),
@@ -239,8 +248,11 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
     result.lobe = work.lobe;
   }
   result.noise_scale = work.noise_scale;
+  result.ambient = work.ambient;
+  result.is_converged = lamps.is_converged && lamps.is_determined;
+  result.notes = std::move(notes);
   report(work, result, control.part(0.9, 1.0));
-  judge_lights(work, result);
+  judge_lights(result);
   control.report(1.0);
   return result;
 }

@@ -23,7 +23,7 @@ struct UnlightInput {
   std::vector<ImageF> photos = {};    ///< L images H x W x C, C = 1 or 3, linear, the ambient light subtracted; finite.
   std::vector<ImageU8> valid = {};    ///< L images H x W, 0 = saturated or out of view; or none: every sample counts.
   ImageF position_mm = {};            ///< H x W x 3. May be empty when all lamps are directional and there are no blockers.
-  ImageF normal = {};                 ///< H x W x 3, from the scan, need not be exactly unit; (0, 0, 0) where it has none.
+  ImageF normal = {};                 ///< H x W x 3, from the scan, need not be exactly unit; (0, 0, 0) where it has none. Empty: from the photographs alone (photometric_normals()).
   ImageU8 mask = {};                  ///< H x W, 0 = no surface; may be empty.
   std::vector<Light> lights = {};     ///< L, in the photographs' order.
   const Mesh* blockers = nullptr;  ///< Casts shadows, mm; may be null.
@@ -42,6 +42,8 @@ struct UnlightOptions {
   double rejection_sigma = 3.0;              ///< Samples farther off are highlights or shadows; [1.5, 20], in standard deviations.
   SpecularMode specular = SpecularMode::Fit;  ///< Fit: each neighbourhood's highlight is found and subtracted.
   double specular_window_px = 24.0;          ///< Highlights are alike within such a distance; [2, 1000].
+  bool estimate_strengths = false;           ///< The lamps' intensities are only a guess: find them, one for each lamp and channel.
+  bool estimate_ambient = false;             ///< A light from everywhere was not subtracted: find it, one irradiance for each channel.
   double noise_floor = 0.001;                ///< Standard deviation of a photograph's value that does not depend on it; > 0.
   double noise_share = 0.005;                ///< The part that grows with the value; [0, 1]. Only their ratio matters: residuals scale both.
   double min_cosine = 0.05;                  ///< Light that grazes more does not count; [0, 1).
@@ -64,6 +66,7 @@ inline constexpr int kNumSampleStates = 7;
 
 struct LightReport {
   std::array<std::int64_t, kNumSampleStates> samples{};  ///< Indexed by SampleState, over the mask.
+  Vec3 strength = Vec3::Ones();  ///< Times the intensity that was given; their geometric mean over the lamps is 1 in each channel.
   double residual = 0.0;         ///< Root mean square of what clean samples are off, over the mean of them.
 };
 
@@ -78,6 +81,8 @@ struct UnlightResult {
   std::vector<LightReport> lights = {};
   double noise_scale = 1.0;           ///< Residuals over what noise_floor and noise_share expect.
   double residual = 0.0;              ///< Root mean square over all clean samples, over their mean.
+  Vec3 ambient = Vec3::Zero();        ///< Irradiance from everywhere; 0 unless it was to be estimated.
+  bool is_converged = true;           ///< False when strengths or ambient were asked for and did not settle, or cannot be told.
   std::int64_t num_surface = 0;       ///< Texels of the mask.
   std::int64_t num_determined = 0;
   std::vector<std::string> notes = {};     ///< What the user should know, one line each.

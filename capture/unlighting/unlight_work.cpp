@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "capture/unlighting/cast_shadows.h"
+#include "capture/unlighting/photometric_normals.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
@@ -97,13 +99,12 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
   num_lights = static_cast<int>(input.lights.size());
   num_channels = input.photos.front().channels();
   strengths.assign(input.lights.size(), Vec3::Ones());
-  if (input.normal.empty()) throw InvalidInput("there are no normals");
   normal = ImageF(width, height, 3);
   parallel_for(height, kRows, control.part(0.0, 0.1), [&](std::int64_t begin, std::int64_t end) {
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
         if (!is_surface(x, y)) continue;
-        const Vec3 n = vector_of(input.normal, x, y);
+        const Vec3 n = input.normal.empty() ? Vec3::Zero() : vector_of(input.normal, x, y);
         if (!n.allFinite()) fail_at("the normal", x, y);
         if (!position(x, y).allFinite()) fail_at("the position", x, y);
         for (std::size_t k = 0; k < input.photos.size(); ++k) {
@@ -117,10 +118,14 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
       }
     }
   });
+  if (input.normal.empty()) {
+    if (options.normals == NormalMode::Keep) throw InvalidInput("there are no normals to keep; without a scan they come from the photographs");
+    normal = photometric_normals(input.photos, input.valid, input.mask, input.lights, control.part(0.1, 0.5));
+  }
   ImageU8 shadow;
   if (input.blockers != nullptr && !input.blockers->triangles.empty()) {
     const double offset = options.shadow_offset_mm.value_or(median_edge(*input.blockers));
-    shadow = cast_shadows(*input.blockers, input.position_mm, normal, input.mask, input.lights, offset, control.part(0.1, 0.9));
+    shadow = cast_shadows(*input.blockers, input.position_mm, normal, input.mask, input.lights, offset, control.part(0.5, 0.9));
   }
   samples = ImageU8(width, height, num_lights);
   parallel_for(height, kRows, control.part(0.9, 1.0), [&](std::int64_t begin, std::int64_t end) {
@@ -136,7 +141,7 @@ Vec3 UnlightWork::position(int x, int y) const { return input.position_mm.empty(
 
 TexelFitOptions UnlightWork::fit_options() const {
   return {.refine_normal = options.normals == NormalMode::Refine,
-          .normal_sigma = options.normal_sigma_deg * std::numbers::pi / 180.0,
+          .normal_sigma = input.normal.empty() ? std::numeric_limits<double>::infinity() : options.normal_sigma_deg * std::numbers::pi / 180.0,
           .reject = options.rejection == Rejection::Robust,
           .rejection_sigma = options.rejection_sigma,
           .noise_scale = noise_scale,

@@ -47,7 +47,8 @@ struct UnlightWork {
 };
 
 /// Median over texels of how much larger residuals are than expected; iterated, since what counts as clean depends on it. Not below 1e-4.
-[[nodiscard]] double estimate_noise_scale(const UnlightWork& work, const RunControl& control);
+/// @param max_rounds  1: of fits to every sample, shadows and highlights included.
+[[nodiscard]] double estimate_noise_scale(const UnlightWork& work, const RunControl& control, int max_rounds = 8);
 
 [[nodiscard]] inline Vec3 vector_of(const ImageF& image, int x, int y) {
   const auto p = image.pixel(x, y);

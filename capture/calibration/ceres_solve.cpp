@@ -1,0 +1,99 @@
+#include "capture/calibration/ceres_solve.h"
+
+#include <ceres/ceres.h>
+#include <glog/logging.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+namespace patinate {
+
+namespace {
+
+/// Ceres tells its log, which is stderr, what it also returns. The level is global: one at a time.
+class SilentLog {
+ public:
+  SilentLog() : lock_(mutex()), before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::FATAL; }
+  ~SilentLog() { FLAGS_minloglevel = before_; }
+  SilentLog(const SilentLog&) = delete;
+  SilentLog& operator=(const SilentLog&) = delete;
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex instance;
+    return instance;
+  }
+  std::lock_guard<std::mutex> lock_;
+  int before_;
+};
+
+constexpr double kMinCondition = 1e-13;
+
+}  // namespace
+
+SolveReport solve_quietly(ceres::Problem& problem, int max_iterations) {
+  const SilentLog silent;
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  if (problem.NumResiduals() > 2000) options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = 1e-16;
+  options.parameter_tolerance = 1e-12;
+  options.gradient_tolerance = 1e-16;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  return {.has_converged = summary.termination_type == ceres::CONVERGENCE, .num_iterations = static_cast<int>(summary.iterations.size())};
+}
+
+Information information_of(ceres::Problem& problem, const std::vector<double*>& blocks) {
+  const SilentLog silent;
+  Information info;
+  ceres::Problem::EvaluateOptions options;
+  options.parameter_blocks = blocks;
+  options.num_threads = 1;
+  ceres::CRSMatrix jacobian;
+  problem.Evaluate(options, nullptr, nullptr, nullptr, &jacobian);
+  options.apply_loss_function = false;
+  std::vector<double> residuals;
+  problem.Evaluate(options, nullptr, &residuals, nullptr, nullptr);
+  for (const double r : residuals) info.sum_squares += r * r;
+  info.num_residuals = jacobian.num_rows;
+  info.num_parameters = jacobian.num_cols;
+  const int n = jacobian.num_cols;
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
+  for (int row = 0; row < jacobian.num_rows; ++row) {
+    const auto begin = static_cast<std::size_t>(jacobian.rows[static_cast<std::size_t>(row)]);
+    const auto end = static_cast<std::size_t>(jacobian.rows[static_cast<std::size_t>(row) + 1]);
+    for (std::size_t a = begin; a < end; ++a) {
+      for (std::size_t b = begin; b < end; ++b) normal(jacobian.cols[a], jacobian.cols[b]) += jacobian.values[a] * jacobian.values[b];
+    }
+  }
+  if (n == 0 || !normal.allFinite()) return info;
+  Eigen::VectorXd scale(n);
+  for (int i = 0; i < n; ++i) scale[i] = normal(i, i) > 0 ? 1.0 / std::sqrt(normal(i, i)) : 0.0;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal * scale.asDiagonal());
+  info.condition = eigen.eigenvalues()[0] / eigen.eigenvalues()[n - 1];
+  info.weakest = eigen.eigenvectors().col(0);
+  // A parameter that nothing depends on is the weakest.
+  for (int i = 0; i < n; ++i) {
+    if (!(scale[i] > 0)) info.weakest = Eigen::VectorXd::Unit(n, i), info.condition = 0.0;
+  }
+  info.is_determined = info.condition > kMinCondition;
+  if (!info.is_determined) return info;
+  const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseInverse();
+  info.covariance = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  return info;
+}
+
+double robust_sigma(std::vector<double> residuals) {
+  for (double& r : residuals) r = std::abs(r);
+  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), middle, residuals.end());
+  return 1.4826 * *middle;
+}
+
+}  // namespace patinate

@@ -1,0 +1,30 @@
+/// \file
+/// Inside lights_from_spheres(): the joint refinement. Ceres stays in its .cpp.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "capture/calibration/sphere_lights.h"
+
+namespace patinate {
+
+/// What is refined, and where it starts.
+struct SphereLightProblem {
+  std::vector<Vec3> centers;     ///< Of the spheres.
+  std::vector<Vec3> lights;      ///< Positions, or unit directions.
+  std::vector<bool> is_near;     ///< As long as lights.
+  std::vector<bool> is_used;     ///< Lights that a sphere shows.
+};
+struct SphereLightSolution {
+  bool has_converged = false;
+  bool is_determined = false;                 ///< Whether a covariance exists.
+  std::vector<Eigen::Matrix3d> covariances;   ///< Of the lights.
+  std::vector<double> rms_px;                 ///< Of each light's highlights.
+};
+
+/// Refines `problem` in place.
+[[nodiscard]] SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector<MirrorSphere>& spheres, const Highlights& highlights,
+                                                       const SphereLightOptions& options, SphereLightProblem& problem);
+
+}  // namespace patinate

@@ -1,0 +1,64 @@
+/// \file
+/// A scan as registration works on it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "capture/registration/line_of_sight.h"
+#include "capture/registration/registration.h"
+#include "capture/registration/surfel_alignment.h"
+
+namespace patinate {
+
+/// Coordinates are normalised: about the scan's middle, in the scans' common scale.
+class PreparedScan {
+ public:
+  /// @param fine_distance  Normalised, between fine surfels.
+  PreparedScan(const PointCloud& cloud, double scale, double fine_distance, const RunControl& control);
+
+  [[nodiscard]] const SurfelSet& fine() const { return *fine_; }
+  [[nodiscard]] const SurfelSet& coarse() const { return *coarse_; }
+  /// Absent when it is not known where the scanner stood.
+  [[nodiscard]] const LinesOfSight* lines_of_sight() const { return lines_.get(); }
+  /// Positions of fine(), for look-ups in lines of sight.
+  [[nodiscard]] const std::vector<Vec3>& positions() const { return *positions_; }
+  [[nodiscard]] const Vec3& middle() const { return middle_; }
+  [[nodiscard]] double scale() const { return scale_; }
+  [[nodiscard]] double surface_share() const { return surface_share_; }  ///< Of the places where a fine surfel was looked for.
+  /// Points per fine surfel.
+  [[nodiscard]] double points_per_surfel() const { return points_per_surfel_; }
+
+ private:
+  Vec3 middle_ = Vec3::Zero();
+  double scale_;
+  double points_per_surfel_ = 1.0;
+  double surface_share_ = 0.0;
+  std::shared_ptr<const SurfelSet> fine_, coarse_;
+  std::shared_ptr<const LinesOfSight> lines_;
+  std::shared_ptr<const std::vector<Vec3>> positions_;
+};
+
+/// All scans that will be registered with each other: they share scale and spacing.
+/// @throws InvalidInput naming the scan's index if one has fewer than 16 points, no extent, or no surface.
+[[nodiscard]] std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans, const RegistrationOptions& options,
+                                                      const RunControl& control = {});
+/// As register_pair() of clouds (registration.h).
+[[nodiscard]] Registration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
+                                         const RegistrationOptions& options = {}, const RunControl& control = {});
+
+inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normalised: a tenth of the object's size or so.
+
+/// x_in_cloud = middle + scale * x_normalised on both sides.
+[[nodiscard]] RigidTransform normalised(const RigidTransform& target_from_source, const PreparedScan& target, const PreparedScan& source);
+[[nodiscard]] RigidTransform in_unit(const RigidTransform& normalised, const PreparedScan& target, const PreparedScan& source);
+
+/// Of what is seen by both scans in a pose (normalised): the share that lies in the other scanner's lines of sight by more than `tolerance`;
+/// nothing when neither scan says where its scanner stood. @param num_looked  About so many surfels of either scan are looked at; > 0.
+[[nodiscard]] std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, double tolerance,
+                                                   int num_looked);
+/// Share of the smaller scan's surfels that found partners.
+[[nodiscard]] double overlap_of(const PairSums& sums);
+
+}  // namespace patinate

@@ -1,0 +1,179 @@
+#include "capture/registration/registration.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "capture/registration/prepared_scan.h"
+#include "capture/registration/rotation_search.h"
+#include "libcommon/core/error.h"
+
+namespace patinate {
+
+void describe(OptionVisitor& v, RegistrationOptions& o) {
+  v.visit_choice({"method", "How two scans are brought together; pcl-... are PCL's own, for comparison"}, o.method, kRegistrationMethodNames);
+  v.visit_choice({"start", "auto: from the given poses, and by search where that fails; given; global: by search alone"}, o.start, kRegistrationStartNames);
+  v.visit({"min_overlap", "Share of the smaller scan that must find partners", "", {.low = 0, .high = 1, .is_low_open = true}}, o.min_overlap);
+  v.visit({"max_in_front", "Share of what both scans see that may lie in the other scanner's line of sight", "", between(0, 1)}, o.max_in_front);
+  v.visit({"max_iterations", "Of the last, full stage", "", between(1, 10000)}, o.max_iterations);
+  v.visit({"max_surfels", "A scan is thinned to about so many pieces", "", between(100, 1e7)}, o.max_surfels);
+}
+
+std::string_view name_of(RegistrationStatus status) {
+  constexpr std::array<std::string_view, 5> kNames{"converged", "iteration limit", "too few pairs", "degenerate", "poor fit"};
+  return kNames[static_cast<std::size_t>(status)];
+}
+
+namespace {
+
+constexpr int kNumCandidates = 16;
+constexpr int kMidIterations = 40;
+constexpr int kMidSurfels = 2500;       ///< That look for partners in the middle stage, of either scan.
+constexpr int kCandidateSurfels = 800, kCandidateIterations = 15;
+constexpr double kLastGate = 1.5;       ///< In fine distances,
+constexpr double kLastGateScales = 6.0; ///< or residual scales, where the scans fit worse than that.
+constexpr double kConvergedStep = 1e-3; ///< In fine distances: what Converged promises.
+constexpr double kFixedStep = 1e-10;    ///< Normalised: nothing moves any more.
+constexpr double kMostResidual = 0.45;  ///< Residual scale in fine distances above which it is no fit.
+constexpr int kLookedInFront = 3000;
+constexpr int kFewestPairs = 30;
+constexpr double kCrossedShare = 0.3;   ///< Of a direction's information that must come from more than noise of normals.
+
+/// One local alignment, to the end.
+struct Local {
+  Alignment alignment;
+  std::optional<double> in_front;
+};
+
+/// @param is_candidate  One of many: with fewer surfels and steps.
+Alignment align_middle(const PreparedScan& target, const PreparedScan& source, const RigidTransform& start, bool is_candidate, const RunControl& control) {
+  const double distance = target.fine().distance(), coarse = target.coarse().distance();
+  const int stride = std::max(1, std::max(target.fine().size(), source.fine().size()) / (is_candidate ? kCandidateSurfels : kMidSurfels));
+  return align_surfels(target.fine(), source.fine(), start,
+                       {.first_gate = 2.0 * coarse, .last_gate = 3.0 * distance, .stride = stride, .max_iterations = is_candidate ? kCandidateIterations : kMidIterations, .narrows_scale = !is_candidate, .step = kConvergedStep * distance}, control);
+}
+
+Local align_fully(const PreparedScan& target, const PreparedScan& source, const RigidTransform& start, const RegistrationOptions& options, const RunControl& control) {
+  const double distance = target.fine().distance(), coarse = target.coarse().distance();
+  Local local;
+  local.alignment = align_middle(target, source, start, false, control);
+  const double last_gate = std::clamp(kLastGateScales * local.alignment.residual_scale, kLastGate * distance, 2.0 * coarse);
+  local.alignment = align_surfels(target.fine(), source.fine(), local.alignment.target_from_source,
+                                  {.first_gate = std::max(2.0 * last_gate, 3.0 * distance), .last_gate = last_gate, .stride = 1, .max_iterations = options.max_iterations, .step = kFixedStep}, control);
+  local.in_front = share_in_front(target, source, local.alignment.target_from_source, std::max(last_gate, 2.0 * distance), kLookedInFront);
+  return local;
+}
+
+/// Directions that the surface leaves open: little information, or such as comes from noise of the normals alone.
+Eigen::Matrix<double, 6, Eigen::Dynamic> open_directions(const PairSums& sums) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(sums.information);
+  Eigen::Matrix<double, 6, Eigen::Dynamic> open(6, 0);
+  for (int k = 0; k < 6; ++k) {
+    const Vec6 direction = solver.eigenvectors().col(k);
+    const double value = solver.eigenvalues()[k];
+    if (value > kFreeShare * solver.eigenvalues()[5] && direction.dot(sums.crossed * direction) > kCrossedShare * value) continue;
+    open.conservativeResize(6, open.cols() + 1);
+    open.col(open.cols() - 1) = direction;
+  }
+  return open;
+}
+
+Matrix6 covariance_of(const PairSums& sums, const PreparedScan& target, const PreparedScan& source) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(sums.information / sums.weight);
+  // What the points' own scatter makes of it, were every surfel's mean independent of the others: each point counts in several surfels.
+  const double per_surfel = 0.5 * (target.points_per_surfel() + source.points_per_surfel());
+  const double num_points = 0.5 * sums.num_pairs * per_surfel;
+  const double scatter = target.fine().median_variance() + source.fine().median_variance();
+  const double expected = sums.variance / sums.weight;
+  const double misfit = std::max(1.0, sums.weighted_squares / sums.weight / expected);
+  Matrix6 covariance = Matrix6::Zero();
+  for (int k = 0; k < 6; ++k) {
+    if (!(solver.eigenvalues()[k] > kFreeShare * solver.eigenvalues()[5])) continue;
+    const Vec6 direction = solver.eigenvectors().col(k);
+    covariance += direction * direction.transpose() * (scatter * misfit / num_points / solver.eigenvalues()[k]);
+  }
+  Vec6 unit;
+  unit << 1, 1, 1, target.scale(), target.scale(), target.scale();
+  return unit.asDiagonal() * covariance * unit.asDiagonal();
+}
+
+Registration judge(const PreparedScan& target, const PreparedScan& source, const Local& local, const RegistrationOptions& options) {
+  const Alignment& a = local.alignment;
+  Registration r;
+  r.target_from_source = in_unit(a.target_from_source, target, source);
+  r.overlap = overlap_of(a.sums);
+  r.in_front = local.in_front;
+  const int num_found = a.sums.num_found[0] + a.sums.num_found[1];
+  r.fitting = num_found > 0 ? static_cast<double>(a.sums.num_fitting[0] + a.sums.num_fitting[1]) / num_found : 0.0;
+  r.num_pairs = a.sums.num_pairs;
+  r.num_iterations = a.num_iterations;
+  r.center = target.middle();
+  if (a.sums.num_pairs < kFewestPairs) return r;
+  r.rms_residual = target.scale() * std::sqrt(a.sums.weighted_squares / a.sums.weight);
+  r.covariance = covariance_of(a.sums, target, source);
+  const double distance = target.fine().distance();
+  if (r.overlap < options.min_overlap) {
+    r.status = RegistrationStatus::TooFewPairs;
+  } else if (r.in_front.value_or(0.0) > options.max_in_front || a.residual_scale > kMostResidual * distance) {
+    r.status = RegistrationStatus::PoorFit;
+  } else if (const auto open = open_directions(a.sums); open.cols() > 0) {
+    r.status = RegistrationStatus::Degenerate;
+    r.free_motions = free_motions(open);  // About the middle of the target, normalised.
+    for (FreeMotion& m : r.free_motions) {
+      m.point = target.middle() + target.scale() * m.point;
+      m.point -= m.direction * m.direction.dot(m.point);
+      m.pitch *= target.scale();
+    }
+  } else {
+    r.status = a.last_step <= kConvergedStep * distance ? RegistrationStatus::Converged : RegistrationStatus::IterationLimit;
+  }
+  return r;
+}
+
+bool is_found(const Registration& r) { return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate; }
+
+double score_of(const Registration& r) { return r.overlap * std::pow(1.0 - r.in_front.value_or(0.0), 2); }
+
+}  // namespace
+
+Registration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
+                           const RegistrationOptions& options, const RunControl& control) {
+  check_ranges(options);
+  if (options.method != RegistrationMethod::Symmetric) throw InvalidInput("register_pair: this is the symmetric method; PCL's are in reference_methods.h");
+  std::optional<Registration> best;
+  if (start && options.start != RegistrationStart::Global) {
+    const double coarse = target.coarse().distance();
+    const Alignment rough = align_surfels(target.coarse(), source.coarse(), normalised(*start, target, source),
+                                          {.first_gate = 1.0, .last_gate = 2.0 * coarse, .stride = 1, .max_iterations = kMidIterations, .step = 1e-3}, control);
+    best = judge(target, source, align_fully(target, source, rough.target_from_source, options, control), options);
+    if (is_found(*best) || options.start == RegistrationStart::Given) {
+      control.report(1.0);
+      return *best;
+    }
+  }
+  // Candidates are told apart by the middle stage, the best of them gets the full one.
+  std::optional<std::pair<double, RigidTransform>> chosen;
+  for (const PoseCandidate& candidate : search_poses(target, source, kNumCandidates, control.part(0.0, 0.8))) {
+    const Alignment middle = align_middle(target, source, candidate.pose, true, control);
+    const double front = share_in_front(target, source, middle.target_from_source, 3.0 * target.fine().distance(), kLookedInFront).value_or(0.0);
+    const double score = pose_score(middle, front, target.fine().distance());
+    if (!chosen || score > chosen->first) chosen = {score, middle.target_from_source};
+  }
+  if (chosen) {
+    Registration found = judge(target, source, align_fully(target, source, chosen->second, options, control), options);
+    found.is_found_by_search = true;
+    if (!best || is_found(found) || (!is_found(*best) && score_of(found) > score_of(*best))) best = found;
+  }
+  control.report(1.0);
+  return best.value_or(Registration{});
+}
+
+Registration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
+                           const RegistrationOptions& options, const RunControl& control) {
+  const std::array<PointCloud, 2> both{target, source};
+  const std::vector<PreparedScan> scans = prepare_scans(both, options, control);
+  return register_pair(scans[0], scans[1], start, options, control);
+}
+
+}  // namespace patinate

@@ -82,12 +82,11 @@ MouldOptions checked_mould(MouldOptions o) {
 }
 
 double mould_lobe(const MouldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera) {
-  const double nl = normal.dot(to_light), nv = normal.dot(to_camera);
-  if (!(look.specular > 0.0) || nl <= 0.0 || nv <= 0.0) return 0.0;
-  const double cosine = std::min(1.0, normal.dot((to_light + to_camera).normalized()));
+  if (!(look.specular > 0.0) || normal.dot(to_light) <= 0.0 || normal.dot(to_camera) <= 0.0) return 0.0;
+  const double cosine = std::min(1.0, normal.dot((to_light + to_camera).normalized())), cosine2 = cosine * cosine;
   if (cosine <= 0.0) return 0.0;
-  const double tangent2 = 1.0 / (cosine * cosine) - 1.0, r2 = look.roughness * look.roughness;
-  return look.specular * std::exp(-tangent2 / r2) / (4.0 * kPi * r2 * std::sqrt(nl * nv));
+  const double alpha2 = std::pow(look.roughness, 4);
+  return look.specular * std::exp((1.0 - 1.0 / cosine2) / alpha2) / (4.0 * kPi * alpha2 * cosine2 * cosine2);
 }
 
 Mould::Mould(const MouldOptions& options, const RunControl& control)
@@ -225,8 +224,8 @@ MouldLook Mould::look(double x, double y, double time_d) const {
   MouldLook look;
   look.albedo = copper_color(std::max(p, 0.25 * dull)) * (1.0 + (0.10 + 0.35 * p) * mottle(y, x));
   const double bright = (1.0 - 0.6 * dull) * std::pow(1.0 - p, 2);
-  look.specular = options_.highlights * (0.012 + 0.14 * bright);
-  look.roughness = 0.16 + 0.22 * (1.0 - bright);
+  look.specular = options_.highlights * (0.002 + 0.12 * bright);
+  look.roughness = 0.37 + 0.18 * (1.0 - bright);
   return look;
 }
 

@@ -47,11 +47,12 @@ void describe(OptionVisitor& v, MouldOptions& o);
 /// What a place of the surface looks like at a time.
 struct MouldLook {
   Vec3 albedo = Vec3::Zero();
-  double specular = 0.0;   ///< Share of the light in the lobe of mould_lobe().
-  double roughness = 1.0;  ///< Its width: tangent of the half vector's angle at which it falls to 1/e.
+  double specular = 0.0;   ///< Strength of mould_lobe(): reflectance of the polish from straight above.
+  double roughness = 1.0;  ///< Its width: the lobe falls to about 1/e where the half vector's angle has the tangent roughness^2.
 };
 
-/// The lobe, times E max(0, n . l): s exp(-(tan a / r)^2) / (4 pi r^2 sqrt(n.l n.v)), a the half vector's angle to the normal [Ward 1992].
+/// The highlight over the light that arrives, E max(0, n . l): s exp(-tan^2 a / m^2) / (4 pi m^2 cos^4 a), a the half vector's angle to the normal and
+/// m = roughness^2 [Cook and Torrance 1982, Beckmann's distribution].
 [[nodiscard]] double mould_lobe(const MouldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera);
 
 /// The object in its own frame: a height function z(x, y) in mm over a disc, z toward the viewer, and its patina. Immutable.

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "capture/ingest/capture_text.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
@@ -18,20 +19,6 @@ namespace patinate {
 namespace fs = std::filesystem;
 
 namespace {
-
-Response read_response(JsonReader json) {
-  Response response;
-  if (json.is_object()) {
-    response.kind = Response::Kind::Gamma;
-    response.gamma = json.member("gamma").number({0, 10, true});
-    json.finish();
-    return response;
-  }
-  constexpr std::array<std::string_view, 2> kNames{"srgb", "linear"};
-  if (!json.is_string()) json.fail("\"srgb\", \"linear\" or {\"gamma\": 2.2}");
-  response.kind = json.choice(kNames) == 0 ? Response::Kind::Srgb : Response::Kind::Linear;
-  return response;
-}
 
 /// A map in register with the photographs. @throws IoError
 void check_map_size(const fs::path& file, const CaptureProject& project, bool may_be_history_size) {
@@ -150,6 +137,20 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
 
 }  // namespace
 
+Response read_response(JsonReader json) {
+  Response response;
+  if (json.is_object()) {
+    response.kind = Response::Kind::Gamma;
+    response.gamma = json.member("gamma").number({0, 10, true});
+    json.finish();
+    return response;
+  }
+  constexpr std::array<std::string_view, 2> kNames{"srgb", "linear"};
+  if (!json.is_string()) json.fail("\"srgb\", \"linear\" or {\"gamma\": 2.2}");
+  response.kind = json.choice(kNames) == 0 ? Response::Kind::Srgb : Response::Kind::Linear;
+  return response;
+}
+
 int CaptureProject::width() const { return std::max(1, static_cast<int>(std::lround(roi.width * scale))); }
 int CaptureProject::height() const { return std::max(1, static_cast<int>(std::lround(roi.height * scale))); }
 
@@ -157,11 +158,8 @@ CaptureProject read_capture_project(const fs::path& file) {
   const Json document = load_json(file);
   JsonReader json(file.string(), document);
   json.expect_format("patinate.capture", 1);
-  constexpr std::array<std::string_view, 2> kKinds{"fixed", "relit"};
   const JsonReader kind = json.member("kind");
-  if (kKinds[static_cast<std::size_t>(kind.choice(kKinds))] == "relit") {
-    kind.fail("\"fixed\"; relit captures (a scan and one photograph per light) are not in this version");
-  }
+  if (kCaptureKinds[static_cast<std::size_t>(kind.choice(kCaptureKinds))] != "fixed") kind.fail("\"fixed\"");
   CaptureProject project;
   project.file = file;
   project.name = json.member("name").string();

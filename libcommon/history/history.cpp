@@ -54,6 +54,18 @@ std::vector<std::string> map_channels(const std::string& name) {
   return map_order(name) < 2 ? std::vector<std::string>{"X", "Y", "Z"} : std::vector<std::string>{"Y"};
 }
 
+/// @returns Its place among kFrameExtraNames. @throws InvalidInput
+std::ptrdiff_t extra_order(const std::string& name) {
+  const auto* const found = std::find(kFrameExtraNames.begin(), kFrameExtraNames.end(), name);
+  if (found == kFrameExtraNames.end()) throw InvalidInput("`" + name + "` of a frame: use stddev, specular, normal or height");
+  return found - kFrameExtraNames.begin();
+}
+
+std::vector<std::string> extra_channels(const std::string& name) {
+  static const std::array<std::vector<std::string>, 4> kChannels{{{"R", "G", "B"}, {"strength", "roughness"}, {"X", "Y", "Z"}, {"Y"}}};
+  return kChannels[static_cast<std::size_t>(extra_order(name))];
+}
+
 void check_texel_size(const HistoryManifest& manifest) {
   if (manifest.texel_size_mm && !(*manifest.texel_size_mm > 0 && std::isfinite(*manifest.texel_size_mm))) {
     throw InvalidInput("history " + manifest.name + ": texel_size_mm must be > 0");
@@ -141,6 +153,17 @@ ImageF HistoryReader::read_map(const std::string& name) const {
     list += (list.empty() ? "" : ", ") + map.name;
   }
   throw InvalidInput(folder_.string() + ": has no map `" + name + "`; there " + (list.empty() ? "are none" : "is: " + list));
+}
+
+std::optional<ImageF> HistoryReader::read_frame_extra(int index, const std::string& name) const {
+  check_index(index);
+  const std::vector<std::string> channels = extra_channels(name);
+  for (const HistoryImage& extra : manifest_.frames[static_cast<std::size_t>(index)].extras) {
+    if (extra.name != name) continue;
+    check_file(folder_ / extra.file, manifest_);
+    return read_channels(folder_ / extra.file, channels);
+  }
+  return std::nullopt;
 }
 
 ImageU8 HistoryReader::read_frame_mask(int index) const {
@@ -254,6 +277,27 @@ HistoryFrame& HistoryWriter::named_frame(int index) {
 }
 
 void HistoryWriter::add_written_frame_mask(int index) { named_frame(index).mask = frame_mask_file(index); }
+
+fs::path HistoryWriter::frame_extra_file(int index, const std::string& name) {
+  (void)extra_order(name);
+  return fs::path(name) / numbered(index, ".exr");
+}
+
+void HistoryWriter::write_frame_extra(const fs::path& folder, int index, const std::string& name, const ImageF& values) {
+  const std::vector<std::string> channels = extra_channels(name);
+  if (values.channels() != static_cast<int>(channels.size())) {
+    throw InvalidInput("`" + name + "` of a frame: has " + std::to_string(values.channels()) + " channels; expected " + std::to_string(channels.size()));
+  }
+  make_parent(folder / frame_extra_file(index, name));
+  write_exr(folder / frame_extra_file(index, name), values, channels, ExrDepth::Float);
+}
+
+void HistoryWriter::add_written_frame_extra(int index, const std::string& name) {
+  auto& extras = named_frame(index).extras;
+  const auto place = std::find_if(extras.begin(), extras.end(), [&](const HistoryImage& e) { return extra_order(e.name) >= extra_order(name); });
+  if (place != extras.end() && place->name == name) throw InvalidInput("`" + name + "` of a frame: is given twice");
+  extras.insert(place, {name, frame_extra_file(index, name)});
+}
 
 void HistoryWriter::add_filled_frame(int index) { named_frame(index).file = filled_frame_file(index); }
 

@@ -2,9 +2,11 @@
 /// The material history: colour of a surface over time with its control parameters. A folder with `history.json`.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libcommon/core/run_control.h"
@@ -28,19 +30,26 @@ struct ControlParameter {
   std::string unit = "";             ///< "1/mm", "relative", ...
 };
 
+/// An image of the history's size that belongs to something.
+struct HistoryImage {
+  std::string name;
+  std::filesystem::path file;        ///< Relative to the history.
+};
+
 struct HistoryFrame {
   double time = 0.0;                 ///< In the history's time unit; strictly increasing.
   std::filesystem::path file;        ///< Half RGB EXR, linear albedo; relative to the history.
   /// 8 bit; 0 where this frame's colour is not the surface's (highlight, saturated, out of the stabilised view).
   std::optional<std::filesystem::path> mask = std::nullopt;
+  /// More than colour, in the order of kFrameExtraNames, each at most once: `stddev` (of the albedo; R, G, B), `specular` (strength,
+  /// roughness), `normal` (X, Y, Z, unit), `height` (Y, mm); float; 0 where not known.
+  std::vector<HistoryImage> extras = {};
 };
+inline constexpr std::array<std::string_view, 4> kFrameExtraNames{"stddev", "specular", "normal", "height"};
 
 /// An image that is constant in time. `position` and `normal`: channels X, Y, Z; `height` and `texel_size`: Y. mm, or unit vectors;
 /// 0 where there is no surface.
-struct HistoryMap {
-  std::string name;                  ///< position | normal | height | texel_size
-  std::filesystem::path file;        ///< Relative to the history.
-};
+using HistoryMap = HistoryImage;     ///< position | normal | height | texel_size
 
 /// What `history.json` says.
 struct HistoryManifest {
@@ -81,6 +90,9 @@ class HistoryReader {
   [[nodiscard]] ImageU8 read_mask() const;
   /// H x W x 3 (position, normal) or x 1. @throws InvalidInput listing the maps there are; IoError.
   [[nodiscard]] ImageF read_map(const std::string& name) const;
+  /// What a frame has more than colour: H x W x (3, 2, 3, 1) for the names of kFrameExtraNames; nothing when the frame has none of it.
+  /// @throws InvalidInput if there is no such index or name; IoError.
+  [[nodiscard]] std::optional<ImageF> read_frame_extra(int index, const std::string& name) const;
   /// Where frame `index` shows the surface itself: read_mask() and the frame's own mask. 0 / 255; may be 0 everywhere.
   /// @throws InvalidInput if there is no such index; IoError.
   [[nodiscard]] ImageU8 read_frame_mask(int index) const;
@@ -128,6 +140,12 @@ class HistoryWriter {
   /// Names the mask of a frame that is named already, which an earlier step has written as frame_mask_file(index).
   /// @throws InvalidInput if frame `index` is not there.
   void add_written_frame_mask(int index);
+  /// stddev/0007.exr and so on. @throws InvalidInput unless the name is of kFrameExtraNames.
+  [[nodiscard]] static std::filesystem::path frame_extra_file(int index, const std::string& name);
+  /// Writes frame_extra_file(); static, since steps that know no writer make it. @throws InvalidInput on other channels.
+  static void write_frame_extra(const std::filesystem::path& folder, int index, const std::string& name, const ImageF& values);
+  /// Names what write_frame_extra() has written for a frame that is named already. @throws InvalidInput if frame `index` is not there.
+  void add_written_frame_extra(int index, const std::string& name);
   /// Lets a frame that is named already show filled_frame_file(index), which an earlier step has written. Its mask stays.
   /// @throws InvalidInput if frame `index` is not there.
   void add_filled_frame(int index);
@@ -156,8 +174,7 @@ class HistoryWriter {
 
 /// The file in a history's folder that says what is in it.
 inline constexpr const char* kHistoryManifestFile = "history.json";
-/// `history.json` of a folder, or the file itself. Other files are not looked at; keys of the format that
-/// HistoryManifest does not hold (extra images of a frame) are accepted and left alone.
+/// `history.json` of a folder, or the file itself. Other files are not looked at.
 /// @throws IoError if it breaks the format: unknown key, wrong type, times not strictly increasing, ...
 [[nodiscard]] HistoryManifest read_history_manifest(const std::filesystem::path& path);
 /// Equal manifests give equal bytes. @throws InvalidInput as HistoryWriter::finish; CannotComplete.

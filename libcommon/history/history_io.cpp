@@ -14,18 +14,10 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kTimeUnitNames{"s", "min", "h", "d"};
 constexpr std::array<std::string_view, 3> kOriginNames{"captured", "simulated", "synthetic"};
-constexpr std::array<std::string_view, 4> kFrameExtras{"stddev", "specular", "normal", "height"};
 constexpr std::array<std::string_view, 4> kMapNames{"position", "normal", "height", "texel_size"};
 constexpr std::size_t kMaxFrames = 1'000'000;
 constexpr std::size_t kMaxControls = 1'000;
 constexpr double kMaxSide = 65536;
-
-/// A file that the reader does not need: its name is checked, no more.
-void skip_files(JsonReader& json, std::span<const std::string_view> keys) {
-  for (std::string_view key : keys) {
-    if (json.has(key)) (void)json.member(key).path();
-  }
-}
 
 std::filesystem::path relative_file(const JsonReader& json) {
   (void)json.path();  // Rejects what is no path.
@@ -37,7 +29,9 @@ HistoryFrame read_frame_entry(JsonReader json) {
   frame.time = json.member("time").number();
   frame.file = relative_file(json.member("file"));
   if (json.has("mask")) frame.mask = relative_file(json.member("mask"));
-  skip_files(json, kFrameExtras);
+  for (std::string_view name : kFrameExtraNames) {
+    if (json.has(name)) frame.extras.push_back({std::string(name), relative_file(json.member(name))});
+  }
   json.finish();
   return frame;
 }
@@ -147,6 +141,7 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
   for (const HistoryFrame& f : manifest.frames) {
     Json entry = {{"time", number_json(f.time)}, {"file", f.file.generic_string()}};
     if (f.mask) entry["mask"] = f.mask->generic_string();
+    for (const HistoryImage& extra : f.extras) entry[extra.name] = extra.file.generic_string();
     json["frames"].push_back(std::move(entry));
   }
   json["controls"] = Json::array();

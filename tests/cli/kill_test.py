@@ -34,9 +34,12 @@ SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_kill_"))
 CANNOT = 1
 
 CRACKLE = ["synth", "crackle", "--width", "96", "--height", "80", "--num-frames", "10"]
+MOULD = ["synth", "mould", "--width", "96", "--height", "72", "--steps", "4", "--lights", "4", "--scan-spacing", "2", "--transforms"]
 COMMANDS = {
     "synth": [*CRACKLE, "-o", "out"],
     "ingest": ["ingest", SHARED / "capture", "--progress", "-o", "out"],
+    "mould": [*MOULD, "-o", "out"],
+    "relit": ["ingest", SHARED / "mould", "-o", "out"],
     "append": ["ingest", SHARED / "capture", "--progress", "-o", "out"],
     "transfer": ["transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "160", "-o", "out"],
     "reference": ["transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64",
@@ -67,7 +70,7 @@ def tree_of(folder):
 
 
 def setUpModule():
-    for arguments in ([*CRACKLE, "-o", "capture"], ["synth", "sculpture", "--resolution", "24", "-o", "urn"],
+    for arguments in ([*CRACKLE, "-o", "capture"], [*MOULD, "-o", "mould"], ["synth", "sculpture", "--resolution", "24", "-o", "urn"],
                       ["ingest", "capture", "--progress", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "160", "-o", "aged"]):
         finish(arguments, SHARED)

@@ -19,13 +19,14 @@ except ImportError:
 
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
-FILES = {"capture": "capture/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
+FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
 def setUpModule():
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
+                      ["synth", "mould", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mould"],
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "capture", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
                       ["export", "aged", "--num-times", "2", "-o", "textures"]):
@@ -37,7 +38,7 @@ def tearDownModule():
 
 
 def validator(name):
-    schema = json.loads((SCHEMAS / f"{name}.schema.json").read_text())
+    schema = json.loads((SCHEMAS / f"{ {'relit': 'capture'}.get(name, name)}.schema.json").read_text())
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 
@@ -76,6 +77,10 @@ BROKEN = {
                          drop("transmission", "photo"), put("roi", [0, 0, 10]), put("scale", 0), put("scale", 2), put("exclude", [-1]), put("exclude", [0.5]),
                          put("texel_size_mm", 0), put("controls", [{"name": "../x", "file": "backlight.png"}]), put("time_unit", "y"), drop("name"), drop("kind"),
                          put("unit", "inch"), put("scan", {"mesh": "a.ply", "camera": "b.yml"}), put("scan", {"mesh": "a.ply"})],
+    "relit": COMMON + [put("unit", "inch"), drop("unit"), drop("lights"), drop("steps"), put("steps", []), put("lights", []), put("lights", 0, "intensity", [1, 0, 1]),
+                       drop("lights", 0, "position"), put("camera", "matrix", [[1, 0, 0]]), drop("camera", "translation"), put("reference_patch", "polygon", [[1, 1], [2, 2]]),
+                       put("reference_patch", "albedo", [1, 1]), put("reference", -1), drop("steps", 0, "time"), put("steps", 0, "photos", []), put("steps", 1, "transform", [[1, 0, 0, 0]]),
+                       put("steps", 0, "albedo", "a.exr"), put("steps", 0, "surplus", 1), put("frames", []), put("kind", "fixed")],
     "transfer": COMMON + [put("width", 0), put("subpixel", True), put("mesh", "mm_per_mesh_unit", 0), drop("history", "key"), drop("coordinates"),
                           put("energy", {}), drop("energy", "used_share"), put("controls", 5), drop("key"), put("mesh", "colour", "red"), put("history", 1)],
 }

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/ingest/capture_project.h"
+#include "capture/ingest/relit_project.h"
 #include "libcommon/atlas/uv_layout.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
@@ -82,7 +83,24 @@ Facts transfer_facts(const std::filesystem::path& path) {
   return facts;
 }
 
+Facts relit_facts(const RelitProject& project) {
+  Facts facts("capture");
+  facts.add("name", project.name);
+  facts.add("capture_kind", "relit", "a scan and one photograph per light at every step");
+  facts.add("photographs", Json{project.width(), project.height()}, size_text(project.width(), project.height()));
+  facts.add("lights", static_cast<std::int64_t>(project.lights.size()));
+  Json times = Json::array();
+  for (const RelitStep& step : project.steps) times.push_back(step.time);
+  const std::string unit = time_unit_text(project.time_unit);
+  facts.add("times", times,
+            std::to_string(project.steps.size()) + " steps, " + short_number_text(project.steps.front().time) + " to " +
+                short_number_text(project.steps.back().time) + " " + unit);
+  facts.add("time_unit", unit, "");
+  return facts;
+}
+
 Facts capture_facts(const std::filesystem::path& path) {
+  if (is_relit_capture(capture_file(path))) return relit_facts(read_relit_project(capture_file(path)));
   const CaptureProject project = read_capture_project(capture_file(path));
   const std::string unit = time_unit_text(project.time_unit);
   Facts facts("capture");

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/ingest/ingest.h"
+#include "capture/ingest/relit_ingest.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
 #include "tools/patinate/commands.h"
@@ -65,17 +66,45 @@ void note_alignment(const std::filesystem::path& output, CommandRun& run) {
            short_number_text(json.at("residual_px").get<double>()) + " px");
 }
 
+int ingest_relit(CommandRun& run, const std::filesystem::path& file, RelitOptions options, const IngestOptions& shared, const std::filesystem::path& output) {
+  options.scan = shared.scan;
+  options.fill = shared.repair.fill;
+  options.progress = shared.progress;
+  const std::optional<JobStatus> status = run.make_folder(plan_relit_ingest(read_relit_project(file), options, output), "ingest");
+  if (!status) return 0;
+  const Json report = load_json(output / kRelitReportFile);
+  Json left_out = Json::array();
+  for (const Json& step : report.at("steps")) {
+    const std::string name = "step " + std::to_string(step.at("step").get<int>());
+    if (!step.at("in_history").get<bool>()) {
+      left_out.push_back(step.at("step"));
+      run.note(name + " is left out: " + step.at("status").get<std::string>());
+      continue;
+    }
+    for (const Json& note : step.value("notes", Json::array())) run.note(name + ": " + note.get<std::string>());
+    run.detail(name + ": " + short_number_text(std::round(1000.0 * step.at("determined_share").get<double>()) / 10.0) + " % of the surface determined");
+  }
+  const HistoryReader reader(output);
+  Json controls = Json::array();
+  for (const ControlParameter& c : reader.manifest().controls) controls.push_back(c.name);
+  run.report_output(*status, output, Json{{"frames", reader.num_frames()}, {"controls", controls}, {"left_out", left_out}, {"report", (output / kRelitPageFile).string()}});
+  return 0;
+}
+
 }  // namespace
 
 int cmd_ingest(CommandRun& run) {
   std::filesystem::path project_file, output;
   IngestOptions options;
+  RelitOptions relit_options;
   run.line.positional("CAPTURE", "capture.json, or the folder that holds it (docs/capture.md)", project_file);
   run.line.output("HISTORY", "Folder of the material history to make", output);
   run.line.options(options);
+  run.line.options(relit_options);
   run.line.example("ingest photos/capture.json -o copper");
   if (!run.parse()) return 0;
 
+  if (is_relit_capture(capture_file(project_file))) return ingest_relit(run, capture_file(project_file), relit_options, options, output);
   const CaptureProject project = read_capture_project(capture_file(project_file));
   const JobPlan plan = plan_ingest(project, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");

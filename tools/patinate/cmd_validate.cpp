@@ -2,8 +2,10 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/ingest/capture_project.h"
+#include "capture/ingest/relit_project.h"
 #include "libcommon/core/error.h"
 #include "libcommon/geometry/mesh_io.h"
+#include "libcommon/geometry/point_cloud_io.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
@@ -62,6 +64,19 @@ void check_capture(const CaptureProject& project, Checks& checks, const RunContr
   checks.run([&] { (void)read_capture_mask(project); });
 }
 
+void check_relit(const RelitProject& project, Checks& checks, const RunControl& control) {
+  for (const RelitStep& step : project.steps) {
+    control.throw_if_stopped();
+    if (step.scan) checks.run([&] { (void)read_point_cloud(*step.scan); });
+    for (const std::filesystem::path& photo : step.photos) checks.run([&] { (void)read_color(photo, project.response); });
+    if (step.ambient) checks.run([&] { (void)read_color(*step.ambient, project.response); });
+    if (step.ready) {
+      checks.run([&] { (void)read_color(step.ready->albedo, project.response); });
+      for (const auto& map : {step.ready->position, step.ready->normal}) checks.run([&] { (void)read_channels(map, {"X", "Y", "Z"}); });
+    }
+  }
+}
+
 void check_path(const std::filesystem::path& path, Checks& checks, const RunControl& control) {
   switch (kind_of(path)) {
     case PathKind::History: return check_history(path, checks, control);
@@ -69,7 +84,9 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
       const TransferReader transfer(path);
       return check_history(transfer.history().folder(), checks, control);
     }
-    case PathKind::Capture: return check_capture(read_capture_project(capture_file(path)), checks, control);
+    case PathKind::Capture:
+      if (is_relit_capture(capture_file(path))) return check_relit(read_relit_project(capture_file(path)), checks, control);
+      return check_capture(read_capture_project(capture_file(path)), checks, control);
     case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
     case PathKind::Image: return checks.run([&] { (void)read_color(path); });
   }

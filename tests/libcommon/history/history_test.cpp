@@ -183,6 +183,27 @@ TEST(History, AcceptsTheOptionalImagesOfTheFormat) {
   EXPECT_EQ(reading_error(folder.path()), "");
 }
 
+TEST(History, FramesCarryMoreThanColour) {
+  const TempFolder folder;
+  write_history(folder.path());
+  HistoryManifest manifest = read_history_manifest(folder.path());
+  HistoryWriter writer(folder.path(), manifest);
+  const ImageF deviation(manifest.width, manifest.height, 3, 0.25f), lobe(manifest.width, manifest.height, 2, 0.5f);
+  HistoryWriter::write_frame_extra(folder.path(), 1, "specular", lobe);
+  HistoryWriter::write_frame_extra(folder.path(), 1, "stddev", deviation);
+  writer.add_written_frame_extra(1, "specular");
+  writer.add_written_frame_extra(1, "stddev");
+  EXPECT_THROW(writer.add_written_frame_extra(1, "stddev"), InvalidInput);
+  EXPECT_THROW(HistoryWriter::write_frame_extra(folder.path(), 1, "specular", deviation), InvalidInput);
+  EXPECT_THROW((void)HistoryWriter::frame_extra_file(1, "colour"), InvalidInput);
+  writer.finish();
+  const HistoryReader reader(folder.path());
+  EXPECT_EQ(reader.read_frame_extra(1, "specular"), lobe);
+  EXPECT_EQ(reader.read_frame_extra(1, "stddev"), deviation);
+  EXPECT_EQ(reader.read_frame_extra(1, "normal"), std::nullopt);
+  EXPECT_EQ(reader.read_frame_extra(0, "stddev"), std::nullopt);
+}
+
 TEST(History, UnknownKeysAreErrorsWithASuggestion) {
   const TempFolder folder;
   write_history(folder.path());

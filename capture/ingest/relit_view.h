@@ -1,0 +1,56 @@
+/// \file
+/// What a camera sees of a scan, and the photographs of a moved object brought into the view of another step.
+#pragma once
+
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/geometry/camera.h"
+#include "libcommon/geometry/mesh.h"
+#include "libcommon/geometry/ray_scene.h"
+#include "libcommon/geometry/rigid_transform.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+/// Maps of the camera's size; 0 where nothing is seen.
+struct ScanView {
+  ImageU8 seen;           ///< 255 where a pixel's centre sees the mesh.
+  ImageF position_mm;     ///< x 3, in the mesh's frame.
+  ImageF normal;          ///< x 3, unit, toward the camera.
+  ImageF texel_size_mm;   ///< Square root of the surface's area that a pixel shows.
+  std::int64_t num_seen = 0;
+};
+
+/// Casts a ray through every pixel's centre. Positions lie on the triangles as they are.
+/// @param mesh  In mm, with normals (normal_triangles). @param scene  Of it.
+/// Same bits for any number of threads.
+[[nodiscard]] ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera, const RunControl& control = {});
+
+/// A scan's mesh with normals: those of the file, else angle-weighted ones, averaged `num_rounds` times over the triangles around (by area), since a
+/// scanner's noise tilts triangles more than it moves points.
+[[nodiscard]] Mesh with_scan_normals(Mesh mesh, int num_rounds = 2);
+
+/// Where the pixels of the reference view lie in a step's photographs.
+struct StepPlaces {
+  ImageF place_px;  ///< x 2: column and row; only where `seen`.
+  ImageU8 seen;     ///< 255 where the step's photographs show the place of the surface, and it alone, in the pixel and in all around.
+  std::int64_t num_on_scan = 0;  ///< Reference pixels at whose place the step's scan is seen at all.
+  double offset_mm = 0.0;        ///< Median distance of the reference surface from the step's scan there, along the normal.
+};
+
+/// Places of the reference's surface in a step: moved into the step's scanner frame and projected. A place is not seen where the step's own scan
+/// hides it, where the scan is missing, or beside an outline, whose pixels show two surfaces.
+/// @param reference  The reference step's view; @param step  the step's own, by the same camera.
+[[nodiscard]] StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera, const RigidTransform& step_from_reference,
+                                     const RunControl& control = {});
+
+/// A photograph in the reference view, bilinear; and what of it counts.
+struct PlacedPhoto {
+  ImageF values;  ///< H x W x C; 0 where not valid.
+  ImageU8 valid;  ///< 255 where the place is seen and none of the pixels that it is made of is saturated.
+};
+/// @param saturation  Value from which on a channel is saturated; infinity for none.
+[[nodiscard]] PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float saturation);
+
+}  // namespace patinate

@@ -1,0 +1,97 @@
+/// \file
+/// What the steps of a relit ingest share. Inside of ingest only.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/ingest/relit_ingest.h"
+#include "capture/ingest/relit_view.h"
+#include "libcommon/core/json.h"
+#include "libcommon/geometry/point_cloud.h"
+
+namespace patinate {
+
+/// What relit_reference.cpp finds and every step needs.
+struct RelitReference {
+  ScanView view;                    ///< Nothing seen when the project has no shape.
+  std::vector<Vec3> patch_target;   ///< One a light: what the patch should show; empty without a patch.
+  bool is_patch_absolute = false;   ///< The target follows from the patch's albedo; else it is what the reference step shows.
+};
+
+/// How a step's scan lies in the reference's frame.
+struct RelitPose {
+  std::string status;      ///< "reference", "given", or what registration says.
+  bool is_accepted = true;
+  RigidTransform reference_from_scan;
+  std::string facts = "{}";  ///< JSON object for the report.
+};
+
+struct RelitWork {
+  RelitWork(RelitProject the_project, RelitOptions the_options) : project(std::move(the_project)), options(std::move(the_options)) {}
+
+  RelitProject project;
+  RelitOptions options;
+  std::vector<std::string> step_keys = {};  ///< Content of every step's files.
+  std::string key = "";
+
+  /// The history without frames and controls.
+  [[nodiscard]] HistoryManifest manifest() const;
+  /// "steps/2", for errors and reports.
+  [[nodiscard]] std::string step_name(std::size_t index) const;
+  /// Loaded once a run from what the reference item has written.
+  [[nodiscard]] const RelitReference& reference(const std::filesystem::path& folder) const;
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::optional<RelitReference> reference_;
+};
+
+// Files of the finished history that are of no use to its readers: what a later run with more steps goes on from, and pictures.
+[[nodiscard]] std::filesystem::path relit_reference_file();
+[[nodiscard]] std::filesystem::path relit_curvature_file();
+[[nodiscard]] std::filesystem::path relit_pose_file(std::size_t index);
+[[nodiscard]] std::filesystem::path relit_validity_file(std::size_t index);
+[[nodiscard]] std::filesystem::path relit_facts_file(std::size_t index);
+/// report/albedo_0003.png. @param what  "albedo", "light", "samples" or "stddev".
+[[nodiscard]] std::filesystem::path relit_picture_file(const std::string& what, std::size_t index);
+
+/// A step's scan in mm, or the surface of its ready-made maps; its mesh with normals. @throws IoError naming the file.
+[[nodiscard]] PointCloud read_step_scan(const RelitProject& project, const RelitStep& step);
+[[nodiscard]] Mesh read_step_mesh(const RelitProject& project, const RelitStep& step);
+
+/// A step's photographs, linear.
+struct StepPhoto {
+  ImageF values;           ///< H x W x 3, the ambient light not subtracted.
+  float saturation = 0.0f; ///< Value from which on a channel is saturated.
+};
+[[nodiscard]] StepPhoto read_step_photo(const RelitProject& project, const std::filesystem::path& file);
+/// The ambient light's photograph; zeros without one.
+[[nodiscard]] ImageF read_step_ambient(const RelitProject& project, const RelitStep& step);
+/// photo - ambient.
+void subtract_ambient(ImageF& photo, const ImageF& ambient);
+
+/// Mean over the patch's pixels. @throws IoError naming the photograph if it is saturated or black there.
+[[nodiscard]] Vec3 patch_mean(const RelitProject& project, const StepPhoto& photo, const ImageF& ambient, const std::filesystem::path& file);
+/// What the patch shows in the reference step's photographs, and what it should show. @param view  Of the reference.
+void find_patch_target(const RelitProject& project, RelitReference& reference);
+
+/// Stage 0: the reference view, its curvature, the patch.
+void run_relit_reference(const RelitWork& work, const std::filesystem::path& folder, const RunControl& control);
+/// Stage 1: the pose of one step.
+void run_relit_pose(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
+[[nodiscard]] RelitPose read_relit_pose(const RelitWork& work, std::size_t index, const std::filesystem::path& folder);
+/// Stage 2: the frame of one step, with its mask, its extras, its facts and its pictures.
+void run_relit_step(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
+/// What run_relit_step() writes.
+[[nodiscard]] std::vector<std::filesystem::path> relit_step_outputs(const RelitWork& work, std::size_t index);
+[[nodiscard]] std::vector<std::string> relit_frame_extras(const RelitWork& work);
+/// The page and relit.json.
+void write_relit_report(const RelitWork& work, const std::filesystem::path& folder, const std::vector<Json>& facts);
+
+}  // namespace patinate

@@ -1,0 +1,305 @@
+#include "capture/ingest/relit_ingest.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "datasets_synthetic/mould_io.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/json.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
+#include "tests/support/mould_errors.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+namespace fs = std::filesystem;
+using testing_support::MouldErrors;
+using testing_support::TempFolder;
+
+MouldOptions small() {
+  MouldOptions o;
+  o.width = 128;
+  o.height = 96;
+  o.num_steps = 3;
+  o.num_lights = 5;
+  o.scan_spacing_mm = 1.2;
+  o.transforms = true;
+  return o;
+}
+
+void make(const MouldOptions& options, const fs::path& folder) { run_job(plan_mould(options, folder), {}, {}); }
+
+void ingest(const fs::path& data, const fs::path& history, const RelitOptions& options = {}, int num_threads = 0) {
+  RunControl control;
+  control.num_threads = num_threads;
+  run_job(plan_relit_ingest(read_relit_project(data / "capture.json"), options, history), {}, control);
+}
+
+/// A mould that tests only read.
+const fs::path& shared_exact() {
+  static const TempFolder folder;
+  static const fs::path data = [] {
+    MouldOptions o = small();
+    o.exact = true;
+    make(o, folder / "exact");
+    return folder / "exact";
+  }();
+  return data;
+}
+const fs::path& shared_disturbed() {
+  static const TempFolder folder;
+  static const fs::path data = [] {
+    make(small(), folder / "all");
+    return folder / "all";
+  }();
+  return data;
+}
+
+void change(const fs::path& file, const std::function<void(Json&)>& edit) {
+  Json json = load_json(file);
+  edit(json);
+  save_json(file, json);
+}
+
+std::string error_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+std::map<std::string, std::string> bytes_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files[entry.path().lexically_relative(folder).string()] = read_file(entry.path());
+  }
+  return files;
+}
+
+// Frames are half floats: their rounding is at most 2^-11; positions, normals and photographs are floats.
+constexpr double kHalfRounding = 1.0 / 2048.0 + 5e-5;
+
+TEST(RelitIngest, UndisturbedMouldGivesItsAlbedoToTheRoundingOfHalfFloats) {
+  const TempFolder temp;
+  ingest(shared_exact(), temp / "history");
+  const MouldErrors e = testing_support::mould_errors(shared_exact(), temp / "history");
+  EXPECT_LT(e.albedo_worst, kHalfRounding);
+  EXPECT_GT(e.valid_share, 0.9);  // The outline, whose pixels show two surfaces, is left out.
+  EXPECT_LT(e.normal_median_deg, 0.01);
+}
+
+TEST(RelitIngest, ReferencePatchTakesDriftOfExposureAndWhiteBalanceOut) {
+  MouldOptions o = small();
+  o.exact = true;
+  o = checked_mould(o);
+  o.exact = false;
+  o.drift = 0.1;
+  o.ambient = 0.05;
+  const TempFolder temp;
+  make(o, temp / "mould");
+  ingest(temp / "mould", temp / "history");
+  EXPECT_LT(testing_support::mould_errors(temp / "mould", temp / "history").albedo_worst, kHalfRounding);
+  change(temp / "mould/capture.json", [](Json& json) { json.erase("reference_patch"); });
+  ingest(temp / "mould", temp / "drifting");
+  EXPECT_GT(testing_support::mould_errors(temp / "mould", temp / "drifting").spot_drift, 0.02);
+}
+
+TEST(RelitIngest, DisturbedMouldIsWithinWhatWasMeasured) {
+  RelitOptions options;
+  options.unlight.specular = SpecularMode::None;
+  const TempFolder temp;
+  ingest(shared_disturbed(), temp / "history", options);
+  const MouldErrors e = testing_support::mould_errors(shared_disturbed(), temp / "history");
+  // Measured at this size, where a pixel is 1.5 mm and spokes are two pixels wide: RMS 9.0 %, median 2.6 %, drift 1.5 % (docs/algorithms/relit.md has
+  // those at the usual size). Bounds against regressions, a third above.
+  EXPECT_LT(e.albedo_rms, 0.12);
+  EXPECT_LT(e.albedo_median, 0.034);
+  EXPECT_GT(e.valid_share, 0.85);
+  EXPECT_LT(e.spot_drift, 0.02);
+  const HistoryReader history(temp / "history");
+  EXPECT_EQ(history.num_frames(), 3);
+  ASSERT_EQ(history.manifest().controls.size(), 1u);
+  EXPECT_EQ(history.manifest().controls[0].name, "accessibility");
+  EXPECT_EQ(history.manifest().maps.size(), 4u);
+  ASSERT_TRUE(history.read_frame_extra(2, "stddev").has_value());
+  EXPECT_FALSE(history.read_frame_extra(2, "specular").has_value());
+  EXPECT_TRUE(fs::exists(temp / "history/report.html"));
+}
+
+TEST(RelitIngest, AccessibilityIsTheCurvatureThatThePatinaFollowed) {
+  RelitOptions options;
+  options.scan.scale_mm = 1.5;  // As the mould's own, radius / 40; the view is along the camera's axis, not the mould's.
+  const TempFolder temp;
+  ingest(shared_exact(), temp / "history", options);
+  EXPECT_GT(testing_support::mould_errors(shared_exact(), temp / "history").accessibility_correlation, 0.95);
+}
+
+TEST(RelitIngest, GivesTheSameBytesForAnyNumberOfThreads) {
+  const TempFolder temp;
+  ingest(shared_disturbed(), temp / "one", {}, 1);
+  ingest(shared_disturbed(), temp / "three", {}, 3);
+  EXPECT_EQ(bytes_of(temp / "one"), bytes_of(temp / "three"));
+}
+
+TEST(RelitIngest, LengthUnitsDoNotMatter) {
+  // The same project in metres: camera, lights' positions and scans; the strengths of lights are for distances in mm.
+  const TempFolder temp;
+  fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
+  change(temp / "mould/capture.json", [](Json& json) {
+    json["unit"] = "um";
+    for (Json& v : json["camera"]["translation"]) v = 1000.0 * v.get<double>();
+    for (Json& light : json["lights"]) {
+      for (Json& v : light["position"]) v = 1000.0 * v.get<double>();
+    }
+    for (Json& step : json["steps"]) {
+      for (std::size_t r = 0; r < 3; ++r) step["transform"][r][3] = 1000.0 * step["transform"][r][3].get<double>();
+    }
+  });
+  for (const char* step : {"step00", "step01", "step02"}) {
+    const fs::path file = temp / "mould" / step / "scan.ply";
+    std::string bytes = read_file(file);
+    // Vertices are six little-endian doubles after the header: the first three are the position.
+    const std::size_t begin = bytes.find("end_header\n") + 11;
+    const std::size_t count = std::stoul(bytes.substr(bytes.find("element vertex ") + 15));
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        double value = 0.0;
+        char* at = bytes.data() + begin + (6 * i + c) * sizeof(double);
+        std::copy_n(at, sizeof(double), reinterpret_cast<char*>(&value));
+        value *= 1000.0;
+        std::copy_n(reinterpret_cast<const char*>(&value), sizeof(double), at);
+      }
+    }
+    write_atomically(file, bytes);
+  }
+  ingest(temp / "mould", temp / "history");
+  EXPECT_LT(testing_support::mould_errors(shared_exact(), temp / "history").albedo_worst, kHalfRounding);
+}
+
+TEST(RelitIngest, ReadyMadeAlbedoIsBroughtIn) {
+  const TempFolder temp;
+  fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
+  change(temp / "mould/capture.json", [](Json& json) {
+    json.erase("reference_patch");
+    for (std::size_t k = 0; k < json["steps"].size(); ++k) {
+      json["steps"][k] = {{"time", 10.0 * static_cast<double>(k)}, {"albedo", "truth/albedo/000" + std::to_string(k) + ".exr"}, {"position", "truth/position.exr"},
+                          {"normal", "truth/normal.exr"}, {"transform", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}};
+    }
+  });
+  ingest(temp / "mould", temp / "history");
+  const MouldErrors e = testing_support::mould_errors(shared_exact(), temp / "history");
+  EXPECT_LT(e.albedo_worst, kHalfRounding);
+  EXPECT_GT(e.valid_share, 0.85);
+}
+
+/// A bump under directional lights, without a scan.
+void write_stereo(const fs::path& folder) {
+  constexpr int kSide = 48;
+  const std::vector<Vec3> lights{Vec3(0.5, 0.0, 1.0).normalized(), Vec3(-0.5, 0.1, 1.0).normalized(), Vec3(0.1, 0.5, 1.0).normalized(), Vec3(0.0, -0.5, 1.0).normalized(),
+                                 Vec3(0.3, 0.3, 1.0).normalized()};
+  Json json{{"format", "patinate.capture"}, {"version", 1}, {"name", "bump"}, {"kind", "relit"}, {"unit", "mm"}, {"response", "linear"}};
+  for (const Vec3& l : lights) json["lights"].push_back({{"direction", {l.x(), l.y(), l.z()}}, {"intensity", {3.0, 3.0, 3.0}}});
+  for (int step = 0; step < 2; ++step) {
+    Json photos = Json::array();
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      ImageF photo(kSide, kSide, 3);
+      for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+          const Vec3 n = Vec3(0.02 * (x - 24), -0.02 * (y - 24), 1.0).normalized();
+          for (int c = 0; c < 3; ++c) photo.at(x, y, c) = static_cast<float>((0.6 - 0.1 * c - 0.2 * step) / std::numbers::pi * 3.0 * std::max(0.0, n.dot(lights[i])));
+        }
+      }
+      const std::string name = std::to_string(step) + "_" + std::to_string(i) + ".exr";
+      write_exr(folder / name, photo, {"R", "G", "B"}, ExrDepth::Float);
+      photos.push_back(name);
+    }
+    json["steps"].push_back({{"time", step}, {"photos", photos}});
+  }
+  save_json(folder / "capture.json", json);
+}
+
+TEST(RelitIngest, PhotometricStereoNeedsNoScanUnderDirectionalLights) {
+  const TempFolder temp;
+  write_stereo(temp.path());
+  ingest(temp.path(), temp / "history");
+  const HistoryReader history(temp / "history");
+  ASSERT_EQ(history.num_frames(), 2);
+  const ImageF normal = history.read_frame_extra(1, "normal").value();
+  for (int y = 0; y < 48; y += 5) {
+    for (int x = 0; x < 48; x += 5) {
+      const Vec3 n = Vec3(0.02 * (x - 24), -0.02 * (y - 24), 1.0).normalized();
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(static_cast<double>(history.read_frame(1).at(x, y, c)), 0.4 - 0.1 * c, 1e-3);  // Half floats.
+        EXPECT_NEAR(static_cast<double>(normal.at(x, y, c)), n[c], 1e-3);
+      }
+    }
+  }
+  EXPECT_EQ(history.manifest().controls.front().name, "progress");
+}
+
+TEST(RelitIngest, StepsThatAreAddedLaterKeepTheFinishedOnes) {
+  const TempFolder temp;
+  fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
+  change(temp / "mould/capture.json", [](Json& json) { json["steps"][2]["exclude"] = true; });
+  ingest(temp / "mould", temp / "history");
+  EXPECT_EQ(HistoryReader(temp / "history").num_frames(), 2);
+  change(temp / "mould/capture.json", [](Json& json) { json["steps"][2].erase("exclude"); });
+  ingest(temp / "mould", temp / "history");
+  ingest(temp / "mould", temp / "fresh");
+  EXPECT_EQ(bytes_of(temp / "history"), bytes_of(temp / "fresh"));
+}
+
+/// What is said about a project with one thing wrong; "" when a history was made.
+std::string complaint(const std::function<void(Json&)>& edit, const std::function<void(const fs::path&)>& spoil = {}) {
+  const TempFolder temp;
+  fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
+  change(temp / "mould/capture.json", edit);
+  if (spoil) spoil(temp / "mould");
+  return error_of([&] { ingest(temp / "mould", temp / "history"); });
+}
+
+void expect_complaint(const std::string& found, const std::string& expected) {
+  EXPECT_NE(found.find(expected), std::string::npos) << "said `" << found << "`, not `" << expected << "`";
+}
+
+TEST(RelitIngest, SaysWhatIsWrongWithAProject) {
+  const auto nothing = [](Json&) {};
+  expect_complaint(complaint([](Json& j) { j["steps"][1]["photos"].erase(0); }), "/steps/1/photos");
+  expect_complaint(complaint([](Json& j) { j["steps"][1]["photos"][0] = "none.png"; }), "none.png");
+  expect_complaint(complaint(nothing, [](const fs::path& f) { write_exr(f / "step01/light0.exr", ImageF(64, 48, 3, 0.5f), {"R", "G", "B"}, ExrDepth::Float); }), "expected 128 x 96");
+  expect_complaint(complaint(nothing, [](const fs::path& f) { write_exr(f / "step01/light2.exr", ImageF(128, 96, 3), {"R", "G", "B"}, ExrDepth::Float); }), "black");
+  expect_complaint(complaint([](Json& j) { j.erase("reference_patch"); },
+                             [](const fs::path& f) { write_exr(f / "step01/light2.exr", ImageF(128, 96, 3), {"R", "G", "B"}, ExrDepth::Float); }),
+                   "black everywhere");
+  expect_complaint(complaint([](Json& j) { j.erase("reference_patch"); j["steps"][1]["photos"][2] = "white.png"; },
+                             [](const fs::path& f) { write_codes(f / "white.png", ImageU8(128, 96, 3, 255)); }),
+                   "saturated everywhere");
+  expect_complaint(complaint([](Json& j) { j["steps"][1]["time"] = 90; }), "not later than");
+  expect_complaint(complaint([](Json& j) { j["steps"][1].erase("scan"); }), "directional");
+  expect_complaint(complaint([](Json& j) { j["steps"][1]["scan"] = "none.ply"; }), "none.ply");
+  expect_complaint(complaint([](Json& j) { j["camera"]["matrix"][0][0] = 0; }), "camera");
+  expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][0][0] = -1; }), "mirrors");
+  expect_complaint(complaint([](Json& j) { j["lights"][1]["position"] = {10, 0, -400}; }), "/lights/1: stands behind");
+  expect_complaint(complaint([](Json& j) { j["lights"][1]["intensity"][1] = 0; }), "/lights/1");
+  expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][0][3] = 300.0; }), "do not overlap");
+  expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][2][3] = 20.0; }), "off the reference");
+  expect_complaint(complaint([](Json& j) { j["camera"]["translation"][2] = -400.0; }), "behind the camera");
+  expect_complaint(complaint([](Json& j) { j["reference_patch"]["polygon"] = {{1, 1}, {1, 1}, {1, 1}}; }), "covers no pixel");
+  expect_complaint(complaint([](Json& j) { j["reference"] = 7; }), "/reference");
+  expect_complaint(complaint([](Json& j) { j["steps"][0]["exclude"] = true; }), "not excluded");
+  expect_complaint(complaint([](Json& j) { j["steps"][0]["phtos"] = 1; }), "phtos");
+  EXPECT_EQ(complaint(nothing), "");
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""A shape through time, as the documentation has it: synth, info, validate, ingest, transfer. Usage: relit_test.py PATINATE [unittest arguments]"""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_relit_"))
+MOULD = ["synth", "mould", "--width", "96", "--height", "72", "--steps", "3", "--lights", "4", "--scan-spacing", "1.5", "--transforms", "-o", "mould"]
+
+
+def run(*arguments):
+    return subprocess.run([PATINATE, *map(str, arguments)], cwd=WORK, capture_output=True, text=True, timeout=300)
+
+
+def setUpModule():
+    assert run(*MOULD).returncode == 0
+
+
+def tearDownModule():
+    shutil.rmtree(WORK)
+
+
+class Relit(unittest.TestCase):
+    def test_mould_becomes_a_history_with_a_report(self):
+        self.assertEqual(run("validate", "mould").returncode, 0)
+        facts = json.loads(run("info", "mould", "--json").stdout)
+        self.assertEqual((facts["capture_kind"], facts["lights"], facts["times"]), ("relit", 4, [0, 20, 40]))
+        result = run("ingest", "mould/capture.json", "-o", "copper", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(result.stdout)
+        self.assertEqual((report["frames"], report["controls"], report["left_out"]), (3, ["accessibility"], []))
+        self.assertEqual(run("validate", "copper").returncode, 0)
+        page = (WORK / "copper/report.html").read_text()
+        for picture in ("albedo", "light", "samples", "stddev"):
+            self.assertIn(f"report/{picture}_0002.png", page)
+            self.assertTrue((WORK / f"copper/report/{picture}_0002.png").stat().st_size > 100)
+        steps = json.loads((WORK / "copper/relit.json").read_text())["steps"]
+        self.assertTrue(all(s["determined_share"] > 0.7 for s in steps), steps)
+        self.assertIn("up to date", run("ingest", "mould/capture.json", "-o", "copper").stderr)
+
+    def test_what_is_wrong_is_one_line_and_an_exit_code(self):
+        project = json.loads((WORK / "mould/capture.json").read_text())
+        for change, code, said in (({"lights": project["lights"][:2]}, 3, "2 photographs"), ({"unit": "feet"}, 3, "/unit"),
+                                   ({"steps": [{**project["steps"][0], "scan": "none.ply"}]}, 3, "none.ply"),
+                                   ({"steps": [project["steps"][0], {**project["steps"][1], "transform": [[1, 0, 0, 400], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]}, 1, "overlap")):
+            (WORK / "mould/wrong.json").write_text(json.dumps({**project, **change}))
+            result = run("ingest", "mould/wrong.json", "-o", "wrong")
+            lines = [line for line in result.stderr.splitlines() if "error:" in line]
+            self.assertEqual((result.returncode, len(lines)), (code, 1), result.stderr)
+            self.assertIn(said, lines[0])
+            self.assertFalse((WORK / "wrong").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

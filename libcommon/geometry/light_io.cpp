@@ -179,11 +179,11 @@ std::vector<Light> read_json_file(const std::filesystem::path& path, double mm_p
 
 }  // namespace
 
-std::vector<Light> read_lights(const std::filesystem::path& path, double mm_per_unit, const Camera* camera_mm, const LightRows& options) {
+std::vector<Light> read_lights(const std::filesystem::path& path, double mm_per_unit, const Camera* camera_mm, const LightRows& rows) {
   if (path.extension() == ".json") return read_json_file(path, mm_per_unit);
   const TextLines text(path);
   std::vector<Light> lights;
-  for (const Row& row : rows_of(text, options)) lights.push_back(light_of(row, text, mm_per_unit, camera_mm, options));
+  for (const Row& row : rows_of(text, rows)) lights.push_back(light_of(row, text, mm_per_unit, camera_mm, rows));
   return lights;
 }
 

@@ -13,7 +13,6 @@ namespace patinate {
 
 namespace {
 
-constexpr rlim_t kMemoryLimit = rlim_t{8} << 30;
 constexpr rlim_t kSecondsPerFrame = 60;
 
 /// The program that asked is gone, or asks no more.
@@ -35,6 +34,7 @@ void renew_time() {
 
 void set_limits() {
 #ifndef PATINATE_IS_SANITIZED  // Sanitizers reserve more addresses than any limit leaves.
+  constexpr rlim_t kMemoryLimit = rlim_t{8} << 30;
   limit(RLIMIT_AS, kMemoryLimit);
 #endif
   limit(RLIMIT_CORE, 0);

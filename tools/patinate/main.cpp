@@ -46,13 +46,13 @@ int fail(int code, const std::string& message) {
 }
 
 /// The first Ctrl-C or SIGTERM asks the work to stop; the second ends the process at once (a job resumes from either).
-void stop_on_signals(std::stop_source source) {
+void stop_on_signals(const std::stop_source& asked) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // inherited by every thread that starts later
-  std::thread([signals, source]() mutable {
+  std::thread([signals, source = asked]() mutable {
     for (int signal = 0; sigwait(&signals, &signal) == 0;) {
       if (!source.request_stop()) ::_exit(kInterrupted);
     }

@@ -200,7 +200,7 @@ void OpenCvFile::read_json(const std::filesystem::path& path) {
   for (const auto& [name, content] : json.items()) {
     Value value;
     const bool is_matrix = content.is_object() && content.contains("data");
-    const auto text_of = [&](const char* key) { return content.contains(key) ? content.at(key).dump() : std::string(); };
+    const auto text_of = [&content = content](const char* key) { return content.contains(key) ? content.at(key).dump() : std::string(); };
     if (is_matrix) value.rows = text_of("rows"), value.columns = text_of("cols");
     const Json& numbers = is_matrix ? content.at("data") : content;
     value.text = numbers.is_number() || numbers.is_array() ? numbers.dump() : "?";

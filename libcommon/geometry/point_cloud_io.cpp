@@ -44,6 +44,7 @@ void PointCloudBuilder::add_polygon(std::span<const std::size_t> corners) {
   for (const std::size_t corner : corners) kept.push_back(new_index_[corner]);
   if (std::find(kept.begin(), kept.end(), -1) != kept.end()) return;
   std::vector<Vec3> positions;
+  positions.reserve(kept.size());
   for (const int i : kept) positions.push_back(cloud_.points[static_cast<std::size_t>(i)]);
   for (const Triangle& t : triangulate_polygon(positions)) {
     const Triangle triangle{kept[static_cast<std::size_t>(t[0])], kept[static_cast<std::size_t>(t[1])], kept[static_cast<std::size_t>(t[2])]};

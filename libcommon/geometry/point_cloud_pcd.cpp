@@ -247,21 +247,21 @@ class PcdReader {
 
 }  // namespace
 
-std::string lzf_decompress(std::string_view in, std::size_t size) {
+std::string lzf_decompress(std::string_view compressed, std::size_t size) {
   constexpr std::size_t kMostGrowth = 300;  // A back reference of 3 bytes gives at most 264.
-  if (size / kMostGrowth > in.size()) throw InvalidInput("compressed data is too short for what it should hold");
+  if (size / kMostGrowth > compressed.size()) throw InvalidInput("compressed data is too short for what it should hold");
   const auto fail = [] { throw InvalidInput("compressed data is damaged"); };
   std::string out;
   out.reserve(size);
   const auto byte = [&](std::size_t at) -> std::size_t {
-    if (at >= in.size()) fail();
-    return static_cast<unsigned char>(in[at]);
+    if (at >= compressed.size()) fail();
+    return static_cast<unsigned char>(compressed[at]);
   };
-  for (std::size_t at = 0; at < in.size();) {
+  for (std::size_t at = 0; at < compressed.size();) {
     const std::size_t control = byte(at++);
     if (control < 32) {  // So many bytes and one as they are.
-      if (at + control + 1 > in.size() || out.size() + control + 1 > size) fail();
-      out.append(in.substr(at, control + 1));
+      if (at + control + 1 > compressed.size() || out.size() + control + 1 > size) fail();
+      out.append(compressed.substr(at, control + 1));
       at += control + 1;
       continue;
     }

@@ -173,7 +173,7 @@ struct DecoderProcess::Impl {
 
   /// The head of an answer. @throws IoError with the process's own words.
   WireRead answer() {
-    const WireRead reader = [this](void* to, std::size_t size) { read(to, size); };
+    WireRead reader = [this](void* to, std::size_t size) { read(to, size); };
     const auto kind = read_number<std::uint32_t>(reader);
     if (kind == kAnswerOk) return reader;
     if (kind != kAnswerError) fail("its decoder answered with what makes no sense");

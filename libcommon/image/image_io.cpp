@@ -42,7 +42,7 @@ std::unique_ptr<OIIO::ImageOutput> create_output(const std::filesystem::path& pa
   return output;
 }
 
-void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
+void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type, const void* pixels) {
   const auto output = create_output(path);
   // Encoded in memory: OpenImageIO's PNG writer does not notice a full disk, write_atomically() does.
   OIIO::Filesystem::IOVecOutput memory;
@@ -52,7 +52,7 @@ void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec
   write_atomically(path, std::string_view(reinterpret_cast<const char*>(memory.buffer().data()), memory.buffer().size()));
 }
 
-OIIO::ImageSpec make_spec(int width, int height, int channels, OIIO::TypeDesc type, const std::string& key) {
+OIIO::ImageSpec make_spec(int width, int height, int channels, const OIIO::TypeDesc& type, const std::string& key) {
   OIIO::ImageSpec spec(width, height, channels, type);
   spec.attribute("DateTime", kNoImageDate);
   spec.attribute("Software", "patinate");

@@ -208,6 +208,7 @@ std::string opencv_text(const Camera& camera) {
     return text + " ]\n";
   };
   std::vector<double> rotation;
+  rotation.reserve(9);
   for (int i = 0; i < 9; ++i) rotation.push_back(p.rotation(i / 3, i % 3));
   return "%YAML:1.0\n---\nimage_width: " + std::to_string(p.width) + "\nimage_height: " + std::to_string(p.height) + "\n" +
          matrix("camera_matrix", 3, 3, {p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1}) +

@@ -110,7 +110,7 @@ void agree_on_sides(Mesh& mesh, MeshRepairs& repairs) {
     std::array<double, 2> area{0.0, 0.0};
     for (std::size_t i = 0; i < piece.size(); ++i) {
       const std::size_t t = piece[i];
-      area[static_cast<std::size_t>(side[t])] += area_vector(mesh, static_cast<int>(t)).norm();
+      area[side[t] == 0 ? 0 : 1] += area_vector(mesh, static_cast<int>(t)).norm();
       for (std::size_t k = 0; k < 3; ++k) {
         if (neighbors[t][k] < 0) continue;
         const auto n = static_cast<std::size_t>(neighbors[t][k]);

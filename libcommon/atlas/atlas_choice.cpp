@@ -39,7 +39,7 @@ void note_tiles(AtlasMesh& atlas, const std::string& remark) {
                         (atlas.rule == TileRule::Udim ? "" : "; --node or --material chooses some of them"));
 }
 
-AtlasMesh unwrapped(Mesh mesh, int resolution, const std::string& reason, const RunControl& control) {
+AtlasMesh unwrapped(const Mesh& mesh, int resolution, const std::string& reason, const RunControl& control) {
   UnwrapResult result = unwrap(mesh, {.resolution = resolution}, control);
   AtlasMesh atlas;
   atlas.mesh = std::move(result.mesh);
@@ -55,9 +55,9 @@ AtlasMesh unwrapped(Mesh mesh, int resolution, const std::string& reason, const 
 }  // namespace
 
 AtlasMesh make_atlas_mesh(Mesh mesh, AtlasMethod method, int resolution, const RunControl& control) {
-  if (method == AtlasMethod::Unwrap) return unwrapped(std::move(mesh), resolution, "", control);
+  if (method == AtlasMethod::Unwrap) return unwrapped(mesh, resolution, "", control);
   UvLayout layout = find_uv_layout(mesh);
-  if (method == AtlasMethod::Auto && !layout.problem.empty()) return unwrapped(std::move(mesh), resolution, layout.problem, control);
+  if (method == AtlasMethod::Auto && !layout.problem.empty()) return unwrapped(mesh, resolution, layout.problem, control);
   if (layout.tiles.empty()) throw InvalidInput(layout.problem + "; --atlas unwrap makes new ones");
   const std::string remark = layout.remark, problem = layout.problem;
   const double overlap = layout.overlap_share;

@@ -119,7 +119,8 @@ bool fit_udim(const Mesh& mesh, UvLayout& layout) {
   layout.rule = TileRule::Udim;
   for (auto& [name, index] : index_of) {
     index = static_cast<int>(layout.tiles.size());
-    const Vec2 origin((name - 1001) % 10, static_cast<double>((name - 1001) / 10));
+    const int column = (name - 1001) % 10, line = (name - 1001) / 10;
+    const Vec2 origin(column, line);
     layout.tiles.push_back({std::to_string(name), origin, origin, 1.0});
   }
   for (std::size_t t = 0; t < number.size(); ++t) layout.triangle_tile[t] = index_of[number[t]];

@@ -27,6 +27,7 @@ std::vector<std::filesystem::path> tile_map_files(const std::filesystem::path& p
   const bool has_place = path.filename().string().find("<UDIM>") != std::string::npos;
   if (!has_place && (tile_names.size() == 1 || std::filesystem::exists(path, error))) return {path};
   std::vector<std::filesystem::path> files;
+  files.reserve(tile_names.size());
   for (const std::string& name : tile_names) files.push_back(tile_path(path, name));
   return files;
 }

@@ -93,7 +93,8 @@ int serve_decoder(const std::filesystem::path& path, int in, int out) {
       write_number(write, kAnswerOk);
       write_info(write, info);
     });
-    for (; is_open;) {  // Until EndOfWork.
+    if (!is_open) return 0;
+    for (;;) {  // Until EndOfWork.
       const auto frame = read_number<std::int32_t>(read);
       renew_time();
       (void)try_to_answer(path, write, [&] {

@@ -211,11 +211,11 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::v
   write_glb(path, mesh, GlbTiles{}, variants, options, control);
 }
 
-void write_glb(const std::filesystem::path& path, const Mesh& input, const GlbTiles& tiles, const std::vector<GlbVariant>& variants,
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant>& variants,
                const GlbOptions& options, const RunControl& control) {
-  check(input, tiles, variants, options);
-  const Mesh mesh = with_normals(input);
-  const VertexBuffers buffers = make_buffers(mesh, tiles, options.metres_per_unit);
+  check(mesh, tiles, variants, options);
+  const Mesh shaded = with_normals(mesh);
+  const VertexBuffers buffers = make_buffers(shaded, tiles, options.metres_per_unit);
 
   Json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "patinate"}};

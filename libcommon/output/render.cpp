@@ -85,10 +85,10 @@ void describe(OptionVisitor& v, RenderOptions& o) {
   v.visit({"background", "Linear gray of the studio backdrop", "", between(0, 1)}, o.background);
 }
 
-RenderView::RenderView(const Mesh& input, const RenderOptions& options, const RunControl& control) {
+RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const RunControl& control) {
   check(options);
-  if (!input.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");
-  const Box box = bounding_box(input);
+  if (!mesh.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");
+  const Box box = bounding_box(mesh);
   if (!(box.diagonal() > 0.0) || !std::isfinite(box.diagonal())) throw InvalidInput("render: the mesh has no extent");
   const int side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(options.samples))));
   width_ = options.width;
@@ -96,8 +96,8 @@ RenderView::RenderView(const Mesh& input, const RenderOptions& options, const Ru
   num_samples_ = side * side;
   background_ = ImageF(width_, height_);
 
-  const OrbitCamera camera = fitted_camera(input, options);
-  const LitMesh lit(input, options, camera, control.part(0.0, 0.4));
+  const OrbitCamera camera = fitted_camera(mesh, options);
+  const LitMesh lit(mesh, options, camera, control.part(0.0, 0.4));
   struct Row {
     std::vector<Sample> samples;
     std::vector<std::uint32_t> count;
@@ -110,7 +110,8 @@ RenderView::RenderView(const Mesh& input, const RenderOptions& options, const Ru
         const std::size_t before = row.samples.size();
         double background = 0.0;
         for (int k = 0; k < num_samples_; ++k) {
-          const double px = x + (k % side + 0.5) / side, py = y + (k / side + 0.5) / side;
+          const int column = k % side, line = k / side;
+          const double px = x + (column + 0.5) / side, py = y + (line + 0.5) / side;
           const Vec3 direction = camera.direction(px / width_, py / height_);
           const LitPoint point = lit.look(camera.position, direction, x, y, k, num_samples_);
           if (point.is_hit) {

@@ -55,6 +55,7 @@ CommandDeclaration declaration_of(const Verb& verb) {
 
 std::vector<CommandDeclaration> all_declarations() {
   std::vector<CommandDeclaration> all;
+  all.reserve(kVerbs.size());
   for (const Verb& verb : kVerbs) all.push_back(declaration_of(verb));
   return all;
 }

@@ -9,6 +9,7 @@
 
 #include "capture/alignment/alignment.h"
 #include "capture/ingest/frame_sources.h"
+#include "libcommon/core/json.h"
 #include "libcommon/geometry/camera.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/color.h"
@@ -75,6 +76,9 @@ struct CaptureProject {
 /// Reads and checks a project: every file is there, is an image, and has the right size; pixels are not decoded.
 /// @throws IoError / InvalidInput naming the file and what is wrong.
 [[nodiscard]] CaptureProject read_capture_project(const std::filesystem::path& file);
+
+/// `response` of a project: "srgb", "linear" or {"gamma": 2.2}. @throws IoError
+[[nodiscard]] Response read_response(JsonReader json);
 
 /// Cuts the roi out and scales it (area averages). An image of the history's size is taken as it is.
 /// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.

@@ -24,6 +24,7 @@ constexpr double kTexelFreedom = 0.3;  ///< Standard deviation of a texel's stre
 struct LobeSums {
   std::array<double, kNumRoughness> lobe_lobe{};
   std::array<double, kNumRoughness> lobe_value{};
+  std::array<double, kNumRoughness> whole_lobe{};  ///< Its square before anything is eliminated.
 };
 
 /// One lamp's part: summed over channels, weighted by its variance.
@@ -69,6 +70,7 @@ class TexelLobes {
         diffuse_lobe += s.weight * lobe * s.diffuse;
       }
       const Vec3 projected = inverse * diffuse_lobe;
+      sums.whole_lobe[r] = ll;
       sums.lobe_lobe[r] = std::max(0.0, ll - diffuse_lobe.dot(projected));
       sums.lobe_value[r] = lv - diffuse_value.dot(projected);
     }
@@ -167,22 +169,25 @@ class TexelLobes {
   double albedo_ = 0.0;
 };
 
-/// Sums over tiles: channels 2 r and 2 r + 1 of roughness r.
+constexpr int kSums = 3;  ///< Of each roughness: channels kSums r ... of sums over tiles.
+
+/// Sums over tiles: lobe_lobe, lobe_value and whole_lobe of every roughness.
 ImageF tile_sums(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted, const RunControl& control) {
   const int columns = (work.width + kTile - 1) / kTile, rows = (work.height + kTile - 1) / kTile;
-  ImageF tiles(columns, rows, 2 * kNumRoughness);
+  ImageF tiles(columns, rows, kSums * kNumRoughness);
   parallel_for(rows, 1, control, [&](std::int64_t row, std::int64_t) {
     TexelLobes lobes(work, lobe);
     const int ty = static_cast<int>(row);
-    std::vector<double> line(static_cast<std::size_t>(columns * 2 * kNumRoughness), 0.0);
+    std::vector<double> line(static_cast<std::size_t>(columns * kSums * kNumRoughness), 0.0);
     for (int y = ty * kTile; y < std::min(work.height, (ty + 1) * kTile); ++y) {
       for (int x = 0; x < work.width; ++x) {
         LobeSums sums;
         if (fitted.mask.at(x, y) == 0 || !lobes.sum(x, y, fitted, sums)) continue;
-        double* at = &line[static_cast<std::size_t>(x / kTile * 2 * kNumRoughness)];
+        double* at = &line[static_cast<std::size_t>(x / kTile * kSums * kNumRoughness)];
         for (std::size_t r = 0; r < kRoughness.size(); ++r) {
-          at[2 * r] += sums.lobe_lobe[r];
-          at[2 * r + 1] += sums.lobe_value[r];
+          at[kSums * r] += sums.lobe_lobe[r];
+          at[kSums * r + 1] += sums.lobe_value[r];
+          at[kSums * r + 2] += sums.whole_lobe[r];
         }
       }
     }
@@ -200,12 +205,13 @@ struct BestLobe {
 /// Of a tile, from its smoothed sums: the roughness that explains most, between those of the series by a parabola.
 /// @param num_tiles  That the means were taken of: what noise alone explains is no highlight.
 BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
+  constexpr double kLeastOwn = 0.05;     // A lobe of which diffuse light with another normal explains all but this, under these lamps, tells nothing.
   constexpr double kSignificant = 30.0;  // Of chi-square; 5.5 standard deviations.
   std::array<double, kNumRoughness> gain{}, strength{};
   std::size_t best = 0;
   for (std::size_t r = 0; r < kRoughness.size(); ++r) {
-    const auto ll = static_cast<double>(sums[2 * r]), lv = static_cast<double>(sums[2 * r + 1]);
-    strength[r] = ll > 0.0 ? std::max(0.0, lv / ll) : 0.0;
+    const auto ll = static_cast<double>(sums[kSums * r]), lv = static_cast<double>(sums[kSums * r + 1]), whole = static_cast<double>(sums[kSums * r + 2]);
+    strength[r] = ll > kLeastOwn * whole && ll > 0.0 ? std::clamp(lv / ll, 0.0, 1.0) : 0.0;
     gain[r] = strength[r] * std::max(0.0, lv);
     if (gain[r] > gain[best]) best = r;
   }

@@ -137,6 +137,28 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
   });
 }
 
+UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const UnlightResult& result)
+    : input(in),
+      options(o),
+      width(result.mask.width()),
+      height(result.mask.height()),
+      num_lights(result.samples.channels()),
+      num_channels(result.albedo.channels()),
+      normal(in.normal.empty() ? result.normal : in.normal),
+      samples(result.samples),
+      ambient(result.ambient),
+      noise_scale(result.noise_scale),
+      lobe(result.lobe),
+      specular(result.specular),
+      highlight_normal(result.normal) {
+  for (const LightReport& light : result.lights) strengths.push_back(light.strength);
+  for (std::uint8_t& state : samples.values()) {
+    if (state == static_cast<std::uint8_t>(SampleState::Darker) || state == static_cast<std::uint8_t>(SampleState::Brighter)) {
+      state = static_cast<std::uint8_t>(SampleState::Clean);
+    }
+  }
+}
+
 Vec3 UnlightWork::position(int x, int y) const { return input.position_mm.empty() ? Vec3(0, 0, 0) : vector_of(input.position_mm, x, y); }
 
 TexelFitOptions UnlightWork::fit_options() const {
@@ -173,7 +195,8 @@ void UnlightWork::load(int x, int y, TexelSamples& texel) const {
 
 void UnlightWork::load_raw(int x, int y, TexelSamples& texel) const {
   texel.resize(num_lights, num_channels);
-  texel.normal = vector_of(normal, x, y);
+  const Vec3 n = vector_of(normal, x, y);
+  texel.normal = n.squaredNorm() > 0.0 ? Vec3(n.normalized()) : Vec3(0, 0, 1);
   const Vec3 p = position(x, y);
   const auto states = samples.pixel(x, y);
   for (int c = 0; c < num_channels; ++c) texel.ambient[static_cast<std::size_t>(c)] = ambient[c] / std::numbers::pi;

@@ -13,6 +13,8 @@ struct UnlightWork {
   /// Checks the input, and says of every sample whether it may count (Clean), or is Outside, Unlit, CastShadow or Invalid.
   /// @throws InvalidInput
   UnlightWork(const UnlightInput& input, const UnlightOptions& options, const RunControl& control);
+  /// As it was at the end of unlight(); samples that were rejected may count again.
+  UnlightWork(const UnlightInput& input, const UnlightOptions& options, const UnlightResult& result);
 
   const UnlightInput& input;
   const UnlightOptions& options;

@@ -18,6 +18,7 @@ int cmd_lookup(CommandRun& run);
 int cmd_render(CommandRun& run);
 int cmd_synth(CommandRun& run);
 int cmd_transfer(CommandRun& run);
+int cmd_unlight(CommandRun& run);
 int cmd_validate(CommandRun& run);
 
 }  // namespace patinate

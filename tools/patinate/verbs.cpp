@@ -12,6 +12,7 @@ namespace {
 constexpr std::array kVerbs{
     Verb{"init", "Drafts a capture project from a folder of photographs.", cmd_init},
     Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
+    Verb{"unlight", "Makes albedo and normals of photographs under known lights.", cmd_unlight},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 
+#include "capture/unlighting/leave_one_out.h"
 #include "capture/unlighting/unlight_work.h"
 
 namespace patinate {
 
 namespace {
 
-constexpr std::int64_t kMaxTexels = 5'000;
+constexpr std::int64_t kMaxTexels = 2'000;
 
 /// The chosen texels as an image of one row. Samples in cast shadows are not valid, so that nothing need cast them again.
 UnlightInput row_of(const UnlightWork& work, const std::vector<std::int64_t>& texels) {
@@ -47,16 +48,24 @@ void decode_otherwise(UnlightInput& row, const std::vector<float>& ambient, bool
   }
 }
 
-double residual_of(const UnlightInput& row, const RunControl& control) {
-  // Steep light only: shadows at grazing angles tell nothing about the curve.
-  const UnlightOptions options{.rejection = Rejection::None, .specular = SpecularMode::None, .min_cosine = 0.2};
-  return unlight(row, options, control).residual;
+/// Median over lamps of how far off their photographs are when the others foretell them; no shadow or highlight moves it.
+double foretold_error(const UnlightInput& row, const RunControl& control) {
+  const UnlightOptions options{.specular = SpecularMode::None};
+  const UnlightResult result = unlight(row, options, control.part(0.0, 0.3));
+  std::vector<double> errors;
+  for (const LeftOutError& e : leave_one_out(row, options, result, control.part(0.3, 1.0))) {
+    if (e.num_samples > 0) errors.push_back(e.median);
+  }
+  if (errors.empty()) return 0.0;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
 }
 
 }  // namespace
 
 ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, const Response& declared, const RunControl& control) {
-  constexpr double kMuchBetter = 0.6, kSurelyOff = 0.02;
+  constexpr double kMuchBetter = 0.6, kSurelyOff = 0.02, kPower = 2.2;
   const UnlightOptions options;
   const UnlightWork work(input, options, control.part(0.0, 0.4));
   const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
@@ -66,9 +75,11 @@ ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, c
     const auto pixel = ambient.pixel(static_cast<int>(texels[i] % work.width), static_cast<int>(texels[i] / work.width));
     dark.insert(dark.end(), pixel.begin(), pixel.end());
   }
-  ResponseCheck check{.as_declared = residual_of(row, control.part(0.4, 0.7))};
-  decode_otherwise(row, dark, declared.kind == Response::Kind::Linear);
-  check.otherwise = residual_of(row, control.part(0.7, 1.0));
+  ResponseCheck check{.as_declared = foretold_error(row, control.part(0.4, 0.7))};
+  // In shares of the same values: sRGB codes are about the 1/2.2th power of light.
+  const bool is_linear = declared.kind == Response::Kind::Linear;
+  decode_otherwise(row, dark, is_linear);
+  check.otherwise = (is_linear ? 1.0 / kPower : kPower) * foretold_error(row, control.part(0.7, 1.0));
   check.is_doubtful = check.as_declared > kSurelyOff && check.otherwise < kMuchBetter * check.as_declared;
   return check;
 }

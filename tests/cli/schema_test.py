@@ -20,7 +20,8 @@ except ImportError:
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
-         "sequence": "textures/sequence.json", "run": "aged/run.json"}
+         "sequence": "textures/sequence.json", "run": "aged/run.json",
+         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -31,6 +32,12 @@ def setUpModule():
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
                       ["export", "aged", "--num-times", "2", "-o", "textures"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
+    # Three photographs of the plate, as if lamps stood around it.
+    (WORK / "stereo").mkdir()
+    (WORK / "stereo/step.json").write_text(json.dumps({
+        "format": "patinate.unlight", "version": 1, "photos": [f"../capture/frames/{i:04d}.png" for i in range(3)],
+        "lights": [{"direction": d, "intensity": [3, 3, 3]} for d in ([0.6, 0, 0.8], [-0.6, 0, 0.8], [0, 0.6, 0.8])]}))
+    subprocess.run([PATINATE, "unlight", "stereo/step.json", "-o", "unlit"], cwd=WORK, capture_output=True, check=True)
 
 
 def tearDownModule():

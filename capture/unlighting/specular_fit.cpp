@@ -15,6 +15,7 @@ namespace patinate {
 
 namespace {
 
+constexpr int kEvery = 4;  ///< Of a tile's pixels, one of so many is summed: neighbours tell much the same.
 constexpr int kTile = 8;  ///< Pixels along a side of what is summed before it is smoothed.
 constexpr std::array<double, 12> kRoughness{0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.46, 0.53, 0.6, 0.68, 0.78, 0.9};
 constexpr int kNumRoughness = static_cast<int>(kRoughness.size());
@@ -44,8 +45,8 @@ class TexelLobes {
  public:
   TexelLobes(const UnlightWork& work, SpecularLobe lobe) : work_(work), lobe_(lobe), fit_(work.fit_options()) {}
 
-  /// @returns false where too little is known.
-  bool sum(int x, int y, const UnlightResult& fitted, LobeSums& sums) {
+  /// Of the roughnesses first, ..., last. @returns false where too little is known.
+  bool sum(int x, int y, const UnlightResult& fitted, std::size_t first, std::size_t last, LobeSums& sums) {
     work_.load_raw(x, y, texel_);
     work_.load(x, y, matt_);
     gather(x, y, fitted);
@@ -60,7 +61,7 @@ class TexelLobes {
     }
     const Eigen::Matrix3d inverse = diffuse.inverse();
     if (!inverse.allFinite()) return false;
-    for (std::size_t r = 0; r < kRoughness.size(); ++r) {
+    for (std::size_t r = first; r <= last; ++r) {
       double ll = 0.0, lv = 0.0;
       Vec3 diffuse_lobe = Vec3::Zero();
       for (const LobeSample& s : samples_) {
@@ -182,7 +183,7 @@ ImageF tile_sums(const UnlightWork& work, SpecularLobe lobe, const UnlightResult
     for (int y = ty * kTile; y < std::min(work.height, (ty + 1) * kTile); ++y) {
       for (int x = 0; x < work.width; ++x) {
         LobeSums sums;
-        if (fitted.mask.at(x, y) == 0 || !lobes.sum(x, y, fitted, sums)) continue;
+        if ((x + 2 * y) % kEvery != 0 || fitted.mask.at(x, y) == 0 || !lobes.sum(x, y, fitted, 0, kRoughness.size() - 1, sums)) continue;
         double* at = &line[static_cast<std::size_t>(x / kTile * kSums * kNumRoughness)];
         for (std::size_t r = 0; r < kRoughness.size(); ++r) {
           at[kSums * r] += sums.lobe_lobe[r];
@@ -242,14 +243,17 @@ std::array<double, 2> interpolated(const ImageF& tiles, int x, int y) {
   return {strength, weight > 0.0 ? roughness / weight : 0.0};
 }
 
-/// Sums at a roughness between those of the series.
-double between(const std::array<double, kNumRoughness>& sums, double roughness) {
-  const auto above = std::upper_bound(kRoughness.begin(), kRoughness.end(), roughness);
-  if (above == kRoughness.begin()) return sums.front();
-  if (above == kRoughness.end()) return sums.back();
-  const auto r = static_cast<std::size_t>(above - kRoughness.begin());
-  const double share = (roughness - kRoughness[r - 1]) / (kRoughness[r] - kRoughness[r - 1]);
-  return sums[r - 1] + share * (sums[r] - sums[r - 1]);
+/// Where a roughness lies in the series: after `below`, by `share` of the way to the next.
+struct Place {
+  std::size_t below = 0;
+  double share = 0.0;
+  [[nodiscard]] double between(const std::array<double, kNumRoughness>& sums) const { return sums[below] + share * (sums[below + 1] - sums[below]); }
+};
+
+Place place_of(double roughness) {
+  std::size_t below = 0;
+  while (below + 2 < kRoughness.size() && kRoughness[below + 1] <= roughness) ++below;
+  return {below, std::clamp((roughness - kRoughness[below]) / (kRoughness[below + 1] - kRoughness[below]), 0.0, 1.0)};
 }
 
 /// One form of the lobe, for every tile.
@@ -290,9 +294,10 @@ SpecularFit fit_specular(const UnlightWork& work, const UnlightResult& fitted, c
         if (!(near_strength > 0.0)) continue;
         double strength = near_strength;
         LobeSums own;
-        if (fitted.mask.at(x, y) != 0 && lobes.sum(x, y, fitted, own)) {
+        const Place place = place_of(roughness);
+        if (fitted.mask.at(x, y) != 0 && lobes.sum(x, y, fitted, place.below, place.below + 1, own)) {
           const double trust = 1.0 / (kTexelFreedom * kTexelFreedom * near_strength * near_strength);
-          strength = (between(own.lobe_value, roughness) + trust * near_strength) / (between(own.lobe_lobe, roughness) + trust);
+          strength = (place.between(own.lobe_value) + trust * near_strength) / (place.between(own.lobe_lobe) + trust);
           strength = std::clamp(strength, 0.0, 2.0 * near_strength);
         }
         result.values.at(x, y, 0) = static_cast<float>(strength);

@@ -41,7 +41,7 @@ UnlightInput through(UnlightInput input, float (*curve)(float)) {
 }
 
 TEST(ResponseCheck, UndecodedCodesAreNoticedAndRightOnesAreNotDoubted) {
-  LitReliefOptions o{.size = 64, .normal_noise_deg = 1.8, .noise_share = 0.005, .coding = Coding::Srgb8};
+  LitReliefOptions o{.size = 40, .normal_noise_deg = 1.8, .noise_share = 0.005, .coding = Coding::Srgb8};
   for (const double gloss : {0.0, 0.1}) {
     o.gloss = gloss;
     LitRelief scene = lit_relief(o);
@@ -55,7 +55,7 @@ TEST(ResponseCheck, UndecodedCodesAreNoticedAndRightOnesAreNotDoubted) {
 }
 
 TEST(ResponseCheck, UndecodedCodesCostAFifthOfTheAlbedo) {
-  LitRelief scene = lit_relief({.size = 64, .normal_noise_deg = 1.8, .noise_share = 0.005, .coding = Coding::Srgb8});
+  LitRelief scene = lit_relief({.size = 48, .normal_noise_deg = 1.8, .noise_share = 0.005, .coding = Coding::Srgb8});
   scene.input.blockers = &scene.scan;
   const UnlightResult right = unlight(scene.input), wrong = unlight(through(scene.input, srgb_from_linear));
   EXPECT_LT(relative_error_percent(right, scene.albedo), 1.1);

@@ -28,7 +28,7 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 TEST(Unlight, AlbedoOfALambertianSceneIsExactToRounding) {
   for (const Light::Kind kind : {Light::Kind::Near, Light::Kind::Directional}) {
-    const LitRelief scene = lit_relief({.kind = kind, .cast_shadows = false});
+    const LitRelief scene = lit_relief({.size = 48, .kind = kind, .cast_shadows = false});
     for (const Rejection rejection : {Rejection::None, Rejection::Robust}) {
       for (const NormalMode normals : {NormalMode::Keep, NormalMode::Refine}) {
         const UnlightResult result = unlight(scene.input, {.normals = normals, .rejection = rejection});
@@ -41,7 +41,7 @@ TEST(Unlight, AlbedoOfALambertianSceneIsExactToRounding) {
 }
 
 TEST(Unlight, ADisturbedNormalIsFoundAgainFromExactPhotographs) {
-  const LitRelief scene = lit_relief({.cast_shadows = false, .normal_noise_deg = 1.8});
+  const LitRelief scene = lit_relief({.size = 64, .cast_shadows = false, .normal_noise_deg = 1.8});
   const UnlightResult kept = unlight(scene.input, {.normals = NormalMode::Keep});
   const UnlightResult refined = unlight(scene.input);
   EXPECT_GT(relative_error_percent(kept, scene.albedo), 0.5);

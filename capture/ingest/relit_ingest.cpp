@@ -80,6 +80,7 @@ std::string common_key(const RelitWork& work) {
   ContentHash hash;
   hash.add("relit").add(kStageVersion).add(rig_text(work.project)).add(work.step_keys[work.project.reference]);
   hash.add(std::int64_t{work.options.accept_failed});
+  for (const auto& [name, value] : option_values(work.options.registration)) hash.add(name).add(value);
   for (const auto& [name, value] : option_values(work.options.unlight)) hash.add(name).add(value);
   return hash.hex();
 }
@@ -104,6 +105,7 @@ std::vector<JobDependency> dependencies(const RelitWork& work) {
       list.push_back({flag, value});
     }
   };
+  add_options(work.options.registration);
   add_options(work.options.unlight);
   add_options(work.options.scan);
   add_options(work.options.fill);
@@ -231,6 +233,7 @@ HistoryManifest RelitWork::manifest() const {
 JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& options, const fs::path& output) {
   check_ranges(options);
   check_ranges(options.scan);
+  check_ranges(options.registration);
   auto work = std::make_shared<RelitWork>(project, options);
   for (const RelitStep& step : project.steps) work->step_keys.push_back(step_key(project, step));
   JobPlan plan;

@@ -7,6 +7,7 @@
 #include "capture/ingest/progress_control.h"
 #include "capture/ingest/relit_project.h"
 #include "capture/ingest/scan_control.h"
+#include "capture/registration/registration.h"
 #include "capture/stability/fill.h"
 #include "capture/unlighting/unlight.h"
 #include "libcommon/core/options.h"
@@ -21,6 +22,7 @@ inline constexpr const char* kRelitPageFile = "report.html";
 /// Settings of plan_relit_ingest() that are not facts about the capture.
 struct RelitOptions {
   bool accept_failed = false;    ///< Leave steps that cannot be registered out of the history instead of stopping.
+  RegistrationOptions registration = {};  ///< Of steps without `transform`, from `initial` or as they lie.
   UnlightOptions unlight = {};
   ScanOptions scan = {};         ///< scale_mm: width of accessibility's Gaussian; not given: 2 % of the reference scan's diagonal.
   FillOptions fill = {};         ///< Texels that some step does not show.

@@ -92,6 +92,7 @@ void run_relit_reference(const RelitWork& work, const fs::path& folder, const Ru
     fs::create_directories((folder / relit_curvature_file()).parent_path());
     write_exr(folder / relit_curvature_file(), curvature, {"Y"}, ExrDepth::Float);
     facts["width_mm"] = width;
+    facts["from_behind"] = view.num_from_behind;
     ImageF height(view.seen.width(), view.seen.height());
     const double floor = bounding_box(mesh).center().dot(viewer) - 0.5 * bounding_box(mesh).diagonal();
     for (int y = 0; y < height.height(); ++y) {
@@ -131,6 +132,7 @@ const RelitReference& RelitWork::reference(const fs::path& folder) const {
     }
   }
   const Json facts = load_json(folder / relit_reference_file());
+  loaded.view.num_from_behind = facts.value("from_behind", std::int64_t{0});
   for (const Json& v : facts.at("patch_target")) loaded.patch_target.emplace_back(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>());
   loaded.is_patch_absolute = facts.at("is_patch_absolute").get<bool>();
   reference_ = std::move(loaded);

@@ -20,6 +20,7 @@ namespace {
 constexpr float kBlack = 1e-4f;        ///< Linear value that every photograph of a lit surface passes somewhere.
 constexpr double kLeastOverlap = 0.1;  ///< Of the reference's pixels that a step must show.
 constexpr double kLargestOffset = 3.0; ///< Of a scan's texel size: a scan farther off is not of this object, or not registered.
+constexpr double kLargeResidual = 0.1; ///< Of the photographs' values; noise and small errors of normals stay below.
 constexpr float kMaxHalf = 65504.0f;
 
 struct StepFrame {
@@ -49,8 +50,14 @@ double median_texel_size(const ScanView& view) {
   return static_cast<double>(*middle);
 }
 
-/// @throws CannotComplete when the scan does not lie on the reference.
-void check_fit(const RelitWork& work, std::size_t index, const ScanView& reference, const StepPlaces& places, Json& facts) {
+/// @throws IoError when it is a mirror image; CannotComplete when the scan does not lie on the reference.
+void check_fit(const RelitWork& work, std::size_t index, const ScanView& reference, const ScanView& view, const StepPlaces& places, Json& facts) {
+  const auto is_from_behind = [](const ScanView& v) { return 2 * v.num_from_behind > v.num_seen; };
+  if (view.num_seen > 0 && is_from_behind(view) != is_from_behind(reference)) {
+    const RelitStep& step = work.project.steps[index];
+    throw IoError((step.ready ? step.ready->position : *step.scan).string(),
+                  "its triangles face the other way than the reference scan's: it is mirrored (an axis was flipped on the way), or wound the other way");
+  }
   const double overlap = share_of(places.num_on_scan, reference.num_seen);
   facts["overlap"] = overlap;
   facts["offset_mm"] = places.offset_mm;
@@ -151,7 +158,7 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
     mesh = read_step_mesh(project, step);
     const ScanView view = view_scan(mesh, RayScene(mesh), project.camera_mm, control.part(0.0, 0.15));
     places = find_places(reference.view, view, project.camera_mm, step_from_reference, control.part(0.15, 0.2));
-    check_fit(work, index, reference.view, places, frame.facts);
+    check_fit(work, index, reference.view, view, places, frame.facts);
     move_view(reference.view, step_from_reference, input);
     input.mask = places.seen;
     input.blockers = &mesh;
@@ -182,6 +189,10 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
     frame.facts["lights"] = lights_json(frame.result);
     frame.facts["residual"] = frame.result.residual;
     frame.facts["noise_scale"] = frame.result.noise_scale;
+    if (frame.result.residual > kLargeResidual) {
+      frame.result.notes.push_back("what counts of the photographs is " + short_number_text(std::round(100.0 * frame.result.residual)) +
+                                   " % off what shape and lights say: check pose, lights, camera and `response`");
+    }
     frame.facts["notes"] = frame.result.notes;
   }
   const std::int64_t num_surface = project.has_shape() ? reference.view.num_seen : frame.result.num_surface;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "libcommon/core/parallel.h"
 
@@ -53,7 +54,11 @@ bool is_whole(const ScanView& view, int x, int y, const Vec3& p) {
 
 ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera, const RunControl& control) {
   const int width = camera.parameters().width, height = camera.parameters().height;
-  ScanView view{ImageU8(width, height), ImageF(width, height, 3), ImageF(width, height, 3), ImageF(width, height)};
+  ScanView view;
+  view.seen = ImageU8(width, height);
+  view.position_mm = view.normal = ImageF(width, height, 3);
+  view.texel_size_mm = ImageF(width, height);
+  std::vector<std::int64_t> behind(static_cast<std::size_t>(height), 0);
   parallel_for(height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
@@ -72,6 +77,7 @@ ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera
         normal = normal.norm() > 1e-9 ? Vec3(normal.normalized()) : face;
         // The side that is seen is the outside, however the triangle is wound.
         const double sign = face.dot(ray->direction) > 0.0 ? -1.0 : 1.0;
+        behind[static_cast<std::size_t>(y)] += sign < 0.0;
         view.seen.at(x, y) = 255;
         put(view.position_mm, x, y, position);
         put(view.normal, x, y, normal.dot(face) < 0.0 ? Vec3(-sign * normal) : Vec3(sign * normal));
@@ -80,6 +86,7 @@ ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera
     }
   });
   view.num_seen = std::count_if(view.seen.values().begin(), view.seen.values().end(), [](std::uint8_t v) { return v != 0; });
+  view.num_from_behind = std::accumulate(behind.begin(), behind.end(), std::int64_t{0});
   return view;
 }
 

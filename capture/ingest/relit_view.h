@@ -20,6 +20,7 @@ struct ScanView {
   ImageF normal;          ///< x 3, unit, toward the camera.
   ImageF texel_size_mm;   ///< Square root of the surface's area that a pixel shows.
   std::int64_t num_seen = 0;
+  std::int64_t num_from_behind = 0;  ///< Pixels that see a triangle clockwise.
 };
 
 /// Casts a ray through every pixel's centre. Positions lie on the triangles as they are.

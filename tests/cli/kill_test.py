@@ -34,7 +34,7 @@ SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_kill_"))
 CANNOT = 1
 
 CRACKLE = ["synth", "crackle", "--width", "96", "--height", "80", "--num-frames", "10"]
-MOULD = ["synth", "mould", "--width", "96", "--height", "72", "--steps", "4", "--lights", "4", "--scan-spacing", "2", "--transforms"]
+MOULD = ["synth", "mould", "--width", "96", "--height", "72", "--steps", "4", "--lights", "4", "--scan-spacing", "2"]
 COMMANDS = {
     "synth": [*CRACKLE, "-o", "out"],
     "ingest": ["ingest", SHARED / "capture", "--progress", "-o", "out"],

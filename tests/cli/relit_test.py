@@ -11,7 +11,7 @@ import unittest
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_relit_"))
-MOULD = ["synth", "mould", "--width", "96", "--height", "72", "--steps", "3", "--lights", "4", "--scan-spacing", "1.5", "--transforms", "-o", "mould"]
+MOULD = ["synth", "mould", "--width", "96", "--height", "72", "--steps", "3", "--lights", "4", "--scan-spacing", "1.5", "-o", "mould"]
 
 
 def run(*arguments):

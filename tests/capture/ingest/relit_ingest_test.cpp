@@ -12,6 +12,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
+#include "libcommon/geometry/point_cloud_io.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "tests/support/mould_errors.h"
@@ -67,6 +68,12 @@ void change(const fs::path& file, const std::function<void(Json&)>& edit) {
   Json json = load_json(file);
   edit(json);
   save_json(file, json);
+}
+
+void change_points(const fs::path& scan, const std::function<void(Vec3&)>& edit) {
+  PointCloud cloud = read_point_cloud(scan);
+  for (Vec3& p : cloud.points) edit(p);
+  write_point_cloud(scan, cloud);
 }
 
 std::string error_of(const std::function<void()>& work) {
@@ -136,6 +143,56 @@ TEST(RelitIngest, DisturbedMouldIsWithinWhatWasMeasured) {
   EXPECT_TRUE(fs::exists(temp / "history/report.html"));
 }
 
+TEST(RelitIngest, FindsHowTheObjectWasMoved) {
+  MouldOptions o = small();
+  o.transforms = false;
+  o.motion_deg = 12.0;
+  const TempFolder temp;
+  make(o, temp / "mould");
+  RelitOptions options;
+  options.unlight.specular = SpecularMode::None;
+  ingest(temp / "mould", temp / "history", options);
+  const MouldErrors e = testing_support::mould_errors(temp / "mould", temp / "history");
+  EXPECT_LT(e.pose_mm, 0.02);  // The goal for an unchanged patch over re-mounts.
+  for (const Json& step : load_json(temp / "history/relit.json").at("steps")) {
+    EXPECT_TRUE(step.at("status") == "reference" || step.at("status") == "converged") << step.at("status");
+  }
+}
+
+TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
+  const TempFolder temp;
+  fs::copy(shared_disturbed(), temp / "mould", fs::copy_options::recursive);
+  change(temp / "mould/capture.json", [](Json& json) {
+    for (Json& step : json["steps"]) step.erase("transform");
+  });
+  // Another object in the place of the second step's: a sphere.
+  std::string sphere = "ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\nproperty float z\nelement face 361\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int j = 0; j < 20; ++j) {
+    for (int i = 0; i < 20; ++i) {
+      const double x = 3.0 * (i - 9.5), y = 3.0 * (j - 9.5);
+      sphere += std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(std::sqrt(60.0 * 60.0 - x * x - y * y)) + "\n";
+    }
+  }
+  for (int j = 0; j < 19; ++j) {
+    for (int i = 0; i < 19; ++i) {
+      const int a = 20 * j + i;
+      sphere += "4 " + std::to_string(a) + " " + std::to_string(a + 1) + " " + std::to_string(a + 21) + " " + std::to_string(a + 20) + "\n";
+    }
+  }
+  write_atomically(temp / "mould/step01/scan.ply", sphere);
+  const std::string said = error_of([&] { ingest(temp / "mould", temp / "history"); });
+  EXPECT_NE(said.find("steps/1: its scan cannot be registered"), std::string::npos) << said;
+  EXPECT_FALSE(fs::exists(temp / "history"));
+  RelitOptions options;
+  options.accept_failed = true;
+  ingest(temp / "mould", temp / "history", options);
+  const HistoryReader history(temp / "history");
+  EXPECT_EQ(history.num_frames(), 2);
+  EXPECT_EQ(history.manifest().frames[1].time, 40.0);
+  EXPECT_FALSE(fs::exists(temp / "history" / HistoryWriter::frame_file(1)));
+  EXPECT_EQ(load_json(temp / "history/relit.json").at("steps").at(1).at("in_history"), false);
+}
+
 TEST(RelitIngest, AccessibilityIsTheCurvatureThatThePatinaFollowed) {
   RelitOptions options;
   options.scan.scale_mm = 1.5;  // As the mould's own, radius / 40; the view is along the camera's axis, not the mould's.
@@ -152,7 +209,7 @@ TEST(RelitIngest, GivesTheSameBytesForAnyNumberOfThreads) {
 }
 
 TEST(RelitIngest, LengthUnitsDoNotMatter) {
-  // The same project in metres: camera, lights' positions and scans; the strengths of lights are for distances in mm.
+  // The same project in micrometres: camera, lights' positions and scans; the strengths of lights are for distances in mm.
   const TempFolder temp;
   fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
   change(temp / "mould/capture.json", [](Json& json) {
@@ -165,23 +222,7 @@ TEST(RelitIngest, LengthUnitsDoNotMatter) {
       for (std::size_t r = 0; r < 3; ++r) step["transform"][r][3] = 1000.0 * step["transform"][r][3].get<double>();
     }
   });
-  for (const char* step : {"step00", "step01", "step02"}) {
-    const fs::path file = temp / "mould" / step / "scan.ply";
-    std::string bytes = read_file(file);
-    // Vertices are six little-endian doubles after the header: the first three are the position.
-    const std::size_t begin = bytes.find("end_header\n") + 11;
-    const std::size_t count = std::stoul(bytes.substr(bytes.find("element vertex ") + 15));
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        double value = 0.0;
-        char* at = bytes.data() + begin + (6 * i + c) * sizeof(double);
-        std::copy_n(at, sizeof(double), reinterpret_cast<char*>(&value));
-        value *= 1000.0;
-        std::copy_n(reinterpret_cast<const char*>(&value), sizeof(double), at);
-      }
-    }
-    write_atomically(file, bytes);
-  }
+  for (const char* step : {"step00", "step01", "step02"}) change_points(temp / "mould" / step / "scan.ply", [](Vec3& p) { p *= 1000.0; });
   ingest(temp / "mould", temp / "history");
   EXPECT_LT(testing_support::mould_errors(shared_exact(), temp / "history").albedo_worst, kHalfRounding);
 }
@@ -291,6 +332,7 @@ TEST(RelitIngest, SaysWhatIsWrongWithAProject) {
   expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][0][0] = -1; }), "mirrors");
   expect_complaint(complaint([](Json& j) { j["lights"][1]["position"] = {10, 0, -400}; }), "/lights/1: stands behind");
   expect_complaint(complaint([](Json& j) { j["lights"][1]["intensity"][1] = 0; }), "/lights/1");
+  expect_complaint(complaint(nothing, [](const fs::path& f) { change_points(f / "step01/scan.ply", [](Vec3& p) { p.x() = -p.x(); }); }), "mirrored");
   expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][0][3] = 300.0; }), "do not overlap");
   expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][2][3] = 20.0; }), "off the reference");
   expect_complaint(complaint([](Json& j) { j["camera"]["translation"][2] = -400.0; }), "behind the camera");

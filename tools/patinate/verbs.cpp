@@ -14,6 +14,7 @@ constexpr std::array kVerbs{
     Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
     Verb{"unlight", "Makes albedo and normals of photographs under known lights.", cmd_unlight},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
+    Verb{"accessibility", "Says how hard each place of a scan is to reach, in three definitions.", cmd_accessibility},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
     Verb{"render", "Makes a picture of a transfer at a time, a strip of times, or a movie.", cmd_render},

@@ -209,7 +209,7 @@ double median_angle_deg(const ImageF& a, const ImageF& b, const ImageU8& mask) {
   for (int y = 0; y < a.height(); ++y) {
     for (int x = 0; x < a.width(); ++x) {
       if (!is_inside(mask, x, y)) continue;
-      Eigen::Vector3d p(a.at(x, y, 0), a.at(x, y, 1), a.at(x, y, 2)), q(b.at(x, y, 0), b.at(x, y, 1), b.at(x, y, 2));
+      const Vec3 p = Eigen::Vector3f(a.at(x, y, 0), a.at(x, y, 1), a.at(x, y, 2)).cast<double>(), q = Eigen::Vector3f(b.at(x, y, 0), b.at(x, y, 1), b.at(x, y, 2)).cast<double>();
       angles.push_back(std::atan2(p.cross(q).norm(), p.dot(q)) * 180.0 / std::numbers::pi);
     }
   }

@@ -13,6 +13,7 @@
 #include "libcommon/geometry/camera_io.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/image/image_io.h"
+#include "libcommon/image/response_io.h"
 
 namespace patinate {
 

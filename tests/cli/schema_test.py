@@ -21,16 +21,23 @@ PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
-         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json"}
+         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
+# A light seen in one mirror sphere, and what the schema and the reader both refuse in it.
+RIG = {"format": "patinate.calibrate", "version": 1, "kind": "spheres", "unit": "mm", "spheres": [{"radius": 20, "circle": [30, 20, 9]}],
+       "camera": {"width": 64, "height": 48, "matrix": [[100, 0, 31.5], [0, 100, 23.5], [0, 0, 1]], "rotation": [0, 0, 0], "translation": [0, 0, 0]},
+       "lights": [{"name": "a", "highlights": [[32, 19]]}]}
+
+
 def setUpModule():
+    (WORK / "rig.json").write_text(json.dumps(RIG))
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
                       ["synth", "mould", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mould"],
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "capture", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
-                      ["export", "aged", "--num-times", "2", "-o", "textures"]):
+                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
     # Three photographs of the plate, as if lamps stood around it.
     (WORK / "stereo").mkdir()
@@ -112,6 +119,17 @@ class Schemas(unittest.TestCase):
                     result = subprocess.run([PATINATE, "validate", file.parent], cwd=WORK, capture_output=True, text=True)
                     file.write_text(whole)
                     self.assertEqual(result.returncode, 3, f"patinate accepts it {result.stdout}")
+
+    def test_what_calibrate_rejects_is_rejected(self):
+        check = validator("calibrate")
+        for number, change in enumerate(COMMON + [put("unit", "inch"), put("spheres", []), put("lights", []), put("spheres", 0, "radius", 0), drop("spheres", 0, "radius"),
+                                                  put("lights", 0, "highlights", [[1]]), put("camera", "width", 0), drop("camera", "matrix"), drop("lights")]):
+            content = copy.deepcopy(RIG)
+            change(content)
+            (WORK / "bad_rig.json").write_text(json.dumps(content))
+            with self.subTest(change=number):
+                self.assertFalse(check.is_valid(content), "the schema accepts it")
+                self.assertEqual(subprocess.run([PATINATE, "calibrate", "spheres", "bad_rig.json", "-o", "bad.json"], cwd=WORK, capture_output=True).returncode, 3)
 
     def test_every_property_is_described_or_speaks_for_itself(self):
         for path in SCHEMAS.glob("*.schema.json"):

@@ -8,6 +8,7 @@ namespace patinate {
 
 /// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/core/error.h.
 int cmd_accessibility(CommandRun& run);
+int cmd_calibrate(CommandRun& run);
 int cmd_completion(CommandRun& run);
 int cmd_control(CommandRun& run);
 int cmd_export(CommandRun& run);
@@ -18,6 +19,7 @@ int cmd_init(CommandRun& run);
 int cmd_lookup(CommandRun& run);
 int cmd_render(CommandRun& run);
 int cmd_synth(CommandRun& run);
+int cmd_thickness(CommandRun& run);
 int cmd_transfer(CommandRun& run);
 int cmd_unlight(CommandRun& run);
 int cmd_validate(CommandRun& run);

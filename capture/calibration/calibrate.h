@@ -1,0 +1,50 @@
+/// \file
+/// The stages of calibration from a description in JSON (docs/calibration.md), and their result as a calibration file.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/calibration/camera_calibration.h"
+#include "capture/calibration/lambertian_lights.h"
+#include "capture/calibration/response.h"
+#include "capture/calibration/sphere_lights.h"
+#include "libcommon/core/json.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+enum class CalibrationKind { Camera, Spheres, Lambertian, Response };
+inline constexpr std::array<std::string_view, 4> kCalibrationKindNames{"camera", "spheres", "lambertian", "response"};
+
+struct LambertianRunOptions {
+  int sample_step_px = 8;  ///< Side of the squares of pixels that are averaged to a sample; [1, 1000].
+  LambertianLightOptions lights = {};
+};
+void describe(OptionVisitor& v, LambertianRunOptions& o);
+
+struct CalibrateOptions {
+  CameraCalibrationOptions camera = {};
+  SphereLightOptions spheres = {};
+  LambertianRunOptions lambertian = {};
+  ResponseOptions response = {};
+};
+
+/// What a calibration found.
+struct CalibrationOutput {
+  std::shared_ptr<Json> json;      ///< A file of format patinate.calibration: `camera`, `lights` or `response`, and a `report`.
+  std::optional<Camera> camera;    ///< Of kind camera: the one that was found; else the one that was given. mm.
+  std::vector<Light> lights;       ///< mm.
+  std::vector<std::string> lines;  ///< What a person wants to know.
+  ImageF picture;                  ///< Residuals over the photograph, linear RGB; may be empty.
+};
+
+/// Reads what `json` names and runs the stage.
+/// @throws IoError for the description or a file it names, CannotComplete when the data leave the result open (the message says what
+/// would help), InvalidInput as the stages.
+[[nodiscard]] CalibrationOutput calibrate(CalibrationKind kind, JsonReader json, const CalibrateOptions& options = {}, const RunControl& control = {});
+
+}  // namespace patinate

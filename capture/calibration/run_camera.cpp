@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "capture/calibration/calibrate_kinds.h"
+#include "capture/calibration/residual_picture.h"
+#include "capture/calibration/target_corners.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/camera_io.h"
+#include "libcommon/image/image_io.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::size_t kMaxViews = 1000;
+
+CalibrationTarget read_target(JsonReader json, double mm_per_unit) {
+  CalibrationTarget target;
+  if (json.has("points")) {
+    target.points_mm = read_points(json.member("points"), mm_per_unit);
+    json.finish();
+    return target;
+  }
+  const bool is_board = json.has("chessboard");
+  if (!is_board && !json.has("circles")) json.fail("a target with `chessboard`: [columns, rows] of inner corners, `circles`: [columns, rows], or `points`");
+  target.kind = is_board ? CalibrationTarget::Kind::Chessboard : CalibrationTarget::Kind::Circles;
+  const JsonReader size = json.member(is_board ? "chessboard" : "circles");
+  const std::vector<double> numbers = size.numbers(2, between(2, 200));
+  if (numbers[0] != std::floor(numbers[0]) || numbers[1] != std::floor(numbers[1])) size.fail("two whole numbers");
+  target.columns = static_cast<int>(numbers[0]), target.rows = static_cast<int>(numbers[1]);
+  target.spacing_mm = mm_per_unit * json.member("spacing").number(above(0));
+  json.finish();
+  return target;
+}
+
+/// Size of the photographs, from the first or as given.
+struct Size {
+  int width = 0;
+  int height = 0;
+  void expect(int w, int h, const std::string& file) {
+    if (width == 0) width = w, height = h;
+    if (w != width || h != height) throw IoError(file, "is " + size_text(w, h) + " pixels; expected " + size_text(width, height) + ", as the others");
+  }
+};
+
+PointView read_view(JsonReader json, const std::optional<CalibrationTarget>& target, double mm_per_unit, Size& size) {
+  PointView view;
+  const bool is_path = json.is_string();
+  if (is_path || json.has("photo")) {
+    const std::filesystem::path photo = is_path ? json.path() : json.member("photo").path();
+    view.name = photo.filename().string();
+    const ImageF gray = read_gray(photo);
+    size.expect(gray.width(), gray.height(), photo.string());
+    if (!is_path && json.has("pixels")) view.pixels = read_pixels(json.member("pixels"));
+    if (view.pixels.empty()) {
+      if (!target || target->kind == CalibrationTarget::Kind::Points) json.fail("`pixels`, since the target is no chessboard or grid of circles");
+      const auto found = find_target(gray, *target);
+      if (!found) throw IoError(photo.string(), "shows no " + target->text() + "; the whole target must be seen, sharp, with a light margin");
+      view.pixels = *found;
+    }
+  } else {
+    view.pixels = read_pixels(json.member("pixels"));
+  }
+  if (!is_path && json.has("points")) view.points_mm = read_points(json.member("points"), mm_per_unit);
+  if (view.points_mm.empty()) {
+    if (!target) json.fail("`points`, since there is no `target`");
+    view.points_mm = target->points();
+  }
+  if (!is_path && json.has("name")) view.name = json.member("name").string();
+  if (!is_path) json.finish();
+  return view;
+}
+
+Json report_of(const CameraCalibration& c) {
+  Json report{{"status", calibration_status_text(c.status)}, {"sigma_px", c.sigma_px}, {"rms_px", c.rms_px}, {"weakest", c.weakest}};
+  Json names = Json::array();
+  for (int i = 0; i < kNumCameraNumbers; ++i) {
+    names.push_back(camera_number_name(i));
+    report["sd"][camera_number_name(i)] = std::sqrt(c.covariance(i, i));
+  }
+  report["numbers"] = names;
+  report["covariance"] = matrix_json(c.covariance);
+  for (const auto& view : c.views) {
+    report["views"].push_back({{"name", view.name}, {"points", view.num_points}, {"outliers", view.num_outliers}, {"rms_px", view.rms_px}, {"max_px", view.max_px}});
+  }
+  return report;
+}
+
+}  // namespace
+
+CalibrationOutput run_camera(JsonReader& json, const CameraCalibrationOptions& options, const RunControl& control) {
+  const double mm = read_mm_per_unit(json);
+  std::optional<CalibrationTarget> target;
+  if (json.has("target")) target = read_target(json.member("target"), mm);
+  Size size;
+  if (json.has("width") || json.has("height")) {
+    size.width = static_cast<int>(json.member("width").integer(between(1, 65536)));
+    size.height = static_cast<int>(json.member("height").integer(between(1, 65536)));
+  }
+  std::vector<PointView> views;
+  if (json.has("views")) {
+    for (const JsonReader& entry : json.member("views").elements(kMaxViews)) {
+      control.throw_if_stopped();
+      views.push_back(read_view(entry, target, mm, size));
+    }
+  }
+  PointView scanner;
+  if (json.has("scanner")) scanner = read_view(json.member("scanner"), std::nullopt, mm, size);
+  json.finish();
+  if (size.width == 0) throw IoError(json.file(), "says nowhere how large the photographs are; expected `width` and `height`, or a `photo`");
+
+  const CameraCalibration c = calibrate_camera(size.width, size.height, views, scanner, options, control);
+  if (c.status != CalibrationStatus::Converged) {
+    throw CannotComplete("the views leave the camera open (" + calibration_status_text(c.status) + "; least known: " + c.weakest +
+                         "); tilt the target by 20 to 40 degrees to all sides, or fit fewer lens terms (--lens)");
+  }
+  CalibrationOutput output;
+  output.camera = Camera(c.camera);
+  output.json = std::make_shared<Json>(result_json(CalibrationKind::Camera));
+  (*output.json)["camera"] = json_of(*output.camera);
+  (*output.json)["report"] = report_of(c);
+  const auto sd = [&](int i) { return short_number_text(rounded(std::sqrt(c.covariance(i, i)), 2)); };
+  output.lines.push_back("fx " + short_number_text(c.camera.fx) + " +- " + sd(0) + ", fy " + short_number_text(c.camera.fy) + " +- " + sd(1) + ", cx " +
+                         short_number_text(c.camera.cx) + " +- " + sd(2) + ", cy " + short_number_text(c.camera.cy) + " +- " + sd(3) + " px; " +
+                         short_number_text(rounded(c.rms_px, 3)) + " px rms over " + std::to_string(c.views.size()) + " views");
+  for (const auto& view : c.views) {
+    if (view.num_outliers * 5 > view.num_points) output.lines.push_back(view.name + ": " + std::to_string(view.num_outliers) + " of " + std::to_string(view.num_points) + " points do not fit; are points and pixels in the same order?");
+  }
+  if (c.has_scanner_pose) {
+    output.lines.push_back("stands within " + sd(12) + ", " + sd(13) + ", " + sd(14) + " mm (x, y, z of the camera)");
+  } else {
+    output.lines.push_back("no `scanner` points: rotation and translation are those of the first view's target, not of the scanner");
+  }
+  if (c.has_scanner_pose) views.push_back(scanner);
+  output.picture = view_residuals_picture(c, views);
+  return output;
+}
+
+}  // namespace patinate

@@ -138,20 +138,6 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
 
 }  // namespace
 
-Response read_response(JsonReader json) {
-  Response response;
-  if (json.is_object()) {
-    response.kind = Response::Kind::Gamma;
-    response.gamma = json.member("gamma").number({0, 10, true});
-    json.finish();
-    return response;
-  }
-  constexpr std::array<std::string_view, 2> kNames{"srgb", "linear"};
-  if (!json.is_string()) json.fail("\"srgb\", \"linear\" or {\"gamma\": 2.2}");
-  response.kind = json.choice(kNames) == 0 ? Response::Kind::Srgb : Response::Kind::Linear;
-  return response;
-}
-
 int CaptureProject::width() const { return std::max(1, static_cast<int>(std::lround(roi.width * scale))); }
 int CaptureProject::height() const { return std::max(1, static_cast<int>(std::lround(roi.height * scale))); }
 

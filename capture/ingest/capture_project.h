@@ -77,9 +77,6 @@ struct CaptureProject {
 /// @throws IoError / InvalidInput naming the file and what is wrong.
 [[nodiscard]] CaptureProject read_capture_project(const std::filesystem::path& file);
 
-/// `response` of a project: "srgb", "linear" or {"gamma": 2.2}. @throws IoError
-[[nodiscard]] Response read_response(JsonReader json);
-
 /// Cuts the roi out and scales it (area averages). An image of the history's size is taken as it is.
 /// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.
 [[nodiscard]] ImageF to_history_size(const ImageF& image, const CaptureProject& project, const std::filesystem::path& file);

@@ -13,6 +13,7 @@
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/light_io.h"
 #include "libcommon/image/image_io.h"
+#include "libcommon/image/response_io.h"
 
 namespace patinate {
 
@@ -171,7 +172,7 @@ RelitProject read_relit_project(const fs::path& file) {
     return stand_in_camera(info.width, info.height);
   };
   RelitProject project{.file = file, .name = json.member("name").string(), .mm_per_unit = mm,
-                       .camera_mm = is_camera_given ? read_camera(json.member("camera")).scaled(mm) : camera_of_photos(), .is_camera_given = is_camera_given};
+                       .camera_mm = is_camera_given ? read_camera(json.member("camera"), mm) : camera_of_photos(), .is_camera_given = is_camera_given};
   constexpr std::array<std::string_view, 4> kTimeUnits{"s", "min", "h", "d"};
   if (json.has("time_unit")) project.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnits));
   if (json.has("response")) project.response = read_response(json.member("response"));

@@ -20,6 +20,7 @@
 #include "libcommon/geometry/point_cloud_io.h"
 #include "libcommon/geometry/scan_mesh.h"
 #include "libcommon/image/image_io.h"
+#include "libcommon/image/response_io.h"
 
 namespace patinate {
 
@@ -160,7 +161,7 @@ UnlightStep read_unlight_step(const fs::path& file) {
   else if (step.scan) json.fail("the length unit of scan, camera and lights: \"unit\": um, mm, cm or m");
   if (json.has("camera")) {
     const JsonReader at = json.member("camera");
-    step.camera_mm = read_camera(at).scaled(step.mm_per_unit);
+    step.camera_mm = read_camera(at, step.mm_per_unit);
     const CameraParameters& p = step.camera_mm->parameters();
     if (p.width != step.width || p.height != step.height) {
       at.fail("a camera of the photographs, " + size_text(step.width, step.height) + " pixels; this one takes " + size_text(p.width, p.height));

@@ -38,6 +38,13 @@ MouldOptions small() {
 
 void make(const MouldOptions& options, const fs::path& folder) { run_job(plan_mould(options, folder), {}, {}); }
 
+/// For tests of something else than highlights, whose fit takes most of the time.
+RelitOptions without_highlights() {
+  RelitOptions options;
+  options.unlight.specular = SpecularMode::None;
+  return options;
+}
+
 void ingest(const fs::path& data, const fs::path& history, const RelitOptions& options = {}, int num_threads = 0) {
   RunControl control;
   control.num_threads = num_threads;
@@ -114,10 +121,10 @@ TEST(RelitIngest, ReferencePatchTakesDriftOfExposureAndWhiteBalanceOut) {
   o.ambient = 0.05;
   const TempFolder temp;
   make(o, temp / "mould");
-  ingest(temp / "mould", temp / "history");
+  ingest(temp / "mould", temp / "history", without_highlights());
   EXPECT_LT(testing_support::mould_errors(temp / "mould", temp / "history").albedo_worst, kHalfRounding);
   change(temp / "mould/capture.json", [](Json& json) { json.erase("reference_patch"); });
-  ingest(temp / "mould", temp / "drifting");
+  ingest(temp / "mould", temp / "drifting", without_highlights());
   EXPECT_GT(testing_support::mould_errors(temp / "mould", temp / "drifting").spot_drift, 0.02);
 }
 
@@ -149,9 +156,7 @@ TEST(RelitIngest, FindsHowTheObjectWasMoved) {
   o.motion_deg = 12.0;
   const TempFolder temp;
   make(o, temp / "mould");
-  RelitOptions options;
-  options.unlight.specular = SpecularMode::None;
-  ingest(temp / "mould", temp / "history", options);
+  ingest(temp / "mould", temp / "history", without_highlights());
   const MouldErrors e = testing_support::mould_errors(temp / "mould", temp / "history");
   EXPECT_LT(e.pose_mm, 0.02);  // The goal for an unchanged patch over re-mounts.
   for (const Json& step : load_json(temp / "history/relit.json").at("steps")) {
@@ -223,7 +228,7 @@ TEST(RelitIngest, LengthUnitsDoNotMatter) {
     }
   });
   for (const char* step : {"step00", "step01", "step02"}) change_points(temp / "mould" / step / "scan.ply", [](Vec3& p) { p *= 1000.0; });
-  ingest(temp / "mould", temp / "history");
+  ingest(temp / "mould", temp / "history", without_highlights());
   EXPECT_LT(testing_support::mould_errors(shared_exact(), temp / "history").albedo_worst, kHalfRounding);
 }
 
@@ -292,11 +297,11 @@ TEST(RelitIngest, StepsThatAreAddedLaterKeepTheFinishedOnes) {
   const TempFolder temp;
   fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
   change(temp / "mould/capture.json", [](Json& json) { json["steps"][2]["exclude"] = true; });
-  ingest(temp / "mould", temp / "history");
+  ingest(temp / "mould", temp / "history", without_highlights());
   EXPECT_EQ(HistoryReader(temp / "history").num_frames(), 2);
   change(temp / "mould/capture.json", [](Json& json) { json["steps"][2].erase("exclude"); });
-  ingest(temp / "mould", temp / "history");
-  ingest(temp / "mould", temp / "fresh");
+  ingest(temp / "mould", temp / "history", without_highlights());
+  ingest(temp / "mould", temp / "fresh", without_highlights());
   EXPECT_EQ(bytes_of(temp / "history"), bytes_of(temp / "fresh"));
 }
 
@@ -306,7 +311,7 @@ std::string complaint(const std::function<void(Json&)>& edit, const std::functio
   fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
   change(temp / "mould/capture.json", edit);
   if (spoil) spoil(temp / "mould");
-  return error_of([&] { ingest(temp / "mould", temp / "history"); });
+  return error_of([&] { ingest(temp / "mould", temp / "history", without_highlights()); });
 }
 
 void expect_complaint(const std::string& found, const std::string& expected) {

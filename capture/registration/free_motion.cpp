@@ -10,13 +10,14 @@ namespace patinate {
 
 namespace {
 
+constexpr double kSmall = 1e-3;      ///< Of a vector's length: shown as 0.
 constexpr double kNoRotation = 0.1;  ///< Rotation part of a unit direction below which it is a shift.
 
 std::string vector_text(const Vec3& v) {
   std::string text = "(";
   for (int k = 0; k < 3; ++k) {
-    const double value = std::abs(v[k]) < 1e-12 * v.norm() ? 0.0 : v[k];
-    text += (k == 0 ? "" : ", ") + short_number_text(rounded(value, 4));
+    const double value = std::abs(v[k]) < kSmall * v.norm() ? 0.0 : v[k];
+    text += (k == 0 ? "" : ", ") + short_number_text(rounded(value, 3));
   }
   return text + ")";
 }

@@ -35,10 +35,16 @@ constexpr double kLastGate = 1.5;       ///< In fine distances,
 constexpr double kLastGateScales = 6.0; ///< or residual scales, where the scans fit worse than that.
 constexpr double kConvergedStep = 1e-3; ///< In fine distances: what Converged promises.
 constexpr double kFixedStep = 1e-10;    ///< Normalised: nothing moves any more.
-constexpr double kMostResidual = 0.45;  ///< Residual scale in fine distances above which it is no fit.
+constexpr double kMostResidual = 0.25;  ///< Residual scale in fine distances above which it is no fit,
+constexpr double kMostScatter = 6.0;    ///< unless the points' own scatter makes so much of it.
 constexpr int kLookedInFront = 3000;
+constexpr double kSightScales = 5.0, kSightDistance = 0.5;
+constexpr double kSightDepth = 0.04;    ///< Normalised: growth and wear are less than that, a wrong pose is not.
 constexpr int kFewestPairs = 30;
 constexpr double kCrossedShare = 0.3;   ///< Of a direction's information that must come from more than noise of normals.
+
+/// How far in front counts: more than the fit's own scatter, than what a slope makes between the cells of lines of sight, and than surfaces age.
+double sight_tolerance(double residual_scale, double distance) { return std::max({kSightScales * residual_scale, kSightDistance * distance, kSightDepth}); }
 
 /// One local alignment, to the end.
 struct Local {
@@ -61,7 +67,7 @@ Local align_fully(const PreparedScan& target, const PreparedScan& source, const 
   const double last_gate = std::clamp(kLastGateScales * local.alignment.residual_scale, kLastGate * distance, 2.0 * coarse);
   local.alignment = align_surfels(target.fine(), source.fine(), local.alignment.target_from_source,
                                   {.first_gate = std::max(2.0 * last_gate, 3.0 * distance), .last_gate = last_gate, .stride = 1, .max_iterations = options.max_iterations, .step = kFixedStep}, control);
-  local.in_front = share_in_front(target, source, local.alignment.target_from_source, std::max(last_gate, 2.0 * distance), kLookedInFront);
+  local.in_front = share_in_front(target, source, local.alignment.target_from_source, sight_tolerance(local.alignment.residual_scale, distance), kLookedInFront);
   return local;
 }
 
@@ -79,24 +85,40 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> open_directions(const PairSums& sums) {
   return open;
 }
 
-Matrix6 covariance_of(const PairSums& sums, const PreparedScan& target, const PreparedScan& source) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(sums.information / sums.weight);
-  // What the points' own scatter makes of it, were every surfel's mean independent of the others: each point counts in several surfels.
-  const double per_surfel = 0.5 * (target.points_per_surfel() + source.points_per_surfel());
-  const double num_points = 0.5 * sums.num_pairs * per_surfel;
+/// How much a unit of PairSums::information counts, from the scatter of the points and how many there are: every point counts in several
+/// surfels, so that these are no measurements of their own. Where the scans fit worse than their scatter says, that counts.
+double weight_of_information(const PairSums& sums, const PreparedScan& target, const PreparedScan& source) {
+  const double num_points = 0.5 * sums.num_pairs * 0.5 * (target.points_per_surfel() + source.points_per_surfel());
   const double scatter = target.fine().median_variance() + source.fine().median_variance();
-  const double expected = sums.variance / sums.weight;
-  const double misfit = std::max(1.0, sums.weighted_squares / sums.weight / expected);
+  const double misfit = std::max(1.0, sums.weighted_squares / sums.variance);
+  return num_points / (sums.weight * scatter * misfit);
+}
+
+Matrix6 covariance_of(const PairSums& sums, const PreparedScan& target, const PreparedScan& source) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(sums.information * weight_of_information(sums, target, source));
   Matrix6 covariance = Matrix6::Zero();
   for (int k = 0; k < 6; ++k) {
     if (!(solver.eigenvalues()[k] > kFreeShare * solver.eigenvalues()[5])) continue;
     const Vec6 direction = solver.eigenvectors().col(k);
-    covariance += direction * direction.transpose() * (scatter * misfit / num_points / solver.eigenvalues()[k]);
+    covariance += direction * direction.transpose() / solver.eigenvalues()[k];
   }
   Vec6 unit;
   unit << 1, 1, 1, target.scale(), target.scale(), target.scale();
   return unit.asDiagonal() * covariance * unit.asDiagonal();
 }
+
+}  // namespace
+
+std::vector<FreeMotion> in_frame(std::vector<FreeMotion> motions, const PreparedScan& target) {
+  for (FreeMotion& m : motions) {
+    m.point = target.middle() + target.scale() * m.point;
+    m.point -= m.direction * m.direction.dot(m.point);
+    m.pitch *= target.scale();
+  }
+  return motions;
+}
+
+namespace {
 
 Registration judge(const PreparedScan& target, const PreparedScan& source, const Local& local, const RegistrationOptions& options) {
   const Alignment& a = local.alignment;
@@ -110,21 +132,18 @@ Registration judge(const PreparedScan& target, const PreparedScan& source, const
   r.num_iterations = a.num_iterations;
   r.center = target.middle();
   if (a.sums.num_pairs < kFewestPairs) return r;
+  r.median_residual = target.scale() * a.median_residual;
   r.rms_residual = target.scale() * std::sqrt(a.sums.weighted_squares / a.sums.weight);
   r.covariance = covariance_of(a.sums, target, source);
   const double distance = target.fine().distance();
+  const double most_residual = std::max(kMostResidual * distance, kMostScatter * std::sqrt(a.sums.variance / a.sums.weight));
   if (r.overlap < options.min_overlap) {
     r.status = RegistrationStatus::TooFewPairs;
-  } else if (r.in_front.value_or(0.0) > options.max_in_front || a.residual_scale > kMostResidual * distance) {
+  } else if (r.in_front.value_or(0.0) > options.max_in_front || a.residual_scale > most_residual) {
     r.status = RegistrationStatus::PoorFit;
   } else if (const auto open = open_directions(a.sums); open.cols() > 0) {
     r.status = RegistrationStatus::Degenerate;
-    r.free_motions = free_motions(open);  // About the middle of the target, normalised.
-    for (FreeMotion& m : r.free_motions) {
-      m.point = target.middle() + target.scale() * m.point;
-      m.point -= m.direction * m.direction.dot(m.point);
-      m.pitch *= target.scale();
-    }
+    r.free_motions = in_frame(free_motions(open), target);
   } else {
     r.status = a.last_step <= kConvergedStep * distance ? RegistrationStatus::Converged : RegistrationStatus::IterationLimit;
   }
@@ -136,6 +155,40 @@ bool is_found(const Registration& r) { return r.status == RegistrationStatus::Co
 double score_of(const Registration& r) { return r.overlap * std::pow(1.0 - r.in_front.value_or(0.0), 2); }
 
 }  // namespace
+
+Alignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, const RunControl& control) {
+  const double distance = target.fine().distance();
+  const auto look = [&](double gate) {
+    return align_surfels(target.fine(), source.fine(), pose, {.first_gate = gate, .last_gate = gate, .stride = 1, .max_iterations = 1, .step = kFixedStep}, control);
+  };
+  Alignment found = look(3.0 * distance);
+  found = look(std::clamp(kLastGateScales * found.residual_scale, kLastGate * distance, 2.0 * target.coarse().distance()));
+  found.target_from_source = pose;
+  found.num_iterations = 0;
+  found.last_step = 0.0;
+  return found;
+}
+
+Matrix6 information_of(const Alignment& a, const PreparedScan& target, const PreparedScan& source) {
+  if (!(a.sums.weight > 0.0)) return Matrix6::Zero();
+  Matrix6 information = a.sums.information * weight_of_information(a.sums, target, source);
+  const auto open = open_directions(a.sums);
+  for (Eigen::Index k = 0; k < open.cols(); ++k) {
+    const Matrix6 keep = Matrix6::Identity() - open.col(k) * open.col(k).transpose();
+    information = keep * information * keep;
+  }
+  return information;
+}
+
+Registration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source, const RegistrationOptions& options,
+                        const RunControl& control) {
+  Local local;
+  local.alignment = look_at_pose(target, source, normalised(target_from_source, target, source), control);
+  local.in_front = share_in_front(target, source, local.alignment.target_from_source, sight_tolerance(local.alignment.residual_scale, target.fine().distance()), kLookedInFront);
+  Registration r = judge(target, source, local, options);
+  r.target_from_source = target_from_source;
+  return r;
+}
 
 Registration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
                            const RegistrationOptions& options, const RunControl& control) {

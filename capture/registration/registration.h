@@ -41,6 +41,7 @@ struct Registration {
   RegistrationStatus status = RegistrationStatus::TooFewPairs;
   RigidTransform target_from_source;
   double rms_residual = 0.0;      ///< Of partners along their normals, weighted as in the fit.
+  double median_residual = 0.0;   ///< Median of the same, absolute, over all partners, those that do not fit too.
   double overlap = 0.0;           ///< Share of the smaller scan's surface that has a partner; [0, 1].
   double fitting = 0.0;           ///< Share of the partners that fit; the others lie as near, but as surfaces that changed, or in a wrong pose.
   std::optional<double> in_front; ///< Of what is seen by both: share that one scan puts in front of what the other saw; absent without lines of sight.

@@ -192,6 +192,7 @@ class Aligner {
     residuals_.clear();
     for (const Pair& pair : pairs_) residuals_.push_back(std::abs(pair.residual));
     const double floor = 1e-6 * target_.distance();
+    result_.median_residual = median_of(residuals_);
     result_.residual_scale = std::max(floor, std::min(limit_, kScaleOfQuarter * quantile_of(residuals_, 0.25)));
   }
 

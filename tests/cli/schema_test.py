@@ -21,7 +21,7 @@ PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
-         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json"}
+         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -45,6 +45,8 @@ def setUpModule():
         "format": "patinate.unlight", "version": 1, "photos": [f"../capture/frames/{i:04d}.png" for i in range(3)],
         "lights": [{"direction": d, "intensity": [3, 3, 3]} for d in ([0.6, 0, 0.8], [-0.6, 0, 0.8], [0, 0.6, 0.8])]}))
     subprocess.run([PATINATE, "unlight", "stereo/step.json", "-o", "unlit"], cwd=WORK, capture_output=True, check=True)
+    shutil.copy(WORK / "urn/mesh.obj", WORK / "urn/again.obj")
+    subprocess.run([PATINATE, "register", "urn/mesh.obj", "urn/again.obj", "--accept-failed", "-o", "registered"], cwd=WORK, capture_output=True, check=True)
 
 
 def tearDownModule():

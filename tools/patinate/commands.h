@@ -17,6 +17,7 @@ int cmd_info(CommandRun& run);
 int cmd_ingest(CommandRun& run);
 int cmd_init(CommandRun& run);
 int cmd_lookup(CommandRun& run);
+int cmd_register(CommandRun& run);
 int cmd_render(CommandRun& run);
 int cmd_synth(CommandRun& run);
 int cmd_thickness(CommandRun& run);

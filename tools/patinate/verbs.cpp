@@ -15,6 +15,7 @@ constexpr std::array kVerbs{
     Verb{"unlight", "Makes albedo and normals of photographs under known lights.", cmd_unlight},
     Verb{"calibrate", "Finds where camera and lights stand, or how codes become light.", cmd_calibrate, {"camera", "spheres", "lambertian", "response"}},
     Verb{"thickness", "Makes a map of a layer's thickness from a transmission photograph.", cmd_thickness},
+    Verb{"register", "Brings scans of one object into one frame.", cmd_register},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"accessibility", "Says how hard each place of a scan is to reach, in three definitions.", cmd_accessibility},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},

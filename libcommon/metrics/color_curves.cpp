@@ -51,9 +51,9 @@ ColorSummary summarize_color(const ImageF& image, std::span<const std::uint32_t>
   for (std::uint32_t pixel : pixels) {
     if (pixel >= image.num_pixels()) throw InvalidInput("colour curves: a pixel lies outside the image");
     const float* rgb = image.data() + 3 * std::size_t{pixel};
-    const auto lab = lab_from_linear(double{rgb[0]}, double{rgb[1]}, double{rgb[2]});
+    const auto lab = lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2]));
     for (std::size_t c = 0; c < 3; ++c) {
-      values[c].push_back(double{rgb[c]});
+      values[c].push_back(static_cast<double>(rgb[c]));
       values[c + 3].push_back(lab[c]);
     }
   }

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "tools/patinate/message_stream.h"
@@ -18,7 +19,7 @@ constexpr int kBarWidth = 30;
 std::string time_left(double elapsed, double fraction) {
   if (!(fraction > 0.01) || elapsed < 1.0) return "";
   const double left = std::min(elapsed / fraction * (1.0 - fraction), 359999.0);
-  const int seconds = static_cast<int>(left + 0.5);
+  const int seconds = static_cast<int>(std::lround(left));
   char text[32];
   std::snprintf(text, sizeof text, ", %d:%02d left", seconds / 60, seconds % 60);
   return text;

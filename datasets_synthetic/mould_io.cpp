@@ -178,28 +178,28 @@ Json truth_json(const MouldOptions& o, const MouldRig& rig, const std::string& k
 
 }  // namespace
 
-JobPlan plan_mould(const MouldOptions& given, const fs::path& output) {
-  const MouldOptions options = checked_mould(given);
+JobPlan plan_mould(const MouldOptions& options, const fs::path& output) {
+  const MouldOptions checked = checked_mould(options);
   JobInputs inputs("synth mould", 1);
-  inputs.add_options(option_values(options));
+  inputs.add_options(option_values(checked));
   JobPlan plan;
   plan.output = output;
   plan.manifest = "truth/truth.json";
   plan.key = inputs.key();
   plan.depends_on = inputs.list();
   plan.parallel_items = false;
-  const auto shared = std::make_shared<SharedMould>(options);
-  for (int step = 0; step < options.num_steps; ++step) {
+  const auto shared = std::make_shared<SharedMould>(checked);
+  for (int step = 0; step < checked.num_steps; ++step) {
     JobItem item{.name = "step-" + digits(step, 4), .outputs = {step_folder(step) / "scan.ply"}, .run = {}};
-    for (int i = 0; i < options.num_lights; ++i) {
-      item.outputs.push_back(photo_file(options, step, i));
+    for (int i = 0; i < checked.num_lights; ++i) {
+      item.outputs.push_back(photo_file(checked, step, i));
       item.outputs.push_back(in_light_file(step, i));
     }
-    if (options.ambient > 0.0) item.outputs.push_back(dark_file(options, step));
+    if (checked.ambient > 0.0) item.outputs.push_back(dark_file(checked, step));
     item.run = [shared, step](const fs::path& folder, const RunControl& control) { run_step(*shared, step, folder, control); };
     plan.items.push_back(std::move(item));
   }
-  plan.items.push_back({.name = "truth", .outputs = truth_files(options), .run = [shared](const fs::path& folder, const RunControl& control) {
+  plan.items.push_back({.name = "truth", .outputs = truth_files(checked), .run = [shared](const fs::path& folder, const RunControl& control) {
                           run_truth(*shared, folder, control);
                         }});
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {

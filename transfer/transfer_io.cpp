@@ -138,8 +138,9 @@ ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height,
   ImageF image(width, height, 2, -1.0f);
   for (std::size_t t = 0; t < coordinates.size(); ++t) {
     if (coordinates[t] < 0) continue;
-    image.values()[2 * t] = static_cast<float>(coordinates[t] % source_width);
-    image.values()[2 * t + 1] = static_cast<float>(coordinates[t] / source_width);
+    const auto column = coordinates[t] % source_width, line = coordinates[t] / source_width;
+    image.values()[2 * t] = static_cast<float>(column);
+    image.values()[2 * t + 1] = static_cast<float>(line);
   }
   return image;
 }

@@ -63,8 +63,8 @@ struct TransferManifest {
   /// The tiles in one grid, as TexelMap sees them.
   [[nodiscard]] Sheet sheet() const;
 };
-/// @param folder  A transfer folder. @throws IoError
-[[nodiscard]] TransferManifest read_transfer_manifest(const std::filesystem::path& folder);
+/// @param path  A transfer folder, or its transfer.json. @throws IoError
+[[nodiscard]] TransferManifest read_transfer_manifest(const std::filesystem::path& path);
 
 /// Writes coordinates, controls (a file a tile) and mesh into an existing folder.
 void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result, int source_width);

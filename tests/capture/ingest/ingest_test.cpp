@@ -272,13 +272,6 @@ TEST(CaptureProject, ShortIntervalsFromALateStartKeepTheirLength) {
             (std::vector<double>{0.1, 0.2, 0.3}));
 }
 
-TEST(CaptureProject, RelitCapturesAreNotInThisVersion) {
-  const TempFolder folder;
-  write_atomically(folder / "capture.json",
-                   R"({"format": "patinate.capture", "version": 1, "name": "mould", "kind": "relit", "steps": []})");
-  EXPECT_TRUE(has(ingest_error(folder.path()), "/kind: found \"relit\"; expected \"fixed\"; relit captures"));
-}
-
 TEST(Ingest, BrokenPhotographsAreNamed) {
   const std::string png = [] {
     const TempFolder folder;

@@ -54,7 +54,8 @@ TEST(HeightCurvature, IsHalfOnACylinderAndNothingOnASlope) {
   };
   EXPECT_NEAR(at_center(field_of(41, 0.2, cylinder), 0.4) * kRadius, -0.5, kSmoothing);
   const HeightField slope = field_of(41, 0.2, [](double x, double y) { return 0.7 * x - 1.3 * y + 5.0; });
-  for (float v : height_curvature(slope, 0.4).values()) EXPECT_NEAR(static_cast<double>(v), 0.0, 1e-9);  // Rounding.
+  const ImageF on_slope = height_curvature(slope, 0.4);
+  for (float v : on_slope.values()) EXPECT_NEAR(static_cast<double>(v), 0.0, 1e-9);  // Rounding.
 }
 
 TEST(HeightCurvature, ErrorFallsWithTheSquareOfTheSpacing) {

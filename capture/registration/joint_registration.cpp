@@ -28,7 +28,7 @@ double coarse_overlap(const PreparedScan& target, const PreparedScan& source, co
   const RigidTransform to_from = is_target_smaller ? pose.inverse() : pose;
   int num_near = 0;
   for (const Surfel& s : from.surfels()) {
-    const int j = to.nearest(to_from.apply(s.position), kNearInCoarse * to.distance(), -1);
+    const int j = to.nearest(to_from.apply(s.position), kNearInCoarse * to.distance(), -1).index;
     if (j >= 0 && std::abs((to_from.rotation * s.normal).dot(to[j].normal)) > 0.5) ++num_near;
   }
   return from.size() == 0 ? 0.0 : static_cast<double>(num_near) / from.size();

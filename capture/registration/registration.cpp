@@ -31,10 +31,11 @@ constexpr int kNumCandidates = 16;
 constexpr int kMidIterations = 40;
 constexpr int kMidSurfels = 2500;       ///< That look for partners in the middle stage, of either scan.
 constexpr int kCandidateSurfels = 800, kCandidateIterations = 15;
+constexpr int kNearlyStride = 4;        ///< The last stage begins with every fourth surfel.
 constexpr double kLastGate = 1.5;       ///< In fine distances,
 constexpr double kLastGateScales = 6.0; ///< or residual scales, where the scans fit worse than that.
 constexpr double kConvergedStep = 1e-3; ///< In fine distances: what Converged promises.
-constexpr double kFixedStep = 1e-10;    ///< Normalised: nothing moves any more.
+constexpr double kFixedStep = 1e-8;     ///< Normalised: nothing moves any more.
 constexpr double kMostResidual = 0.25;  ///< Residual scale in fine distances above which it is no fit,
 constexpr double kMostScatter = 6.0;    ///< unless the points' own scatter makes so much of it.
 constexpr int kLookedInFront = 3000;
@@ -66,7 +67,9 @@ Local align_fully(const PreparedScan& target, const PreparedScan& source, const 
   local.alignment = align_middle(target, source, start, false, control);
   const double last_gate = std::clamp(kLastGateScales * local.alignment.residual_scale, kLastGate * distance, 2.0 * coarse);
   local.alignment = align_surfels(target.fine(), source.fine(), local.alignment.target_from_source,
-                                  {.first_gate = std::max(2.0 * last_gate, 3.0 * distance), .last_gate = last_gate, .stride = 1, .max_iterations = options.max_iterations, .step = kFixedStep}, control);
+                                  {.first_gate = std::max(2.0 * last_gate, 3.0 * distance), .last_gate = last_gate, .stride = kNearlyStride, .max_iterations = kMidIterations, .step = kConvergedStep * distance}, control);
+  local.alignment = align_surfels(target.fine(), source.fine(), local.alignment.target_from_source,
+                                  {.first_gate = last_gate, .last_gate = last_gate, .stride = 1, .max_iterations = options.max_iterations, .step = kFixedStep}, control);
   local.in_front = share_in_front(target, source, local.alignment.target_from_source, sight_tolerance(local.alignment.residual_scale, distance), kLookedInFront);
   return local;
 }

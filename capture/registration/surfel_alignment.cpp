@@ -21,6 +21,7 @@ constexpr double kNarrower = 0.75;          ///< How fast the scale is narrowed,
 constexpr double kNarrowest = 2.0;          ///< to so many times what the points' own scatter makes.
 constexpr double kLeastCosine = 0.5;  ///< Normals of partners: 60 degrees.
 constexpr int kFewestPairs = 12;
+constexpr double kSureShare = 0.999;  ///< Of a margin: rounding.
 
 struct Positions {
   std::vector<Vec3> points;
@@ -40,17 +41,23 @@ struct TreeOfPositions {
   explicit TreeOfPositions(std::vector<Vec3> p) : positions{std::move(p)}, tree(3, positions, nanoflann::KDTreeSingleIndexAdaptorParams(8)) {}
 };
 
-/// Keeps the nearest point below a distance; of several at the same the one with the smallest index.
+/// Keeps the nearest point below a distance, of several at the same the one with the smallest index, and how far the next one is.
 struct NearestBelow {
   double squared;
+  double second;
   int index = -1;
-  [[nodiscard]] double worstDist() const { return squared; }
+  [[nodiscard]] double worstDist() const { return second; }
   [[nodiscard]] bool full() const { return true; }
   [[nodiscard]] std::size_t size() const { return index >= 0 ? 1 : 0; }
   bool addPoint(double found, std::uint32_t i) {
-    if (found < squared || (found == squared && (index < 0 || static_cast<int>(i) < index))) {
+    const int at = static_cast<int>(i);
+    if (at == index) return true;
+    if (found < squared || (found == squared && (index < 0 || at < index))) {
+      if (index >= 0) second = squared;
       squared = found;
-      index = static_cast<int>(i);
+      index = at;
+    } else if (found < second) {
+      second = found;
     }
     return true;
   }
@@ -86,15 +93,19 @@ SurfelSet::SurfelSet(std::vector<Surfel> surfels, double distance, bool is_orien
   if (!positions.empty()) tree_ = std::make_shared<const TreeOfPositions>(std::move(positions));
 }
 
-int SurfelSet::nearest(const Vec3& p, double radius, int hint) const {
-  if (surfels_.empty()) return -1;
-  NearestBelow found{radius * radius};
+SurfelSet::Found SurfelSet::nearest(const Vec3& p, double radius, int hint) const {
+  if (surfels_.empty()) return {};
+  NearestBelow found{radius * radius, radius * radius};
   if (hint >= 0) {
     const double squared = ((*this)[hint].position - p).squaredNorm();
-    if (squared <= found.squared) found = {squared, hint};
+    if (squared <= found.squared) {
+      found.squared = squared;
+      found.index = hint;
+    }
   }
   static_cast<const TreeOfPositions*>(tree_.get())->tree.findNeighbors(found, p.data(), nanoflann::SearchParams());
-  return found.index;
+  if (found.index < 0) return {};
+  return {found.index, 0.5 * (std::sqrt(found.second) - std::sqrt(found.squared))};
 }
 
 void PairSums::add(const PairSums& other) {
@@ -121,8 +132,11 @@ class Aligner {
     control_.on_progress = {};
     result_.target_from_source = start;
     result_.gate = schedule.first_gate;
-    hints_of_source_.assign(static_cast<std::size_t>(source.size()), -1);
-    hints_of_target_.assign(static_cast<std::size_t>(target.size()), -1);
+    known_of_source_.resize(static_cast<std::size_t>(source.size()));
+    known_of_target_.resize(static_cast<std::size_t>(target.size()));
+    for (const SurfelSet* set : {&target, &source}) {
+      for (const Surfel& surfel : set->surfels()) reach_ = std::max(reach_, surfel.position.norm());
+    }
     is_oriented_ = target.is_oriented() && source.is_oriented();
     base_variance_ = 0.5 * (target.median_variance() + source.median_variance());
   }
@@ -144,16 +158,22 @@ class Aligner {
   }
 
  private:
+  /// A surfel's nearest, and up to which way travelled it stays that without being looked for.
+  struct Known {
+    int index = -1;
+    double until = -1.0;
+  };
+
   /// Partners of every stride-th surfel of both sets, in order.
   void find_pairs() {
     const RigidTransform source_from_target = result_.target_from_source.inverse();
     pairs_.clear();
     num_looked_ = num_found_ = {0, 0};
-    look(source_, target_, result_.target_from_source, hints_of_source_, false);
-    look(target_, source_, source_from_target, hints_of_target_, true);
+    look(source_, target_, result_.target_from_source, known_of_source_, false);
+    look(target_, source_, source_from_target, known_of_target_, true);
   }
 
-  void look(const SurfelSet& from, const SurfelSet& to, const RigidTransform& to_from, std::vector<int>& hints, bool is_swapped) {
+  void look(const SurfelSet& from, const SurfelSet& to, const RigidTransform& to_from, std::vector<Known>& knowns, bool is_swapped) {
     const std::int64_t n = (from.size() + schedule_.stride - 1) / schedule_.stride;
     found_.assign(static_cast<std::size_t>(n), {-1, -1, 0.0, -1.0, is_swapped});
     parallel_for(n, kChunk, control_, [&](std::int64_t begin, std::int64_t end) {
@@ -164,11 +184,15 @@ class Aligner {
         Pair& pair = found_[static_cast<std::size_t>(k)];
         pair.closeness = -0.5;
         const Vec3 p = to_from.apply(s.position);
-        int& hint = hints[static_cast<std::size_t>(i)];
-        const int j = to.nearest(p, result_.gate, hint);
-        if (j < 0) continue;
-        hint = j;
+        Known& known = knowns[static_cast<std::size_t>(i)];
+        if (!(travelled_ < known.until)) {
+          const SurfelSet::Found found = to.nearest(p, result_.gate, known.index);
+          if (found.index < 0) continue;
+          known = {found.index, travelled_ + kSureShare * found.margin};
+        }
+        const int j = known.index;
         const Surfel& t = to[j];
+        if ((t.position - p).squaredNorm() > result_.gate * result_.gate) continue;
         if (t.is_border) continue;
         Vec3 normal = to_from.rotation * s.normal;
         const double cosine = normal.dot(t.normal);
@@ -261,6 +285,8 @@ class Aligner {
     RigidTransform moved{rotation_of(move.head<3>()), move.tail<3>()};
     result_.target_from_source = moved * result_.target_from_source;
     result_.last_step = std::max(move.head<3>().norm(), move.tail<3>().norm());
+    // Source positions turn about the target's origin, from wherever they are there.
+    travelled_ += move.head<3>().norm() * (reach_ + result_.target_from_source.translation.norm() + move.tail<3>().norm()) + move.tail<3>().norm();
   }
 
   /// Where a part of the surface has changed, a scale that takes it for noise can hold itself up. So, once all has settled, the scale is
@@ -294,7 +320,9 @@ class Aligner {
   bool is_oriented_ = false;
   double base_variance_ = 0.0;
   Alignment result_;
-  std::vector<int> hints_of_source_, hints_of_target_;
+  std::vector<Known> known_of_source_, known_of_target_;
+  double travelled_ = 0.0;  ///< What no surfel has moved by more than, in all steps so far.
+  double reach_ = 0.0;      ///< Farthest position from the origin, of both sets.
   std::vector<Pair> found_, pairs_;
   std::array<int, 2> num_looked_{}, num_found_{};
   std::vector<double> residuals_;

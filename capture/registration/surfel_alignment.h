@@ -26,8 +26,12 @@ class SurfelSet {
   [[nodiscard]] double distance() const { return distance_; }
   [[nodiscard]] bool is_oriented() const { return is_oriented_; }
   [[nodiscard]] double median_variance() const { return median_variance_; }
-  /// The nearest within `radius`, -1 = none. @param hint  A surfel that is likely near, or -1: makes it faster, never another.
-  [[nodiscard]] int nearest(const Vec3& p, double radius, int hint) const;
+  struct Found {
+    int index = -1;      ///< -1 = none.
+    double margin = 0.0; ///< So far may p move with the same surfel staying the nearest; 0 = not known.
+  };
+  /// The nearest within `radius`. @param hint  A surfel that is likely near, or -1: makes it faster, never another.
+  [[nodiscard]] Found nearest(const Vec3& p, double radius, int hint) const;
 
  private:
   std::vector<Surfel> surfels_;

@@ -70,7 +70,7 @@ std::string overview() {
       "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND [arguments]\n\nCommands:\n";
   for (const Verb& verb : kVerbs) {
     std::string name = std::string("  ") + verb.name;
-    name.resize(14, ' ');
+    name.resize(17, ' ');
     text += name + verb.brief + "\n";
   }
   return text + "\n`patinate COMMAND --help` says more. `patinate --version` prints the version.\n";

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "capture/calibration/calibrate_kinds.h"
@@ -17,7 +18,7 @@ ImageU8 read_codes(const std::filesystem::path& path) {
   const bool has_green = info.channels.size() >= 3;
   const ImageF codes = has_green ? read_channels(path, {info.channels[1]}) : read_gray(path, info.channels[0]);
   ImageU8 result(codes.width(), codes.height());
-  for (std::int64_t i = 0; i < codes.num_pixels(); ++i) result.data()[i] = static_cast<std::uint8_t>(255.0f * codes.data()[i] + 0.5f);
+  for (std::int64_t i = 0; i < codes.num_pixels(); ++i) result.data()[i] = static_cast<std::uint8_t>(std::lround(255.0f * codes.data()[i]));
   return result;
 }
 

@@ -78,11 +78,7 @@ CameraSolution refine_camera(const std::vector<const PointView*>& views, const C
     build(problem, views, start, huber_px, options.lens, start.focal_center, start.lens, poses);
     solution.has_converged = solve_quietly(problem).has_converged;
 
-    std::vector<double> residuals;
-    ceres::Problem::EvaluateOptions evaluate;
-    evaluate.apply_loss_function = false;
-    evaluate.num_threads = 1;
-    problem.Evaluate(evaluate, nullptr, &residuals, nullptr, nullptr);
+    const std::vector<double> residuals = residuals_without_loss(problem);
     const double typical = std::max(kLeastSigmaPx, robust_sigma(residuals));
     huber_px = options.huber_sigmas * typical;
     if (round == kRounds) {

@@ -57,10 +57,7 @@ Information information_of(ceres::Problem& problem, const std::vector<double*>& 
   options.num_threads = 1;
   ceres::CRSMatrix jacobian;
   problem.Evaluate(options, nullptr, nullptr, nullptr, &jacobian);
-  options.apply_loss_function = false;
-  std::vector<double> residuals;
-  problem.Evaluate(options, nullptr, &residuals, nullptr, nullptr);
-  for (const double r : residuals) info.sum_squares += r * r;
+  for (const double r : residuals_without_loss(problem)) info.sum_squares += r * r;
   info.num_residuals = jacobian.num_rows;
   info.num_parameters = jacobian.num_cols;
   const int n = jacobian.num_cols;
@@ -87,6 +84,15 @@ Information information_of(ceres::Problem& problem, const std::vector<double*>& 
   const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseInverse();
   info.covariance = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
   return info;
+}
+
+std::vector<double> residuals_without_loss(ceres::Problem& problem) {
+  ceres::Problem::EvaluateOptions options;
+  options.apply_loss_function = false;
+  options.num_threads = 1;
+  std::vector<double> residuals;
+  problem.Evaluate(options, nullptr, &residuals, nullptr, nullptr);
+  return residuals;
 }
 
 double robust_sigma(std::vector<double> residuals) {

@@ -31,6 +31,9 @@ struct Information {
 /// @param blocks  Every block of the problem that is not constant. Residuals that a loss weighs down count as much as the loss lets them.
 [[nodiscard]] Information information_of(ceres::Problem& problem, const std::vector<double*>& blocks);
 
+/// Of the parameters as they stand, each at its full size however its loss weighs it.
+[[nodiscard]] std::vector<double> residuals_without_loss(ceres::Problem& problem);
+
 /// 1.4826 times the median of |residuals|: the standard deviation of most of them. @param residuals  Not empty.
 [[nodiscard]] double robust_sigma(std::vector<double> residuals);
 

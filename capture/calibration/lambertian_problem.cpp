@@ -53,11 +53,7 @@ LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>
     if (!options.has_ambient) problem.SetParameterBlockConstant(start.ambient.data());
     if (!options.has_vignetting) problem.SetParameterBlockConstant(start.vignetting.data());
     solution.has_converged = solve_quietly(problem).has_converged;
-    std::vector<double> residuals;
-    ceres::Problem::EvaluateOptions evaluate;
-    evaluate.apply_loss_function = false;
-    evaluate.num_threads = 1;
-    problem.Evaluate(evaluate, nullptr, &residuals, nullptr, nullptr);
+    const std::vector<double> residuals = residuals_without_loss(problem);
     const double typical = std::max(kLeastSigma, robust_sigma(residuals));
     huber = options.huber_sigmas * typical;
     if (round < kRounds) continue;

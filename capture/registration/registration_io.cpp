@@ -113,7 +113,9 @@ std::vector<std::string> registration_table(const Json& registration) {
   const Json& closure = registration.at("closure");
   const auto length = [&](const char* name) { return short_number_text(rounded(mm * closure.at(name).get<double>(), 3)) + " " + unit; };
   const auto angle = [&](const char* name) { return short_number_text(rounded(closure.at(name).get<double>(), 3)) + " deg"; };
-  lines.push_back("loops before the joint solve: median " + angle("median_deg") + ", " + length("median") + "; largest " + angle("largest_deg") + ", " + length("largest"));
+  if (registration.at("scans").size() > 2) {  // Two scans close no loop.
+    lines.push_back("loops before the joint solve: median " + angle("median_deg") + ", " + length("median") + "; largest " + angle("largest_deg") + ", " + length("largest"));
+  }
   return lines;
 }
 

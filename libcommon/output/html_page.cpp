@@ -38,7 +38,7 @@ figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
 .controls output { min-width: 5rem; text-align: right; font-variant-numeric: tabular-nums; }
 .table { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: 0.35rem 1rem 0.35rem 0; border-bottom: 1px solid var(--line); }
+th, td { text-align: left; white-space: nowrap; padding: 0.35rem 1rem 0.35rem 0; border-bottom: 1px solid var(--line); }
 th { color: var(--soft); font-weight: 600; }
 )css";
 

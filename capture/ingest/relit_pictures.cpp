@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "capture/unlighting/unlight.h"
+#include "capture/unlighting/unlight_report.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
 
@@ -28,16 +28,14 @@ void put(ImageF& image, int x, int y, const std::array<float, 3>& color) { std::
 ImageF report_albedo(const ImageF& color) { return at_most(color, kWidth); }
 
 ImageF report_samples(const ImageU8& samples, const ImageU8& mask) {
-  constexpr std::array<std::array<float, 3>, kNumSampleStates> kColors{{{0.10f, 0.12f, 0.14f}, {0.60f, 0.60f, 0.58f}, {0.16f, 0.16f, 0.17f}, {0.0f, 0.0f, 0.0f},
-                                                                        {0.70f, 0.05f, 0.45f}, {0.03f, 0.12f, 0.60f}, {0.90f, 0.65f, 0.05f}}};
   std::vector<ImageF> pictures;
   std::vector<std::string> labels;
   for (int light = 0; light < std::max(1, samples.channels()); ++light) {
     ImageF picture(mask.width(), mask.height(), 3);
     for (int y = 0; y < mask.height(); ++y) {
       for (int x = 0; x < mask.width(); ++x) {
-        const std::size_t state = samples.empty() ? (mask.at(x, y) != 0 ? 1 : 0) : samples.at(x, y, light);
-        put(picture, x, y, kColors[std::min(state, kColors.size() - 1)]);
+        const SampleState ready = mask.at(x, y) != 0 ? SampleState::Clean : SampleState::Outside;
+        put(picture, x, y, sample_state_color(samples.empty() ? ready : static_cast<SampleState>(samples.at(x, y, light))));
       }
     }
     pictures.push_back(at_most(picture, kSampleWidth));

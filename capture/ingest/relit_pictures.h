@@ -8,8 +8,7 @@ namespace patinate {
 
 /// The colour, made smaller.
 [[nodiscard]] ImageF report_albedo(const ImageF& color);
-/// What became of every sample, one picture a light side by side: used (light gray), facing away (dark gray), cast shadow (black), saturated or
-/// out of view (magenta), darker than the others allow (blue), brighter (yellow).
+/// What became of every sample, one picture a light side by side, in sample_state_color().
 /// @param samples  H x W x L of SampleState; empty for ready-made albedo. @param mask  Of what is determined.
 [[nodiscard]] ImageF report_samples(const ImageU8& samples, const ImageU8& mask);
 /// Standard deviation over albedo: black 0, white 10 % or more; red where nothing is determined.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/ingest/relit_work.h"
+#include "capture/ingest/scan_control.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/height_field.h"
@@ -37,17 +38,6 @@ void check_lights_reach(const RelitProject& project, const ScanView& view) {
     throw IoError(project.file.string(), "/lights/" + std::to_string(i) + ": stands behind the surface that the camera sees: it reaches none of it; check its position" +
                                              " and the scanner's axes");
   }
-}
-
-std::string where_it_lies(const Mesh& mesh, const Camera& camera) {
-  const Vec3 middle = bounding_box(mesh).center();
-  const CameraParameters& p = camera.parameters();
-  const double depth = (p.rotation * middle + p.translation).z();
-  if (!(depth > 0.0)) return "its middle lies " + short_number_text(-depth) + " mm behind the camera";
-  const std::optional<Vec2> pixel = camera.project(middle);
-  if (!pixel) return "its middle lies far outside the picture";
-  return "its middle lies at pixel (" + short_number_text(std::round(pixel->x())) + ", " + short_number_text(std::round(pixel->y())) + "), " +
-         short_number_text(depth) + " mm in front of the camera";
 }
 
 /// Curvature of the height function toward the camera, at every pixel of the view.

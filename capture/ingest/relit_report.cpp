@@ -32,7 +32,7 @@ void add_step(HtmlPage& page, const RelitWork& work, std::size_t index, const Js
                  {relit_picture_file("albedo", index).generic_string(), "Albedo"},
                  {relit_picture_file("stddev", index).generic_string(), "Its standard deviation: black 0, white 10 %; red: not determined"}});
   page.picture({relit_picture_file("samples", index).generic_string(),
-                "Samples: gray used, dark gray facing away, black cast shadow, magenta saturated or out of view, blue too dark, yellow too bright"});
+                "Samples: light gray used, black facing away, blue cast shadow, magenta saturated or out of view, cyan too dark, red too bright"});
   if (!facts.contains("lights")) return;
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < facts.at("lights").size(); ++i) {

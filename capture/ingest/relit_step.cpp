@@ -7,6 +7,7 @@
 
 #include "capture/ingest/relit_pictures.h"
 #include "capture/ingest/relit_work.h"
+#include "capture/unlighting/unlight_report.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
@@ -134,11 +135,10 @@ void place_ready(const RelitWork& work, const RelitStep& step, const RelitRefere
 }
 
 Json lights_json(const UnlightResult& result) {
-  constexpr std::array<const char*, kNumSampleStates> kNames{"outside", "clean", "unlit", "cast_shadow", "invalid", "darker", "brighter"};
   Json lights = Json::array();
   for (const LightReport& report : result.lights) {
     Json entry = Json::object();
-    for (std::size_t s = 1; s < kNames.size(); ++s) entry[kNames[s]] = share_of(report.samples[s], result.num_surface);
+    for (std::size_t s = 1; s < kNumSampleStates; ++s) entry[sample_state_name(static_cast<SampleState>(s))] = share_of(report.samples[s], result.num_surface);
     entry["residual"] = report.residual;
     lights.push_back(std::move(entry));
   }

@@ -7,6 +7,7 @@
 
 #include "libcommon/controls/accessibility.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"
 
 namespace patinate {
@@ -113,6 +114,17 @@ ScanMaps scan_maps(const Mesh& mesh_mm, const Camera& camera_mm, const PhotoPart
   maps.num_seen = std::count(maps.seen.values().begin(), maps.seen.values().end(), std::uint8_t{255});
   control.report(1.0);
   return maps;
+}
+
+std::string where_it_lies(const Mesh& mesh_mm, const Camera& camera_mm) {
+  const Vec3 middle = bounding_box(mesh_mm).center();
+  const CameraParameters& p = camera_mm.parameters();
+  const double depth = (p.rotation * middle + p.translation).z();
+  if (!(depth > 0.0)) return "its middle lies " + short_number_text(-depth) + " mm behind the camera";
+  const std::optional<Vec2> pixel = camera_mm.project(middle);
+  if (!pixel) return "its middle lies far outside the picture";
+  return "its middle lies at pixel (" + short_number_text(std::round(pixel->x())) + ", " + short_number_text(std::round(pixel->y())) +
+         "), " + short_number_text(depth) + " mm in front of the camera";
 }
 
 }  // namespace patinate

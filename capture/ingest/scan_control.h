@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "libcommon/core/options.h"
 #include "libcommon/core/run_control.h"
@@ -51,5 +52,8 @@ struct ScanMaps {
 /// Same bits for any number of threads.
 [[nodiscard]] ScanMaps scan_maps(const Mesh& mesh_mm, const Camera& camera_mm, const PhotoPart& part, const ScanOptions& options = {},
                                  const RunControl& control = {});
+
+/// Where the camera has the middle of a mesh that it does not see, in words, for messages.
+[[nodiscard]] std::string where_it_lies(const Mesh& mesh_mm, const Camera& camera_mm);
 
 }  // namespace patinate

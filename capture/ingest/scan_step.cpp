@@ -36,18 +36,6 @@ PhotoPart photo_part(const CaptureProject& project) {
           .num_rows = project.height()};
 }
 
-/// What helps to find the mistake: where the camera has the middle of the mesh.
-std::string where_it_lies(const Mesh& mesh, const Camera& camera) {
-  const Vec3 middle = bounding_box(mesh).center();
-  const CameraParameters& p = camera.parameters();
-  const double depth = (p.rotation * middle + p.translation).z();
-  if (!(depth > 0.0)) return "its middle lies " + short_number_text(-depth) + " mm behind the camera";
-  const std::optional<Vec2> pixel = camera.project(middle);
-  if (!pixel) return "its middle lies far outside the picture";
-  return "its middle lies at pixel (" + short_number_text(std::round(pixel->x())) + ", " + short_number_text(std::round(pixel->y())) +
-         "), " + short_number_text(depth) + " mm in front of the camera";
-}
-
 [[noreturn]] void fail_unseen(const IngestWork& work, const std::string& what) {
   const ScanSource& scan = *work.project.scan;
   throw IoError(scan.mesh.string(), what + ": " + where_it_lies(*work.scan_mesh, scan.camera_mm) + "; check `unit` and the camera's pose");

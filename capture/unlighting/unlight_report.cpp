@@ -68,18 +68,23 @@ std::string samples_file(std::size_t light) {
 
 std::string sample_state_name(SampleState state) { return kStateNames[static_cast<std::size_t>(state)]; }
 
+std::array<float, 3> sample_state_color(SampleState state) {
+  constexpr std::array<std::array<float, 3>, kNumSampleStates> kColors{
+      {{0.2f, 0.2f, 0.2f}, {0.6f, 0.6f, 0.58f}, {0.0f, 0.0f, 0.0f}, {0.05f, 0.1f, 0.8f}, {0.8f, 0.0f, 0.6f}, {0.0f, 0.6f, 0.7f}, {0.9f, 0.05f, 0.02f}}};
+  return kColors[static_cast<std::size_t>(state)];
+}
+
 ImageF samples_picture(const UnlightInput& input, const UnlightResult& result, int light) {
   const ImageF& photo = input.photos[static_cast<std::size_t>(light)];
   const float white = std::max(1e-9f, percentile_of(photo, result.mask, 0.99));
-  constexpr std::array<std::array<float, 3>, kNumSampleStates> kColors{
-      {{0.2f, 0.2f, 0.2f}, {0, 0, 0}, {0.0f, 0.0f, 0.0f}, {0.05f, 0.1f, 0.8f}, {0.8f, 0.0f, 0.6f}, {0.0f, 0.6f, 0.7f}, {0.9f, 0.05f, 0.02f}}};
   ImageF out(photo.width(), photo.height(), 3);
   for (int y = 0; y < out.height(); ++y) {
     for (int x = 0; x < out.width(); ++x) {
-      const auto state = static_cast<std::size_t>(result.samples.at(x, y, light));
+      const auto state = static_cast<SampleState>(result.samples.at(x, y, light));
+      const std::array<float, 3> color = sample_state_color(state);
       const float gray = std::clamp(luminance(photo.pixel(x, y)) / white, 0.0f, 1.0f);
       for (std::size_t c = 0; c < 3; ++c) {
-        out.at(x, y, static_cast<int>(c)) = state == static_cast<std::size_t>(SampleState::Clean) ? gray : kColors[state][c];
+        out.at(x, y, static_cast<int>(c)) = state == SampleState::Clean ? gray : color[c];
       }
     }
   }

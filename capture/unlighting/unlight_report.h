@@ -2,6 +2,7 @@
 /// Pictures and a page of what an unlighting did.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -14,7 +15,11 @@ namespace patinate {
 /// Names of the states of samples, by SampleState: "clean", "cast_shadow", ...
 [[nodiscard]] std::string sample_state_name(SampleState state);
 
-/// What became of one lamp's samples, as colours over the photograph: gray = clean, blue = cast shadow, cyan = darker, red = brighter, magenta = not valid, black = unlit.
+/// The colour that stands for a state in every picture, linear: blue = cast shadow, cyan = darker, red = brighter, magenta = not valid, black = unlit,
+/// light gray = clean, dark gray = outside.
+[[nodiscard]] std::array<float, 3> sample_state_color(SampleState state);
+
+/// What became of one lamp's samples, as sample_state_color() over the photograph, which shows where they are clean.
 /// @returns H x W x 3, linear.
 [[nodiscard]] ImageF samples_picture(const UnlightInput& input, const UnlightResult& result, int light);
 /// Normals as colours in the camera's axes: red right, green up, blue to the camera. Codes, H x W x 3.

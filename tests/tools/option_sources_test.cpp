@@ -6,43 +6,13 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "tests/support/filter_command.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
 namespace {
 
-struct FilterOptions {
-  double sigma = 2.0;
-  int bins = 8;
-  bool exact = false;
-  std::array<double, 3> direction{0, 1, 0};
-};
-void describe(OptionVisitor& v, FilterOptions& o) {
-  v.visit({"sigma", "Width", "px", above(0)}, o.sigma);
-  v.visit({"bins", "Bins", "", between(2, 64)}, o.bins);
-  v.visit({"exact", "Slowly"}, o.exact);
-  v.visit({"direction", "Direction"}, std::span<double>(o.direction));
-}
-
-/// A command `filter` with one of everything.
-struct Filter {
-  CommandLine line{"filter", "Filters."};
-  FilterOptions options;
-  std::vector<std::string> names;
-  std::vector<double> times;
-  std::optional<double> time;
-  std::filesystem::path output;
-
-  Filter() {
-    line.output("OUT", "Made", output);
-    line.options(options);
-    line.repeated("name", "NAME", "Names", names);
-    line.numbers("times", "T,T", "Times", times);
-    line.option("time", "T", "Time", time);
-    line.alternatives({"time", "times"});
-  }
-  std::vector<CommandDeclaration> commands() const { return {line.declaration(), CommandLine("other", "").declaration()}; }
-
+struct Filter : testing_support::FilterCommand {
   /// With the text of a --config file.
   void run(const std::string& toml, std::vector<std::string> words = {}, const Environment& environment = {}) {
     const testing_support::TempFolder temp;

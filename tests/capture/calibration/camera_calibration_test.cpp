@@ -8,9 +8,13 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/random.h"
+#include "tests/support/errors.h"
 
 namespace patinate {
 namespace {
+
+using testing_support::error_of;
+using testing_support::has;
 
 CameraParameters true_camera(bool has_lens = true) {
   CameraParameters p;
@@ -60,7 +64,7 @@ Views views_of(const CameraParameters& truth, int num, double tilt, double sigma
 }
 
 /// Estimate less truth in the order of the covariance.
-Eigen::VectorXd error_of(const CameraCalibration& c, const CameraParameters& truth) {
+Eigen::VectorXd deviation_of(const CameraCalibration& c, const CameraParameters& truth) {
   Eigen::VectorXd e(kNumCameraNumbers);
   const CameraParameters& p = c.camera;
   e.head<4>() << p.fx - truth.fx, p.fy - truth.fy, p.cx - truth.cx, p.cy - truth.cy;
@@ -70,23 +74,12 @@ Eigen::VectorXd error_of(const CameraCalibration& c, const CameraParameters& tru
   return e;
 }
 
-std::string message_of(const auto& call) {
-  try {
-    call();
-  } catch (const InvalidInput& e) {
-    return e.what();
-  }
-  return "";
-}
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST(CameraCalibration, ExactPixelsGiveTheCameraToRounding) {
   const CameraParameters truth = true_camera();
   const Views views = views_of(truth, 6, 0.5, 0.0, 1);
   const CameraCalibration c = calibrate_camera(1600, 1200, views.targets, views.scanner);
   EXPECT_EQ(c.status, CalibrationStatus::Converged);
-  const Eigen::VectorXd e = error_of(c, truth);
+  const Eigen::VectorXd e = deviation_of(c, truth);
   constexpr double kRoundingPx = 1e-6;
   EXPECT_LT(e.head<4>().norm(), kRoundingPx);
   EXPECT_LT(e.segment<8>(4).norm(), 1e-8);
@@ -105,7 +98,7 @@ TEST(CameraCalibration, NoiseMovesEveryNumberByWhatTheCovarianceSays) {
     const CameraCalibration c = calibrate_camera(1600, 1200, views.targets, views.scanner);
     ASSERT_EQ(c.status, CalibrationStatus::Converged);
     EXPECT_NEAR(c.sigma_px, 0.2, 0.02);
-    const Eigen::VectorXd e = error_of(c, truth);
+    const Eigen::VectorXd e = deviation_of(c, truth);
     for (int i = 0; i < kNumCameraNumbers; ++i) {
       const double sd = std::sqrt(c.covariance(i, i));
       if (i == 8) {
@@ -132,7 +125,7 @@ TEST(CameraCalibration, WrongPointsCountLittleAndAreCounted) {
   EXPECT_EQ(c.status, CalibrationStatus::Converged);
   EXPECT_GE(c.views[2].num_outliers, 1);
   EXPECT_GE(c.views[6].num_outliers, 1);
-  const Eigen::VectorXd e = error_of(c, truth);
+  const Eigen::VectorXd e = deviation_of(c, truth);
   for (int i = 0; i < kNumCameraNumbers; ++i) {
     if (i == 8) continue;
     EXPECT_LT(std::abs(e[i]), 6 * std::sqrt(c.covariance(i, i))) << camera_number_name(i);
@@ -144,7 +137,7 @@ TEST(CameraCalibration, ScannerPointsAloneDoWhenTheyFillABox) {
   const Views views = views_of(truth, 0, 0.0, 0.0, 4);
   const CameraCalibration c = calibrate_camera(1600, 1200, {}, views.scanner, {.lens = LensTerms::None});
   EXPECT_EQ(c.status, CalibrationStatus::Converged);
-  EXPECT_LT(error_of(c, truth).head<4>().norm(), 1e-5);
+  EXPECT_LT(deviation_of(c, truth).head<4>().norm(), 1e-5);
 }
 
 TEST(CameraCalibration, FrontalViewsLeaveTheFocalLengthOpenAndSaySo) {
@@ -163,7 +156,7 @@ TEST(CameraCalibration, MistakesAreNamed) {
   const auto error = [&](const auto& change) {
     Views views = good;
     change(views);
-    return message_of([&] { (void)calibrate_camera(1600, 1200, views.targets, views.scanner); });
+    return error_of([&] { (void)calibrate_camera(1600, 1200, views.targets, views.scanner); });
   };
   EXPECT_EQ(error([](Views&) {}), "");
   EXPECT_TRUE(has(error([](Views& v) { v.targets[1].pixels.pop_back(); }), "view 2: 63 points, but 62 pixels"));

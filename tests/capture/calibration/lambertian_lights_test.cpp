@@ -11,9 +11,13 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/random.h"
+#include "tests/support/errors.h"
 
 namespace patinate {
 namespace {
+
+using testing_support::error_of;
+using testing_support::has;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -71,18 +75,6 @@ double worst_mm(const LambertianLightResult& result) {
   for (std::size_t k = 0; k < kPositions.size(); ++k) worst = std::max(worst, (result.lights[k].light.position - kPositions[k]).norm());
   return worst;
 }
-
-template <class Call>
-std::string message_of(Call&& call) {
-  try {
-    call();
-  } catch (const InvalidInput& e) {
-    return e.what();
-  }
-  return "";
-}
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(LambertianLights, AreExactWithoutNoise) {
   const LambertianLightResult result = solve(3, {}, {.albedo = 0.8});
@@ -161,7 +153,7 @@ TEST(LambertianLights, BlackWhiteAndWrongSamplesAreNamed) {
   const auto error = [](const auto& change) {
     std::vector<ShadedSample> samples = planes(camera_above(), kPositions[0], 2, {}, 1);
     change(samples);
-    return message_of([&] { (void)lights_from_lambertian(camera_above(), {samples}); });
+    return error_of([&] { (void)lights_from_lambertian(camera_above(), {samples}); });
   };
   EXPECT_EQ(error([](auto&) {}), "");
   EXPECT_TRUE(has(error([](auto& s) { s.resize(10); }), "light 1: too few samples"));
@@ -169,7 +161,7 @@ TEST(LambertianLights, BlackWhiteAndWrongSamplesAreNamed) {
   EXPECT_TRUE(has(error([](auto& s) { for (auto& v : s) v.value.setOnes(); }), "light 1: nearly all samples are saturated"));
   EXPECT_TRUE(has(error([](auto& s) { s[3].normal *= 2; }), "normal is not of length 1"));
   EXPECT_TRUE(has(error([](auto& s) { s[3].value[1] = std::nan(""); }), "not finite"));
-  EXPECT_TRUE(has(message_of([] { (void)lights_from_lambertian(camera_above(), {}); }), "at least one light"));
+  EXPECT_TRUE(has(error_of([] { (void)lights_from_lambertian(camera_above(), {}); }), "at least one light"));
 }
 
 }  // namespace

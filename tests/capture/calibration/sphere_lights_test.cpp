@@ -14,6 +14,7 @@
 #include "libcommon/geometry/light_io.h"
 #include "libcommon/image/image_io.h"
 #include "tests/capture/calibration/mirror_scene.h"
+#include "tests/support/errors.h"
 #include "tests/support/test_data.h"
 
 namespace patinate {
@@ -39,15 +40,6 @@ Highlights highlights_of(const MirrorScene& scene, const std::vector<Vec3>& ligh
   return highlights;
 }
 
-std::string error_of(const auto& call) {
-  try {
-    call();
-  } catch (const InvalidInput& e) {
-    return e.what();
-  }
-  return "";
-}
-
 TEST(SphereFit, FindsTheCentreOfASphereFromItsOutline) {
   const MirrorScene scene = four_spheres();
   RandomStream random(1, 0, 0);
@@ -71,7 +63,7 @@ TEST(SphereFit, SaysWhatIsNoSphereOrOutOfThePicture) {
   sphere.outline_px = outline_of_circle({-60, 500}, 40);
   EXPECT_EQ(fit_sphere(camera, sphere).status, SphereFitStatus::OutOfPicture);
   sphere.outline_px.resize(4);
-  EXPECT_NE(error_of([&] { (void)fit_sphere(camera, sphere); }).find("at least 5 points"), std::string::npos);
+  EXPECT_TRUE(has(error_of([&] { (void)fit_sphere(camera, sphere); }), "at least 5 points"));
 }
 
 TEST(SphereLights, AreExactWithoutNoise) {

@@ -12,6 +12,8 @@
 #include "libcommon/core/files.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
+#include "tests/capture/ingest/ingest_folder.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
@@ -19,6 +21,9 @@ namespace patinate {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::has;
+using testing_support::ingest;
+using testing_support::ingest_error;
 using testing_support::TempFolder;
 
 constexpr int kWidth = 24, kHeight = 16;
@@ -43,24 +48,6 @@ void write_project(const fs::path& folder, const std::string& more = "",
                    R"({"format": "patinate.capture", "version": 1, "name": "test", "kind": "fixed", "frames": )" + frames +
                        (more.empty() ? "" : ", " + more) + "}");
 }
-
-HistoryReader ingest(const fs::path& folder, const IngestOptions& options = {}, const RunControl& control = {}) {
-  const CaptureProject project = read_capture_project(folder / "capture.json");
-  (void)run_job(plan_ingest(project, options, folder / "out"), {}, control);
-  return HistoryReader(folder / "out");
-}
-
-/// The error of ingesting what lies in a folder; "" when there is none.
-std::string ingest_error(const fs::path& folder) {
-  try {
-    (void)ingest(folder);
-  } catch (const InvalidInput& e) {
-    return e.what();
-  }
-  return "";
-}
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(Ingest, WritesTheLinearPhotographsAtTheirTimes) {
   const TempFolder folder;

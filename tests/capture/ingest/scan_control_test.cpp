@@ -12,13 +12,18 @@
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
+#include "tests/capture/ingest/ingest_folder.h"
 #include "tests/libcommon/geometry/shapes.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::has;
+using testing_support::ingest;
+using testing_support::ingest_error;
 using testing_support::make_icosphere;
 using testing_support::make_patch;
 using testing_support::TempFolder;
@@ -149,22 +154,6 @@ void write_project(const fs::path& folder, const std::string& more, const std::s
                        "frames": {"pattern": "frames/*.png", "interval": 1}, "scan": {"mesh": "relief.obj", "camera": )" +
                        camera + "}" + more + "}");
 }
-
-HistoryReader ingest(const fs::path& folder, const IngestOptions& options = {}) {
-  (void)run_job(plan_ingest(read_capture_project(folder / "capture.json"), options, folder / "out"), {}, {});
-  return HistoryReader(folder / "out");
-}
-
-std::string ingest_error(const fs::path& folder) {
-  try {
-    (void)ingest(folder);
-  } catch (const InvalidInput& e) {
-    return e.what();
-  }
-  return "";
-}
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(IngestScan, GivesAccessibilityMapsAndAMask) {
   const TempFolder folder;

@@ -12,11 +12,14 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/camera_io.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
 namespace {
 
+using testing_support::error_of;
+using testing_support::has;
 using testing_support::TempFolder;
 
 CameraParameters lens() {
@@ -28,19 +31,6 @@ CameraParameters lens() {
   p.translation = {12.0, -7.0, 150.0};
   return p;
 }
-
-/// The error of a call; "" when there is none.
-template <class Call>
-std::string error_of(Call&& call) {
-  try {
-    call();
-  } catch (const InvalidInput& e) {
-    return e.what();
-  }
-  return "";
-}
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(Camera, RaysLeadBackToTheirPixels) {
   const Camera camera(lens());

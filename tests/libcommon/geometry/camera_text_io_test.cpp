@@ -11,11 +11,14 @@
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/camera_io.h"
 #include "libcommon/geometry/opencv_file.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
 namespace {
 
+using testing_support::error_of;
+using testing_support::has;
 using testing_support::TempFolder;
 
 constexpr double kRounding = 1e-12;
@@ -48,18 +51,6 @@ dish0001.png 3300.500000 0.000000 316.750000 0.000000 3325.500000 200.250000 0.0
 dish0002.png 3300.500000 0.000000 316.750000 0.000000 3325.500000 200.250000 0.000000 0.000000 1.000000 0.36000000000000000000 0.48000000000000000000 -0.80000000000000000000 -0.80000000000000000000 0.60000000000000000000 0.00000000000000000000 0.48000000000000000000 0.64000000000000000000 0.60000000000000000000 0.25 -0.5 0.75
 )";
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-template <class Call>
-std::string error_of(Call&& call) {
-  try {
-    call();
-  } catch (const IoError& e) {
-    return e.what();
-  }
-  return "";
-}
-
 struct ColmapModel {
   explicit ColmapModel(const std::string& cameras = kColmapCameras, const std::string& images = kColmapImages) {
     write_atomically(folder / "cameras.txt", cameras);
@@ -91,13 +82,13 @@ TEST(ColmapCamera, ReadsEveryLensModelOfAFileThatColmapWrote) {
 
 TEST(ColmapCamera, NamesWhatItCannotRead) {
   const ColmapModel model;
-  const auto error = [&](const char* image) { return error_of([&] { (void)read_colmap_camera(model.folder.path(), image); }); };
+  const auto error = [&](const char* image) { return error_of<IoError>([&] { (void)read_colmap_camera(model.folder.path(), image); }); };
   EXPECT_TRUE(has(error("fish.jpg"), "cameras.txt: line 7: the lens model `OPENCV_FISHEYE` is not read"));
   EXPECT_TRUE(has(error("other.jpg"), "no image `other.jpg`; expected one of first.png, second.png"));
   EXPECT_TRUE(has(error(""), "several images"));
   const auto changed = [](const std::string& cameras, const std::string& images) {
     const ColmapModel bad(cameras, images);
-    return error_of([&] { (void)read_colmap_camera(bad.folder.path()); });
+    return error_of<IoError>([&] { (void)read_colmap_camera(bad.folder.path()); });
   };
   EXPECT_TRUE(has(changed(kColmapCameras, "1 1 0 0 0 0 0 1 9 a.png\n\n"), "no camera 9"));
   EXPECT_TRUE(has(changed(kColmapCameras, "1 1 0 0 0 0 0 1 1\n\n"), "line 1: expected IMAGE_ID"));
@@ -127,7 +118,7 @@ TEST(MiddleburyCamera, MistakesAreNamedWithTheirLine) {
   const TempFolder folder;
   const auto error = [&](const std::string& text) {
     write_atomically(folder / "a_par.txt", text);
-    return error_of([&] { (void)read_middlebury_camera(folder / "a_par.txt", "", 640, 480); });
+    return error_of<IoError>([&] { (void)read_middlebury_camera(folder / "a_par.txt", "", 640, 480); });
   };
   const std::string rest = " 3300 0 316 0 3300 200 0 0 1 1 0 0 0 1 0 0 0 1 0 0 1\n";
   EXPECT_EQ(error("1\na.png" + rest), "");
@@ -148,7 +139,7 @@ TEST(CameraIo, OneImageOfSeveralIsChosenInTheProject) {
   };
   EXPECT_EQ(camera(R"({"file": "images.txt", "image": "second.png"})").parameters().translation, Vec3(0, 0, 100000));
   EXPECT_EQ(camera(R"({"file": "dish_par.txt", "image": "dish0001.png", "width": 640, "height": 480})").parameters().height, 480);
-  EXPECT_TRUE(has(error_of([&] { (void)camera(R"({"file": "dish_par.txt", "image": "dish0001.png"})"); }), "width"));
+  EXPECT_TRUE(has(error_of<IoError>([&] { (void)camera(R"({"file": "dish_par.txt", "image": "dish0001.png"})"); }), "width"));
 }
 
 TEST(CameraIo, WhatWeWriteOpenCvReads) {
@@ -196,7 +187,7 @@ TEST(OpenCvFile, NestingHiddenInStringsAndCommentsDoesNotMatter) {
   for (int i = 0; i < 100'000; ++i) bullets += " - ", tags += "<a>";
   EXPECT_EQ(reads("a.yml", bullets), (std::vector<double>{7}));
   EXPECT_EQ(reads("a.xml", tags + " --><a>1 2</a></opencv_storage>"), (std::vector<double>{1, 2}));
-  EXPECT_TRUE(has(error_of([&] { (void)reads("a.xml", tags + " --><a><b><c>" + tags.substr(40)); }), "no OpenCV calibration"));
+  EXPECT_TRUE(has(error_of<IoError>([&] { (void)reads("a.xml", tags + " --><a><b><c>" + tags.substr(40)); }), "no OpenCV calibration"));
 }
 
 TEST(OpenCvFile, ReadsEveryFormThatOpenCvWrites) {

@@ -1,0 +1,17 @@
+#include "tests/capture/ingest/ingest_folder.h"
+
+#include "tests/support/errors.h"
+
+namespace patinate::testing_support {
+
+HistoryReader ingest(const std::filesystem::path& folder, const IngestOptions& options, const RunControl& control) {
+  const CaptureProject project = read_capture_project(folder / "capture.json");
+  (void)run_job(plan_ingest(project, options, folder / "out"), {}, control);
+  return HistoryReader(folder / "out");
+}
+
+std::string ingest_error(const std::filesystem::path& folder) {
+  return error_of([&] { (void)ingest(folder); });
+}
+
+}  // namespace patinate::testing_support

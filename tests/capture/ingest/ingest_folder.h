@@ -1,0 +1,19 @@
+/// \file
+/// Ingesting the project that lies in a folder, as most tests of ingest do.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "capture/ingest/ingest.h"
+#include "libcommon/core/run_control.h"
+#include "libcommon/history/history.h"
+
+namespace patinate::testing_support {
+
+/// Of `folder / "capture.json"` into `folder / "out"`.
+[[nodiscard]] HistoryReader ingest(const std::filesystem::path& folder, const IngestOptions& options = {}, const RunControl& control = {});
+/// What that says; "" when nothing is wrong.
+[[nodiscard]] std::string ingest_error(const std::filesystem::path& folder);
+
+}  // namespace patinate::testing_support

@@ -1,0 +1,140 @@
+#include "simulation/atlas/surface_atlas.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/parallel.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kSearchRadius = 2;  // texels: a point in a triangle lies at most 0.71 from the centre of one that its chart may not own
+
+SurfacePoint middle_of(int triangle) { return {.triangle = triangle, .b1 = 1.0 / 3.0, .b2 = 1.0 / 3.0}; }
+
+void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
+  if (map.num_covered() == 0) throw InvalidInput("no texel of the atlas is covered; raise its resolution");
+  if (map.num_overlapping() * 100 <= map.num_covered()) return;
+  // Which object it is: each alone on a grid of its own.
+  std::string names;
+  for (std::size_t i = 0; i < scene_mesh.mesh.surfaces.size(); ++i) {
+    const std::string& name = scene_mesh.mesh.surfaces[i].node;
+    const TexelMap alone(select_surfaces(scene_mesh.mesh, name, ""), std::min(map.width(), 1024), std::min(map.height(), 1024));
+    if (alone.num_overlapping() * 100 > alone.num_covered()) names += (names.empty() ? "'" : ", '") + name + "'";
+  }
+  throw InvalidInput("the UVs of object " + (names.empty() ? std::string("(several together)") : names) +
+                     " overlap: places would share their texels; let the scene unwrap it (\"atlas\": \"unwrap\")");
+}
+
+}  // namespace
+
+SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const RunControl& control)
+    : grid_{.width = resolution, .height = resolution}, object_(scene_mesh.object) {
+  const TexelMap map(scene_mesh.mesh, resolution, resolution, control.part(0.0, 0.5));
+  check_overlap(scene_mesh, map);
+  num_covered_ = map.num_covered();
+  median_texel_size_mm_ = map.median_texel_size_mm();
+  const auto num_triangles = static_cast<std::size_t>(scene_mesh.mesh.num_triangles());
+  weight_.resize(num_triangles);
+  step_.resize(num_triangles);
+  corner_texels_.resize(num_triangles);
+  chart_.assign(num_triangles, -1);
+  fallback_.assign(num_triangles, kNoTexel);
+  const double median_area = median_texel_size_mm_ * median_texel_size_mm_;
+  const auto index_of = [&](TexelId t) {
+    return t < 0 ? kNoTexel : grid_.index(static_cast<int>(t % map.width()), static_cast<int>(t / map.width()));
+  };
+  parallel_for(static_cast<std::int64_t>(num_triangles), 4096, control.part(0.5, 0.6), [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) {
+      const auto t = static_cast<std::size_t>(i);
+      const Eigen::Matrix<double, 3, 2> step = map.mm_per_texel(static_cast<int>(i));
+      step_[t] = step.cast<float>();
+      const double weight = std::round(kMedianWeight * step.col(0).cross(step.col(1)).norm() / median_area);
+      weight_[t] = static_cast<std::uint16_t>(weight >= 1.0 ? std::min<double>(weight, kMaxWeight) : 1.0);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2& uv = map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[t][k])];
+        corner_texels_[t][2 * k] = static_cast<float>(uv.x() * map.width() - 0.5);
+        corner_texels_[t][2 * k + 1] = static_cast<float>((1.0 - uv.y()) * map.height() - 0.5);
+      }
+      const TexelId texel = map.texel_of(middle_of(static_cast<int>(i)));
+      fallback_[t] = index_of(texel);
+      if (texel >= 0) chart_[t] = map.chart(texel);
+    }
+  });
+  triangle_.assign(grid_.num_texels(), -1);
+  std::vector<std::vector<std::pair<TexelIndex, std::array<TexelIndex, 4>>>> rows(static_cast<std::size_t>(map.height()));
+  parallel_for(map.height(), 16, control.part(0.6, 1.0), [&](std::int64_t begin, std::int64_t end) {
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < map.width(); ++x) {
+        const TexelId id = std::int64_t{y} * map.width() + x;
+        if (!map.is_covered(id)) continue;
+        const SurfacePoint point = map.point(id);
+        const TexelIndex here = grid_.index(x, y);
+        triangle_[here] = point.triangle;
+        constexpr int kStepX[4] = {1, -1, 0, 0};
+        constexpr int kStepY[4] = {0, 0, 1, -1};
+        std::array<TexelIndex, 4> around{};
+        bool is_plain = true;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const int nx = x + kStepX[k], ny = y + kStepY[k];
+          const bool is_on_grid = nx >= 0 && ny >= 0 && nx < map.width() && ny < map.height();
+          const TexelId beside = is_on_grid ? std::int64_t{ny} * map.width() + nx : -1;
+          if (beside >= 0 && map.is_covered(beside) && map.chart(beside) == map.chart(id)) {
+            around[k] = index_of(beside);
+            continue;
+          }
+          is_plain = false;
+          const Vec3 step = map.mm_per_texel(point.triangle) * Vec2(kStepX[k], kStepY[k]);
+          const SurfacePoint there = map.walk(point, step);
+          around[k] = there.triangle < 0 ? kNoTexel : index_of(map.texel_of(there));
+          if (around[k] == here) around[k] = kNoTexel;
+        }
+        if (!is_plain) rows[static_cast<std::size_t>(y)].emplace_back(here, around);
+      }
+    }
+  });
+  std::vector<std::pair<TexelIndex, std::array<TexelIndex, 4>>> all;
+  for (const auto& row : rows) all.insert(all.end(), row.begin(), row.end());
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [texel, around] : all) {
+    border_.push_back(texel);
+    border_neighbors_.push_back(around);
+  }
+}
+
+TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
+  const auto t = static_cast<std::size_t>(triangle);
+  const std::array<float, 6>& c = corner_texels_[t];
+  const double b0 = 1.0 - b1 - b2;
+  const double px = b0 * double{c[0]} + b1 * double{c[2]} + b2 * double{c[4]};
+  const double py = b0 * double{c[1]} + b1 * double{c[3]} + b2 * double{c[5]};
+  const int x = std::clamp(static_cast<int>(std::floor(px + 0.5)), 0, grid_.width - 1);
+  const int y = std::clamp(static_cast<int>(std::floor(py + 0.5)), 0, grid_.height - 1);
+  const auto belongs = [&](TexelIndex texel) {
+    return triangle_[texel] >= 0 && chart_[static_cast<std::size_t>(triangle_[texel])] == chart_[t];
+  };
+  const TexelIndex here = grid_.index(x, y);
+  if (belongs(here)) return here;
+  TexelIndex best = kNoTexel;
+  double best_distance = 1e30;
+  for (int ny = std::max(0, y - kSearchRadius); ny <= std::min(grid_.height - 1, y + kSearchRadius); ++ny) {
+    for (int nx = std::max(0, x - kSearchRadius); nx <= std::min(grid_.width - 1, x + kSearchRadius); ++nx) {
+      const double distance = (nx - px) * (nx - px) + (ny - py) * (ny - py);
+      if (distance >= best_distance || !belongs(grid_.index(nx, ny))) continue;
+      best = grid_.index(nx, ny);
+      best_distance = distance;
+    }
+  }
+  return best != kNoTexel ? best : fallback_[t];
+}
+
+std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {
+  const auto found = std::lower_bound(border_.begin(), border_.end(), t);
+  if (found != border_.end() && *found == t) return border_neighbors_[static_cast<std::size_t>(found - border_.begin())];
+  const int x = grid_.x(t), y = grid_.y(t);
+  return {grid_.index(x + 1, y), grid_.index(x - 1, y), grid_.index(x, y + 1), grid_.index(x, y - 1)};
+}
+
+}  // namespace patinate

@@ -1,0 +1,79 @@
+/// \file
+/// What is constant in a simulation's atlas: which triangle a texel shows, how large it is, and which texels are its neighbours.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "libcommon/atlas/texel_map.h"
+#include "libcommon/core/run_control.h"
+#include "simulation/atlas/tile_grid.h"
+#include "simulation/scene/scene.h"
+
+namespace patinate {
+
+inline constexpr TexelIndex kNoTexel = 0xFFFFFFFFu;
+
+/// All objects of a scene as one mesh whose UVs share one atlas.
+struct SceneMesh {
+  Mesh mesh;                               ///< World, mm, with normals; UVs over the whole atlas.
+  std::vector<std::uint16_t> object;       ///< Of each triangle.
+  std::vector<std::array<double, 3>> uv_squares;  ///< Per object: its unit square lies at (u, v) with this side (u, v, side).
+};
+
+/// Puts the objects' unit squares into one, larger ones for larger surfaces, `gutter` texels apart, and the objects into the world.
+/// @throws InvalidInput naming the object without UVs, with UVs outside [0, 1], or with no area; or that they do not fit.
+[[nodiscard]] SceneMesh make_scene_mesh(const Scene& scene, int gutter = 4);
+/// The same layout, objects at other places. @throws InvalidInput if the objects are others.
+void place_objects(SceneMesh& scene_mesh, const Scene& scene);
+
+/// Texels of a scene's surface in tile order. Everything is an integer or a plain array, so that another device can share it.
+/// Memory: 4 bytes a texel, and 16 for each on a chart's border.
+class SurfaceAtlas {
+ public:
+  /// A texel of median size has this weight; others in proportion to their area, at least 1. Amount * weight = mass, so that
+  /// conservation is of mass (libcommon/atlas has the areas).
+  static constexpr std::uint32_t kMedianWeight = 256;
+  static constexpr std::uint32_t kMaxWeight = 65535;
+
+  /// @throws InvalidInput if more than a hundredth of the covered texels are wanted by two triangles ("UVs overlap"), or none is covered.
+  SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const RunControl& control = {});
+
+  [[nodiscard]] const TileGrid& grid() const { return grid_; }
+  [[nodiscard]] bool is_covered(TexelIndex t) const { return triangle_[t] >= 0; }
+  /// -1 outside the charts.
+  [[nodiscard]] int triangle(TexelIndex t) const { return triangle_[t]; }
+  [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
+  /// Area weight of the texels of a triangle, [1, kMaxWeight].
+  [[nodiscard]] std::uint32_t weight_of_triangle(int triangle) const { return weight_[static_cast<std::size_t>(triangle)]; }
+  [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return weight_of_triangle(triangle_[t]); }
+  /// Columns: surface vectors (mm) of one texel step right and down, of a triangle as it stood at the beginning.
+  [[nodiscard]] const Eigen::Matrix<float, 3, 2>& mm_per_texel(int triangle) const { return step_[static_cast<std::size_t>(triangle)]; }
+  [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
+  [[nodiscard]] int num_triangles() const { return static_cast<int>(weight_.size()); }
+  /// Of a triangle.
+  [[nodiscard]] int object(int triangle) const { return object_[static_cast<std::size_t>(triangle)]; }
+
+  /// Texel that shows a surface point: that of its UV, or the nearest covered one beside it that belongs to the same chart; kNoTexel
+  /// when there is none (a triangle smaller than a texel's distance to the next centre).
+  [[nodiscard]] TexelIndex texel_of(int triangle, double b1, double b2) const;
+  /// Covered texels right, left, below and above on the surface, across seams; kNoTexel where the surface ends.
+  [[nodiscard]] std::array<TexelIndex, 4> neighbors(TexelIndex t) const;
+
+ private:
+  TileGrid grid_;
+  std::vector<std::int32_t> triangle_;             ///< Per texel.
+  std::vector<std::uint16_t> weight_;              ///< Per triangle.
+  std::vector<std::uint16_t> object_;              ///< Per triangle.
+  std::vector<Eigen::Matrix<float, 3, 2>> step_;   ///< Per triangle.
+  std::vector<std::array<float, 6>> corner_texels_;  ///< Per triangle: x, y of the three corners in texels.
+  std::vector<int> chart_;                         ///< Per triangle; -1 when it shows in no texel.
+  std::vector<TexelIndex> fallback_;               ///< Per triangle: the texel of its middle.
+  std::vector<TexelIndex> border_;                 ///< Sorted: texels whose neighbours are not simply those beside them.
+  std::vector<std::array<TexelIndex, 4>> border_neighbors_;
+  std::int64_t num_covered_ = 0;
+  double median_texel_size_mm_ = 0.0;
+};
+
+}  // namespace patinate

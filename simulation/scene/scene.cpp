@@ -1,0 +1,142 @@
+#include "simulation/scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+void check(bool is_right, const std::string& what, double found, const std::string& range) {
+  if (!is_right) throw InvalidInput(what + " is " + number_text(found) + "; use " + range);
+}
+
+void check_range(const std::string& what, double value, double low, double high) {
+  check(value >= low && value <= high, what, value, "[" + number_text(low) + ", " + number_text(high) + "]");
+}
+
+void check_positive(const std::string& what, double value) { check(value > 0.0 && std::isfinite(value), what, value, "more than 0"); }
+
+void check_finite(const std::string& what, const Vec3& value) {
+  if (!value.allFinite()) throw InvalidInput(what + " is not finite");
+}
+
+template <class Items>
+void check_names(const Items& items, const std::string& kind) {
+  std::set<std::string> names;
+  for (const auto& item : items) {
+    if (item.name.empty()) throw InvalidInput("an " + kind + " has no name");
+    if (!names.insert(item.name).second) throw InvalidInput("two " + kind + "s are called '" + item.name + "'; names are unique");
+  }
+}
+
+void check_materials(const Scene& scene) {
+  const std::size_t n = scene.materials.size();
+  if (n < 1 || n > kMaxMaterials) {
+    throw InvalidInput("the scene has " + std::to_string(n) + " materials; use 1 to " + std::to_string(kMaxMaterials));
+  }
+  if (std::set<std::string>(scene.materials.begin(), scene.materials.end()).size() != n) throw InvalidInput("two materials have one name");
+  if (scene.looks.size() != n) throw InvalidInput("there is not one look for each material");
+  for (std::size_t i = 0; i < n; ++i) {
+    const MaterialLook& look = scene.looks[i];
+    const std::string of = " of material '" + scene.materials[i] + "'";
+    check_range("the strength" + of, look.strength, 0.0, 1000.0);
+    check_range("the variation" + of, look.variation, 0.0, 1.0);
+    check_range("the specular change" + of, look.specular, -1.0, 1.0);
+    check_range("the specular variation" + of, look.specular_variation, 0.0, 1.0);
+    check_range("the height" + of, look.height_mm, -1e6, 1e6);
+    check_range("the height variation" + of, look.height_variation, 0.0, 1.0);
+  }
+}
+
+void check_emitter(const Emitter& emitter, const Scene& scene) {
+  const std::string of = " of emitter '" + emitter.name + "'";
+  check_finite("the position" + of, emitter.position_mm);
+  check_finite("the direction" + of, emitter.direction);
+  check(std::abs(emitter.direction.norm() - 1.0) < 1e-6, "the length of the direction" + of, emitter.direction.norm(), "a direction that is not 0");
+  for (const double size : emitter.size_mm) check_range("the size" + of, size, 0.0, 1e9);
+  check_range("the spread" + of, emitter.spread_deg, 0.0, 180.0);
+  check_positive("the speed" + of, emitter.speed_mm_s);
+  check_positive("the distance" + of, emitter.distance_mm);
+  check_range("the number of gammatons" + of, static_cast<double>(emitter.gammatons), 1, 1e7);
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    check_range("what it carries of '" + scene.materials[i] + "'," + of, emitter.carries[i], 0.0, 16.0);
+  }
+}
+
+void check_objects(const Scene& scene) {
+  if (scene.objects.empty()) throw InvalidInput("the scene has no objects");
+  check_names(scene.objects, "object");
+  for (const SceneObject& object : scene.objects) {
+    const std::string of = " of object '" + object.name + "'";
+    check_positive("the scale" + of, object.scale);
+    check_finite("the place" + of, object.translate_mm);
+    check_finite("the rotation" + of, object.rotate_deg);
+    check_range("the specular value" + of, object.preset.specular, 0.0, 1.0);
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+      check_range("the amount of '" + scene.materials[i] + "'" + of, object.preset.amounts[i], 0.0, 3.0);
+    }
+  }
+}
+
+void check_behaviour(const Behaviour& b) {
+  for (const double p : {b.bounce, b.floating, b.absorb}) check_range("a probability of the behaviour", p, 0.0, 1.0);
+  check(std::abs(b.bounce + b.floating + b.absorb - 1.0) < 1e-9, "bounce + float + absorb", b.bounce + b.floating + b.absorb, "1");
+  check_range("deceleration_bounce", b.deceleration_bounce, 0.0, 1.0);
+  check_range("deceleration_float", b.deceleration_float, 0.0, 1.0);
+}
+
+void check_tracing(const TracingOptions& t) {
+  check_positive("epsilon", t.epsilon_mm);
+  check_positive("reach", t.reach_mm);
+  check_range("pull", t.pull, 0.0, 1e6);
+  check_range("lobe_exponent_bounce", t.lobe_exponent_bounce, 0.0, 1e6);
+  check_range("lobe_exponent_float", t.lobe_exponent_float, 0.0, 1e6);
+  check_range("max_segments", t.max_segments, 1, 64);
+  check_range("rest_speed", t.rest_speed_mm_s, 0.0, 1e9);
+  check_range("rest_slope", t.rest_slope_deg, 0.0, 90.0);
+}
+
+}  // namespace
+
+Behaviour behaviour_of_slider(double s, double absorb) {
+  check_range("the slider", s, 0.0, 1.0);
+  check_range("absorb", absorb, 0.0, 1.0);
+  const double alive = 1.0 - absorb;
+  const double floats = std::clamp(3.0 * s - 1.0, 0.0, 1.0);
+  return {.bounce = alive - alive * floats,
+          .floating = alive * floats,
+          .absorb = absorb,
+          .deceleration_bounce = std::clamp(3.0 * s, 0.0, 1.0),
+          .deceleration_float = std::clamp(3.0 * s - 2.0, 0.0, 1.0)};
+}
+
+void check_scene(const Scene& scene) {
+  check_materials(scene);
+  check_objects(scene);
+  if (scene.emitters.empty()) throw InvalidInput("the scene has no emitters: nothing would happen");
+  check_names(scene.emitters, "emitter");
+  for (const Emitter& emitter : scene.emitters) check_emitter(emitter, scene);
+  check_behaviour(scene.behaviour);
+  check_tracing(scene.tracing);
+  check_range("the exchange ratio", scene.exchange.ratio, 0.0, 1.0);
+  check_range("contact", scene.exchange.contact, 0.0, 1e6);
+  for (const double rate : scene.exchange.rates) check_range("an exchange rate", rate, 0.0, 1.0);
+  if (scene.exchange.splat_texels != 1 && scene.exchange.splat_texels != 3 && scene.exchange.splat_texels != 5) {
+    throw InvalidInput("splat is " + std::to_string(scene.exchange.splat_texels) + "; use 1, 3 or 5 texels");
+  }
+  for (const Rule& rule : scene.rules) {
+    check_range("alpha of rule '" + rule.name + "'", rule.alpha, 0.0, 1e6);
+    for (const double share : rule.makes) check_range("what rule '" + rule.name + "' makes", share, 0.0, 1e3);
+    for (const double share : rule.uses) check_range("what rule '" + rule.name + "' uses", share, 0.0, 1e3);
+  }
+  check_finite("gravity", scene.gravity_mm_s2);
+  check_range("the atlas's resolution", scene.resolution, 16, 16384);
+  check_range("per_iteration", scene.time_per_iteration, 0.0, 1e9);
+}
+
+}  // namespace patinate

@@ -31,3 +31,17 @@ function(patinate_library name)
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE $<BUILD_INTERFACE:patinate_flags> ${arg_PRIVATE})
 endfunction()
+
+# patinate_kernels(a b ...): a_baseline.cpp, a_avx2.cpp and a_avx512.cpp in this folder, which include one source, get the flags of
+# their instruction set (libcommon/core/instruction_set.h chooses). Such sources hold no inline function of a header: the linker keeps
+# one of all copies, whatever it was compiled for.
+function(patinate_kernels)
+  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    return()
+  endif()
+  foreach(kernel ${ARGN})
+    set_source_files_properties(${kernel}_avx2.cpp PROPERTIES COMPILE_OPTIONS "-mavx2")
+    set_source_files_properties(${kernel}_avx512.cpp PROPERTIES
+      COMPILE_OPTIONS "-mavx512f;-mavx512bw;-mavx512dq;-mavx512vl;-mprefer-vector-width=512")
+  endforeach()
+endfunction()

@@ -1,0 +1,15 @@
+# patinate_embed(TARGET SYMBOL FILE): the text of FILE as `extern const std::string_view SYMBOL` of namespace patinate, so that an installed
+# program looks for no file. Declare it in a header of the target.
+function(patinate_embed target symbol file)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
+  file(READ "${file}" text)
+  set(source "${CMAKE_CURRENT_BINARY_DIR}/embedded_${symbol}.cpp")
+  file(CONFIGURE OUTPUT "${source}" @ONLY CONTENT [=[
+#include <string_view>
+namespace patinate {
+extern const std::string_view @symbol@;
+const std::string_view @symbol@ = R"embedded(@text@)embedded";
+}  // namespace patinate
+]=])
+  target_sources(${target} PRIVATE "${source}")
+endfunction()

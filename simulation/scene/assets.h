@@ -1,0 +1,12 @@
+/// \file
+/// What comes along with the program.
+#pragma once
+
+#include <string_view>
+
+namespace patinate {
+
+/// Default looks and presets: simulation/scene/assets/materials.json.
+extern const std::string_view kMaterialLibrary;
+
+}  // namespace patinate

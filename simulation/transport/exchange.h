@@ -1,0 +1,51 @@
+/// \file
+/// Material goes from gammatons to texels and back, for all contacts of an iteration at once. One contact is transfer.h's.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "libcommon/core/run_control.h"
+#include "simulation/atlas/material_atlas.h"
+#include "simulation/scene/scene.h"
+#include "simulation/transport/cargo.h"
+#include "simulation/transport/parameter_maps.h"
+
+namespace patinate {
+
+/// What an exchange has changed.
+struct ExchangeReport {
+  std::span<const TileIndex> dirty_tiles;  ///< With texels whose amounts changed; rising. Good until the next exchange.
+  std::array<std::int64_t, kMaxMaterials> dropped{};    ///< Mass from gammatons to the surface.
+  std::array<std::int64_t, kMaxMaterials> picked_up{};  ///< Mass from the surface to gammatons.
+};
+
+/// Exchanges material, keeping its working memory from call to call.
+class Exchanger {
+ public:
+  /// @param seed  Of the scene.
+  Exchanger(int num_materials, std::uint64_t seed);
+  ~Exchanger();
+  Exchanger(Exchanger&&) noexcept;
+  Exchanger& operator=(Exchanger&&) noexcept;
+
+  /// Every contact moves whole quanta between its gammaton's cargo and its texel: transfer_quanta() with transfer_randoms() of
+  /// (seed, gammaton, iteration). Contacts of one texel follow each other by gammaton. A splat wider than one texel is cut into parts
+  /// (splat.h) that exchange on their own; the cargo is dealt out to them in whole quanta, in the mean by their shares.
+  /// Mass is conserved exactly: what the cargo loses is what the texels win.
+  /// Same bits for any number of threads, order of contacts and instruction set.
+  /// @param contacts  Each gammaton at most once; covered texels of `atlas`; in the order of gammatons if it is to be fast.
+  /// @param options   Taken as checked (check_scene()).
+  /// @param maps      Recorded too, unless null.
+  /// @param control   Threads; an exchange that has begun is finished whatever `stop` says.
+  ExchangeReport exchange(std::span<const Contact> contacts, const ExchangeOptions& options, std::int64_t iteration, Cargo& cargo,
+                          MaterialAtlas& atlas, ParameterMaps* maps = nullptr, const RunControl& control = {});
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace patinate

@@ -1,0 +1,49 @@
+/// \file
+/// What a simulation remembers of each texel beyond its materials, for transfer and comparison; only what is asked for.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "simulation/scene/scene.h"
+#include "simulation/transport/paged_values.h"
+
+namespace patinate {
+
+struct ParameterMapChoice {
+  bool hits = false;       ///< Contacts ever (of a wide splat: at its middle).
+  bool last_hit = false;   ///< 1 + the last iteration with a contact; 0 = never.
+  bool residence = false;  ///< Iterations in which something was there, however much: times time_per_iteration, the "time of wetness".
+  std::array<bool, kMaxMaterials> deposited{};  ///< Mass ever dropped there, whatever happened to it since.
+};
+
+/// Maps in tile order; pages appear with the first contact. A map that was not asked for is null.
+class ParameterMaps {
+ public:
+  ParameterMaps(const TileGrid& grid, const ParameterMapChoice& choice);
+
+  [[nodiscard]] const ParameterMapChoice& choice() const { return choice_; }
+  /// What one contact leaves. Texels of different tiles may be recorded by several threads at once; those of one tile in a fixed order.
+  /// @param is_middle  Whether this is the middle of the gammaton's splat.
+  /// @param dropped    Mass by material that went to the texel.
+  void record(TexelIndex texel, std::int64_t iteration, bool is_middle, const std::array<std::uint32_t, kMaxMaterials>& dropped);
+
+  [[nodiscard]] PagedValues<std::uint32_t>* hits() const { return hits_.get(); }
+  /// There when last_hit or residence is asked for.
+  [[nodiscard]] PagedValues<std::uint32_t>* last_hit() const { return last_hit_.get(); }
+  [[nodiscard]] PagedValues<std::uint32_t>* residence() const { return residence_.get(); }
+  [[nodiscard]] PagedValues<std::uint64_t>* deposited(int material) const { return deposited_[static_cast<std::size_t>(material)].get(); }
+  /// Bytes of all pages.
+  [[nodiscard]] std::size_t memory() const;
+
+ private:
+  ParameterMapChoice choice_;
+  std::unique_ptr<PagedValues<std::uint32_t>> hits_;
+  std::unique_ptr<PagedValues<std::uint32_t>> last_hit_;
+  std::unique_ptr<PagedValues<std::uint32_t>> residence_;
+  std::array<std::unique_ptr<PagedValues<std::uint64_t>>, kMaxMaterials> deposited_;
+};
+
+}  // namespace patinate

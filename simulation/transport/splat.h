@@ -1,0 +1,33 @@
+/// \file
+/// Which texels a gammaton touches when it is wider than one texel, and what share of it lies on each.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "simulation/atlas/surface_atlas.h"
+
+namespace patinate {
+
+/// A texel and its share of a gammaton, in 1/Splat::kWhole.
+struct SplatPart {
+  TexelIndex texel = 0;
+  std::uint32_t share = 0;
+};
+
+/// Parts of one gammaton's splat; the first is the texel that was hit. Shares sum to kWhole.
+struct Splat {
+  static constexpr std::uint32_t kWhole = 4096;
+  static constexpr int kMaxParts = 64;  ///< Four steps in a plane reach 41; a surface may branch. What finds no place stays in the middle.
+
+  std::array<SplatPart, kMaxParts> parts{};
+  int num_parts = 0;
+};
+
+/// A splat `width` texels of median size wide: a lazy random walk (stay 1/2, 1/8 to each neighbour) over the surface, across seams, as
+/// many steps as its radius has texels of the size hit, at most 4. Its shares are near a Gaussian, alike in every chart whichever way
+/// it lies, and share(a from b) = share(b from a) where neighbours are mutual. What would walk off the surface's end stays.
+/// @param width  1, 3 or 5.
+[[nodiscard]] Splat splat_of(const SurfaceAtlas& surface, TexelIndex texel, int width);
+
+}  // namespace patinate

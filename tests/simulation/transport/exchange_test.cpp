@@ -1,0 +1,291 @@
+#include "simulation/transport/exchange.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "libcommon/core/random.h"
+#include "simulation/transport/splat.h"
+#include "simulation/transport/transfer.h"
+#include "tests/simulation/transport/transport_scene.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::random_cargo;
+using testing_support::random_contacts;
+using testing_support::seamed_plane;
+using testing_support::squeezed_plane;
+using testing_support::TransportScene;
+
+constexpr std::uint64_t kSeed = 11;
+const ExchangeOptions kOptions{.ratio = 0.6, .rates = {0.5, 0.0, 0.02}, .contact = 1.0, .splat_texels = 1};
+
+std::int64_t cargo_mass(const Cargo& cargo, std::size_t material) {
+  std::int64_t sum = 0;
+  for (const auto& mass : cargo.mass) sum += mass[material];
+  return sum;
+}
+
+RunControl threads(int n) {
+  RunControl control;
+  control.num_threads = n;
+  return control;
+}
+
+/// One contact after another, by gammaton, on a map of texels: what Exchanger must equal for splats of one texel.
+void exchange_slowly(std::vector<Contact> contacts, const ExchangeOptions& options, std::int64_t iteration, Cargo& cargo,
+                     const SurfaceAtlas& surface, std::map<std::pair<int, TexelIndex>, std::uint32_t>& amounts, std::set<TileIndex>& dirty) {
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.gammaton < b.gammaton; });
+  for (const Contact& contact : contacts) {
+    const std::uint32_t weight = surface.weight(contact.texel);
+    std::size_t active = 0;
+    const auto randoms = transfer_randoms(kSeed, contact.gammaton, iteration, 0, 8);
+    for (int m = 0; m < 3; ++m) {
+      const double rate = options.rates[static_cast<std::size_t>(m)];
+      if (rate == 0.0) continue;
+      std::uint32_t& amount = amounts.at({m, contact.texel});
+      std::uint32_t& mass = cargo.mass[contact.gammaton][static_cast<std::size_t>(m)];
+      const int quanta = transfer_quanta(transfer_shares(options.ratio, rate, options.contact, weight), amount, weight, mass, randoms[active++]);
+      if (quanta != 0) dirty.insert(TileGrid::tile_of(contact.texel));
+      amount -= static_cast<std::uint32_t>(quanta);
+      mass += static_cast<std::uint32_t>(quanta) * weight;
+    }
+  }
+}
+
+TEST(Exchanger, EqualsOneContactAfterAnother) {
+  for (const std::uint32_t n : {700u, 40'000u}) {  // sorted at once, and in sections
+    TransportScene scene = squeezed_plane(128);
+    std::map<std::pair<int, TexelIndex>, std::uint32_t> amounts;
+    for (int m = 0; m < 3; ++m) {
+      for (const TexelIndex t : scene.covered) amounts[{m, t}] = scene.atlas->amount(m, t);
+    }
+    Cargo cargo = random_cargo(n, 1.0, 1), slow_cargo = cargo;
+    Exchanger exchanger(3, kSeed);
+    for (int iteration = 0; iteration < 4; ++iteration) {
+      const std::vector<Contact> contacts = random_contacts(scene, n, static_cast<std::uint64_t>(iteration), 5);
+      std::set<TileIndex> dirty;
+      exchange_slowly(contacts, kOptions, iteration, slow_cargo, *scene.surface, amounts, dirty);
+      const std::int64_t before = scene.atlas->mass(0);
+      const ExchangeReport report = exchanger.exchange(contacts, kOptions, iteration, cargo, *scene.atlas, nullptr, threads(2));
+      EXPECT_EQ(scene.atlas->mass(0) - before, report.dropped[0] - report.picked_up[0]);
+      EXPECT_TRUE(std::equal(report.dirty_tiles.begin(), report.dirty_tiles.end(), dirty.begin(), dirty.end()));
+    }
+    EXPECT_EQ(cargo.mass, slow_cargo.mass);
+    for (const auto& [key, amount] : amounts) ASSERT_EQ(scene.atlas->amount(key.first, key.second), amount);
+  }
+}
+
+struct Outcome {
+  std::string hash;
+  std::vector<std::array<std::uint32_t, kMaxMaterials>> cargo;
+  std::vector<std::uint32_t> hits;
+  friend bool operator==(const Outcome&, const Outcome&) = default;
+};
+
+Outcome outcome_of(std::uint32_t n, int splat, int num_threads, bool is_shuffled) {
+  TransportScene scene = squeezed_plane(128);
+  Cargo cargo = random_cargo(n, 1.0, 1);
+  Exchanger exchanger(3, kSeed);
+  ParameterMaps maps(scene.surface->grid(), {.hits = true, .residence = true});
+  ExchangeOptions options = kOptions;
+  options.splat_texels = splat;
+  for (int iteration = 0; iteration < 2; ++iteration) {
+    std::vector<Contact> contacts = random_contacts(scene, n, static_cast<std::uint64_t>(iteration), 3);
+    RandomStream random(static_cast<std::uint64_t>(num_threads), 9);
+    for (std::uint32_t i = n; is_shuffled && i > 1; --i) std::swap(contacts[i - 1], contacts[random.below(i)]);
+    (void)exchanger.exchange(contacts, options, iteration, cargo, *scene.atlas, &maps, threads(num_threads));
+  }
+  Outcome out{scene.atlas->hash(), cargo.mass, {}};
+  for (const TexelIndex t : scene.covered) out.hits.push_back(maps.hits()->value(t) * 1000 + maps.residence()->value(t));
+  return out;
+}
+
+TEST(Exchanger, HasTheSameBitsForAnyThreadsAndOrder) {
+  for (const int splat : {1, 3, 5}) {
+    for (const std::uint32_t n : {1000u, 33'000u}) {
+      const Outcome one = outcome_of(n, splat, 1, false);
+      EXPECT_EQ(one, outcome_of(n, splat, 1, true)) << "shuffled";
+      for (const int num_threads : {2, 3, 8}) EXPECT_EQ(one, outcome_of(n, splat, num_threads, num_threads == 3)) << splat << " " << n << " " << num_threads;
+    }
+  }
+}
+
+TEST(Exchanger, ConservesEveryQuantumForEveryRatioAndRate) {
+  constexpr std::uint32_t kGammatons = 12'000;
+  RandomStream random(3, 3);
+  for (const int splat : {1, 5}) {
+    TransportScene scene = squeezed_plane(64);
+    Cargo cargo = random_cargo(kGammatons, 16.0, 2);
+    Exchanger exchanger(3, kSeed);
+    std::array<std::int64_t, 3> total{};
+    for (int m = 0; m < 3; ++m) total[static_cast<std::size_t>(m)] = scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m));
+    std::int64_t iteration = 0;
+    for (const double ratio : {0.0, 0.001, 0.3, 0.5, 1.0}) {
+      for (const double rate : {0.0, 1.0 / 4096, 0.1, 1.0}) {
+        const ExchangeOptions options{.ratio = ratio, .rates = {rate, rate, 1.0 - rate}, .contact = 1.0 + random.uniform(), .splat_texels = splat};
+        const std::vector<Contact> contacts = random_contacts(scene, kGammatons, static_cast<std::uint64_t>(iteration), 40);
+        (void)exchanger.exchange(contacts, options, iteration++, cargo, *scene.atlas);
+        for (int m = 0; m < 3; ++m) {
+          ASSERT_EQ(scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m)), total[static_cast<std::size_t>(m)]);
+        }
+      }
+    }
+  }
+}
+
+TEST(Exchanger, AFullTexelTakesNoMoreAndLosesNothing) {
+  TransportScene scene = squeezed_plane(64);
+  const TexelIndex texel = scene.covered[700];
+  scene.atlas->writable_tile(0, TileGrid::tile_of(texel))[texel % 64] = kMaxAmount;
+  Cargo cargo = random_cargo(50, 16.0, 4);
+  const Cargo before = cargo;
+  std::vector<Contact> contacts;
+  for (std::uint32_t g = 0; g < 50; ++g) contacts.push_back({texel, g});
+  Exchanger exchanger(1, kSeed);
+  const ExchangeReport report = exchanger.exchange(contacts, {.ratio = 1.0, .rates = {1.0}}, 0, cargo, *scene.atlas);
+  EXPECT_EQ(scene.atlas->amount(0, texel), kMaxAmount);
+  EXPECT_EQ(cargo.mass, before.mass);
+  EXPECT_TRUE(report.dirty_tiles.empty());
+}
+
+TEST(Exchanger, WashingClearsAWetPlaceAndRainFillsADryOne) {
+  // Many light gammatons over one texel: picking up alone leaves (1 - up)^n of it, in the mean over texels.
+  TransportScene scene = squeezed_plane(64);
+  Exchanger exchanger(3, kSeed);
+  const ExchangeOptions washing{.ratio = 0.0, .rates = {0.0, 0.05, 0.0}};
+  const auto n = static_cast<std::uint32_t>(scene.covered.size());
+  std::vector<Contact> contacts;
+  for (std::uint32_t g = 0; g < n; ++g) contacts.push_back({scene.covered[g], g});
+  for (int i = 0; i < 10; ++i) {
+    Cargo cargo = random_cargo(n, 0.0, 1);
+    (void)exchanger.exchange(contacts, washing, i, cargo, *scene.atlas);
+  }
+  double sum = 0, expected = 0;
+  for (const TexelIndex t : scene.covered) {
+    sum += scene.atlas->amount(1, t);
+    expected += kAmountOne * std::pow(1.0 - transfer_shares(0.0, 0.05, 1.0, scene.surface->weight(t)).up, 10);
+  }
+  EXPECT_NEAR(sum, expected, 4.0 * std::sqrt(10 * 0.25 * n));  // ten roundings a texel, each of variance <= 1/4
+}
+
+TEST(Exchanger, WakesAndWritesOnlyWhereSomethingChanged) {
+  TransportScene scene = squeezed_plane(128);
+  Cargo cargo = random_cargo(100, 0.0, 1);  // dry gammatons on a dry surface
+  Exchanger exchanger(3, kSeed);
+  const ExchangeReport report = exchanger.exchange(random_contacts(scene, 100, 1), {.ratio = 0.5, .rates = {1.0}}, 0, cargo, *scene.atlas);
+  EXPECT_TRUE(report.dirty_tiles.empty());
+  EXPECT_EQ(scene.atlas->memory(), 0u);
+}
+
+TEST(ParameterMaps, CountWhatTheExchangeDoes) {
+  TransportScene scene = squeezed_plane(64);
+  ParameterMaps maps(scene.surface->grid(), {.hits = true, .last_hit = true, .residence = true, .deposited = {true, false, true}});
+  Exchanger exchanger(3, kSeed);
+  Cargo cargo = random_cargo(2000, 1.0, 1);
+  std::map<TexelIndex, std::uint32_t> hits, last, residence;
+  std::int64_t dropped = 0;
+  for (int i = 0; i < 5; ++i) {
+    const std::vector<Contact> contacts = random_contacts(scene, 2000, static_cast<std::uint64_t>(i), 3);
+    std::set<TexelIndex> touched;
+    for (const Contact& contact : contacts) {
+      ++hits[contact.texel];
+      last[contact.texel] = static_cast<std::uint32_t>(i) + 1;
+      touched.insert(contact.texel);
+    }
+    for (const TexelIndex t : touched) ++residence[t];
+    dropped += exchanger.exchange(contacts, kOptions, i, cargo, *scene.atlas, &maps).dropped[2];
+  }
+  std::int64_t deposited = 0;
+  for (const TexelIndex t : scene.covered) {
+    EXPECT_EQ(maps.hits()->value(t), hits[t]);
+    EXPECT_EQ(maps.last_hit()->value(t), last[t]);
+    EXPECT_EQ(maps.residence()->value(t), residence[t]);
+    deposited += static_cast<std::int64_t>(maps.deposited(2)->value(t));
+  }
+  EXPECT_EQ(deposited, dropped);
+  EXPECT_EQ(maps.deposited(1), nullptr);
+}
+
+TEST(Splat, SharesSumToTheWholeAndAreMutualAlsoAcrossASeam) {
+  const TransportScene scene = seamed_plane(128);
+  for (const int width : {1, 3, 5}) {
+    std::map<TexelIndex, std::uint32_t> received;
+    for (const TexelIndex t : scene.covered) {
+      const Splat splat = splat_of(*scene.surface, t, width);
+      std::uint32_t sum = 0;
+      for (int i = 0; i < splat.num_parts; ++i) {
+        const SplatPart part = splat.parts[static_cast<std::size_t>(i)];
+        EXPECT_TRUE(scene.surface->is_covered(part.texel));
+        sum += part.share;
+        received[part.texel] += part.share;
+      }
+      ASSERT_EQ(sum, Splat::kWhole);
+      EXPECT_EQ(splat.parts[0].texel, t);
+      EXPECT_EQ(splat.num_parts > 1, width > 1);
+    }
+    // Every texel hit once: inside a chart each receives a whole. At the seam texels of the two sides do not lie face to face, so that
+    // some are the neighbour of two; together they still receive what they should.
+    std::int64_t seam = 0, seam_whole = 0;
+    for (const TexelIndex t : scene.covered) {
+      const auto around = scene.surface->neighbors(t);
+      bool is_plain = true, is_at_end = false;
+      for (const TexelIndex n : around) {
+        is_at_end |= n == kNoTexel;
+        is_plain &= n != kNoTexel && std::abs(scene.surface->grid().x(n) - scene.surface->grid().x(t)) + std::abs(scene.surface->grid().y(n) - scene.surface->grid().y(t)) == 1;
+      }
+      if (!is_plain && !is_at_end) {
+        seam += received[t];
+        seam_whole += Splat::kWhole;
+      }
+    }
+    EXPECT_GT(seam_whole, 0);
+    EXPECT_NEAR(static_cast<double>(seam) / static_cast<double>(seam_whole), 1.0, width == 1 ? 0.0 : 0.02) << width;
+  }
+}
+
+TEST(Splat, IsOfOneSizeOnTheSurfaceNotInTexels) {
+  const TransportScene scene = squeezed_plane(128);
+  for (const TexelIndex t : scene.covered) {
+    const double side = std::sqrt(double(scene.surface->weight(t)) / SurfaceAtlas::kMedianWeight);
+    const Splat splat = splat_of(*scene.surface, t, 3);
+    if (side > 2.1) {  // a texel wider than the splat
+      EXPECT_EQ(splat.num_parts, 1);
+    }
+    if (side > 0.7 && side < 1.9) {
+      EXPECT_GE(splat.num_parts, 3);  // a corner of the plane has two neighbours
+    }
+    if (side < 0.6) {
+      EXPECT_GE(splat.num_parts, 6);
+    }
+  }
+}
+
+TEST(Splat, DealsOutLessThanAQuantumForEachPartWithoutBias) {
+  // One quantum of cargo, dropped entirely: it arrives at one of the parts, as often as that part's share says.
+  const TransportScene scene = seamed_plane(128);
+  const TexelIndex middle = scene.surface->grid().index(40, 60);
+  const Splat splat = splat_of(*scene.surface, middle, 5);
+  constexpr int kRuns = 20'000;
+  std::map<TexelIndex, int> arrived;
+  Exchanger exchanger(1, kSeed);
+  for (int i = 0; i < kRuns; ++i) {
+    Cargo cargo;
+    cargo.mass.push_back({scene.surface->weight(middle)});
+    const std::vector<Contact> contact{{middle, 0}};
+    (void)exchanger.exchange(contact, {.ratio = 1.0, .rates = {1.0}, .contact = 1e3, .splat_texels = 5}, i, cargo, *scene.atlas);
+    EXPECT_EQ(cargo.mass[0][0], 0u);
+  }
+  for (int k = 0; k < splat.num_parts; ++k) {
+    const SplatPart part = splat.parts[static_cast<std::size_t>(k)];
+    const double p = static_cast<double>(part.share) / Splat::kWhole;
+    EXPECT_NEAR(scene.atlas->amount(0, part.texel), kRuns * p, 4.0 * std::sqrt(kRuns * p * (1 - p)));
+  }
+}
+
+}  // namespace
+}  // namespace patinate

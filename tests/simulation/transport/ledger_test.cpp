@@ -1,0 +1,87 @@
+#include "simulation/transport/ledger.h"
+
+#include <gtest/gtest.h>
+
+#include "libcommon/core/random.h"
+#include "tests/simulation/transport/transport_scene.h"
+#include "tests/support/errors.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::has;
+using testing_support::random_contacts;
+using testing_support::squeezed_plane;
+using testing_support::TransportScene;
+
+const std::vector<std::string> kNames{"water", "metal", "dirt"};
+
+TEST(MassSum, GoesBeyond64Bits) {
+  MassSum sum;
+  for (int i = 0; i < 8; ++i) sum += std::int64_t{1} << 62;
+  EXPECT_EQ(sum.value(), 0x1p65);
+  for (int i = 0; i < 8; ++i) sum += -(std::int64_t{1} << 62);
+  EXPECT_EQ(sum, MassSum{});
+  sum += -1;
+  EXPECT_EQ(sum.value(), -1.0);
+  MassSum other = sum;
+  other += 5;
+  other -= sum;
+  EXPECT_EQ(other.value(), 5.0);
+  EXPECT_EQ(MassSum::from_parts(sum.high(), sum.low()), sum);
+}
+
+TEST(MassLedger, BalancesInEveryIterationOfALife) {
+  constexpr std::uint32_t kGammatons = 500;
+  TransportScene scene = squeezed_plane(64);
+  Cargo cargo;
+  cargo.mass.resize(kGammatons);
+  MassLedger ledger;
+  Exchanger exchanger(3, 1);
+  RandomStream random(7, 7);
+  for (std::uint32_t g = 0; g < kGammatons; ++g) ledger.birth(g, MassLedger::cargo_of({0.8, 0.0, random.uniform()}), cargo);
+  for (int i = 0; i < 60; ++i) {
+    const std::vector<Contact> contacts = random_contacts(scene, kGammatons, static_cast<std::uint64_t>(i));
+    ledger.add(exchanger.exchange(contacts, {.ratio = random.uniform(), .rates = {0.5, 0.01, 1.0}, .splat_texels = i % 3 == 0 ? 3 : 1}, i, cargo, *scene.atlas));
+    for (std::uint32_t g = 0; g < kGammatons; ++g) {
+      if (random.below(10) != 0) continue;
+      ledger.end(g, static_cast<CargoEnd>(random.below(3)), cargo);
+      ledger.birth(g, MassLedger::cargo_of({0.8, 0.0, 0.1}), cargo);
+    }
+    // What rules do: one quantum made, some used.
+    const TexelIndex t = scene.covered[static_cast<std::size_t>(i)];
+    scene.atlas->writable_tile(1, TileGrid::tile_of(t))[t % 64] -= 3;
+    ledger.add_rules({}, {0, 3 * scene.surface->weight(t)});
+    ASSERT_TRUE(ledger.balances());
+    ASSERT_EQ(audit(ledger, *scene.atlas, cargo, kNames), "");
+  }
+  EXPECT_GT(ledger.account(0).left.value(), 0.0);
+  EXPECT_GT(ledger.account(0).absorbed.value(), 0.0);
+  EXPECT_GT(ledger.account(0).rested.value(), 0.0);
+  EXPECT_TRUE(has(ledger.text(kNames), "balances"));
+  EXPECT_FALSE(has(ledger.text(kNames), "WRONG"));
+}
+
+TEST(MassLedger, AuditFindsASingleLostQuantum) {
+  TransportScene scene = squeezed_plane(64);
+  Cargo cargo;
+  cargo.mass.resize(1);
+  MassLedger ledger;
+  ledger.birth(0, MassLedger::cargo_of({1.0}), cargo);
+  EXPECT_EQ(cargo.mass[0][0], kAmountOne * SurfaceAtlas::kMedianWeight);
+  EXPECT_EQ(audit(ledger, *scene.atlas, cargo, kNames), "");
+  --cargo.mass[0][0];
+  EXPECT_EQ(audit(ledger, *scene.atlas, cargo, kNames), "material 'water': the gammatons differ from the ledger by -1 quanta");
+  ++cargo.mass[0][0];
+  const TexelIndex t = scene.covered[5];
+  scene.atlas->writable_tile(1, TileGrid::tile_of(t))[t % 64] += 1;
+  EXPECT_TRUE(has(audit(ledger, *scene.atlas, cargo, kNames), "material 'metal': the surfaces differ"));
+}
+
+TEST(MassLedger, CargoIsRoundedToWholeQuanta) {
+  EXPECT_EQ(MassLedger::cargo_of({0.5 / (kAmountOne * 256.0), 16.0})[0], 1u);
+  EXPECT_EQ(MassLedger::cargo_of({0.0, 16.0})[1], 16u * kAmountOne * 256u);
+}
+
+}  // namespace
+}  // namespace patinate

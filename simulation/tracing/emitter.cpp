@@ -1,0 +1,169 @@
+#include "simulation/tracing/emitter.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/random.h"
+#include "simulation/tracing/random_direction.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::uint32_t kBirthPurpose = 0x62697274;
+constexpr double kWidestSky = 80.0 / 360.0;  // turns: flatter rays would need a sky without end
+
+/// The first side is as near to world x as the direction allows.
+void set_frame(PlacedEmitter& placed) {
+  const Vec3& d = placed.direction;
+  Vec3 u = Vec3::UnitX() - d.x() * d;
+  if (!(u.norm() > 1e-6)) u = Vec3::UnitZ() - d.z() * d;
+  placed.u = u.normalized();
+  placed.v = d.cross(placed.u);
+}
+
+/// Time to travel `depth` along the direction, or to the turning point.
+double time_to_depth(double depth, double speed, double acceleration) {
+  const double discriminant = speed * speed + 2.0 * acceleration * depth;
+  if (discriminant < 0.0) return -speed / acceleration;
+  const double root = std::sqrt(discriminant);
+  return speed + root > 0.0 ? 2.0 * depth / (speed + root) : 0.0;
+}
+
+void place_sky(PlacedEmitter& placed, double spread_deg, const Box& box, const Vec3& gravity) {
+  const Vec3 half = 0.5 * (box.high - box.low);
+  const Vec3& d = placed.direction;
+  const auto half_extent = [&](const Vec3& axis) { return axis.cwiseAbs().dot(half); };
+  const double above = 1e-3 * box.diagonal() + half_extent(d);
+  const double depth = above + half_extent(d);
+  const SineCosine widest = portable_sine_cosine(std::min(spread_deg / 360.0, kWidestSky));
+  // Where the cone's rim and axis are when they leave the box.
+  Vec2 low(0, 0), high(0, 0);
+  for (int k = 0; k <= 16; ++k) {
+    const SineCosine turn = portable_sine_cosine(k / 16.0);
+    const double sine = k == 16 ? 0.0 : widest.sine;
+    const double time = time_to_depth(depth, placed.speed * (k == 16 ? 1.0 : widest.cosine), gravity.dot(d));
+    const Vec2 gone(time * placed.speed * sine * turn.cosine + 0.5 * time * time * gravity.dot(placed.u),
+                    time * placed.speed * sine * turn.sine + 0.5 * time * time * gravity.dot(placed.v));
+    low = low.cwiseMin(gone);
+    high = high.cwiseMax(gone);
+  }
+  const double least = 1e-3 * box.diagonal();
+  placed.shape = EmitterShape::Rectangle;
+  placed.half_u = half_extent(placed.u) + 0.5 * (high.x() - low.x()) + least;
+  placed.half_v = half_extent(placed.v) + 0.5 * (high.y() - low.y()) + least;
+  placed.center = box.center() - above * d - 0.5 * (low.x() + high.x()) * placed.u - 0.5 * (low.y() + high.y()) * placed.v;
+}
+
+Vec3 nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
+  const Vec3 ab = b - a, ac = c - a, n = ab.cross(ac);
+  const double area = n.squaredNorm();
+  if (area > 0.0) {
+    const Vec3 ap = p - a;
+    const double v = ap.cross(ac).dot(n) / area, w = ab.cross(ap).dot(n) / area;
+    if (v >= 0.0 && w >= 0.0 && v + w <= 1.0) return a + v * ab + w * ac;
+  }
+  const auto on_edge = [&](const Vec3& from, const Vec3& to) {
+    const double length = (to - from).squaredNorm();
+    return Vec3(from + (length > 0.0 ? std::clamp((p - from).dot(to - from) / length, 0.0, 1.0) : 0.0) * (to - from));
+  };
+  Vec3 best = on_edge(a, b);
+  for (const Vec3& other : {on_edge(b, c), on_edge(c, a)}) {
+    if ((other - p).squaredNorm() < (best - p).squaredNorm()) best = other;
+  }
+  return best;
+}
+
+/// Six times the volume that an object encloses; negative when it is inside out.
+double signed_volume(const SceneMesh& scene_mesh, int object) {
+  const Mesh& mesh = scene_mesh.mesh;
+  const Vec3 origin = bounding_box(mesh).center();
+  double volume = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (scene_mesh.object[t] != object) continue;
+    const auto p = [&](std::size_t k) { return Vec3(mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])] - origin); };
+    volume += p(0).dot(p(1).cross(p(2)));
+  }
+  return volume;
+}
+
+void place_on_surface(PlacedEmitter& placed, const Emitter& emitter, const SceneMesh& scene_mesh, const RayTracer& tracer) {
+  const NearestOnMesh nearest = nearest_on_mesh(scene_mesh.mesh, emitter.position_mm);
+  if (nearest.triangle < 0) throw InvalidInput("emitter '" + emitter.name + "' sits on a surface, and there is none");
+  Vec3 normal = area_vector(scene_mesh.mesh, nearest.triangle).normalized();
+  if (!normal.allFinite()) throw InvalidInput("emitter '" + emitter.name + "' sits on a triangle without area; move it");
+  if (signed_volume(scene_mesh, scene_mesh.object[static_cast<std::size_t>(nearest.triangle)]) < 0.0) normal = -normal;
+  double distance = emitter.distance_mm;
+  const double skin = 1e-6 * bounding_box(scene_mesh.mesh).diagonal();
+  const TriangleHit above = tracer.first_hit(nearest.point, normal, skin, distance);
+  if (above.triangle >= 0) distance = 0.5 * above.distance;
+  placed.shape = EmitterShape::Disk;
+  placed.center = nearest.point + distance * normal;
+  placed.direction = -normal;
+  set_frame(placed);
+  placed.half_u = placed.half_v = 0.5 * emitter.size_mm[0];
+}
+
+}  // namespace
+
+NearestOnMesh nearest_on_mesh(const Mesh& mesh, const Vec3& p) {
+  NearestOnMesh best;
+  double best_distance = std::numeric_limits<double>::infinity();
+  for (int t = 0; t < mesh.num_triangles(); ++t) {
+    const Triangle& c = mesh.triangles[static_cast<std::size_t>(t)];
+    const auto corner = [&](std::size_t k) -> const Vec3& { return mesh.positions[static_cast<std::size_t>(c[k])]; };
+    const Vec3 q = nearest_on_triangle(corner(0), corner(1), corner(2), p);
+    const double distance = (q - p).squaredNorm();
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = {.triangle = t, .point = q};
+    }
+  }
+  return best;
+}
+
+PlacedEmitter place_emitter(const Emitter& emitter, const SceneMesh& scene_mesh, const RayTracer& tracer, const Vec3& gravity_mm_s2) {
+  PlacedEmitter placed{.shape = emitter.shape, .center = emitter.position_mm, .direction = emitter.direction.normalized()};
+  placed.spread_cosine = portable_sine_cosine(emitter.spread_deg / 360.0).cosine;
+  placed.speed = emitter.speed_mm_s;
+  set_frame(placed);
+  placed.half_u = 0.5 * emitter.size_mm[0];
+  placed.half_v = 0.5 * emitter.size_mm[emitter.shape == EmitterShape::Rectangle ? 1 : 0];
+  if (emitter.shape == EmitterShape::Sky) place_sky(placed, emitter.spread_deg, tracer.box(), gravity_mm_s2);
+  if (emitter.shape == EmitterShape::Surface) place_on_surface(placed, emitter, scene_mesh, tracer);
+  return placed;
+}
+
+Birth make_birth(const PlacedEmitter& emitter, std::uint64_t seed, std::uint32_t gammaton, std::uint32_t number) {
+  RandomStream random(seed, std::uint64_t{number} << 32 | gammaton, kBirthPurpose);
+  Vec3 position = emitter.center;
+  Vec3 axis = emitter.direction;
+  switch (emitter.shape) {
+    case EmitterShape::Disk: {
+      const double radius = std::sqrt(random.uniform());
+      const SineCosine turn = sine_cosine_of(random.next_u32());
+      position += radius * emitter.half_u * (turn.cosine * emitter.u + turn.sine * emitter.v);
+      break;
+    }
+    case EmitterShape::Sky:
+    case EmitterShape::Rectangle: {
+      const double a = 2.0 * random.uniform() - 1.0;
+      position += a * emitter.half_u * emitter.u + (2.0 * random.uniform() - 1.0) * emitter.half_v * emitter.v;
+      break;
+    }
+    case EmitterShape::Sphere: {
+      const std::uint32_t a = random.next_u32();
+      axis = cone_direction(Vec3::UnitZ(), -1.0, a, random.next_u32());
+      position += emitter.half_u * axis;
+      break;
+    }
+    case EmitterShape::Point:
+    case EmitterShape::Surface: break;
+  }
+  const std::uint32_t a = random.next_u32();
+  return {.position = position, .velocity = emitter.speed * cone_direction(axis, emitter.spread_cosine, a, random.next_u32())};
+}
+
+}  // namespace patinate

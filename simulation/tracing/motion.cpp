@@ -1,0 +1,209 @@
+#include "simulation/tracing/motion.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/core/random.h"
+#include "simulation/tracing/emitter.h"
+#include "simulation/tracing/pieces.h"
+#include "simulation/tracing/response.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::int64_t kChunk = 2048;
+constexpr std::uint32_t kResponsePurpose = 0x726f756c;
+constexpr std::size_t kMostGammatons = 100'000'000;
+
+Gammaton take(const Gammatons& all, std::size_t i) {
+  return {.state = all.state[i],
+          .is_front = all.is_front[i] != 0,
+          .at = {.triangle = all.triangle[i], .b1 = all.b1[i], .b2 = all.b2[i]},
+          .position = all.position[i],
+          .velocity = all.velocity[i]};
+}
+
+void put(Gammatons& all, std::size_t i, const Gammaton& g) {
+  all.state[i] = g.state;
+  all.is_front[i] = g.is_front ? 1 : 0;
+  all.triangle[i] = g.at.triangle;
+  all.b1[i] = g.at.b1;
+  all.b2[i] = g.at.b2;
+  all.position[i] = g.position;
+  all.velocity[i] = g.velocity;
+}
+
+bool is_same(const Emitter& a, const Emitter& b) {
+  return a.shape == b.shape && a.position_mm == b.position_mm && a.direction == b.direction && a.size_mm == b.size_mm &&
+         a.spread_deg == b.spread_deg && a.speed_mm_s == b.speed_mm_s && a.distance_mm == b.distance_mm;
+}
+
+/// Parts of chunks, put together in their order.
+void join(const std::vector<TraceResult>& parts, TraceResult& result) {
+  for (const TraceResult& part : parts) {
+    result.contacts.insert(result.contacts.end(), part.contacts.begin(), part.contacts.end());
+    result.born.insert(result.born.end(), part.born.begin(), part.born.end());
+    result.died.insert(result.died.end(), part.died.begin(), part.died.end());
+    TraceCounters& c = result.counters;
+    c.segments += part.counters.segments;
+    c.contacts += part.counters.contacts;
+    c.emitted += part.counters.emitted;
+    c.absorbed += part.counters.absorbed;
+    c.left += part.counters.left;
+    c.rested += part.counters.rested;
+    c.alive += part.counters.alive;
+  }
+}
+
+void bury(TraceResult& part, Gammaton& g, std::size_t i, DeathReason reason) {
+  g.state = GammatonState::Waiting;
+  part.died.push_back({.gammaton = static_cast<std::uint32_t>(i), .reason = reason});
+  switch (reason) {
+    case DeathReason::Absorbed: ++part.counters.absorbed; break;
+    case DeathReason::Left: ++part.counters.left; break;
+    case DeathReason::Rested: ++part.counters.rested; break;
+  }
+}
+
+}  // namespace
+
+Gammatons make_gammatons(const Scene& scene) {
+  std::size_t n = 0;
+  for (const Emitter& emitter : scene.emitters) n += static_cast<std::size_t>(std::max<std::int64_t>(0, emitter.gammatons));
+  if (n > kMostGammatons) throw InvalidInput("the emitters have " + std::to_string(n) + " gammatons together; use at most 10^8");
+  Gammatons all;
+  all.state.assign(n, GammatonState::Waiting);
+  all.is_front.assign(n, 1);
+  all.num_births.assign(n, 0);
+  all.triangle.assign(n, -1);
+  all.b1.assign(n, 0.0);
+  all.b2.assign(n, 0.0);
+  all.position.assign(n, Vec3::Zero());
+  all.velocity.assign(n, Vec3::Zero());
+  for (std::size_t k = 0; k < scene.emitters.size(); ++k) {
+    all.emitter.insert(all.emitter.end(), static_cast<std::size_t>(std::max<std::int64_t>(0, scene.emitters[k].gammatons)), static_cast<std::uint16_t>(k));
+  }
+  return all;
+}
+
+struct GammatonTracer::Impl {
+  Impl(const SceneMesh& scene_mesh, const SurfaceAtlas& atlas) : mesh(&scene_mesh), surface(&atlas), rays(scene_mesh.mesh), frames(scene_mesh, rays) {}
+
+  /// Places those emitters that are new or changed.
+  void place(const Scene& scene) {
+    const bool is_other = placed_for.size() != scene.emitters.size() || gravity != scene.gravity_mm_s2;
+    if (is_other) {
+      placed_for.assign(scene.emitters.size(), std::nullopt);
+      placed.resize(scene.emitters.size());
+      gravity = scene.gravity_mm_s2;
+    }
+    for (std::size_t k = 0; k < scene.emitters.size(); ++k) {
+      const Emitter& emitter = scene.emitters[k];
+      if (!emitter.is_on || (placed_for[k] && is_same(*placed_for[k], emitter))) continue;
+      placed[k] = place_emitter(emitter, *mesh, rays, scene.gravity_mm_s2);
+      placed_for[k] = emitter;
+    }
+  }
+
+  const SceneMesh* mesh;
+  const SurfaceAtlas* surface;
+  RayTracer rays;
+  SurfaceFrames frames;
+  std::vector<std::optional<Emitter>> placed_for;
+  std::vector<PlacedEmitter> placed;
+  Vec3 gravity{0, 0, 0};
+};
+
+GammatonTracer::GammatonTracer(const SceneMesh& scene_mesh, const SurfaceAtlas& surface) : impl_(std::make_unique<Impl>(scene_mesh, surface)) {}
+GammatonTracer::~GammatonTracer() = default;
+GammatonTracer::GammatonTracer(GammatonTracer&&) noexcept = default;
+GammatonTracer& GammatonTracer::operator=(GammatonTracer&&) noexcept = default;
+
+void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) { *impl_ = Impl(scene_mesh, *impl_->surface); }
+
+const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
+
+void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control) {
+  (void)iteration;
+  result = {};
+  const auto most = std::max_element(all.emitter.begin(), all.emitter.end());
+  if (most != all.emitter.end() && *most >= scene.emitters.size()) throw InvalidInput("there are gammatons of emitters that the scene does not have");
+  impl_->place(scene);
+  const MotionScene motion = motion_scene(scene, impl_->rays, impl_->frames);
+  const auto n = static_cast<std::int64_t>(all.size());
+  std::vector<TraceResult> parts(static_cast<std::size_t>((n + kChunk - 1) / kChunk));
+  parallel_for(n, kChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    TraceResult& part = parts[static_cast<std::size_t>(begin / kChunk)];
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      Gammaton g = take(all, i);
+      if (g.state == GammatonState::Waiting) {
+        const std::size_t k = all.emitter[i];
+        if (!scene.emitters[k].is_on) continue;
+        const Birth birth = make_birth(impl_->placed[k], scene.seed, static_cast<std::uint32_t>(i), all.num_births[i]++);
+        g = {.state = GammatonState::Flying, .is_front = true, .at = {}, .position = birth.position, .velocity = birth.velocity};
+        part.born.push_back(static_cast<std::uint32_t>(i));
+        ++part.counters.emitted;
+      }
+      std::int64_t num_pieces = 0;
+      PieceEnd piece = PieceEnd::Flying;
+      if (g.state == GammatonState::Floating) piece = float_on(motion, g, num_pieces);
+      while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
+        piece = fly(motion, g);
+        ++num_pieces;
+      }
+      part.counters.segments += num_pieces;
+      switch (piece) {
+        case PieceEnd::Contact: {
+          ++part.counters.contacts;
+          const TexelIndex texel = impl_->surface->texel_of(g.at.triangle, g.at.b1, g.at.b2);
+          if (texel != kNoTexel) part.contacts.push_back({.texel = texel, .gammaton = static_cast<std::uint32_t>(i)});
+          break;
+        }
+        case PieceEnd::Left: bury(part, g, i, DeathReason::Left); break;
+        case PieceEnd::Rested: bury(part, g, i, DeathReason::Rested); break;
+        case PieceEnd::Flying: break;
+      }
+      if (g.state != GammatonState::Waiting) ++part.counters.alive;
+      put(all, i, g);
+    }
+  });
+  join(parts, result);
+}
+
+void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals,
+                             const RunControl& control) {
+  result = {};
+  const MotionScene motion = motion_scene(scene, impl_->rays, impl_->frames);
+  const auto n = static_cast<std::int64_t>(all.size());
+  std::vector<TraceResult> parts(static_cast<std::size_t>((n + kChunk - 1) / kChunk));
+  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
+  const auto when = static_cast<std::uint64_t>(iteration);
+  parallel_for(n, kChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    TraceResult& part = parts[static_cast<std::size_t>(begin / kChunk)];
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      if (all.state[i] == GammatonState::InContact) {
+        Gammaton g = take(all, i);
+        const auto words = [&](std::uint32_t attempt) {
+          return philox4x32({attempt | static_cast<std::uint32_t>(when >> 32) << 8, kResponsePurpose, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)}, key);
+        };
+        Vec3 normal = impl_->frames.shading_normal(g.at);
+        if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
+        switch (respond_to_contact(motion, scene.behaviour, g, normal, words)) {
+          case Outcome::Alive: break;
+          case Outcome::Absorbed: bury(part, g, i, DeathReason::Absorbed); break;
+          case Outcome::Rested: bury(part, g, i, DeathReason::Rested); break;
+        }
+        put(all, i, g);
+      }
+      if (all.state[i] != GammatonState::Waiting) ++part.counters.alive;
+    }
+  });
+  join(parts, result);
+}
+
+}  // namespace patinate

@@ -1,0 +1,64 @@
+/// \file
+/// How gammatons move and what they do where they hit [Guenther et al. 2012, sec. 4.1]: docs/algorithms/gammaton_tracing.md.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "simulation/atlas/surface_atlas.h"
+#include "simulation/scene/scene.h"
+#include "simulation/tracing/gammatons.h"
+#include "simulation/transport/cargo.h"
+
+namespace patinate {
+
+class RayTracer;
+
+/// Of one call.
+struct TraceResult {
+  std::vector<Contact> contacts;      ///< By gammaton. A hit that has no texel makes none.
+  std::vector<std::uint32_t> born;    ///< By gammaton.
+  std::vector<Death> died;            ///< By gammaton; a death is told before the same gammaton's next birth, which is the next call's.
+  TraceCounters counters;             ///< Of this call; `alive` after it.
+};
+
+/// The normal that a gammaton is reflected about: for surfaces with heights.
+class SurfaceNormals {
+ public:
+  virtual ~SurfaceNormals() = default;
+  /// @param shading_normal  The mesh's, unit, on the triangle's front. @returns unit. Called by several threads at once.
+  [[nodiscard]] virtual Vec3 normal(int triangle, double b1, double b2, const Vec3& shading_normal) const = 0;
+};
+
+/// One iteration is trace(), then what happens at the contacts, then respond(). Behaviour, emitters, options and gravity are those of the
+/// scene at each call. Equal bits for any number of threads, on every machine.
+class GammatonTracer {
+ public:
+  /// @param surface  Outlives the tracer. Where `scene_mesh` is inside out or open, gammatons hit both sides alike.
+  GammatonTracer(const SceneMesh& scene_mesh, const SurfaceAtlas& surface);
+  ~GammatonTracer();
+  GammatonTracer(GammatonTracer&&) noexcept;
+  GammatonTracer& operator=(GammatonTracer&&) noexcept;
+
+  /// The same triangles at other places. Floating gammatons move with theirs.
+  void set_mesh(const SceneMesh& scene_mesh);
+  [[nodiscard]] const RayTracer& rays() const;
+
+  /// Births of those that wait and whose emitters are on; then each flies or floats for at most TracingOptions::max_segments straight
+  /// pieces, until it hits something (InContact) or has left for good.
+  /// @param gammatons  From make_gammatons() with as many emitters as the scene has.
+  /// @throws InvalidInput if a Surface emitter has no surface, or gammatons name emitters that are not there.
+  void trace(Gammatons& gammatons, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control = {});
+  /// Those in contact bounce, float on, come to rest or are absorbed.
+  /// @param normals  nullptr: the mesh's.
+  void respond(Gammatons& gammatons, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals = nullptr,
+               const RunControl& control = {});
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace patinate

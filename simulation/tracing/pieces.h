@@ -1,0 +1,47 @@
+/// \file
+/// One gammaton's way through a scene, piece by piece: what trace() and respond() are made of.
+#pragma once
+
+#include "simulation/scene/scene.h"
+#include "simulation/tracing/gammatons.h"
+#include "simulation/tracing/ray_tracer.h"
+#include "simulation/tracing/surface_frames.h"
+
+namespace patinate {
+
+/// What all gammatons of a call share.
+struct MotionScene {
+  const RayTracer& rays;
+  const SurfaceFrames& frames;
+  TracingOptions options;
+  Vec3 gravity{0, 0, 0};  ///< mm/s^2.
+  double skin = 0.0;      ///< mm: what starts on a surface starts this far from it.
+  double rest_cosine = 1.0;  ///< Of rest_slope.
+};
+[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const SurfaceFrames& frames);
+
+/// A gammaton taken out of its arrays.
+struct Gammaton {
+  GammatonState state = GammatonState::Flying;
+  bool is_front = true;
+  SurfacePlace at;
+  Vec3 position{0, 0, 0};
+  Vec3 velocity{0, 0, 0};
+};
+
+enum class PieceEnd { Flying, Contact, Left, Rested };
+
+/// One piece of flight: exact at its end, x + v t + g t^2 / 2 and v + g t; so short that its chord is nowhere farther than epsilon from the
+/// way. A hit of the chord is moved along the parabola onto the triangle's plane if it is then still in the triangle. Outside of the box of
+/// all triangles one piece leads to its border, or Left when it will never be there.
+[[nodiscard]] PieceEnd fly(const MotionScene& scene, Gammaton& gammaton);
+
+/// A floating gammaton's way to its next contact, epsilon / pull ahead on a flat surface: it hovers at epsilon (halfway to what is nearer
+/// above), moves along the tangent plane under gravity's tangential part, and sinks by `pull` per length. Where it finds nothing within
+/// `reach` it looks back to where it came from, below the surface there: round an edge. Flying when nothing is there either.
+/// @param num_pieces  Rays that were used are added.
+[[nodiscard]] PieceEnd float_on(const MotionScene& scene, Gammaton& gammaton, std::int64_t& num_pieces);
+
+
+
+}  // namespace patinate

@@ -1,0 +1,175 @@
+#include "simulation/tracing/ray_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "simulation/tracing/bvh_builder.h"
+#include "simulation/tracing/lanes.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::size_t kStackSize = 512;  // 3 a level; Builder keeps trees below 40 + 31 levels
+
+/// A ray in the form that blocks need: permuted so that its direction's largest part comes third, sheared onto that axis.
+struct Shear {
+  std::array<std::size_t, 3> axis{};  ///< kx, ky, kz.
+  double x = 0.0, y = 0.0, z = 0.0;
+};
+
+Shear shear_of(const Vec3& d) {
+  std::size_t z = 0;
+  if (std::abs(d.y()) > std::abs(d.x())) z = 1;
+  if (std::abs(d.z()) > std::abs(d[static_cast<Eigen::Index>(z)])) z = 2;
+  std::size_t x = (z + 1) % 3, y = (z + 2) % 3;
+  const double dz = d[static_cast<Eigen::Index>(z)];
+  if (dz < 0.0) std::swap(x, y);  // keeps the winding
+  return {.axis = {x, y, z}, .x = d[static_cast<Eigen::Index>(x)] / dz, .y = d[static_cast<Eigen::Index>(y)] / dz, .z = 1.0 / dz};
+}
+
+/// One triangle, in double. Signs of u, v, w are right or zero, since rounding keeps the order of the two products.
+bool hits(const TriangleBlock& block, std::size_t lane, const Vec3& origin, const Shear& s, double min_distance, TriangleHit& best) {
+  std::array<double, 3> x, y, z;
+  for (std::size_t c = 0; c < 3; ++c) {
+    z[c] = double{block.corner[c][s.axis[2]][lane]} - origin[static_cast<Eigen::Index>(s.axis[2])];
+    x[c] = double{block.corner[c][s.axis[0]][lane]} - origin[static_cast<Eigen::Index>(s.axis[0])] - s.x * z[c];
+    y[c] = double{block.corner[c][s.axis[1]][lane]} - origin[static_cast<Eigen::Index>(s.axis[1])] - s.y * z[c];
+  }
+  const double u = x[2] * y[1] - y[2] * x[1];
+  const double v = x[0] * y[2] - y[0] * x[2];
+  const double w = x[1] * y[0] - y[1] * x[0];
+  if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
+  const double det = u + v + w;
+  if (det == 0.0) return false;
+  const double distance = s.z * (u * z[0] + v * z[1] + w * z[2]) / det;
+  const int triangle = block.triangle[lane];
+  if (!(distance > min_distance) || distance > best.distance || (distance == best.distance && best.triangle >= 0 && triangle >= best.triangle)) return false;
+  best = {.triangle = triangle, .b1 = v / det, .b2 = w / det, .distance = distance, .is_front = det > 0.0};
+  return true;
+}
+
+float safe_inverse(double d) {
+  const double least = 1e-30;
+  return static_cast<float>(1.0 / (std::abs(d) < least ? std::copysign(least, d) : d));
+}
+
+float rounded_up(double x) {
+  const double wide = x * (1.0 + 1e-6);
+  return wide > 3e38 ? 3e38F : static_cast<float>(wide);
+}
+
+bool is_usable(const Vec3& origin, const Vec3& direction) {
+  const double largest = direction.cwiseAbs().maxCoeff();
+  return origin.allFinite() && direction.allFinite() && largest > 0.0;
+}
+
+}  // namespace
+
+RayTracer::RayTracer(const Mesh& mesh) {
+  if (mesh.triangles.empty()) return;
+  const Box box = bounding_box(mesh);
+  for (Eigen::Index a = 0; a < 3; ++a) center_[a] = double{static_cast<float>(box.center()[a])};
+  std::vector<RoundedTriangle> triangles(mesh.triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Vec3 p = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][c])] - center_;
+      for (std::size_t a = 0; a < 3; ++a) triangles[t][c][a] = static_cast<float>(p[static_cast<Eigen::Index>(a)]);
+      const Vec3 rounded(double{triangles[t][c][0]}, double{triangles[t][c][1]}, double{triangles[t][c][2]});
+      box_.low = box_.low.cwiseMin(rounded + center_);
+      box_.high = box_.high.cwiseMax(rounded + center_);
+    }
+  }
+  // Coordinates relative to the middle are below half the diagonal; a difference of two of them, sheared by at most 1, is off by less
+  // than 16 roundings of that.
+  slack_ = std::max(static_cast<float>(0.5 * box_.diagonal() * 16.0 * 0x1.0p-24), std::numeric_limits<float>::min());
+  Bvh bvh = build_bvh(triangles, slack_);
+  nodes_ = std::move(bvh.nodes);
+  blocks_ = std::move(bvh.blocks);
+}
+
+TriangleHit RayTracer::first_hit_of_all(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const {
+  TriangleHit best{.distance = max_distance};
+  if (!is_usable(origin, direction)) return {};
+  const Shear shear = shear_of(direction);
+  for (const TriangleBlock& block : blocks_) {
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      if (block.triangle[lane] >= 0) (void)hits(block, lane, origin - center_, shear, min_distance, best);
+    }
+  }
+  return best.triangle >= 0 ? best : TriangleHit{};
+}
+
+TriangleHit RayTracer::first_hit(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const {
+  if (nodes_.empty() || !is_usable(origin, direction)) return {};
+  const Vec3 o = origin - center_;
+  // The part of the ray inside the box, so that float numbers do not grow with the distance of the origin.
+  double begin = min_distance, end = max_distance;
+  const double margin = 2.0 * double{slack_};
+  for (Eigen::Index a = 0; a < 3; ++a) {
+    const double low = box_.low[a] - center_[a] - margin - o[a], high = box_.high[a] - center_[a] + margin - o[a];
+    if (direction[a] == 0.0) {
+      if (low > 0.0 || high < 0.0) return {};
+      continue;
+    }
+    const double t0 = low / direction[a], t1 = high / direction[a];
+    begin = std::max(begin, std::min(t0, t1));
+    end = std::min(end, std::max(t0, t1));
+  }
+  if (!(begin <= end)) return {};
+  const double shift = begin > min_distance ? begin : 0.0;
+  const Vec3 near = o + shift * direction;
+  const Shear shear = shear_of(direction);
+  RayLanes ray(near, direction, shear.axis, shear.x, shear.y, shear.z, slack_);
+  for (Eigen::Index a = 0; a < 3; ++a) ray.set_inverse(static_cast<std::size_t>(a), safe_inverse(direction[a]));
+  const float from = std::max(0.0F, static_cast<float>((min_distance - shift) * (1.0 - 1e-6)));
+  float to = rounded_up(end - shift);
+  ray.set_interval(from, to);
+
+  struct Entry {
+    std::int32_t node;
+    float distance;
+  };
+  std::array<Entry, kStackSize> stack;
+  std::size_t size = 0;
+  TriangleHit best{.distance = max_distance};
+  std::int32_t node = 0;
+  while (true) {
+    if (node >= 0) {
+      const BvhNode& n = nodes_[static_cast<std::size_t>(node)];
+      alignas(16) std::array<float, 4> distance;
+      unsigned hit = ray.boxes_hit(n, distance);
+      if (hit != 0) {
+        // Children from far to near onto the stack: at most four, sorted as they come.
+        const std::size_t first = size;
+        for (; hit != 0; hit &= hit - 1) {
+          const auto lane = static_cast<std::size_t>(std::countr_zero(hit));
+          std::size_t at = size++;
+          for (; at > first && stack[at - 1].distance < distance[lane]; --at) stack[at] = stack[at - 1];
+          stack[at] = {n.child[lane], distance[lane]};
+        }
+        node = stack[--size].node;
+        continue;
+      }
+    } else {
+      const TriangleBlock& block = blocks_[static_cast<std::size_t>(-1 - node)];
+      bool is_nearer = false;
+      for (unsigned maybe = ray.triangles_maybe_hit(block); maybe != 0; maybe &= maybe - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(maybe));
+        if (block.triangle[lane] >= 0) is_nearer |= hits(block, lane, o, shear, min_distance, best);
+      }
+      if (is_nearer) {
+        to = std::min(to, rounded_up(best.distance - shift));
+        ray.set_interval(from, to);
+      }
+    }
+    do {
+      if (size == 0) return best.triangle >= 0 ? best : TriangleHit{};
+      --size;
+    } while (stack[size].distance > to);
+    node = stack[size].node;
+  }
+}
+
+}  // namespace patinate

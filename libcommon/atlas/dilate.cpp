@@ -8,7 +8,10 @@
 
 namespace patinate {
 
-void dilate(ImageF& image, const ImageU8& coverage, int radius) {
+namespace {
+
+template <class T>
+void fill_outside(Image<T>& image, const ImageU8& coverage, int radius) {
   const int w = image.width(), h = image.height();
   if (!image.same_size(coverage)) throw InvalidInput("dilate: image and coverage differ in size");
   // Nearest covered texel by two sweeps of propagated offsets [Danielsson 1980].
@@ -51,5 +54,10 @@ void dilate(ImageF& image, const ImageU8& coverage, int radius) {
     }
   }
 }
+
+}  // namespace
+
+void dilate(ImageF& image, const ImageU8& coverage, int radius) { fill_outside(image, coverage, radius); }
+void dilate(ImageU8& image, const ImageU8& coverage, int radius) { fill_outside(image, coverage, radius); }
 
 }  // namespace patinate

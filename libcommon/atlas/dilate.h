@@ -10,5 +10,6 @@ namespace patinate {
 /// filtering at chart borders does not bleed.
 /// @param coverage  0 = to be filled.
 void dilate(ImageF& image, const ImageU8& coverage, int radius);
+void dilate(ImageU8& image, const ImageU8& coverage, int radius);
 
 }  // namespace patinate

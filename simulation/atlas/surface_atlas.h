@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "libcommon/atlas/texel_map.h"
@@ -44,6 +45,10 @@ class SurfaceAtlas {
   [[nodiscard]] bool is_covered(TexelIndex t) const { return triangle_[t] >= 0; }
   /// -1 outside the charts.
   [[nodiscard]] int triangle(TexelIndex t) const { return triangle_[t]; }
+  /// By texel, in tile order.
+  [[nodiscard]] std::span<const std::int32_t> triangles() const { return triangle_; }
+  /// In order: texels whose neighbours are not simply those beside them, at seams and where the surface ends.
+  [[nodiscard]] std::span<const TexelIndex> border() const { return border_; }
   [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
   /// Area weight of the texels of a triangle, [1, kMaxWeight].
   [[nodiscard]] std::uint32_t weight_of_triangle(int triangle) const { return weight_[static_cast<std::size_t>(triangle)]; }

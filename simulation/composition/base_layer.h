@@ -1,0 +1,46 @@
+/// \file
+/// What a scene looks like when it is new, texel by texel, kept only where objects have maps.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "simulation/atlas/surface_atlas.h"
+#include "simulation/composition/compose_kernel.h"
+#include "simulation/composition/quantised_look.h"
+
+namespace patinate::composition {
+
+/// Original colours, specular values and heights. Maps are sampled bilinearly at texel centres (a map with the object's own size in
+/// the atlas: copied), pictures of presets repeated by texels; colours become sRGB codes, specular values codes of 8 bit.
+/// Memory: 4 bytes a texel for pages (64 x 64) with colour or specular maps, 4 for those with height maps.
+class BaseLayer {
+ public:
+  BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm, const RunControl& control = {});
+
+  /// The only object of a tile; kSeveral or kNone otherwise.
+  static constexpr std::uint16_t kSeveral = 0xFFFE;
+  static constexpr std::uint16_t kNone = 0xFFFF;
+  [[nodiscard]] std::uint16_t object(TileIndex tile) const { return tile_object_[tile]; }
+  [[nodiscard]] bool has_heights() const { return has_heights_; }
+  [[nodiscard]] std::size_t memory() const;
+
+  /// @param buffer  Used where the answer is not stored as such.
+  [[nodiscard]] const BaseTile& tile(TileIndex tile, BaseTile& buffer) const;
+  /// 64 height quanta.
+  [[nodiscard]] const std::int32_t* heights(TileIndex tile) const;
+
+ private:
+  void fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh, double quanta_per_mm);
+
+  const SurfaceAtlas* surface_;
+  bool has_heights_ = false;
+  std::vector<std::uint16_t> tile_object_;
+  std::vector<BaseTile> plain_;  ///< By object: one colour.
+  std::vector<std::unique_ptr<std::uint32_t[]>> codes_;
+  std::vector<std::unique_ptr<std::int32_t[]>> heights_;
+};
+
+}  // namespace patinate::composition

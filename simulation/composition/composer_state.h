@@ -1,0 +1,53 @@
+/// \file
+/// What a Composer holds.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "simulation/composition/base_layer.h"
+#include "simulation/composition/compose.h"
+#include "simulation/composition/compose_kernel.h"
+#include "simulation/composition/height_frames.h"
+#include "simulation/composition/quantised_look.h"
+
+namespace patinate {
+
+struct Composer::State {
+  State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas, ColorForm color_form, const RunControl& control);
+
+  void set_looks(const std::vector<MaterialLook>& looks);
+  /// Amounts of new texels, by object and material, from any texel of the object.
+  void read_originals(const MaterialAtlas& atlas);
+  /// Colour, specular value and height of a tile; leaves what changed in `flags`.
+  void compose_tile(const MaterialAtlas& atlas, TileIndex tile);
+  /// Normals of a tile; leaves whether they changed in `flags`.
+  void compose_normals(TileIndex tile);
+  void slopes_of(TileIndex tile, composition::SlopeTile& slopes) const;
+
+  static constexpr std::uint8_t kCodesChanged = 1;
+  static constexpr std::uint8_t kHeightsChanged = 2;
+  static constexpr std::uint8_t kNormalsChanged = 4;
+  static constexpr std::uint8_t kMarked = 8;
+
+  const SurfaceAtlas* surface;
+  double quanta_per_mm;
+  composition::BaseLayer base;
+  composition::HeightFrames frames;
+  std::vector<TileIndex> covered_tiles;
+  std::vector<TexelIndex> texel_of_object;  ///< kNoTexel when it shows in none.
+  std::vector<composition::QuantisedLook> looks;
+  std::vector<composition::Picture> pictures;
+  ColorForm form;
+  const composition::Kernels* kernels;
+  bool is_all_dirty = true;
+
+  /// By object and material: 64 times the amount when new.
+  std::vector<std::array<std::uint16_t, composition::kTile>> originals;
+  std::vector<std::uint32_t> codes;
+  std::vector<std::int32_t> heights;  ///< Empty while everything is flat.
+  std::vector<std::uint8_t> normals;
+  std::vector<std::uint8_t> flags;    ///< By tile.
+};
+
+}  // namespace patinate

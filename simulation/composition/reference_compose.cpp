@@ -1,0 +1,105 @@
+#include "simulation/composition/reference_compose.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/image/color.h"
+#include "simulation/composition/height_frames.h"
+#include "simulation/composition/quantised_look.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr double kMostWeight = 65535.0 / 16384.0;
+constexpr double kMostSlope = 16.0;
+
+/// Linear value of the nearest sRGB code.
+double coded(double linear) {
+  return static_cast<double>(linear_from_srgb(static_cast<float>(srgb8_from_linear(static_cast<float>(linear))) / 255.0f));
+}
+
+double bilinear(const ImageF& map, double u, double v, int channel) {
+  const double x = std::clamp(u * map.width() - 0.5, 0.0, map.width() - 1.0);
+  const double y = std::clamp(v * map.height() - 0.5, 0.0, map.height() - 1.0);
+  const auto hat = [](double d) { return std::max(0.0, 1.0 - std::abs(d)); };
+  double sum = 0.0;
+  for (int py = static_cast<int>(y); py <= std::min(static_cast<int>(y) + 1, map.height() - 1); ++py) {
+    for (int px = static_cast<int>(x); px <= std::min(static_cast<int>(x) + 1, map.width() - 1); ++px) {
+      sum += hat(x - px) * hat(y - py) * static_cast<double>(map.at(px, py, std::min(channel, map.channels() - 1)));
+    }
+  }
+  return sum;
+}
+
+double picture_value(const ColorSource& source, int x, int y, int channel) {
+  if (source.image.empty()) return coded(source.color[channel]);
+  return coded(static_cast<double>(source.image.at(x % source.image.width(), y % source.image.height(), std::min(channel, source.image.channels() - 1))));
+}
+
+ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>& square, const TileGrid& grid, int x, int y) {
+  const double u = ((x + 0.5) / grid.width - square[0]) / square[2];
+  const double v = ((y + 0.5) / grid.height - (1.0 - square[1] - square[2])) / square[2];
+  ReferenceTexel texel;
+  for (int c = 0; c < 3; ++c) {
+    texel.color[c] = object.color_map.empty() ? picture_value(object.preset.color, x, y, c) : coded(bilinear(object.color_map, u, v, c));
+  }
+  const double specular = object.specular_map.empty() ? object.preset.specular : bilinear(object.specular_map, u, v, 0);
+  texel.specular = std::round(255.0 * std::clamp(specular, 0.0, 1.0)) / 255.0;
+  if (!object.height_map.empty()) texel.height_mm = bilinear(object.height_map, u, v, 0);
+  return texel;
+}
+
+void age(ReferenceTexel& texel, const Scene& scene, const MaterialAtlas& atlas, TexelIndex t, ColorForm form) {
+  const TileGrid& grid = atlas.surface().grid();
+  double total = 0.0;
+  Vec3 sum = Vec3::Zero();
+  for (int m = 0; m < atlas.num_materials(); ++m) {
+    const MaterialLook& look = scene.looks[static_cast<std::size_t>(m)];
+    const double delta = (static_cast<double>(atlas.amount(m, t)) - static_cast<double>(atlas.original(m, t))) / kAmountOne;
+    const double xi = composition::noise(t, composition::noise_key(m)) / 32768.0;
+    const double w = std::min(kMostWeight, std::min(kMostWeight, std::max(0.0, delta) * look.strength) * (1.0 + look.variation * xi));
+    total += w;
+    for (int c = 0; c < 3; ++c) sum[c] += w * picture_value(look.color, grid.x(t), grid.y(t), c);
+    texel.specular += delta * look.specular * (1.0 + look.specular_variation * xi);
+    texel.height_mm += delta * look.height_mm * (1.0 + look.height_variation * xi);
+  }
+  const Vec3 mixed = total >= 1.0 ? Vec3(sum / total) : Vec3(form == ColorForm::Published ? total * sum : sum);
+  texel.color = texel.color * std::max(0.0, 1.0 - total) + mixed;
+  texel.specular = std::clamp(texel.specular, 0.0, 1.0);
+}
+
+}  // namespace
+
+std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMesh& scene_mesh, const MaterialAtlas& atlas, ColorForm form) {
+  const SurfaceAtlas& surface = atlas.surface();
+  const TileGrid& grid = surface.grid();
+  std::vector<ReferenceTexel> texels(grid.num_texels());
+  for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
+    if (!surface.is_covered(t)) continue;
+    const auto object = static_cast<std::size_t>(surface.object(surface.triangle(t)));
+    texels[t] = new_texel(scene.objects[object], scene_mesh.uv_squares[object], grid, grid.x(t), grid.y(t));
+    age(texels[t], scene, atlas, t, form);
+  }
+  for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
+    if (!surface.is_covered(t)) continue;
+    const composition::TexelFrame frame = composition::texel_frame(surface.mm_per_texel(surface.triangle(t)).cast<double>());
+    if (frame.is_degenerate) continue;
+    const std::array<TexelIndex, 4> around = surface.neighbors(t);
+    Eigen::Vector4d difference = Eigen::Vector4d::Zero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (around[k] != kNoTexel) difference[static_cast<int>(k)] = texels[around[k]].height_mm - texels[t].height_mm;
+    }
+    // A neighbour beside, in another triangle, counts as one step; only those over seams have a place of their own.
+    const bool is_border = std::binary_search(surface.border().begin(), surface.border().end(), t);
+    const std::array<Vec2, 4> plain{Vec2(1, 0), Vec2(-1, 0), Vec2(0, 1), Vec2(0, -1)};
+    const std::array<Vec2, 4> steps = is_border ? composition::neighbor_steps(scene_mesh, surface, t) : plain;
+    const Vec2 per_step = composition::gradient_weights(steps) * difference;
+    const Vec2 slope = (frame.step.inverse().transpose() * per_step).cwiseMax(-kMostSlope).cwiseMin(kMostSlope);
+    texels[t].normal = Vec3(-slope.x(), -slope.y(), 1.0).normalized();
+  }
+  return texels;
+}
+
+}  // namespace patinate

@@ -1,0 +1,73 @@
+#include "tests/simulation/composition/compose_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/random.h"
+
+namespace patinate::testing_support {
+
+ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> looks, const std::function<void(Scene&)>& change) {
+  SceneObject object;
+  object.name = "object";
+  object.mesh = std::move(mesh);
+  scene.objects.push_back(std::move(object));
+  for (std::size_t i = 0; i < looks.size(); ++i) scene.materials.push_back("material" + std::to_string(i));
+  scene.looks = std::move(looks);
+  scene.resolution = resolution;
+  if (change) change(scene);
+  scene_mesh = make_scene_mesh(scene);
+  surface = std::make_unique<SurfaceAtlas>(scene_mesh, resolution);
+  map = std::make_unique<TexelMap>(scene_mesh.mesh, resolution, resolution);
+  std::vector<std::array<std::uint16_t, kMaxMaterials>> originals;
+  for (const SceneObject& each : scene.objects) {
+    std::array<std::uint16_t, kMaxMaterials> quanta{};
+    for (std::size_t i = 0; i < quanta.size(); ++i) quanta[i] = static_cast<std::uint16_t>(std::lround(each.preset.amounts[i] * kAmountOne));
+    originals.push_back(quanta);
+  }
+  atlas = std::make_unique<MaterialAtlas>(*surface, static_cast<int>(scene.materials.size()), std::move(originals));
+}
+
+void ComposeScene::set(int material, const std::function<double(int, int, const Vec3&)>& value) {
+  const TileGrid& grid = surface->grid();
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      const TexelIndex t = grid.index(x, y);
+      if (!surface->is_covered(t)) continue;
+      const double amount = value(x, y, map->position_mm(std::int64_t{y} * grid.width + x));
+      atlas->writable_tile(material, TileGrid::tile_of(t))[t % TileGrid::kTileTexels] =
+          static_cast<std::uint16_t>(std::lround(std::clamp(amount * kAmountOne, 0.0, double{kMaxAmount})));
+    }
+  }
+}
+
+std::vector<MaterialLook> any_looks(int num_materials, std::uint64_t seed) {
+  std::vector<MaterialLook> looks;
+  for (int i = 0; i < num_materials; ++i) {
+    RandomStream random(seed, static_cast<std::uint64_t>(i));
+    MaterialLook look;
+    look.color.color = Vec3(random.uniform(), random.uniform(), random.uniform());
+    look.strength = i == 0 ? 1.0 : std::exp(4.0 * random.uniform() - 2.0);
+    look.variation = i % 3 == 0 ? 0.0 : random.uniform();
+    look.specular = 2.0 * random.uniform() - 1.0;
+    look.specular_variation = i % 2 == 0 ? 0.0 : random.uniform();
+    look.height_mm = 0.5 * (2.0 * random.uniform() - 1.0);
+    look.height_variation = i % 2 == 1 ? 0.0 : random.uniform();
+    looks.push_back(std::move(look));
+  }
+  return looks;
+}
+
+void set_any_amounts(ComposeScene& scene, std::uint64_t seed) {
+  const int n = static_cast<int>(scene.scene.materials.size());
+  for (int m = 0; m < std::max(1, n - 1); ++m) {
+    scene.set(m, [&](int x, int y, const Vec3& p) {
+      RandomStream random(seed, (static_cast<std::uint64_t>(m) << 40) + static_cast<std::uint64_t>(y) * 65536 + static_cast<std::uint64_t>(x));
+      const double wave = std::sin(0.3 * p.x() + m) * std::cos(0.2 * p.y() - m);
+      const double original = scene.scene.objects[0].preset.amounts[static_cast<std::size_t>(m)];
+      return std::max(0.0, original + wave) * (0.9 + 0.2 * random.uniform());
+    });
+  }
+}
+
+}  // namespace patinate::testing_support

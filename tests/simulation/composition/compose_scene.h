@@ -1,0 +1,36 @@
+/// \file
+/// Scenes for composing: a mesh, an atlas, amounts that a test sets texel by texel.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "libcommon/atlas/texel_map.h"
+#include "simulation/atlas/material_atlas.h"
+#include "simulation/composition/compose.h"
+
+namespace patinate::testing_support {
+
+/// A scene of one object, its atlas and its amounts, all original at first.
+struct ComposeScene {
+  /// @param looks  One a material.
+  ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> looks, const std::function<void(Scene&)>& change = {});
+
+  /// value(x, y, position in mm) is the new amount of a material; 1 = kAmountOne; rounded and kept in range.
+  void set(int material, const std::function<double(int, int, const Vec3&)>& value);
+  [[nodiscard]] Composer composer(ColorForm form = ColorForm::Normalised) const { return {scene, scene_mesh, *surface, form}; }
+
+  Scene scene;
+  SceneMesh scene_mesh;
+  std::unique_ptr<SurfaceAtlas> surface;
+  std::unique_ptr<TexelMap> map;
+  std::unique_ptr<MaterialAtlas> atlas;
+};
+
+/// Looks of eight materials with every kind of number in them, different for each seed.
+[[nodiscard]] std::vector<MaterialLook> any_looks(int num_materials, std::uint64_t seed);
+/// Amounts of all materials that vary by texel, some left as they are; pages of the last material stay untouched.
+void set_any_amounts(ComposeScene& scene, std::uint64_t seed);
+
+}  // namespace patinate::testing_support

@@ -149,6 +149,28 @@ TEST(LambertianLights, ShadowsAndHighlightsPullLittle) {
   EXPECT_LT(worst_mm(lights_from_lambertian(camera_above(), samples, {.albedo = 0.8})), 0.6);
 }
 
+TEST(LambertianLights, ALightBehindTheObjectIsNamed) {
+  // The upper half of a ball of 50 mm, seen from above; the light stands below its equator, so that a few samples at the rim are all it reaches.
+  const auto ball = [](const Vec3& light) {
+    std::vector<ShadedSample> samples;
+    for (int i = 0; i < 800; ++i) {
+      const double z = (i + 0.5) / 800, turn = 2.399963229728653 * i, flat = std::sqrt(1.0 - z * z);
+      ShadedSample s;
+      s.normal = Vec3(flat * std::cos(turn), flat * std::sin(turn), z);
+      s.point_mm = 50.0 * s.normal;
+      s.pixel = *camera_above().project(s.point_mm);
+      const Vec3 to_light = light - s.point_mm;
+      s.value = 0.8 / kPi * kIntensity * std::max(0.0, to_light.normalized().dot(s.normal)) / to_light.squaredNorm();
+      samples.push_back(s);
+    }
+    return samples;
+  };
+  const auto error = [&](const Vec3& light) { return error_of([&] { (void)lights_from_lambertian(camera_above(), {ball(kPositions[0]), ball(light)}); }); };
+  EXPECT_EQ(error({150, 0, 250}), "");
+  const std::string behind = error({100, 0, -400});
+  EXPECT_TRUE(has(behind, "light 2 lies behind the object")) << behind;
+}
+
 TEST(LambertianLights, BlackWhiteAndWrongSamplesAreNamed) {
   const auto error = [](const auto& change) {
     std::vector<ShadedSample> samples = planes(camera_above(), kPositions[0], 2, {}, 1);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "capture/unlighting/specular_lobe.h"
+#include "capture/unlighting/specular_tiles.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
 
@@ -15,8 +16,6 @@ namespace patinate {
 
 namespace {
 
-constexpr int kEvery = 4;  ///< Of a tile's pixels, one of so many is summed: neighbours tell much the same.
-constexpr int kTile = 8;  ///< Pixels along a side of what is summed before it is smoothed.
 constexpr std::array<double, 12> kRoughness{0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.46, 0.53, 0.6, 0.68, 0.78, 0.9};
 constexpr int kNumRoughness = static_cast<int>(kRoughness.size());
 constexpr double kTexelFreedom = 0.3;  ///< Standard deviation of a texel's strength about its neighbourhood's, as a share of it.
@@ -174,17 +173,17 @@ constexpr int kSums = 3;  ///< Of each roughness: channels kSums r ... of sums o
 
 /// Sums over tiles: lobe_lobe, lobe_value and whole_lobe of every roughness.
 ImageF tile_sums(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted, const RunControl& control) {
-  const int columns = (work.width + kTile - 1) / kTile, rows = (work.height + kTile - 1) / kTile;
+  const int columns = (work.width + kSpecularTile - 1) / kSpecularTile, rows = (work.height + kSpecularTile - 1) / kSpecularTile;
   ImageF tiles(columns, rows, kSums * kNumRoughness);
   parallel_for(rows, 1, control, [&](std::int64_t row, std::int64_t) {
     TexelLobes lobes(work, lobe);
     const int ty = static_cast<int>(row);
     std::vector<double> line(static_cast<std::size_t>(columns * kSums * kNumRoughness), 0.0);
-    for (int y = ty * kTile; y < std::min(work.height, (ty + 1) * kTile); ++y) {
+    for (int y = ty * kSpecularTile; y < std::min(work.height, (ty + 1) * kSpecularTile); ++y) {
       for (int x = 0; x < work.width; ++x) {
         LobeSums sums;
-        if ((x + 2 * y) % kEvery != 0 || fitted.mask.at(x, y) == 0 || !lobes.sum(x, y, fitted, 0, kRoughness.size() - 1, sums)) continue;
-        double* at = &line[static_cast<std::size_t>(x / kTile * kSums * kNumRoughness)];
+        if (!is_specular_sample(x, y) || fitted.mask.at(x, y) == 0 || !lobes.sum(x, y, fitted, 0, kRoughness.size() - 1, sums)) continue;
+        double* at = &line[static_cast<std::size_t>(x / kSpecularTile * kSums * kNumRoughness)];
         for (std::size_t r = 0; r < kRoughness.size(); ++r) {
           at[kSums * r] += sums.lobe_lobe[r];
           at[kSums * r + 1] += sums.lobe_value[r];
@@ -227,18 +226,13 @@ BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
 
 /// Between tiles' centres; tiles without a highlight have strength 0 and lend no roughness.
 std::array<double, 2> interpolated(const ImageF& tiles, int x, int y) {
-  const double u = std::clamp((x + 0.5) / kTile - 0.5, 0.0, tiles.width() - 1.0), v = std::clamp((y + 0.5) / kTile - 0.5, 0.0, tiles.height() - 1.0);
-  const int i = static_cast<int>(u), j = static_cast<int>(v);
   double strength = 0.0, roughness = 0.0, weight = 0.0;
-  for (int dj = 0; dj < 2; ++dj) {
-    for (int di = 0; di < 2; ++di) {
-      const int a = std::min(i + di, tiles.width() - 1), b = std::min(j + dj, tiles.height() - 1);
-      const double w = (di == 0 ? 1.0 - (u - i) : u - i) * (dj == 0 ? 1.0 - (v - j) : v - j);
-      strength += w * static_cast<double>(tiles.at(a, b, 0));
-      if (!(tiles.at(a, b, 0) > 0.0f)) continue;
-      roughness += w * static_cast<double>(tiles.at(a, b, 1));
-      weight += w;
-    }
+  for (const TileShare& tile : tiles_around(tiles, x, y)) {
+    const auto tile_strength = static_cast<double>(tiles.at(tile.x, tile.y, 0));
+    strength += tile.weight * tile_strength;
+    if (!(tile_strength > 0.0)) continue;
+    roughness += tile.weight * static_cast<double>(tiles.at(tile.x, tile.y, 1));
+    weight += tile.weight;
   }
   return {strength, weight > 0.0 ? roughness / weight : 0.0};
 }
@@ -263,7 +257,7 @@ struct TileLobes {
 };
 
 TileLobes fit_tiles(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted, const RunControl& control) {
-  const double sigma = work.options.specular_window_px / kTile;
+  const double sigma = work.options.specular_window_px / kSpecularTile;
   const ImageF sums = gaussian_blur(tile_sums(work, lobe, fitted, control.part(0.0, 0.9)), sigma, control.part(0.9, 1.0));
   const double num_tiles = std::min(static_cast<double>(sums.num_pixels()), std::max(1.0, 4.0 * std::numbers::pi * sigma * sigma));
   TileLobes result{.tiles = ImageF(sums.width(), sums.height(), 2)};

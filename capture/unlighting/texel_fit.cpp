@@ -103,14 +103,15 @@ class TexelSolver {
 
   void reject_outliers() {
     constexpr double kShrink = 1.6;
+    const double least = o_.rejection_width();
     double worst = 0.0;
     for (int k : candidates_) worst = std::max(worst, std::abs(residual(k)));
-    for (double width = std::max(0.7 * worst, o_.rejection_sigma); width > o_.rejection_sigma; width = std::max(width / kShrink, o_.rejection_sigma)) {
+    for (double width = std::max(0.7 * worst, least); width > least; width = std::max(width / kShrink, least)) {
       weigh(width);
       step();
     }
     for (int i = 0; i < 3; ++i) {
-      weigh(o_.rejection_sigma);
+      weigh(least);
       step();
     }
     constexpr int kRounds = 4;
@@ -133,7 +134,7 @@ class TexelSolver {
     bool has_changed = false;
     for (int k : candidates_) {
       const double r = residual(k);
-      const bool is_near = std::abs(r) <= o_.rejection_sigma;
+      const bool is_near = std::abs(r) <= o_.rejection_width();
       const SampleState now = is_near ? SampleState::Clean : r > 0.0 ? SampleState::Brighter : SampleState::Darker;
       const double w = is_near ? 1.0 : 0.0;
       has_changed = has_changed || now != state(k) || w != weight(k);

@@ -2,6 +2,7 @@
 /// Albedo and normal of one texel from its samples under several lamps. Inside of unlighting only.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -33,6 +34,11 @@ struct TexelFitOptions {
   double noise_scale = 1.0;       ///< Times sqrt(variance).
   double min_cosine = 0.05;
   int min_lights = 2;
+
+  /// How far off a sample may be before it is rejected, in standard deviations of the noise that was found. The noise is never taken for less than
+  /// kLeastNoise of what `variance` expects: photographs without noise would else be rejected wherever the model is a hair off.
+  [[nodiscard]] double rejection_width() const { return rejection_sigma * std::max(1.0, kLeastNoise / noise_scale); }
+  static constexpr double kLeastNoise = 0.3;  ///< Rounding to 8-bit sRGB alone is twice that (of the default floor and share).
 };
 
 struct TexelFit {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "capture/unlighting/lamp_estimate.h"
+#include "capture/unlighting/specular_choice.h"
 #include "capture/unlighting/specular_fit.h"
 #include "capture/unlighting/unlight_work.h"
 #include "libcommon/core/error.h"
@@ -17,7 +18,7 @@ namespace {
 constexpr std::int64_t kRows = 2;
 constexpr std::array<std::string_view, 2> kNormalModeNames{"keep", "refine"};
 constexpr std::array<std::string_view, 2> kRejectionNames{"none", "robust"};
-constexpr std::array<std::string_view, 2> kSpecularNames{"none", "fit"};
+constexpr std::array<std::string_view, 3> kSpecularNames{"none", "fit", "auto"};
 
 void put(ImageF& image, int x, int y, const Vec3& v) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
@@ -170,7 +171,7 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
   v.visit({"normal_sigma", "expected error of the scan's normals", "deg", {0, 90, true}}, o.normal_sigma_deg);
   v.visit_choice({"rejection", "none: every valid lit sample counts; robust: without shadows and highlights"}, o.rejection, kRejectionNames);
   v.visit({"rejection_sigma", "samples farther off than this are shadows or highlights", "standard deviations", between(1.5, 20)}, o.rejection_sigma);
-  v.visit_choice({"specular", "none, or fit: highlights are found and subtracted"}, o.specular, kSpecularNames);
+  v.visit_choice({"specular", "none; fit: highlights are found and subtracted; auto: where nearly all texels near are better for it"}, o.specular, kSpecularNames);
   v.visit({"specular_window", "highlights are alike within such a distance", "px", between(2, 1000)}, o.specular_window_px);
   v.visit({"strengths", "find the lamps' strengths, of which the given intensities are only a guess"}, o.estimate_strengths);
   v.visit({"ambient", "find the light from everywhere that was not subtracted"}, o.estimate_ambient);
@@ -218,6 +219,26 @@ double estimate_noise_scale(const UnlightWork& work, const RunControl& control, 
   return scale;
 }
 
+void subtract_highlights(UnlightWork& work, UnlightResult& result, const RunControl& control) {
+  constexpr int kPasses = 3;
+  const bool is_chosen = work.options.specular == SpecularMode::Auto;
+  const double share = is_chosen ? 0.85 : 1.0;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const RunControl part = control.part(share * pass / kPasses, share * (pass + 1) / kPasses);
+    SpecularFit specular = fit_specular(work, result, part.part(0.0, 0.5));
+    work.highlight_normal = result.normal;
+    work.specular = std::move(specular.values);
+    work.lobe = specular.lobe;
+    work.noise_scale = estimate_noise_scale(work, part.part(0.5, 0.6));
+    fit_all(work, result, part.part(0.6, 1.0));
+  }
+  if (!is_chosen) return;
+  const RunControl part = control.part(share, 1.0);
+  keep_shared_highlights(work, part.part(0.0, 0.3));
+  work.noise_scale = estimate_noise_scale(work, part.part(0.3, 0.4));
+  fit_all(work, result, part.part(0.4, 1.0));
+}
+
 UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, const RunControl& control) {
   std::vector<std::string> notes;
   UnlightWork work(input, options, control.part(0.0, 0.25));
@@ -233,17 +254,8 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
                        .mask = ImageU8(work.width, work.height),
                        .samples = ImageU8(work.width, work.height, work.num_lights)};
   fit_all(work, result, control.part(0.35, 0.5));
-  if (options.specular == SpecularMode::Fit) {
-    constexpr int kPasses = 3;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      const RunControl part = control.part(0.5 + 0.4 * pass / kPasses, 0.5 + 0.4 * (pass + 1) / kPasses);
-      SpecularFit specular = fit_specular(work, result, part.part(0.0, 0.5));
-      work.highlight_normal = result.normal;
-      work.specular = std::move(specular.values);
-      work.lobe = specular.lobe;
-      work.noise_scale = estimate_noise_scale(work, part.part(0.5, 0.6));
-      fit_all(work, result, part.part(0.6, 1.0));
-    }
+  if (options.specular != SpecularMode::None) {
+    subtract_highlights(work, result, control.part(0.5, 0.9));
     result.specular = work.specular;
     result.lobe = work.lobe;
   }

@@ -121,7 +121,7 @@ JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, con
   for (const JobDependency& d : plan.depends_on) hash.add(d.key);
   plan.key = hash.hex();
   JobItem item{.name = "unlight", .outputs = {"albedo.exr", "stddev.exr", "normal.exr", "mask.png", "albedo.png", "normal.png", "stddev.png", kUnlitPageFile, kFactsFile}, .run = {}};
-  if (options.specular == SpecularMode::Fit) item.outputs.insert(item.outputs.end(), {"specular.exr", "specular.png"});
+  if (options.specular != SpecularMode::None) item.outputs.insert(item.outputs.end(), {"specular.exr", "specular.png"});
   for (std::size_t k = 0; k < step.photos.size(); ++k) item.outputs.emplace_back(samples_file(k));
   item.run = [step, options](const fs::path& folder, const RunControl& control) { run_item(step, options, folder, control); };
   plan.items.push_back(std::move(item));

@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   struct Case {
     const char* name;
     std::function<void(MouldOptions&)> disturb;
-    SpecularMode specular = SpecularMode::Fit;
+    SpecularMode specular = SpecularMode::Auto;
   };
   const MouldOptions all;
   const std::vector<Case> cases{
@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
       {"ambient light and drift", [&](MouldOptions& o) { o.ambient = all.ambient, o.drift = all.drift; }},
       {"everything", [&](MouldOptions& o) { o = all; }},
       {"everything, highlights rejected", [&](MouldOptions& o) { o = all; }, SpecularMode::None},
+      {"everything, highlights subtracted", [&](MouldOptions& o) { o = all; }, SpecularMode::Fit},
       {"everything, poses given", [&](MouldOptions& o) { o = all, o.transforms = true; }, SpecularMode::None},
       {"everything, 10 lights", [&](MouldOptions& o) { o = all, o.num_lights = 10; }},
   };

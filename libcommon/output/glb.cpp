@@ -15,6 +15,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
 #include "libcommon/image/color.h"
+#include "libcommon/output/glb_tangents.h"
 
 namespace patinate {
 
@@ -24,21 +25,24 @@ constexpr std::uint32_t kMagic = 0x46546C67;      // "glTF"
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
 constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
+constexpr int kLeastRoughness = 13;  // of 255: mirrors of 8 bit flicker
 
-// One vertex per different (position, uv, normal); indices by tile.
+// One vertex per different (position, uv, normal), and side of the UVs where there are tangents; indices by tile.
 struct VertexBuffers {
-  std::vector<float> positions, normals, uvs;
+  std::vector<float> positions, normals, uvs, tangents;
   std::vector<std::vector<std::uint32_t>> indices;
 };
 
-VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale) {
+VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale, bool has_tangents) {
   VertexBuffers buffers;
+  const CornerTangents tangents = has_tangents ? corner_tangents(mesh) : CornerTangents{};
   buffers.indices.resize(tiles.names.size());
-  std::map<std::array<int, 3>, std::uint32_t> index_of;
+  std::map<std::array<int, 4>, std::uint32_t> index_of;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     std::vector<std::uint32_t>& indices = buffers.indices[tiles.triangle_tile.empty() ? 0 : static_cast<std::size_t>(tiles.triangle_tile[t])];
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::array<int, 3> corner = {mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k]};
+      const bool is_mirrored = has_tangents && tangents.is_mirrored[t];
+      const std::array<int, 4> corner = {mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k], is_mirrored ? 1 : 0};
       const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
       indices.push_back(found->second);
       if (!is_new) continue;
@@ -49,9 +53,13 @@ VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale
       for (int i = 0; i < 3; ++i) buffers.normals.push_back(n[i]);
       buffers.uvs.push_back(static_cast<float>(uv.x()));
       buffers.uvs.push_back(static_cast<float>(1.0 - uv.y()));
+      if (!has_tangents) continue;
+      const Eigen::Vector3f tangent = tangents.tangent[t][k].cast<float>().normalized();
+      for (int i = 0; i < 3; ++i) buffers.tangents.push_back(tangent[i]);
+      buffers.tangents.push_back(is_mirrored ? -1.0f : 1.0f);
     }
   }
-  for (const std::vector<float>* values : {&buffers.positions, &buffers.normals, &buffers.uvs}) {
+  for (const std::vector<float>* values : {&buffers.positions, &buffers.normals, &buffers.uvs, &buffers.tangents}) {
     for (const float value : *values) {
       if (!std::isfinite(value)) throw InvalidInput("glb: the mesh has a value that is not finite");
     }
@@ -59,18 +67,27 @@ VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale
   return buffers;
 }
 
-std::string png_bytes(const ImageF& linear) {
-  const ImageU8 codes = srgb8_from_linear(linear);
+std::string png_bytes(const ImageU8& codes, bool is_color) {
   OIIO::Filesystem::IOVecOutput bytes;
   const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("picture.png", &bytes);
   OIIO::ImageSpec spec(codes.width(), codes.height(), codes.channels(), OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
+  if (is_color) spec.attribute("oiio:ColorSpace", "sRGB");
   if (!out || !out->open("picture.png", spec) || !out->write_image(OIIO::TypeDesc::UINT8, codes.data()) ||
       !out->close()) {
     throw CannotComplete("glb: a texture could not be encoded as PNG" + (out ? ": " + out->geterror() : std::string()));
   }
   const auto& buffer = bytes.buffer();
   return {buffer.begin(), buffer.end()};
+}
+
+// glTF keeps roughness in green and metalness in blue.
+ImageU8 roughness_map(const ImageU8& specular) {
+  ImageU8 map(specular.width(), specular.height(), 3);
+  for (std::int64_t i = 0; i < specular.num_pixels(); ++i) {
+    const int rough = 255 - specular.data()[i * specular.channels()];
+    map.data()[3 * i + 1] = static_cast<std::uint8_t>(std::max(rough, kLeastRoughness));
+  }
+  return map;
 }
 
 // The binary chunk and the views into it.
@@ -124,6 +141,12 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant
   std::set<std::string> names;
   for (const GlbVariant& variant : variants) {
     if (variant.base_colors.size() != tiles.names.size()) throw InvalidInput("glb: `" + variant.name + "` needs one texture per tile");
+    for (const std::vector<ImageU8>* maps : {&variant.normals, &variant.speculars}) {
+      if (!maps->empty() && maps->size() != tiles.names.size()) throw InvalidInput("glb: `" + variant.name + "` needs a map per tile, or none");
+      for (const ImageU8& map : *maps) {
+        if (map.empty() || (maps == &variant.normals && map.channels() != 3)) throw InvalidInput("glb: a map of `" + variant.name + "` is empty or has not 3 channels");
+      }
+    }
     for (const ImageF& texture : variant.base_colors) {
       if (texture.empty()) throw InvalidInput("glb: the texture of `" + variant.name + "` is empty");
     }
@@ -137,34 +160,45 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant
 void add_materials(Json& gltf, BinaryChunk& binary, const GlbTiles& tiles, const std::vector<GlbVariant>& variants,
                    const GlbOptions& options, const RunControl& control) {
   gltf["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}};
-  const double num_textures = static_cast<double>(variants.size() * tiles.names.size());
+  const double num_materials = static_cast<double>(variants.size() * tiles.names.size());
+  const auto add_texture = [&](const std::string& name, const ImageU8& codes, bool is_color) {
+    control.throw_if_stopped();
+    const std::string png = png_bytes(codes, is_color);
+    const std::size_t index = gltf["textures"].size();
+    gltf["images"].push_back({{"name", name}, {"mimeType", "image/png"}, {"bufferView", binary.add(png.data(), png.size())}});
+    gltf["textures"].push_back({{"sampler", 0}, {"source", index}});
+    return index;
+  };
   for (const GlbVariant& variant : variants) {
     for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
-      control.throw_if_stopped();
       const std::string name = tiles.names.size() == 1 ? variant.name : variant.name + " " + tiles.names[tile];
-      const std::string png = png_bytes(variant.base_colors[tile]);
-      const std::size_t index = gltf["textures"].size();
-      gltf["images"].push_back({{"name", name}, {"mimeType", "image/png"}, {"bufferView", binary.add(png.data(), png.size())}});
-      gltf["textures"].push_back({{"sampler", 0}, {"source", index}});
-      gltf["materials"].push_back(
-          {{"name", name},
-           {"doubleSided", true},
-           {"pbrMetallicRoughness",
-            {{"baseColorTexture", {{"index", index}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}});
-      control.report(0.9 * static_cast<double>(index + 1) / num_textures);
+      const std::size_t index = add_texture(name, srgb8_from_linear(variant.base_colors[tile]), true);
+      Json material = {{"name", name},
+                       {"doubleSided", true},
+                       {"pbrMetallicRoughness",
+                        {{"baseColorTexture", {{"index", index}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}};
+      if (!variant.speculars.empty()) {
+        Json& surface = material["pbrMetallicRoughness"];
+        surface["roughnessFactor"] = 1;
+        surface["metallicRoughnessTexture"] = {{"index", add_texture(name + " roughness", roughness_map(variant.speculars[tile]), false)}};
+      }
+      if (!variant.normals.empty()) material["normalTexture"] = {{"index", add_texture(name + " normals", variant.normals[tile], false)}};
+      gltf["materials"].push_back(std::move(material));
+      control.report(0.9 * static_cast<double>(gltf["materials"].size()) / num_materials);
     }
     gltf["extensions"]["KHR_materials_variants"]["variants"].push_back({{"name", variant.name}});
   }
 }
 
 // A primitive per tile that has triangles.
-Json make_primitives(const std::vector<int>& index_accessors, std::size_t num_variants) {
+Json make_primitives(const std::vector<int>& index_accessors, std::size_t num_variants, int tangent_accessor) {
   Json primitives = Json::array();
   for (std::size_t tile = 0; tile < index_accessors.size(); ++tile) {
     if (index_accessors[tile] < 0) continue;
     Json primitive = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}}},
                       {"indices", index_accessors[tile]},
                       {"material", tile}};
+    if (tangent_accessor >= 0) primitive["attributes"]["TANGENT"] = tangent_accessor;
     Json& mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"];
     for (std::size_t i = 0; i < num_variants; ++i) {
       mappings.push_back({{"material", i * index_accessors.size() + tile}, {"variants", Json::array({i})}});
@@ -215,7 +249,8 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
                const GlbOptions& options, const RunControl& control) {
   check(mesh, tiles, variants, options);
   const Mesh shaded = with_normals(mesh);
-  const VertexBuffers buffers = make_buffers(shaded, tiles, options.metres_per_unit);
+  const bool has_tangents = std::any_of(variants.begin(), variants.end(), [](const GlbVariant& variant) { return !variant.normals.empty(); });
+  const VertexBuffers buffers = make_buffers(shaded, tiles, options.metres_per_unit, has_tangents);
 
   Json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "patinate"}};
@@ -231,6 +266,10 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   gltf["accessors"].push_back(
       accessor(binary.add(buffers.normals, kArrayBuffer), kFloat, buffers.normals.size() / 3, "VEC3"));
   gltf["accessors"].push_back(accessor(binary.add(buffers.uvs, kArrayBuffer), kFloat, buffers.uvs.size() / 2, "VEC2"));
+  const int tangent_accessor = has_tangents ? static_cast<int>(gltf["accessors"].size()) : -1;
+  if (has_tangents) {
+    gltf["accessors"].push_back(accessor(binary.add(buffers.tangents, kArrayBuffer), kFloat, buffers.tangents.size() / 4, "VEC4"));
+  }
   std::vector<int> index_accessors;  // -1 = no triangle shows this tile
   for (const std::vector<std::uint32_t>& indices : buffers.indices) {
     index_accessors.push_back(indices.empty() ? -1 : static_cast<int>(gltf["accessors"].size()));
@@ -238,7 +277,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   }
   gltf["textures"] = Json::array();
   add_materials(gltf, binary, tiles, variants, options, control);
-  gltf["meshes"] = Json::array({{{"name", options.name}, {"primitives", make_primitives(index_accessors, variants.size())}}});
+  gltf["meshes"] = Json::array({{{"name", options.name}, {"primitives", make_primitives(index_accessors, variants.size(), tangent_accessor)}}});
   gltf["bufferViews"] = binary.views();
   gltf["buffers"] = Json::array({{{"byteLength", binary.bytes().size()}}});
   std::string text;

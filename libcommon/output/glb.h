@@ -16,6 +16,8 @@ namespace patinate {
 struct GlbVariant {
   std::string name;                  ///< Shown in viewers, UTF-8, e.g. "12.5 d"; unique.
   std::vector<ImageF> base_colors;   ///< One a tile; linear RGB, any size; stored as 8-bit sRGB PNG.
+  std::vector<ImageU8> normals = {};    ///< None, or one a tile: tangent-space normals, 127.5 + 127.5 n; x along +u, y along +v (up).
+  std::vector<ImageU8> speculars = {};  ///< None, or one a tile: specular value, 255 = 1; roughness = max(0.05, 1 - specular).
 };
 
 /// Which triangles show which of a variant's textures: glTF gets a primitive a tile, and a material a tile and variant.
@@ -32,10 +34,10 @@ struct GlbOptions {
 };
 
 /// Writes atomically; equal input gives equal bytes. Axes are kept as they are, v is flipped as glTF asks.
-/// Materials are seen from both sides, as files from laboratories mix them.
+/// Materials are seen from both sides, as files from laboratories mix them. Where a variant has normals, vertices carry tangents.
 /// @param mesh  With UVs in [0, 1] of every tile.
-/// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture a tile, or
-/// a value is not finite; CannotComplete if it cannot be written.
+/// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture a tile, normals have
+/// not 3 channels, or a value is not finite; CannotComplete if it cannot be written.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbVariant>& variants, const GlbOptions& options = {}, const RunControl& control = {});
 /// With one tile.

@@ -8,6 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_io.h"
+#include "libcommon/output/glb_tangents.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/temp_folder.h"
 
@@ -111,11 +112,71 @@ TEST(Glb, RefusesWhatWouldNotBeValid) {
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 
+std::vector<GlbVariant> with_maps() {
+  std::vector<GlbVariant> variants = two_ages();
+  variants[0].normals = {ImageU8(8, 8, 3, 128)};
+  variants[0].speculars = {ImageU8(8, 8, 1, 200)};
+  return variants;
+}
+
+TEST(Glb, KeepsNormalsAndRoughnessBesideTheColour) {
+  const TempFolder folder;
+  write_glb(folder / "plain.glb", ball(1.0, 8), two_ages());
+  write_glb(folder / "maps.glb", ball(1.0, 8), with_maps());
+  const std::string plain = read_file(folder / "plain.glb"), maps = read_file(folder / "maps.glb");
+  EXPECT_EQ(plain.find("TANGENT"), std::string::npos);
+  EXPECT_EQ(plain.find("metallicRoughnessTexture"), std::string::npos);
+  EXPECT_NE(maps.find(R"("TANGENT":3)"), std::string::npos);
+  EXPECT_NE(maps.find(R"("roughnessFactor":1,"metallicRoughnessTexture":{"index":1})"), std::string::npos);
+  EXPECT_NE(maps.find(R"("normalTexture":{"index":2})"), std::string::npos);
+  EXPECT_EQ(read_mesh(folder / "maps.glb").num_triangles(), ball(1.0, 8).num_triangles());
+}
+
+TEST(Glb, RefusesMapsThatDoNotFit) {
+  const TempFolder folder;
+  std::vector<GlbVariant> variants = with_maps();
+  variants[0].normals[0] = ImageU8(8, 8, 1);
+  EXPECT_THROW(write_glb(folder / "a.glb", ball(1.0, 8), variants), InvalidInput);
+  variants = with_maps();
+  variants[0].speculars.emplace_back(8, 8);
+  EXPECT_THROW(write_glb(folder / "a.glb", ball(1.0, 8), variants), InvalidInput);
+}
+
+TEST(GlbTangents, PointAlongGrowingUAndTellMirroredUvs) {
+  Mesh mesh = with_normals(testing_support::plate(2.0, 0.0));  // u along x, v along -z, facing y
+  CornerTangents found = corner_tangents(mesh);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    EXPECT_FALSE(found.is_mirrored[t]);
+    for (const Vec3& tangent : found.tangent[t]) EXPECT_NEAR((tangent - Vec3(1, 0, 0)).norm(), 0.0, 1e-12);
+  }
+  for (Vec2& uv : mesh.uvs) uv.x() = 1.0 - uv.x();
+  found = corner_tangents(mesh);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    EXPECT_TRUE(found.is_mirrored[t]);
+    for (const Vec3& tangent : found.tangent[t]) EXPECT_NEAR((tangent - Vec3(-1, 0, 0)).norm(), 0.0, 1e-12);
+  }
+}
+
+TEST(GlbTangents, AreUnitAndAcrossTheNormalWhateverTheUvs) {
+  for (const bool is_flat : {false, true}) {
+    Mesh mesh = ball(1.0, 12);
+    if (is_flat) mesh.uvs.assign(mesh.uvs.size(), Vec2(0.3, 0.3));
+    const CornerTangents found = corner_tangents(mesh);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_NEAR(found.tangent[t][k].norm(), 1.0, 1e-12);
+        EXPECT_NEAR(found.tangent[t][k].dot(mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])]), 0.0, 1e-12);
+      }
+    }
+  }
+}
+
 // tests/gltf/run.sh validates what this leaves.
 TEST(Glb, SampleForTheKhronosValidator) {
   const char* folder = std::getenv("PATINATE_GLTF_SAMPLES");
   if (folder == nullptr) GTEST_SKIP() << "PATINATE_GLTF_SAMPLES is not set";
   write_glb(std::filesystem::path(folder) / "ball.glb", ball(100.0, 24), two_ages(), {.key = "00ff"});
+  write_glb(std::filesystem::path(folder) / "maps.glb", ball(100.0, 24), with_maps());
 }
 
 }  // namespace

@@ -1,0 +1,56 @@
+#include "libcommon/output/glb_tangents.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace patinate {
+
+namespace {
+
+Vec3 corner_normal(const Mesh& mesh, std::size_t t, std::size_t k) {
+  return mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])].normalized();
+}
+
+/// `v` without what lies along `normal`, unit; any direction across it where nothing is left.
+Vec3 across(const Vec3& v, const Vec3& normal) {
+  const Vec3 flat = v - v.dot(normal) * normal;
+  const double length = flat.norm();
+  return length > 1e-12 ? Vec3(flat / length) : Vec3(normal.unitOrthogonal());
+}
+
+}  // namespace
+
+CornerTangents corner_tangents(const Mesh& mesh) {
+  const std::size_t n = mesh.triangles.size();
+  CornerTangents result{.tangent = std::vector<std::array<Vec3, 3>>(n), .is_mirrored = std::vector<bool>(n)};
+  std::map<std::array<int, 4>, Vec3> sums;
+  const auto key = [&](std::size_t t, std::size_t k) {
+    return std::array<int, 4>{mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k], result.is_mirrored[t] ? 1 : 0};
+  };
+  for (std::size_t t = 0; t < n; ++t) {
+    std::array<Vec3, 3> p;
+    std::array<Vec2, 3> uv;
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])];
+      uv[k] = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
+    }
+    const Vec2 a = uv[1] - uv[0], b = uv[2] - uv[0];
+    const double area = a.x() * b.y() - a.y() * b.x();
+    result.is_mirrored[t] = area < 0.0;
+    const Vec3 along_u = ((p[1] - p[0]) * b.y() - (p[2] - p[0]) * a.y()) * (area < 0.0 ? -1.0 : 1.0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 to_next = p[(k + 1) % 3] - p[k], to_last = p[(k + 2) % 3] - p[k];
+      const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
+      Vec3& sum = sums.try_emplace(key(t, k), Vec3::Zero()).first->second;
+      if (along_u.squaredNorm() > 0.0) sum += angle * across(along_u, corner_normal(mesh, t, k));
+    }
+  }
+  for (std::size_t t = 0; t < n; ++t) {
+    for (std::size_t k = 0; k < 3; ++k) result.tangent[t][k] = across(sums.at(key(t, k)), corner_normal(mesh, t, k));
+  }
+  return result;
+}
+
+}  // namespace patinate

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
@@ -13,18 +14,27 @@ using namespace composition;
 
 namespace {
 
-constexpr std::int64_t kChunk = 256;  // tiles
+constexpr std::int64_t kChunk = 512;  // tiles
+constexpr std::size_t kDense = 32;    // from a 32nd of the tiles on, looking at all is cheaper than lists
 constexpr std::int32_t kBorderHalf = 2048;
 constexpr int kBorderShift = 12;
 
-bool differ(const std::uint16_t* a, const std::uint16_t* b) { return std::memcmp(a, b, kTile * sizeof(std::uint16_t)) != 0; }
+bool differ(const std::uint16_t* a, const std::uint16_t* b) {
+  unsigned difference = 0;
+  for (int l = 0; l < kTile; ++l) difference |= static_cast<unsigned>(a[l] ^ b[l]);
+  return difference != 0;
+}
 
-/// Copies and tells whether anything was different.
-template <class T>
-bool replace(T* to, const T* from, std::size_t n) {
-  if (std::memcmp(to, from, n * sizeof(T)) == 0) return false;
-  std::memcpy(to, from, n * sizeof(T));
-  return true;
+/// Which edges of a tile differ, as State::kEdge has them.
+unsigned changed_edges(const std::int32_t* a, const std::int32_t* b) {
+  std::int32_t right = 0, left = 0, below = 0, above = 0;
+  for (int l = 0; l < 8; ++l) {
+    right |= a[8 * l + 7] ^ b[8 * l + 7];
+    left |= a[8 * l] ^ b[8 * l];
+    below |= a[56 + l] ^ b[56 + l];
+    above |= a[l] ^ b[l];
+  }
+  return (right != 0 ? 1u : 0u) | (left != 0 ? 2u : 0u) | (below != 0 ? 4u : 0u) | (above != 0 ? 8u : 0u);
 }
 
 bool has_relief(const std::vector<QuantisedLook>& looks) {
@@ -53,7 +63,8 @@ Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const Su
       kernels(&composition::kernels(instruction_set())),
       codes(surface_atlas.grid().num_texels()),
       normals(std::size_t{surface_atlas.grid().num_tiles()} * 3 * kTile),
-      flags(surface_atlas.grid().num_tiles()) {
+      flags(surface_atlas.grid().num_tiles()),
+      normal_flags(surface_atlas.grid().num_tiles()) {
   for (TileIndex tile = 0; tile < surface->grid().num_tiles(); ++tile) {
     if (base.object(tile) == BaseLayer::kNone) continue;
     covered_tiles.push_back(tile);
@@ -130,9 +141,15 @@ void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
     out_codes = rgba;
     out_heights = height;
   }
-  std::uint8_t changed = replace(&codes[task.first_texel], out_codes, kTile) ? kCodesChanged : std::uint8_t{0};
-  if (!heights.empty() && replace(&heights[task.first_texel], out_heights, kTile)) changed |= kHeightsChanged;
-  flags[tile] = static_cast<std::uint8_t>(flags[tile] | changed);
+  unsigned changed = kernels->replace(&codes[task.first_texel], out_codes, kTile) ? kCodesChanged : 0u;
+  if (!heights.empty()) {
+    std::int32_t* old = &heights[task.first_texel];
+    const unsigned edges = changed_edges(old, out_heights);
+    // As words: signed and unsigned may stand for one another.
+    const bool is_changed = kernels->replace(reinterpret_cast<std::uint32_t*>(old), reinterpret_cast<const std::uint32_t*>(out_heights), kTile);
+    if (is_changed) changed |= kHeightsChanged | edges * kEdge;
+  }
+  flags[tile] = static_cast<std::uint8_t>(changed);
 }
 
 void Composer::State::slopes_of(TileIndex tile, SlopeTile& slopes) const {
@@ -153,7 +170,44 @@ void Composer::State::compose_normals(TileIndex tile) {
   slopes_of(tile, slopes);
   alignas(64) std::uint8_t normal[3 * kTile];
   kernels->encode(slopes, normal);
-  if (replace(&normals[std::size_t{tile} * 3 * kTile], normal, 3 * kTile)) flags[tile] |= kNormalsChanged;
+  std::uint8_t* old = &normals[std::size_t{tile} * 3 * kTile];
+  if (std::memcmp(old, normal, sizeof(normal)) == 0) return;
+  std::memcpy(old, normal, sizeof(normal));
+  normal_flags[tile] = 1;
+}
+
+bool Composer::State::needs_normals(TileIndex tile) const {
+  if ((flags[tile] & kHeightsChanged) != 0) return true;
+  const std::array<TileIndex, 4> beside = tiles_beside(surface->grid(), tile);
+  for (std::size_t k = 0; k < 4; ++k) {
+    if ((flags[beside[k]] & kEdge << (k ^ 1)) != 0) return true;  // the right neighbour's left edge, and so on
+  }
+  for (const BorderTexel& texel : frames.border(tile)) {
+    for (const TexelIndex n : texel.neighbor) {
+      if ((flags[TileGrid::tile_of(n)] & kHeightsChanged) != 0) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<TileIndex> Composer::State::tiles_around(const std::vector<TileIndex>& tiles) {
+  std::vector<TileIndex> around;
+  const auto mark = [&](TileIndex tile) {
+    if ((flags[tile] & kMarked) != 0 || base.object(tile) == BaseLayer::kNone) return;
+    flags[tile] |= kMarked;
+    around.push_back(tile);
+  };
+  for (const TileIndex tile : tiles) {
+    if ((flags[tile] & kHeightsChanged) == 0) continue;
+    mark(tile);
+    const std::array<TileIndex, 4> beside = tiles_beside(surface->grid(), tile);
+    for (std::size_t k = 0; k < 4; ++k) {
+      if ((flags[tile] & kEdge << k) != 0 || !frames.border(beside[k]).empty()) mark(beside[k]);
+    }
+    for (const TileIndex other : frames.dependents(tile)) mark(other);
+  }
+  std::sort(around.begin(), around.end());
+  return around;
 }
 
 Composer::Composer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, ColorForm form, const RunControl& control)
@@ -200,33 +254,29 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
     });
   };
   const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
-  for_each(first, control.part(0.0, 0.6), [&](TileIndex tile) { s.compose_tile(atlas, tile); });
-
-  // Slopes use the heights of the tiles beside, and of those across seams.
-  std::vector<TileIndex> around;
-  const auto mark = [&](TileIndex tile) {
-    if ((s.flags[tile] & State::kMarked) != 0 || s.base.object(tile) == BaseLayer::kNone) return;
-    s.flags[tile] |= State::kMarked;
-    around.push_back(tile);
-  };
-  for (const TileIndex tile : first) {
-    if ((s.flags[tile] & State::kHeightsChanged) == 0) continue;
-    mark(tile);
-    for (const TileIndex other : tiles_beside(s.surface->grid(), tile)) mark(other);
-    for (const TileIndex other : s.frames.dependents(tile)) mark(other);
-  }
-  for_each(around, control.part(0.6, 1.0), [&](TileIndex tile) { s.compose_normals(tile); });
-
   std::vector<TileIndex> changed;
-  const auto collect = [&](const std::vector<TileIndex>& list) {
-    for (const TileIndex tile : list) {
-      if ((s.flags[tile] & ~State::kMarked) != 0) changed.push_back(tile);
-      s.flags[tile] = 0;
+  try {
+    for_each(first, control.part(0.0, 0.6), [&](TileIndex tile) { s.compose_tile(atlas, tile); });
+    const bool is_dense = first.size() * kDense > s.covered_tiles.size();
+    const std::vector<TileIndex> around = is_dense || s.heights.empty() ? std::vector<TileIndex>() : s.tiles_around(first);
+    if (is_dense && !s.heights.empty()) {
+      for_each(s.covered_tiles, control.part(0.6, 1.0), [&](TileIndex tile) {
+        if (s.needs_normals(tile)) s.compose_normals(tile);
+      });
+    } else {
+      for_each(around, control.part(0.6, 1.0), [&](TileIndex tile) { s.compose_normals(tile); });
     }
-  };
-  collect(first);
-  collect(around);
-  std::sort(changed.begin(), changed.end());
+    std::vector<TileIndex> seen;
+    if (!is_dense) std::set_union(first.begin(), first.end(), around.begin(), around.end(), std::back_inserter(seen));
+    for (const TileIndex tile : is_dense ? s.covered_tiles : seen) {
+      if (((s.flags[tile] & ~State::kMarked) | s.normal_flags[tile]) != 0) changed.push_back(tile);
+      s.flags[tile] = s.normal_flags[tile] = 0;
+    }
+  } catch (...) {  // cancelled
+    std::fill(s.flags.begin(), s.flags.end(), std::uint8_t{0});
+    std::fill(s.normal_flags.begin(), s.normal_flags.end(), std::uint8_t{0});
+    throw;
+  }
   s.is_all_dirty = false;
   return changed;
 }

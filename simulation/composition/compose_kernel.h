@@ -83,11 +83,13 @@ struct SlopeTile {
 };
 
 struct Kernels {
-  /// Also where is_published_form: colours of R | G << 8 | B << 16 | specular << 24, and heights in quanta.
+  /// Colours as R | G << 8 | B << 16 | specular << 24, and heights in quanta.
   void (*compose)(const ComposeTask& task, std::uint32_t* rgba, std::int32_t* height);
   void (*slopes)(const NormalTask& task, SlopeTile& slopes);
   /// 3 x 64 bytes: x, y, z as 127.5 + 127.5 n, rounded.
   void (*encode)(const SlopeTile& slopes, std::uint8_t* normal);
+  /// Copies `num_words` (a multiple of 16) and tells whether any was different.
+  bool (*replace)(std::uint32_t* to, const std::uint32_t* from, int num_words);
 };
 
 /// @param set  One that the machine has.

@@ -15,8 +15,9 @@ inline i32 within(i32 x, i32 low, i32 high) {
 }
 
 void fill_noise(u32 first_texel, u32 key, i32* xi) {
+  const u32 first = first_texel * 0x9E3779B1u;
   for (u32 l = 0; l < kTile; ++l) {
-    u32 x = (first_texel + l) * 0x9E3779B1u ^ key;
+    u32 x = (first + l * 0x9E3779B1u) ^ key;
     x ^= x >> 16;
     x *= 0x7FEB352Du;
     x ^= x >> 15;
@@ -66,14 +67,13 @@ void add_any(bool varies, i32 factor, i32 shift, i32 variation, const u16* amoun
 // quotient by floats is off by at most 1, and then put right.
 void fill_scale(const u32* total, bool is_published_form, u32* scale) {
   for (int l = 0; l < kTile; ++l) {
-    const u32 a = total[l];
-    const i32 over = static_cast<i32>(a > kOne ? a : kOne);
+    const i32 over = static_cast<i32>(total[l] > kOne ? total[l] : kOne);
     const i32 q = static_cast<i32>(1073741824.0f / static_cast<float>(over));
     const i32 twice = 2 * (1073741824 - q * over);
-    const i32 quotient = q + (twice >= over ? 1 : 0) - (twice < -over ? 1 : 0);
-    const u32 below = is_published_form ? a * 4 : 65536u;
-    scale[l] = a > kOne ? static_cast<u32>(quotient) : below;
+    scale[l] = static_cast<u32>(q + (twice >= over ? 1 : 0) - (twice < -over ? 1 : 0));
   }
+  if (!is_published_form) return;
+  for (int l = 0; l < kTile; ++l) scale[l] = total[l] > kOne ? scale[l] : total[l] * 4;
 }
 
 void scale_weights(const u32* scale, u16* weight) {
@@ -125,10 +125,17 @@ void compose_tile(const ComposeTask& task, u32* rgba, i32* height) {
   }
   alignas(64) u16 index[3][kTile];
   for (int c = 0; c < 3; ++c) blend(task, weight, total, c, index[c]);
-  for (int l = 0; l < kTile; ++l) specular[l] = (within(specular[l], 0, static_cast<i32>(kOne)) * 255 + 8192) >> 14;
-  for (int l = 0; l < kTile; ++l) {
-    rgba[l] = static_cast<u32>(task.srgb[index[0][l]]) | static_cast<u32>(task.srgb[index[1][l]]) << 8 |
-              static_cast<u32>(task.srgb[index[2][l]]) << 16 | static_cast<u32>(specular[l]) << 24;
+  alignas(64) u32 top[kTile];
+  for (int l = 0; l < kTile; ++l) top[l] = static_cast<u32>((within(specular[l], 0, static_cast<i32>(kOne)) * 255 + 8192) >> 14) << 24;
+  const u8* srgb = task.srgb;
+  const auto pack = [&](int l) {
+    rgba[l] = top[l] | static_cast<u32>(srgb[index[0][l]]) | static_cast<u32>(srgb[index[1][l]]) << 8 | static_cast<u32>(srgb[index[2][l]]) << 16;
+  };
+  for (int l = 0; l < kTile; l += 4) {
+    pack(l);
+    pack(l + 1);
+    pack(l + 2);
+    pack(l + 3);
   }
 }
 
@@ -146,18 +153,15 @@ void fill_slopes(const NormalTask& task, SlopeTile& out) {
   for (int l = 0; l < 8; ++l) down[l] = within(here[l + 8] - task.above[l + 56], -kMaxStep, kMaxStep);
   for (int l = 8; l < 56; ++l) down[l] = within(here[l + 8] - here[l - 8], -kMaxStep, kMaxStep);
   for (int l = 56; l < kTile; ++l) down[l] = within(task.below[l - 56] - here[l - 8], -kMaxStep, kMaxStep);
-  alignas(64) i32 t[kTile], bt[kTile], b[kTile], shift[kTile];
+  // Frames by pairs of 32 bits, each two of 16: t, bt; b, shift.
+  alignas(64) i32 frame[2 * kTile];
+  for (int l = 0; l < kTile; ++l) __builtin_memcpy(frame + 2 * l, task.frame + task.triangle[l] + 1, sizeof(Frame));
   for (int l = 0; l < kTile; ++l) {
-    const Frame& frame = task.frame[task.triangle[l] + 1];
-    t[l] = frame.t;
-    bt[l] = frame.bt;
-    b[l] = frame.b;
-    shift[l] = frame.shift;
-  }
-  for (int l = 0; l < kTile; ++l) {
-    const i32 half = 1 << (shift[l] - 1);
-    out.along_t[l] = within((across[l] * t[l] + half) >> shift[l], -kMaxSlope, kMaxSlope);
-    out.along_b[l] = within((across[l] * bt[l] - down[l] * b[l] + half) >> shift[l], -kMaxSlope, kMaxSlope);
+    const i32 t = frame[2 * l] << 16 >> 16, bt = frame[2 * l] >> 16;
+    const i32 b = frame[2 * l + 1] << 16 >> 16, shift = frame[2 * l + 1] >> 16;
+    const i32 half = 1 << (shift - 1);
+    out.along_t[l] = within((across[l] * t + half) >> shift, -kMaxSlope, kMaxSlope);
+    out.along_b[l] = within((across[l] * bt - down[l] * b + half) >> shift, -kMaxSlope, kMaxSlope);
   }
 }
 
@@ -178,7 +182,16 @@ void encode_normals(const SlopeTile& slopes, u8* normal) {
   }
 }
 
+bool replace_words(u32* __restrict to, const u32* __restrict from, int num_words) {
+  u32 difference = 0;
+  for (int l = 0; l < (num_words & ~15); ++l) {
+    difference |= to[l] ^ from[l];
+    to[l] = from[l];
+  }
+  return difference != 0;
+}
+
 }  // namespace
 
 extern const Kernels kKernels;
-const Kernels kKernels{compose_tile, fill_slopes, encode_normals};
+const Kernels kKernels{compose_tile, fill_slopes, encode_normals, replace_words};

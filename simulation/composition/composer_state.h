@@ -21,14 +21,18 @@ struct Composer::State {
   void read_originals(const MaterialAtlas& atlas);
   /// Colour, specular value and height of a tile; leaves what changed in `flags`.
   void compose_tile(const MaterialAtlas& atlas, TileIndex tile);
-  /// Normals of a tile; leaves whether they changed in `flags`.
+  /// Normals of a tile; leaves whether they changed in `normal_flags`.
   void compose_normals(TileIndex tile);
+  /// Whether heights changed that the tile's slopes use.
+  [[nodiscard]] bool needs_normals(TileIndex tile) const;
+  /// Tiles around changed heights of `tiles`, in order.
+  [[nodiscard]] std::vector<TileIndex> tiles_around(const std::vector<TileIndex>& tiles);
   void slopes_of(TileIndex tile, composition::SlopeTile& slopes) const;
 
   static constexpr std::uint8_t kCodesChanged = 1;
   static constexpr std::uint8_t kHeightsChanged = 2;
-  static constexpr std::uint8_t kNormalsChanged = 4;
-  static constexpr std::uint8_t kMarked = 8;
+  static constexpr std::uint8_t kMarked = 4;
+  static constexpr std::uint8_t kEdge = 16;  ///< << 0, 1, 2, 3: heights changed at the right, left, lower, upper edge.
 
   const SurfaceAtlas* surface;
   double quanta_per_mm;
@@ -47,7 +51,8 @@ struct Composer::State {
   std::vector<std::uint32_t> codes;
   std::vector<std::int32_t> heights;  ///< Empty while everything is flat.
   std::vector<std::uint8_t> normals;
-  std::vector<std::uint8_t> flags;    ///< By tile.
+  std::vector<std::uint8_t> flags;    ///< By tile; 0 between calls, as the next.
+  std::vector<std::uint8_t> normal_flags;
 };
 
 }  // namespace patinate

@@ -106,13 +106,15 @@ Eigen::Matrix<double, 2, 4> gradient_weights(const std::array<Vec2, 4>& steps) {
 }
 
 std::array<TileIndex, 4> tiles_beside(const TileGrid& grid, TileIndex tile) {
-  const TexelIndex corner = tile * TileGrid::kTileTexels;
-  const int x = grid.x(corner), y = grid.y(corner);
-  const auto at = [&](int px, int py) {
-    const bool is_there = px >= 0 && py >= 0 && px < grid.pages_x() * 64 && py < grid.pages_y() * 64;
-    return is_there ? TileGrid::tile_of(grid.index(px, py)) : tile;
-  };
-  return {at(x + 8, y), at(x - 8, y), at(x, y + 8), at(x, y - 8)};
+  constexpr TileIndex kPage = TileGrid::kPageTiles;
+  const auto pages_x = static_cast<TileIndex>(grid.pages_x());
+  const TileIndex x = tile & 7, y = tile >> 3 & 7, page = tile / kPage;
+  std::array<TileIndex, 4> beside{tile + 1, tile - 1, tile + 8, tile - 8};
+  if (x == 7) beside[0] = (page + 1) % pages_x == 0 ? tile : tile + kPage - 7;
+  if (x == 0) beside[1] = page % pages_x == 0 ? tile : tile - kPage + 7;
+  if (y == 7) beside[2] = page + pages_x >= grid.num_pages() ? tile : tile + pages_x * kPage - 56;
+  if (y == 0) beside[3] = page < pages_x ? tile : tile - pages_x * kPage + 56;
+  return beside;
 }
 
 HeightFrames::HeightFrames(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const RunControl& control)

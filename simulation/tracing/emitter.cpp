@@ -76,19 +76,6 @@ Vec3 nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
   return best;
 }
 
-/// Six times the volume that an object encloses; negative when it is inside out.
-double signed_volume(const SceneMesh& scene_mesh, int object) {
-  const Mesh& mesh = scene_mesh.mesh;
-  const Vec3 origin = bounding_box(mesh).center();
-  double volume = 0.0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (scene_mesh.object[t] != object) continue;
-    const auto p = [&](std::size_t k) { return Vec3(mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])] - origin); };
-    volume += p(0).dot(p(1).cross(p(2)));
-  }
-  return volume;
-}
-
 void place_on_surface(PlacedEmitter& placed, const Emitter& emitter, const SceneMesh& scene_mesh, const RayTracer& tracer) {
   const NearestOnMesh nearest = nearest_on_mesh(scene_mesh.mesh, emitter.position_mm);
   if (nearest.triangle < 0) throw InvalidInput("emitter '" + emitter.name + "' sits on a surface, and there is none");
@@ -107,6 +94,18 @@ void place_on_surface(PlacedEmitter& placed, const Emitter& emitter, const Scene
 }
 
 }  // namespace
+
+double signed_volume(const SceneMesh& scene_mesh, int object) {
+  const Mesh& mesh = scene_mesh.mesh;
+  const Vec3 origin = bounding_box(mesh).center();
+  double six_volumes = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (scene_mesh.object[t] != object) continue;
+    const auto p = [&](std::size_t k) { return Vec3(mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])] - origin); };
+    six_volumes += p(0).dot(p(1).cross(p(2)));
+  }
+  return six_volumes / 6.0;
+}
 
 NearestOnMesh nearest_on_mesh(const Mesh& mesh, const Vec3& p) {
   NearestOnMesh best;

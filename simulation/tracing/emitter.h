@@ -34,6 +34,9 @@ struct Birth {
 /// The `number`-th birth of a gammaton: a function of (seed, gammaton, number) alone. Uniform over the shape's area.
 [[nodiscard]] Birth make_birth(const PlacedEmitter& emitter, std::uint64_t seed, std::uint32_t gammaton, std::uint32_t number);
 
+/// Volume that an object encloses, mm^3; negative when it is inside out.
+[[nodiscard]] double signed_volume(const SceneMesh& scene_mesh, int object);
+
 /// Nearest point of a mesh, by asking every triangle (the lowest index of several).
 struct NearestOnMesh {
   int triangle = -1;  ///< -1 without triangles.

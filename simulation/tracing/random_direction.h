@@ -38,7 +38,7 @@ struct Frame {
   }
 }
 
-/// ((n + 1/2) / 2^32)^power, relative error < 1e-11 (1 + power). @param power  >= 0.
+/// ((n + 1/2) / 2^32)^power, relative error < 1e-11. @param power  [0, 1].
 [[nodiscard]] inline double uniform_power(std::uint32_t n, double power) {
   const auto bits = std::bit_cast<std::uint64_t>((n + 0.5) * 0x1.0p-32);
   auto exponent = static_cast<std::int64_t>(bits >> 52) - 1023;
@@ -51,8 +51,7 @@ struct Frame {
   const double s2 = s * s;
   const double log = static_cast<double>(exponent) * 0.6931471805599453 +
                      s * (2.0 + s2 * (2.0 / 3 + s2 * (2.0 / 5 + s2 * (2.0 / 7 + s2 * (2.0 / 9 + s2 * (2.0 / 11 + s2 * (2.0 / 13)))))));
-  const double x = power * log;  // <= 0
-  if (x < -700.0) return 0.0;
+  const double x = power * log;  // [-23, 0]
   const auto k = static_cast<std::int64_t>(x * 1.4426950408889634 - 0.5);
   const double r = x - static_cast<double>(k) * 0.6931471805599453;  // |r| <= 0.35
   const double e = 1.0 + r * (1.0 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r * (1.0 / 40320 + r * (1.0 / 362880)))))))));

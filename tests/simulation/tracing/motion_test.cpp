@@ -10,12 +10,14 @@
 #include "libcommon/core/hash.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "tests/libcommon/geometry/shapes.h"
+#include "tests/simulation/tracing/chi_square.h"
 #include "tests/simulation/tracing/tracing_scene.h"
 #include "tests/support/meshes.h"
 
 namespace patinate {
 namespace {
 
+using testing_support::chi_square_limit;
 using testing_support::make_cube;
 using testing_support::make_icosphere;
 using testing_support::make_patch;
@@ -30,9 +32,6 @@ Mesh incline(double side, double slope_deg, int n = 8) {
   const double a = slope_deg * std::numbers::pi / 180.0;
   return make_patch(n, n, [&](double u, double v) { return Vec3((u - 0.5) * side * std::cos(a), -(u - 0.5) * side * std::sin(a), (0.5 - v) * side); });
 }
-
-/// 99 % of chi-square with n degrees of freedom [Wilson and Hilferty 1931].
-double chi_square_limit(double n) { return n * std::pow(1.0 - 2.0 / (9.0 * n) + 2.326 * std::sqrt(2.0 / (9.0 * n)), 3.0); }
 
 TEST(GammatonTracer, ParallelRainHitsASphereByTheCosineAndNeverBehind) {
   Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 4)), 256);
@@ -282,7 +281,7 @@ TEST(GammatonTracer, EqualBitsForAnyNumberOfThreads) {
     scene.behaviour = {};
     TracedScene run(scene);
     ContentHash hash;
-    for (int k = 0; k < 60; ++k) {
+    for (int k = 0; k < 40; ++k) {
       run.step(threads);
       for (const Contact& c : run.traced.contacts) hash.add(std::as_bytes(std::span(&c, 1)));
       for (const std::uint32_t b : run.traced.born) hash.add(std::as_bytes(std::span(&b, 1)));

@@ -1,4 +1,5 @@
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "simulation/tracing/pieces.h"
@@ -31,61 +32,85 @@ void touch(const MotionScene& scene, Gammaton& g, const TriangleHit& hit, const 
   g.velocity = velocity;
 }
 
+/// How far a floating gammaton gets along the tangent plane, and which way.
+struct Step {
+  Vec3 ahead{0, 0, 0};  ///< Unit; 0 when nothing moves it.
+  Vec3 velocity{0, 0, 0}, gravity{0, 0, 0};  ///< Tangential.
+};
+
+/// The direction in which it is after about `length`: as long as that takes, and no longer than gravity alone would need.
+Step step_of(const MotionScene& scene, const Gammaton& g, const Vec3& n, double length) {
+  Step step{.velocity = g.velocity - g.velocity.dot(n) * n, .gravity = scene.gravity - scene.gravity.dot(n) * n};
+  const double speed = std::sqrt(step.velocity.squaredNorm()), pull = std::sqrt(step.gravity.squaredNorm());
+  double duration = pull > 0.0 ? std::sqrt(2.0 * length / pull) : 0.0;
+  if (speed > 0.0) {
+    const double discriminant = speed * speed + 2.0 * length * step.velocity.dot(step.gravity) / speed;
+    const double needed = discriminant >= 0.0 ? 2.0 * length / (speed + std::sqrt(discriminant)) : duration;
+    if (pull == 0.0 || needed < duration) duration = needed;
+  }
+  const Vec3 way = duration * step.velocity + (0.5 * duration * duration) * step.gravity;
+  const double way_length = std::sqrt(way.squaredNorm());
+  if (way_length > 1e-9 * length) step.ahead = way / way_length;
+  return step;
+}
+
+/// Lands on the triangle that it is on, if all of its way is above that one and nothing else is there.
+bool stays_above(const MotionScene& scene, Gammaton& g, const Step& step, double length) {
+  const Vec2 change = scene.frames.weights_of(g.at.triangle, length * step.ahead);
+  const SurfacePlace there{.triangle = g.at.triangle, .b1 = g.at.b1 + change.x(), .b2 = g.at.b2 + change.y()};
+  if (!(there.b1 >= kLeastWeight && there.b2 >= kLeastWeight && there.b1 + there.b2 <= 1.0 - kLeastWeight)) return false;
+  if (!scene.clearance.is_clear(g.at.triangle, g.is_front)) return false;
+  g.at = there;
+  return true;
+}
+
 }  // namespace
 
 PieceEnd float_on(const MotionScene& scene, Gammaton& g, std::int64_t& num_pieces) {
   const TracingOptions& o = scene.options;
-  const Vec3 p = scene.frames.point(g.at);
   const Vec3 n = g.is_front ? scene.frames.normal(g.at.triangle) : Vec3(-scene.frames.normal(g.at.triangle));
+  const double length = std::min(o.epsilon_mm, o.pull * o.reach_mm) / o.pull;
+  ++num_pieces;
+  Step step = step_of(scene, g, n, o.pull > 0.0 ? length : o.reach_mm);
+  if (step.ahead == Vec3::Zero()) return PieceEnd::Rested;  // nothing moves it
+  if (o.pull * o.reach_mm >= o.epsilon_mm && stays_above(scene, g, step, length)) {
+    g.state = GammatonState::InContact;
+    g.velocity = velocity_after(length, step.ahead, step.velocity, step.gravity);
+    g.position = scene.frames.point(g.at);
+    return PieceEnd::Contact;
+  }
+
   // Up from the surface, but through nothing.
+  const Vec3 p = scene.frames.point(g.at);
   const Vec3 start = p + scene.skin * n;
   double hover = o.epsilon_mm;
-  ++num_pieces;
-  const TriangleHit above = scene.rays.first_hit(start, n, 0.0, o.epsilon_mm);
-  if (above.triangle >= 0) hover = 0.5 * above.distance;
-  const Vec3 from = start + hover * n;
-
-  const Vec3 velocity = g.velocity - g.velocity.dot(n) * n;
-  const Vec3 gravity = scene.gravity - scene.gravity.dot(n) * n;
-  const double speed = std::sqrt(velocity.squaredNorm()), pull = std::sqrt(gravity.squaredNorm());
-  const double length = hover < o.pull * o.reach_mm ? hover / o.pull : o.reach_mm;
-  // As long as it takes for about `length`, and no longer than gravity alone would need.
-  double duration = pull > 0.0 ? std::sqrt(2.0 * length / pull) : 0.0;
-  if (speed > 0.0) {
-    const double along = velocity.dot(gravity) / speed;
-    const double discriminant = speed * speed + 2.0 * along * length;
-    const double needed = discriminant >= 0.0 ? 2.0 * length / (speed + std::sqrt(discriminant)) : duration;
-    if (pull == 0.0 || needed < duration) duration = needed;
+  if (!scene.clearance.is_clear(g.at.triangle, g.is_front)) {
+    const TriangleHit above = scene.rays.first_hit(start, n, 0.0, o.epsilon_mm);
+    if (above.triangle >= 0) hover = 0.5 * above.distance;
   }
-  const Vec3 step = duration * velocity + (0.5 * duration * duration) * gravity;
-  const double step_length = std::sqrt(step.squaredNorm());
-  if (!(step_length > 1e-9 * length)) return PieceEnd::Rested;  // nothing moves it
-  const Vec3 ahead = step / step_length;
-
-  const Vec3 way = ahead - o.pull * n;
-  ++num_pieces;
+  const Vec3 from = start + hover * n;
+  const Vec3 way = step.ahead - o.pull * n;
   const TriangleHit hit = scene.rays.first_hit(from, way, 0.0, o.reach_mm);
   if (hit.triangle >= 0) {
-    touch(scene, g, hit, velocity_after(hit.distance, ahead, velocity, gravity));
+    touch(scene, g, hit, velocity_after(hit.distance, step.ahead, step.velocity, step.gravity));
     return PieceEnd::Contact;
   }
   const Vec3 end = from + o.reach_mm * way;
   if (o.pull * o.reach_mm > hover) {
-    const Vec3 back = p - 0.25 * o.epsilon_mm * n - end;
     ++num_pieces;
-    const TriangleHit round = scene.rays.first_hit(end, back, 0.0, 1.0);
+    const TriangleHit round = scene.rays.first_hit(end, p - 0.25 * o.epsilon_mm * n - end, 0.0, 1.0);
     if (round.triangle >= 0) {
-      touch(scene, g, round, velocity);
+      touch(scene, g, round, step.velocity);
       const Vec3 normal = g.is_front ? scene.frames.normal(round.triangle) : Vec3(-scene.frames.normal(round.triangle));
-      const double square = speed * speed + 2.0 * scene.gravity.dot(g.position - p);  // what it falls by
-      const Vec3 along = turned(speed > 0.0 ? Vec3(velocity / speed) : ahead, n, normal);
-      g.velocity = std::sqrt(std::max(0.0, square)) * along;
+      const double square = step.velocity.squaredNorm() + 2.0 * scene.gravity.dot(g.position - p);  // what it falls by
+      const double speed = std::sqrt(step.velocity.squaredNorm());
+      g.velocity = std::sqrt(std::max(0.0, square)) * turned(speed > 0.0 ? Vec3(step.velocity / speed) : step.ahead, n, normal);
       return PieceEnd::Contact;
     }
   }
   g.state = GammatonState::Flying;
   g.position = from;
-  g.velocity = velocity;
+  g.velocity = step.velocity;
   return PieceEnd::Flying;
 }
 

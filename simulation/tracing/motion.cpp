@@ -114,6 +114,15 @@ struct GammatonTracer::Impl {
   const SurfaceAtlas* surface;
   RayTracer rays;
   SurfaceFrames frames;
+  /// What all gammatons of a call share.
+  MotionScene motion(const Scene& scene) {
+    if (!clearance || clearance->height_mm() != scene.tracing.epsilon_mm) {
+      clearance.emplace(rays, frames, mesh->mesh.num_triangles(), scene.tracing.epsilon_mm);
+    }
+    return motion_scene(scene, rays, frames, *clearance);
+  }
+
+  std::optional<Clearance> clearance;
   std::vector<std::optional<Emitter>> placed_for;
   std::vector<PlacedEmitter> placed;
   Vec3 gravity{0, 0, 0};
@@ -124,7 +133,7 @@ GammatonTracer::~GammatonTracer() = default;
 GammatonTracer::GammatonTracer(GammatonTracer&&) noexcept = default;
 GammatonTracer& GammatonTracer::operator=(GammatonTracer&&) noexcept = default;
 
-void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) { *impl_ = Impl(scene_mesh, *impl_->surface); }
+void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) { impl_ = std::make_unique<Impl>(scene_mesh, *impl_->surface); }
 
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
 
@@ -134,7 +143,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   const auto most = std::max_element(all.emitter.begin(), all.emitter.end());
   if (most != all.emitter.end() && *most >= scene.emitters.size()) throw InvalidInput("there are gammatons of emitters that the scene does not have");
   impl_->place(scene);
-  const MotionScene motion = motion_scene(scene, impl_->rays, impl_->frames);
+  const MotionScene motion = impl_->motion(scene);
   const auto n = static_cast<std::int64_t>(all.size());
   std::vector<TraceResult> parts(static_cast<std::size_t>((n + kChunk - 1) / kChunk));
   parallel_for(n, kChunk, control, [&](std::int64_t begin, std::int64_t end) {
@@ -178,7 +187,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
 void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals,
                              const RunControl& control) {
   result = {};
-  const MotionScene motion = motion_scene(scene, impl_->rays, impl_->frames);
+  const MotionScene motion = impl_->motion(scene);
   const auto n = static_cast<std::int64_t>(all.size());
   std::vector<TraceResult> parts(static_cast<std::size_t>((n + kChunk - 1) / kChunk));
   const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};

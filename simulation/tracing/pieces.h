@@ -3,6 +3,7 @@
 #pragma once
 
 #include "simulation/scene/scene.h"
+#include "simulation/tracing/clearance.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "simulation/tracing/surface_frames.h"
@@ -13,12 +14,13 @@ namespace patinate {
 struct MotionScene {
   const RayTracer& rays;
   const SurfaceFrames& frames;
+  Clearance& clearance;  ///< Of epsilon.
   TracingOptions options;
   Vec3 gravity{0, 0, 0};  ///< mm/s^2.
   double skin = 0.0;      ///< mm: what starts on a surface starts this far from it.
   double rest_cosine = 1.0;  ///< Of rest_slope.
 };
-[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const SurfaceFrames& frames);
+[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const SurfaceFrames& frames, Clearance& clearance);
 
 /// A gammaton taken out of its arrays.
 struct Gammaton {
@@ -39,7 +41,8 @@ enum class PieceEnd { Flying, Contact, Left, Rested };
 /// A floating gammaton's way to its next contact, epsilon / pull ahead on a flat surface: it hovers at epsilon (halfway to what is nearer
 /// above), moves along the tangent plane under gravity's tangential part, and sinks by `pull` per length. Where it finds nothing within
 /// `reach` it looks back to where it came from, below the surface there: round an edge. Flying when nothing is there either.
-/// @param num_pieces  Rays that were used are added.
+/// A way that stays above one triangle with nothing else above it needs no ray; without `clearance` in use the same is found by rays.
+/// @param num_pieces  Pieces are added: one, or two when it has looked back.
 [[nodiscard]] PieceEnd float_on(const MotionScene& scene, Gammaton& gammaton, std::int64_t& num_pieces);
 
 

@@ -101,6 +101,32 @@ TriangleHit RayTracer::first_hit_of_all(const Vec3& origin, const Vec3& directio
   return best.triangle >= 0 ? best : TriangleHit{};
 }
 
+bool RayTracer::none_in_box(const Box& box, const std::function<bool(int)>& stops) const {
+  if (nodes_.empty()) return true;
+  const Vec3 low = box.low - center_, high = box.high - center_;
+  std::vector<std::int32_t> stack{0};
+  while (!stack.empty()) {
+    const std::int32_t at = stack.back();
+    stack.pop_back();
+    if (at < 0) {
+      for (const std::int32_t triangle : blocks_[static_cast<std::size_t>(-1 - at)].triangle) {
+        if (triangle >= 0 && stops(triangle)) return false;
+      }
+      continue;
+    }
+    const BvhNode& n = nodes_[static_cast<std::size_t>(at)];
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      bool meets = n.bounds[0][0][lane] <= n.bounds[1][0][lane];
+      for (std::size_t a = 0; a < 3; ++a) {
+        const auto axis = static_cast<Eigen::Index>(a);
+        meets = meets && double{n.bounds[0][a][lane]} <= high[axis] && double{n.bounds[1][a][lane]} >= low[axis];
+      }
+      if (meets) stack.push_back(n.child[lane]);
+    }
+  }
+  return true;
+}
+
 TriangleHit RayTracer::first_hit(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const {
   if (nodes_.empty() || !is_usable(origin, direction)) return {};
   const Vec3 o = origin - center_;

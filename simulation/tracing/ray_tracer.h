@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,9 @@ class RayTracer {
   [[nodiscard]] TriangleHit first_hit(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const;
   /// The same by asking every triangle: the truth of tests.
   [[nodiscard]] TriangleHit first_hit_of_all(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const;
+
+  /// Whether there is no triangle, of those whose boxes' leaf may meet `box`, that `stops(triangle)` holds for.
+  [[nodiscard]] bool none_in_box(const Box& box, const std::function<bool(int)>& stops) const;
 
   /// Box of all triangles, as rounded.
   [[nodiscard]] const Box& box() const { return box_; }

@@ -53,15 +53,17 @@ class SurfaceFrames {
   std::vector<std::array<Float3, 3>> corner_normals_;
 };
 
-/// The same place, moved into its triangle by a millionth: what starts there is on the right side of all triangles around.
+/// Contacts keep this far, in barycentric weights, from the edges of their triangles.
+inline constexpr double kLeastWeight = 1e-6;
+
+/// The same place, moved into its triangle by that: what starts there is on the right side of all triangles around.
 [[nodiscard]] inline SurfacePlace moved_inside(SurfacePlace at) {
-  constexpr double kLeast = 1e-6;
-  at.b1 = at.b1 > kLeast ? at.b1 : kLeast;
-  at.b2 = at.b2 > kLeast ? at.b2 : kLeast;
+  at.b1 = at.b1 > kLeastWeight ? at.b1 : kLeastWeight;
+  at.b2 = at.b2 > kLeastWeight ? at.b2 : kLeastWeight;
   const double sum = at.b1 + at.b2;
-  if (sum > 1.0 - kLeast) {
-    at.b1 *= (1.0 - kLeast) / sum;
-    at.b2 *= (1.0 - kLeast) / sum;
+  if (sum > 1.0 - kLeastWeight) {
+    at.b1 *= (1.0 - kLeastWeight) / sum;
+    at.b2 *= (1.0 - kLeastWeight) / sum;
   }
   return at;
 }

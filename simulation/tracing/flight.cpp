@@ -69,8 +69,8 @@ void touch(const MotionScene& scene, Gammaton& g, const TriangleHit& hit, double
 
 }  // namespace
 
-MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const SurfaceFrames& frames, Clearance& clearance) {
-  return {.rays = rays, .frames = frames, .clearance = clearance, .options = scene.tracing, .gravity = scene.gravity_mm_s2, .skin = 1e-9 * rays.box().diagonal(),
+MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const SurfaceFrames& frames, const FreeSpace& free_space, Clearance& clearance) {
+  return {.rays = rays, .frames = frames, .free_space = free_space, .clearance = clearance, .options = scene.tracing, .gravity = scene.gravity_mm_s2, .skin = 1e-9 * rays.box().diagonal(),
           .rest_cosine = portable_sine_cosine(scene.tracing.rest_slope_deg / 360.0).cosine};
 }
 
@@ -87,6 +87,14 @@ PieceEnd fly(const MotionScene& scene, Gammaton& g) {
   const double size = 2.0 * scene.rays.box().diagonal() + 1e-6;
   double duration = pull > 0.0 ? std::sqrt(8.0 * scene.options.epsilon_mm / pull) : size / speed;
   if (speed * duration > size) duration = size / speed;
+  if (const double way = scene.free_space.distance(g.position); way > 0.0) {
+    const double v = g.velocity.cwiseAbs().maxCoeff(), a = scene.gravity.cwiseAbs().maxCoeff();
+    const double time = 2.0 * way / (v + std::sqrt(v * v + 2.0 * a * way));
+    if (time >= duration) {
+      advance(g, scene.gravity, time);
+      return PieceEnd::Flying;
+    }
+  }
   const Vec3 chord = duration * g.velocity + (0.5 * duration * duration) * scene.gravity;
   const TriangleHit hit = scene.rays.first_hit(g.position, chord, 0.0, 1.0);
   if (hit.triangle < 0) {

@@ -92,7 +92,7 @@ Gammatons make_gammatons(const Scene& scene) {
 }
 
 struct GammatonTracer::Impl {
-  Impl(const SceneMesh& scene_mesh, const SurfaceAtlas& atlas) : mesh(&scene_mesh), surface(&atlas), rays(scene_mesh.mesh), frames(scene_mesh, rays) {}
+  Impl(const SceneMesh& scene_mesh, const SurfaceAtlas& atlas) : mesh(&scene_mesh), surface(&atlas), rays(scene_mesh.mesh), frames(scene_mesh, rays), free_space(rays) {}
 
   /// Places those emitters that are new or changed.
   void place(const Scene& scene) {
@@ -114,12 +114,13 @@ struct GammatonTracer::Impl {
   const SurfaceAtlas* surface;
   RayTracer rays;
   SurfaceFrames frames;
+  FreeSpace free_space;
   /// What all gammatons of a call share.
   MotionScene motion(const Scene& scene) {
     if (!clearance || clearance->height_mm() != scene.tracing.epsilon_mm) {
       clearance.emplace(rays, frames, mesh->mesh.num_triangles(), scene.tracing.epsilon_mm);
     }
-    return motion_scene(scene, rays, frames, *clearance);
+    return motion_scene(scene, rays, frames, free_space, *clearance);
   }
 
   std::optional<Clearance> clearance;

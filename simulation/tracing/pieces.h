@@ -4,6 +4,7 @@
 
 #include "simulation/scene/scene.h"
 #include "simulation/tracing/clearance.h"
+#include "simulation/tracing/free_space.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "simulation/tracing/surface_frames.h"
@@ -14,13 +15,14 @@ namespace patinate {
 struct MotionScene {
   const RayTracer& rays;
   const SurfaceFrames& frames;
+  const FreeSpace& free_space;
   Clearance& clearance;  ///< Of epsilon.
   TracingOptions options;
   Vec3 gravity{0, 0, 0};  ///< mm/s^2.
   double skin = 0.0;      ///< mm: what starts on a surface starts this far from it.
   double rest_cosine = 1.0;  ///< Of rest_slope.
 };
-[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const SurfaceFrames& frames, Clearance& clearance);
+[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const SurfaceFrames& frames, const FreeSpace& free_space, Clearance& clearance);
 
 /// A gammaton taken out of its arrays.
 struct Gammaton {
@@ -33,9 +35,10 @@ struct Gammaton {
 
 enum class PieceEnd { Flying, Contact, Left, Rested };
 
-/// One piece of flight: exact at its end, x + v t + g t^2 / 2 and v + g t; so short that its chord is nowhere farther than epsilon from the
-/// way. A hit of the chord is moved along the parabola onto the triangle's plane if it is then still in the triangle. Outside of the box of
-/// all triangles one piece leads to its border, or Left when it will never be there.
+/// One piece of flight: exact at its end, x + v t + g t^2 / 2 and v + g t. In free space it is as long as that is known to reach; near
+/// triangles so short that its chord is nowhere farther than epsilon from the way, and a hit of the chord is moved along the parabola onto
+/// the triangle's plane if it is then still in the triangle. Outside of the box of all triangles one piece leads to its border, or Left
+/// when it will never be there.
 [[nodiscard]] PieceEnd fly(const MotionScene& scene, Gammaton& gammaton);
 
 /// A floating gammaton's way to its next contact, epsilon / pull ahead on a flat surface: it hovers at epsilon (halfway to what is nearer

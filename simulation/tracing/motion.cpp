@@ -10,13 +10,13 @@
 #include "libcommon/core/random.h"
 #include "simulation/tracing/emitter.h"
 #include "simulation/tracing/pieces.h"
+#include "simulation/tracing/place_order.h"
 #include "simulation/tracing/response.h"
 
 namespace patinate {
 
 namespace {
 
-constexpr std::int64_t kChunk = 2048;
 constexpr std::uint32_t kResponsePurpose = 0x726f756c;
 constexpr std::size_t kMostGammatons = 100'000'000;
 
@@ -43,6 +43,36 @@ bool is_same(const Emitter& a, const Emitter& b) {
          a.spread_deg == b.spread_deg && a.speed_mm_s == b.speed_mm_s && a.distance_mm == b.distance_mm;
 }
 
+/// What is told of one gammaton.
+struct Told {
+  TexelIndex texel = kNoTexel;
+  bool is_born = false;
+  bool has_died = false;
+  DeathReason reason = DeathReason::Absorbed;
+};
+
+void bury(Gammaton& g, Told& told, DeathReason reason) {
+  g.state = GammatonState::Waiting;
+  told.has_died = true;
+  told.reason = reason;
+}
+
+/// Puts down what is told of gammaton `i`.
+void note(const Told& told, std::size_t i, bool is_alive, TraceResult& part) {
+  const auto gammaton = static_cast<std::uint32_t>(i);
+  if (told.texel != kNoTexel) part.contacts.push_back({.texel = told.texel, .gammaton = gammaton});
+  if (told.is_born) part.born.push_back(gammaton);
+  part.counters.emitted += told.is_born ? 1 : 0;
+  part.counters.alive += is_alive ? 1 : 0;
+  if (!told.has_died) return;
+  part.died.push_back({.gammaton = gammaton, .reason = told.reason});
+  switch (told.reason) {
+    case DeathReason::Absorbed: ++part.counters.absorbed; break;
+    case DeathReason::Left: ++part.counters.left; break;
+    case DeathReason::Rested: ++part.counters.rested; break;
+  }
+}
+
 /// Parts of chunks, put together in their order.
 void join(const std::vector<TraceResult>& parts, TraceResult& result) {
   for (const TraceResult& part : parts) {
@@ -60,14 +90,32 @@ void join(const std::vector<TraceResult>& parts, TraceResult& result) {
   }
 }
 
-void bury(TraceResult& part, Gammaton& g, std::size_t i, DeathReason reason) {
-  g.state = GammatonState::Waiting;
-  part.died.push_back({.gammaton = static_cast<std::uint32_t>(i), .reason = reason});
-  switch (reason) {
-    case DeathReason::Absorbed: ++part.counters.absorbed; break;
-    case DeathReason::Left: ++part.counters.left; break;
-    case DeathReason::Rested: ++part.counters.rested; break;
-  }
+/// Calls move(i, told, counters) for every gammaton, neighbours on the surface one after the other, and lists what is told by gammaton.
+template <class Move>
+void for_all(Gammatons& all, const MotionScene& motion, const RunControl& control, TraceResult& result, Move&& move) {
+  constexpr std::size_t kAhead = 12;  // gammatons; memory's latency over the time that one needs
+  const auto n = static_cast<std::int64_t>(all.size());
+  const std::int64_t chunk = chunk_of(n);
+  std::vector<TraceResult> parts(static_cast<std::size_t>((n + chunk - 1) / chunk));
+  parallel_for(n, chunk, control, [&](std::int64_t begin, std::int64_t end) {
+    TraceResult& part = parts[static_cast<std::size_t>(begin / chunk)];
+    const std::vector<std::uint32_t> order = place_order(all, begin, end, motion.frames.num_triangles());
+    std::vector<Told> told(order.size());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      if (k + kAhead < order.size()) {
+        prefetch(all, order[k + kAhead]);
+        motion.frames.prefetch(all.triangle[order[k + kAhead]]);
+      }
+      const std::size_t i = order[k];
+      move(i, told[i - static_cast<std::size_t>(begin)], part.counters);
+    }
+    for (std::size_t k = 0; k < told.size(); ++k) {
+      const std::size_t i = k + static_cast<std::size_t>(begin);
+      note(told[k], i, all.state[i] != GammatonState::Waiting, part);
+    }
+  });
+  result = {};
+  join(parts, result);
 }
 
 }  // namespace
@@ -139,81 +187,60 @@ void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) { impl_ = std::make_u
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
 
 void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control) {
-  (void)iteration;
-  result = {};
+  (void)iteration;  // births are counted by gammaton
   const auto most = std::max_element(all.emitter.begin(), all.emitter.end());
   if (most != all.emitter.end() && *most >= scene.emitters.size()) throw InvalidInput("there are gammatons of emitters that the scene does not have");
   impl_->place(scene);
   const MotionScene motion = impl_->motion(scene);
-  const auto n = static_cast<std::int64_t>(all.size());
-  std::vector<TraceResult> parts(static_cast<std::size_t>((n + kChunk - 1) / kChunk));
-  parallel_for(n, kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    TraceResult& part = parts[static_cast<std::size_t>(begin / kChunk)];
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      Gammaton g = take(all, i);
-      if (g.state == GammatonState::Waiting) {
-        const std::size_t k = all.emitter[i];
-        if (!scene.emitters[k].is_on) continue;
-        const Birth birth = make_birth(impl_->placed[k], scene.seed, static_cast<std::uint32_t>(i), all.num_births[i]++);
-        g = {.state = GammatonState::Flying, .is_front = true, .at = {}, .position = birth.position, .velocity = birth.velocity};
-        part.born.push_back(static_cast<std::uint32_t>(i));
-        ++part.counters.emitted;
-      }
-      std::int64_t num_pieces = 0;
-      PieceEnd piece = PieceEnd::Flying;
-      if (g.state == GammatonState::Floating) piece = float_on(motion, g, num_pieces);
-      while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
-        piece = fly(motion, g);
-        ++num_pieces;
-      }
-      part.counters.segments += num_pieces;
-      switch (piece) {
-        case PieceEnd::Contact: {
-          ++part.counters.contacts;
-          const TexelIndex texel = impl_->surface->texel_of(g.at.triangle, g.at.b1, g.at.b2);
-          if (texel != kNoTexel) part.contacts.push_back({.texel = texel, .gammaton = static_cast<std::uint32_t>(i)});
-          break;
-        }
-        case PieceEnd::Left: bury(part, g, i, DeathReason::Left); break;
-        case PieceEnd::Rested: bury(part, g, i, DeathReason::Rested); break;
-        case PieceEnd::Flying: break;
-      }
-      if (g.state != GammatonState::Waiting) ++part.counters.alive;
-      put(all, i, g);
+  for_all(all, motion, control, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
+    if (all.state[i] == GammatonState::Waiting && !scene.emitters[all.emitter[i]].is_on) return;
+    Gammaton g = take(all, i);
+    if (g.state == GammatonState::Waiting) {
+      const Birth birth = make_birth(impl_->placed[all.emitter[i]], scene.seed, static_cast<std::uint32_t>(i), all.num_births[i]++);
+      g = {.state = GammatonState::Flying, .is_front = true, .at = {}, .position = birth.position, .velocity = birth.velocity};
+      told.is_born = true;
     }
+    std::int64_t num_pieces = 0;
+    PieceEnd piece = PieceEnd::Flying;
+    if (g.state == GammatonState::Floating) piece = float_on(motion, g, num_pieces);
+    while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
+      piece = fly(motion, g);
+      ++num_pieces;
+    }
+    counters.segments += num_pieces;
+    switch (piece) {
+      case PieceEnd::Contact:
+        ++counters.contacts;
+        told.texel = impl_->surface->texel_of(g.at.triangle, g.at.b1, g.at.b2);
+        break;
+      case PieceEnd::Left: bury(g, told, DeathReason::Left); break;
+      case PieceEnd::Rested: bury(g, told, DeathReason::Rested); break;
+      case PieceEnd::Flying: break;
+    }
+    put(all, i, g);
   });
-  join(parts, result);
 }
 
 void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals,
                              const RunControl& control) {
-  result = {};
   const MotionScene motion = impl_->motion(scene);
-  const auto n = static_cast<std::int64_t>(all.size());
-  std::vector<TraceResult> parts(static_cast<std::size_t>((n + kChunk - 1) / kChunk));
   const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
   const auto when = static_cast<std::uint64_t>(iteration);
-  parallel_for(n, kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    TraceResult& part = parts[static_cast<std::size_t>(begin / kChunk)];
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      if (all.state[i] == GammatonState::InContact) {
-        Gammaton g = take(all, i);
-        const auto words = [&](std::uint32_t attempt) {
-          return philox4x32({attempt | static_cast<std::uint32_t>(when >> 32) << 8, kResponsePurpose, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)}, key);
-        };
-        Vec3 normal = impl_->frames.shading_normal(g.at);
-        if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
-        switch (respond_to_contact(motion, scene.behaviour, g, normal, words)) {
-          case Outcome::Alive: break;
-          case Outcome::Absorbed: bury(part, g, i, DeathReason::Absorbed); break;
-          case Outcome::Rested: bury(part, g, i, DeathReason::Rested); break;
-        }
-        put(all, i, g);
-      }
-      if (all.state[i] != GammatonState::Waiting) ++part.counters.alive;
+  for_all(all, motion, control, result, [&](std::size_t i, Told& told, TraceCounters&) {
+    if (all.state[i] != GammatonState::InContact) return;
+    Gammaton g = take(all, i);
+    const auto words = [&](std::uint32_t attempt) {
+      return philox4x32({attempt | static_cast<std::uint32_t>(when >> 32) << 8, kResponsePurpose, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)}, key);
+    };
+    Vec3 normal = impl_->frames.shading_normal(g.at);
+    if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
+    switch (respond_to_contact(motion, scene.behaviour, g, normal, words)) {
+      case Outcome::Alive: break;
+      case Outcome::Absorbed: bury(g, told, DeathReason::Absorbed); break;
+      case Outcome::Rested: bury(g, told, DeathReason::Rested); break;
     }
+    put(all, i, g);
   });
-  join(parts, result);
 }
 
 }  // namespace patinate

@@ -22,6 +22,17 @@ class SurfaceFrames {
  public:
   SurfaceFrames(const SceneMesh& scene_mesh, const RayTracer& tracer);
 
+  [[nodiscard]] std::int64_t num_triangles() const { return static_cast<std::int64_t>(frames_.size()); }
+  /// Asks for what is needed of a triangle soon; -1: nothing.
+  void prefetch([[maybe_unused]] int triangle) const {
+#if defined(__GNUC__)
+    if (triangle < 0) return;
+    const auto* frame = reinterpret_cast<const char*>(&frames_[static_cast<std::size_t>(triangle)]);
+    __builtin_prefetch(frame);
+    __builtin_prefetch(frame + sizeof(TriangleFrame) - 1);
+#endif
+  }
+
   [[nodiscard]] Vec3 point(const SurfacePlace& at) const;
   /// Unit normal; 0 for a triangle without area.
   [[nodiscard]] Vec3 normal(int triangle) const { return wide(frames_[static_cast<std::size_t>(triangle)].normal); }

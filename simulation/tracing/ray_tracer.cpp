@@ -24,9 +24,9 @@ Shear shear_of(const Vec3& d) {
   if (std::abs(d.y()) > std::abs(d.x())) z = 1;
   if (std::abs(d.z()) > std::abs(d[static_cast<Eigen::Index>(z)])) z = 2;
   std::size_t x = (z + 1) % 3, y = (z + 2) % 3;
-  const double dz = d[static_cast<Eigen::Index>(z)];
-  if (dz < 0.0) std::swap(x, y);  // keeps the winding
-  return {.axis = {x, y, z}, .x = d[static_cast<Eigen::Index>(x)] / dz, .y = d[static_cast<Eigen::Index>(y)] / dz, .z = 1.0 / dz};
+  const double inverse = 1.0 / d[static_cast<Eigen::Index>(z)];
+  if (inverse < 0.0) std::swap(x, y);  // keeps the winding
+  return {.axis = {x, y, z}, .x = d[static_cast<Eigen::Index>(x)] * inverse, .y = d[static_cast<Eigen::Index>(y)] * inverse, .z = inverse};
 }
 
 /// One triangle, in double. Signs of u, v, w are right or zero, since rounding keeps the order of the two products.
@@ -61,8 +61,9 @@ float rounded_up(double x) {
 }
 
 bool is_usable(const Vec3& origin, const Vec3& direction) {
-  const double largest = direction.cwiseAbs().maxCoeff();
-  return origin.allFinite() && direction.allFinite() && largest > 0.0;
+  const double sum = origin.x() + origin.y() + origin.z() + direction.x() + direction.y() + direction.z();
+  const double square = direction.squaredNorm();
+  return sum - sum == 0.0 && square > 1e-200 && square < 1e200;
 }
 
 }  // namespace
@@ -84,6 +85,8 @@ RayTracer::RayTracer(const Mesh& mesh) {
   // Coordinates relative to the middle are below half the diagonal; a difference of two of them, sheared by at most 1, is off by less
   // than 16 roundings of that.
   slack_ = std::max(static_cast<float>(0.5 * box_.diagonal() * 16.0 * 0x1.0p-24), std::numeric_limits<float>::min());
+  low_ = box_.low - center_ - Vec3::Constant(2.0 * double{slack_});
+  high_ = box_.high - center_ + Vec3::Constant(2.0 * double{slack_});
   Bvh bvh = build_bvh(triangles, slack_);
   nodes_ = std::move(bvh.nodes);
   blocks_ = std::move(bvh.blocks);
@@ -130,20 +133,21 @@ bool RayTracer::none_in_box(const Box& box, const std::function<bool(int)>& stop
 TriangleHit RayTracer::first_hit(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const {
   if (nodes_.empty() || !is_usable(origin, direction)) return {};
   const Vec3 o = origin - center_;
-  // The part of the ray inside the box, so that float numbers do not grow with the distance of the origin.
   double begin = min_distance, end = max_distance;
-  const double margin = 2.0 * double{slack_};
-  for (Eigen::Index a = 0; a < 3; ++a) {
-    const double low = box_.low[a] - center_[a] - margin - o[a], high = box_.high[a] - center_[a] + margin - o[a];
-    if (direction[a] == 0.0) {
-      if (low > 0.0 || high < 0.0) return {};
-      continue;
+  if (!((o - low_).minCoeff() >= 0.0 && (high_ - o).minCoeff() >= 0.0)) {
+    // The part of the ray inside the box, so that float numbers do not grow with the distance of the origin.
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      const double low = low_[a] - o[a], high = high_[a] - o[a];
+      if (direction[a] == 0.0) {
+        if (low > 0.0 || high < 0.0) return {};
+        continue;
+      }
+      const double t0 = low / direction[a], t1 = high / direction[a];
+      begin = std::max(begin, std::min(t0, t1));
+      end = std::min(end, std::max(t0, t1));
     }
-    const double t0 = low / direction[a], t1 = high / direction[a];
-    begin = std::max(begin, std::min(t0, t1));
-    end = std::min(end, std::max(t0, t1));
+    if (!(begin <= end)) return {};
   }
-  if (!(begin <= end)) return {};
   const double shift = begin > min_distance ? begin : 0.0;
   const Vec3 near = o + shift * direction;
   const Shear shear = shear_of(direction);

@@ -45,7 +45,8 @@ class RayTracer {
   explicit RayTracer(const Mesh& mesh);
 
   /// First hit at a distance in (min_distance, max_distance], 0 <= min_distance, along any direction that is not 0, from both sides; of several at the same
-  /// distance that of the lowest index. A direction or origin that is not finite hits nothing.
+  /// distance that of the lowest index. A direction or origin that is not finite, or lengths beyond 1e100 and
+  /// below 1e-100, hit nothing.
   [[nodiscard]] TriangleHit first_hit(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const;
   /// The same by asking every triangle: the truth of tests.
   [[nodiscard]] TriangleHit first_hit_of_all(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const;
@@ -65,6 +66,7 @@ class RayTracer {
  private:
   Vec3 center_ = Vec3::Zero();
   Box box_;
+  Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();  ///< The box, a little larger, relative to center_.
   float slack_ = 0.0F;  ///< What rounding to float may move a coordinate by.
   std::vector<BvhNode> nodes_;
   std::vector<TriangleBlock> blocks_;

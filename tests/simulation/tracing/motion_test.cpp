@@ -8,6 +8,8 @@
 #include <numbers>
 
 #include "libcommon/core/hash.h"
+#include "libcommon/core/random.h"
+#include "simulation/tracing/pieces.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/simulation/tracing/chi_square.h"
@@ -269,6 +271,82 @@ TEST(GammatonTracer, DropsRunRoundALyingCylinderAndDripOffItsUnderside) {
   ASSERT_GT(num_dripped, 1900);
   EXPECT_LT(angles[angles.size() / 2], 6.0);                  // two facets of 2.8 degrees
   EXPECT_LT(angles[angles.size() * 95 / 100], 30.0);
+}
+
+TEST(GammatonTracer, DropsRunDownAWallRoundItsLowerEdgeAndDripThere) {
+  Scene scene = scene_with(with_any_uvs(make_cube(100.0)), 256);
+  scene.emitters[0] = {.name = "hose", .shape = EmitterShape::Rectangle, .position_mm = {130, 90, 50}, .direction = {-1, 0, 0}, .size_mm = {60, 10}, .gammatons = 500};
+  scene.gravity_mm_s2 = {0, -kGravity, 0};
+  scene.behaviour = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
+  TracedScene run(scene);
+  run.trace();
+  run.scene.emitters[0].is_on = false;
+  run.respond();
+  int num_dripped = 0;
+  double farthest = 0.0;
+  for (int k = 0; k < 300; ++k) {
+    const std::vector<GammatonState> before = run.gammatons.state;
+    run.step();
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      if (before[i] != GammatonState::Floating || run.gammatons.state[i] != GammatonState::Flying) continue;
+      ++num_dripped;
+      farthest = std::max(farthest, 100.0 - run.gammatons.position[i].x());
+      EXPECT_NEAR(run.gammatons.position[i].y(), 0.0, scene.tracing.epsilon_mm + scene.tracing.pull * scene.tracing.reach_mm);
+    }
+  }
+  EXPECT_EQ(num_dripped, 500);
+  EXPECT_EQ(run.sum.left, 500);
+  EXPECT_LT(farthest, scene.tracing.reach_mm) << "dripped from the middle of the underside";
+}
+
+TEST(FloatOn, WithoutRaysIsAsWithRays) {
+  // In a ball: a prism a metre high is cut by the other side everywhere, so that rays are asked; one of epsilon is not.
+  Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 3)));
+  const SceneMesh mesh = make_scene_mesh(scene);
+  const RayTracer rays(mesh.mesh);
+  const SurfaceFrames frames(mesh, rays);
+  const FreeSpace free_space(rays);
+  scene.gravity_mm_s2 = {0, -kGravity, 0};
+  Clearance low(rays, frames, mesh.mesh.num_triangles(), scene.tracing.epsilon_mm), high(rays, frames, mesh.mesh.num_triangles(), 1e3);
+  const MotionScene without = motion_scene(scene, rays, frames, free_space, low), with = motion_scene(scene, rays, frames, free_space, high);
+  RandomStream random(1, 0);
+  int num_same = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const auto t = static_cast<std::int32_t>(random.below(static_cast<std::uint32_t>(mesh.mesh.num_triangles())));
+    EXPECT_TRUE(low.is_clear(t, false));
+    EXPECT_FALSE(high.is_clear(t, false));
+    const Gammaton from{.state = GammatonState::Floating,
+                        .is_front = false,
+                        .at = {.triangle = t, .b1 = 0.5 * random.uniform(), .b2 = 0.5 * random.uniform()},
+                        .position = Vec3::Zero(),
+                        .velocity = 1000.0 * Vec3(random.normal(), random.normal(), random.normal())};
+    Gammaton a = from, b = from;
+    std::int64_t pieces_a = 0, pieces_b = 0;
+    ASSERT_EQ(float_on(without, a, pieces_a), float_on(with, b, pieces_b));
+    ASSERT_EQ(a.at.triangle, b.at.triangle);
+    constexpr double kRounding = 1e-5;  // mm: normals and gradients in float, over 50 mm
+    EXPECT_LT((a.position - b.position).norm(), kRounding);
+    EXPECT_LT((a.velocity - b.velocity).norm(), 1e3 * kRounding);  // mm/s, of 1000
+    num_same += a.at.triangle == t ? 1 : 0;
+  }
+  EXPECT_GT(num_same, 3000) << "most stay on their triangle";
+}
+
+TEST(FreeSpace, NothingLiesNearerThanItSays) {
+  const RayTracer rays(make_icosphere(50.0, 3));
+  const FreeSpace free_space(rays);
+  RandomStream random(1, 0);
+  int num_free = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p = 100.0 * Vec3(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5);
+    const double free = free_space.distance(p);
+    num_free += free > 0.0 ? 1 : 0;
+    // A ball's surface is |50 - |p|| away in the Euclidean norm, at most sqrt(3) times the maximum norm; facets lie a little within.
+    EXPECT_LE(free, std::abs(50.0 - p.norm()) + 0.3);
+    const Vec3 d = Vec3(random.normal(), random.normal(), random.normal());
+    EXPECT_EQ(rays.first_hit(p, d / d.cwiseAbs().maxCoeff(), 0.0, free).triangle, -1);
+  }
+  EXPECT_GT(num_free, 10000);
 }
 
 TEST(GammatonTracer, EqualBitsForAnyNumberOfThreads) {

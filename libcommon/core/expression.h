@@ -1,0 +1,57 @@
+/// \file
+/// Formulas over named values: what control maps and the drivers of rules are written in.
+///
+///     sum     = product { ("+" | "-") product }
+///     product = factor { ("*" | "/") factor }
+///     factor  = ("!" | "-") factor | NUMBER | NAME | FILE | "(" sum ")" | FUNCTION "(" sum { "," sum } ")"
+///
+/// FUNCTION: min and max of any number; abs(x); pow(x, exponent), of max(0, x); clamp(x, least, greatest);
+/// smoothstep(from, to, x): 0 up to `from`, 1 beyond `to`, smooth between, falling when from > to. `!x` is 1 - x.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace patinate {
+
+/// Values of expressions are kept within +-kExpressionHuge, so that none becomes infinite or NaN.
+inline constexpr double kExpressionHuge = 1e30;
+
+/// What an expression asks for.
+struct ExpressionName {
+  std::string text;  ///< A name, or a path.
+  bool is_file = false;
+  friend bool operator==(const ExpressionName&, const ExpressionName&) = default;
+};
+
+struct ExpressionNode {
+  enum class Kind { Number, Name, Add, Subtract, Multiply, Divide, Negate, Invert, Min, Max, Abs, Pow, Clamp, Smoothstep };
+  Kind kind = Kind::Number;
+  double number = 0.0;
+  std::size_t name = 0;  ///< Into Expression::names.
+  std::vector<std::unique_ptr<ExpressionNode>> operands;
+};
+
+struct Expression {
+  std::vector<ExpressionName> names;  ///< Each once, in the order of their appearance.
+  std::unique_ptr<ExpressionNode> root;
+};
+
+/// What an expression may say, and what messages call it.
+struct ExpressionSyntax {
+  std::string subject = "control";     ///< "control `0.5*acess`: position 5: ...".
+  std::string name = "control";        ///< "unknown control `acess`".
+  std::span<const std::string> names;  ///< What a NAME may be.
+  /// Whether FILE is allowed: anything in double quotes, or a word with an extension (`wet.exr`, `maps/wet-2.exr`) or that begins with
+  /// `/`, `./`, `../` or `~`: blanks around `/` and `-` then say that they divide and subtract.
+  bool has_files = true;
+};
+
+/// @throws UsageError with the position (from 1), what was found, and a did-you-mean.
+[[nodiscard]] Expression parse_expression(std::string_view text, const ExpressionSyntax& syntax);
+
+}  // namespace patinate

@@ -1,0 +1,2 @@
+#define PATINATE_KERNEL_NAMESPACE expression_avx2
+#include "libcommon/core/expression_kernel.inc"

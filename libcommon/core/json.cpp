@@ -64,6 +64,12 @@ bool JsonReader::has(std::string_view key) const {
   looked_for_.insert(std::string(key));
   return json_->is_object() && json_->contains(key);
 }
+std::vector<std::string> JsonReader::keys() const {
+  if (!json_->is_object()) fail("an object");
+  std::vector<std::string> out;
+  for (const auto& [key, value] : json_->items()) out.push_back(key);
+  return out;
+}
 bool JsonReader::is_string() const { return json_->is_string(); }
 bool JsonReader::is_object() const { return json_->is_object(); }
 bool JsonReader::is_number() const { return json_->is_number(); }

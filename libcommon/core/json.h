@@ -34,6 +34,8 @@ class JsonReader {
   [[nodiscard]] const std::string& pointer() const { return pointer_; }
 
   [[nodiscard]] bool has(std::string_view key) const;
+  /// Of an object's members, in their order. @throws IoError if this is no object.
+  [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] bool is_string() const;
   [[nodiscard]] bool is_object() const;
   [[nodiscard]] bool is_number() const;

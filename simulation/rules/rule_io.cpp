@@ -1,0 +1,140 @@
+#include "simulation/rules/rule_io.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "simulation/rules/rule_assets.h"
+#include "simulation/rules/rules.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr Range kAlphaRange{.low = 0.0, .high = 1e6};
+constexpr Range kShareRange{.low = 0.0, .high = 1e3};
+
+struct BuiltIn {
+  std::string_view name;
+  const std::string_view* text;
+};
+constexpr std::array<BuiltIn, 10> kBuiltIns{{{"rust", &kRuleRust},
+                                             {"rust_consuming", &kRuleRustConsuming},
+                                             {"decay", &kRuleDecay},
+                                             {"growth", &kRuleGrowth},
+                                             {"evaporation", &kRuleEvaporation},
+                                             {"patina", &kRulePatina},
+                                             {"dust", &kRuleDust},
+                                             {"moss", &kRuleMoss},
+                                             {"fading", &kRuleFading},
+                                             {"wetting", &kRuleWetting}}};
+
+std::vector<std::pair<std::string, double>> read_shares(JsonReader json) {
+  std::vector<std::pair<std::string, double>> out;
+  for (const std::string& name : json.keys()) out.emplace_back(name, json.member(name).number(kShareRange));
+  if (out.size() > kMaxMaterials) json.fail("at most " + std::to_string(kMaxMaterials) + " materials");
+  return out;
+}
+
+/// Reads what is there into `asset`.
+void read_fields(JsonReader& json, RuleAsset& asset) {
+  if (json.has("driver")) asset.driver = json.member("driver").string();
+  if (json.has("alpha")) asset.alpha = json.member("alpha").number(kAlphaRange);
+  if (json.has("makes")) asset.makes = read_shares(json.member("makes"));
+  if (json.has("uses")) asset.uses = read_shares(json.member("uses"));
+  if (json.has("about")) asset.about = json.member("about").string();
+}
+
+RuleAsset read_rule(JsonReader json) {
+  json.expect_format("patinate.rule", 1);
+  RuleAsset asset;
+  asset.name = json.member("name").string();
+  (void)json.member("driver");
+  read_fields(json, asset);
+  json.finish();
+  if (asset.makes.empty() && asset.uses.empty()) json.fail("a rule that makes or uses something");
+  return asset;
+}
+
+bool is_path(const std::string& text) { return text.ends_with(".json") || text.find('/') != std::string::npos; }
+
+/// A string, or an object with what is changed.
+RuleAsset read_asset(JsonReader& json) {
+  const std::vector<std::string> names = built_in_rule_names();
+  const auto built_in_or_fail = [&](const JsonReader& at, const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) return built_in_rule(name);
+    std::string list;
+    for (const std::string& each : names) list += each + ", ";
+    at.fail("a built-in rule (" + list.substr(0, list.size() - 2) + ") or the path of a .json file" + did_you_mean(name, names));
+  };
+  if (json.is_string()) return is_path(json.string()) ? load_rule(json.path()) : built_in_or_fail(json, json.string());
+  if (!json.is_object()) json.fail("the name of a rule, a path, or an object");
+  RuleAsset asset;
+  if (json.has("file")) {
+    asset = load_rule(json.member("file").path());
+    if (json.has("name")) asset.name = json.member("name").string();
+  } else {
+    const JsonReader name = json.member("name");
+    const bool is_new = json.has("driver") && (json.has("makes") || json.has("uses"));
+    if (is_new && std::find(names.begin(), names.end(), name.string()) == names.end()) {
+      asset.name = name.string();
+    } else {
+      asset = built_in_or_fail(name, name.string());
+    }
+  }
+  read_fields(json, asset);
+  json.finish();
+  return asset;
+}
+
+}  // namespace
+
+std::vector<std::string> built_in_rule_names() {
+  std::vector<std::string> names;
+  for (const BuiltIn& rule : kBuiltIns) names.emplace_back(rule.name);
+  return names;
+}
+
+RuleAsset built_in_rule(const std::string& name) {
+  for (const BuiltIn& rule : kBuiltIns) {
+    if (rule.name == name) return read_rule(JsonReader("built-in rule " + name, Json::parse(*rule.text, nullptr, true, true)));
+  }
+  throw InvalidInput("there is no built-in rule `" + name + "`" + did_you_mean(name, built_in_rule_names()));
+}
+
+RuleAsset load_rule(const std::filesystem::path& path) {
+  const Json json = load_json(path);
+  return read_rule(JsonReader(path.string(), json));
+}
+
+Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials) {
+  Rule rule{.name = asset.name, .driver = asset.driver, .alpha = asset.alpha};
+  const auto resolve = [&](const std::vector<std::pair<std::string, double>>& shares, MaterialValues& out, const std::string& verb) {
+    for (const auto& [name, share] : shares) {
+      const auto found = std::find(materials.begin(), materials.end(), name);
+      if (found == materials.end()) {
+        throw InvalidInput("rule '" + asset.name + "' " + verb + " `" + name + "`, which is none of the scene's materials" + did_you_mean(name, materials));
+      }
+      out[static_cast<std::size_t>(found - materials.begin())] = share;
+    }
+  };
+  resolve(asset.makes, rule.makes, "makes");
+  resolve(asset.uses, rule.uses, "uses");
+  (void)parameters_of(rule, materials);  // reads the driver
+  return rule;
+}
+
+Rule read_scene_rule(JsonReader json, std::span<const std::string> materials) {
+  const RuleAsset asset = read_asset(json);
+  try {
+    return resolve_rule(asset, materials);
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(json.file(), json.pointer() + ": " + e.what());
+  }
+}
+
+}  // namespace patinate

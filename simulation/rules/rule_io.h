@@ -1,0 +1,42 @@
+/// \file
+/// Rules as JSON assets (`patinate.rule`, docs/algorithms/aging_rules.md), built in or from files.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/json.h"
+#include "simulation/scene/scene.h"
+
+namespace patinate {
+
+/// A rule that names materials, whatever a scene's are.
+struct RuleAsset {
+  std::string name;
+  std::string about;  ///< For people; may be empty.
+  std::string driver;
+  double alpha = 0.1;
+  std::vector<std::pair<std::string, double>> makes;  ///< Material and amount by alpha * driver * time, [0, 1000].
+  std::vector<std::pair<std::string, double>> uses;
+};
+
+/// Names of the rules that come along with the program.
+[[nodiscard]] std::vector<std::string> built_in_rule_names();
+/// @throws InvalidInput for a name that is not among them, with a did-you-mean.
+[[nodiscard]] RuleAsset built_in_rule(const std::string& name);
+/// @throws IoError with file and JSON pointer.
+[[nodiscard]] RuleAsset load_rule(const std::filesystem::path& path);
+
+/// For a scene with these materials. A material that the scene calls like a surface parameter is the material.
+/// @throws InvalidInput for a material that the scene does not have, or a driver that cannot be read; with a did-you-mean.
+[[nodiscard]] Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials);
+
+/// An element of a scene's "rules": the name of a built-in rule, the path of a file (".json", relative to the scene's folder), or an
+/// object: {"name": BUILT-IN or "file": PATH} with any of "driver", "alpha", "makes", "uses" in place of its own, or all of a new rule.
+/// @throws IoError with the scene's file and the JSON pointer.
+[[nodiscard]] Rule read_scene_rule(JsonReader json, std::span<const std::string> materials);
+
+}  // namespace patinate

@@ -1,0 +1,318 @@
+#include "simulation/rules/rules.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <utility>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/expression_program.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/core/random.h"
+#include "libcommon/core/text.h"
+#include "simulation/rules/rule_kernel.h"
+#include "simulation/rules/tile_facts.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::uint32_t kRulePurpose = 0x72756C65u;
+constexpr std::uint64_t kEveryEighth = 0x0101010101010101u;
+constexpr std::int64_t kChunkPages = 16;  ///< 128 tiles an iteration: about 50 us.
+
+const RuleKernel& kernel_of(InstructionSet set) {
+#if defined(__x86_64__)
+  if (set == InstructionSet::Avx512) return rules_avx512::kKernel;
+  if (set == InstructionSet::Avx2) return rules_avx2::kKernel;
+#endif
+  return rules_baseline::kKernel;
+}
+
+std::vector<std::string> known_names(std::span<const std::string> materials) {
+  std::vector<std::string> names(materials.begin(), materials.end());
+  for (const std::string_view name : kSurfaceParameterNames) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
+  }
+  return names;
+}
+
+Expression driver_of(const Rule& rule, std::span<const std::string> materials) {
+  const std::vector<std::string> names = known_names(materials);
+  try {
+    return parse_expression(rule.driver, {.subject = "rule '" + rule.name + "': driver", .name = "material or parameter", .names = names, .has_files = false});
+  } catch (const UsageError& e) {
+    throw InvalidInput(e.what());
+  }
+}
+
+/// A rule as the kernel takes it, and its driver's program.
+struct CompiledRule {
+  TileRule form;
+  double alpha = 0.0;
+  ExpressionProgram driver;
+};
+
+struct alignas(64) BlockOf64 {
+  std::array<float, TileGrid::kTileTexels> values;
+};
+
+/// What one thread works with; which thread it is shows in no result.
+struct Worker {
+  std::vector<BlockOf64> slots;                     ///< Materials, parameters, then the programs' own.
+  std::vector<std::array<std::int32_t, 64>> quanta;  ///< By material.
+  std::array<std::array<std::int32_t, 64>, kMaxRuleTerms> changes{};
+  std::array<std::int64_t, kMaxMaterials> made{};
+  std::array<std::int64_t, kMaxMaterials> used{};
+};
+
+void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out) {
+  const std::size_t first = std::size_t{tile} * TileGrid::kTileTexels;
+  const auto decode = [&](const auto& codes, float step) {
+    for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i) out[i] = parameter.low + static_cast<float>(codes[first + i]) * step;
+  };
+  const float range = parameter.high - parameter.low;
+  if (const auto* bytes = std::get_if<std::vector<std::uint8_t>>(&parameter.values)) {
+    decode(*bytes, range / 255.0F);
+  } else if (const auto* words = std::get_if<std::vector<std::uint16_t>>(&parameter.values)) {
+    decode(*words, range / 65535.0F);
+  } else {
+    const auto& floats = std::get<std::vector<float>>(parameter.values);
+    std::copy_n(floats.begin() + static_cast<std::ptrdiff_t>(first), TileGrid::kTileTexels, out);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials) {
+  std::vector<std::string> out;
+  for (const ExpressionName& name : driver_of(rule, materials).names) {
+    if (name.text != "age" && std::find(materials.begin(), materials.end(), name.text) == materials.end()) out.push_back(name.text);
+  }
+  return out;
+}
+
+struct RuleEngine::State {
+  InstructionSet set;
+  const RuleKernel* kernel;
+  double time_per_iteration;
+  std::uint64_t seed;
+  std::vector<CompiledRule> rules;
+  std::vector<int> materials;  ///< Those that occur in a rule: slots 0, 1, ...
+  std::vector<SurfaceParameter> parameters;  ///< Slots after the materials; then age.
+  int num_slots = 0;
+  bool uses_age = false;
+  TileFacts facts;
+  std::vector<std::uint64_t> awake;  ///< By page: a bit for each tile.
+  std::vector<Worker> workers;
+  std::vector<TileIndex> dirty;
+  std::vector<std::size_t> num_dirty;  ///< By chunk.
+
+  [[nodiscard]] int age_slot() const { return static_cast<int>(materials.size() + parameters.size()); }
+  int slot_of_material(int material);
+  void compile(std::span<const Rule> all, std::span<const std::string> names);
+  [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
+  void load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
+};
+
+int RuleEngine::State::slot_of_material(int material) {
+  return static_cast<int>(std::find(materials.begin(), materials.end(), material) - materials.begin());
+}
+
+void RuleEngine::State::compile(std::span<const Rule> all, std::span<const std::string> names) {
+  std::vector<Expression> drivers;
+  std::array<bool, kMaxMaterials> occurs{};
+  for (const Rule& rule : all) {
+    drivers.push_back(driver_of(rule, names));
+    for (const ExpressionName& name : drivers.back().names) {
+      const auto m = static_cast<std::size_t>(std::find(names.begin(), names.end(), name.text) - names.begin());
+      if (m < names.size()) {
+        occurs[m] = true;
+      } else if (name.text == "age") {
+        uses_age = true;
+      } else if (std::none_of(parameters.begin(), parameters.end(), [&](const SurfaceParameter& p) { return p.name == name.text; })) {
+        throw InvalidInput("rule '" + rule.name + "' asks for `" + name.text + "`, of which there is no map here");
+      }
+    }
+    for (std::size_t m = 0; m < names.size(); ++m) occurs[m] = occurs[m] || rule.makes[m] > 0.0 || rule.uses[m] > 0.0;
+  }
+  for (std::size_t m = 0; m < names.size(); ++m) {
+    if (occurs[m]) materials.push_back(static_cast<int>(m));
+  }
+  const auto slot_of = [&](const ExpressionName& name) {
+    const auto m = std::find(names.begin(), names.end(), name.text) - names.begin();
+    if (m < static_cast<std::ptrdiff_t>(names.size())) return slot_of_material(static_cast<int>(m));
+    if (name.text == "age") return age_slot();
+    const auto p = std::find_if(parameters.begin(), parameters.end(), [&](const SurfaceParameter& q) { return q.name == name.text; });
+    return static_cast<int>(materials.size()) + static_cast<int>(p - parameters.begin());
+  };
+  num_slots = age_slot() + 1;
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    CompiledRule rule;
+    rule.alpha = all[r].alpha;
+    rule.driver = compile_expression(drivers[r], slot_of, num_slots);
+    num_slots = std::max(num_slots, rule.driver.num_slots);
+    const auto add_terms = [&](const MaterialValues& shares) {
+      for (std::size_t m = 0; m < names.size(); ++m) {
+        if (shares[m] > 0.0) rule.form.terms[rule.form.num_terms++] = {slot_of_material(static_cast<int>(m)), static_cast<float>(shares[m])};
+      }
+    };
+    add_terms(all[r].makes);
+    rule.form.num_makes = rule.form.num_terms;
+    add_terms(all[r].uses);
+    rules.push_back(std::move(rule));
+  }
+}
+
+RuleEngine::RuleEngine(std::span<const Rule> rules, std::span<const std::string> materials, const SurfaceAtlas& surface,
+                       double time_per_iteration, std::uint64_t seed, std::vector<SurfaceParameter> parameters, InstructionSet set)
+    : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  if (!has_instruction_set(set)) throw InvalidInput("rules: this machine lacks " + std::string(kInstructionSetNames[static_cast<std::size_t>(set)]));
+  if (!(time_per_iteration >= 0.0)) throw InvalidInput("rules: the time of an iteration is " + number_text(time_per_iteration) + "; use 0 or more");
+  s.set = set;
+  s.kernel = &kernel_of(set);
+  s.time_per_iteration = time_per_iteration;
+  s.seed = seed;
+  s.parameters = std::move(parameters);
+  s.compile(rules, materials);
+  s.facts = TileFacts(surface);
+  if (!s.rules.empty()) s.awake = s.facts.covered_tiles();
+}
+
+RuleEngine::~RuleEngine() = default;
+RuleEngine::RuleEngine(RuleEngine&&) noexcept = default;
+RuleEngine& RuleEngine::operator=(RuleEngine&&) noexcept = default;
+
+void RuleEngine::wake(std::span<const TileIndex> tiles) {
+  if (state_->awake.empty()) return;
+  for (const TileIndex tile : tiles) state_->awake[tile / TileGrid::kPageTiles] |= std::uint64_t{1} << tile % TileGrid::kPageTiles;
+}
+
+std::int64_t RuleEngine::num_awake() const {
+  std::int64_t sum = 0;
+  for (const std::uint64_t page : state_->awake) sum += std::popcount(page);
+  return sum;
+}
+
+std::int64_t RuleEngine::aged_iterations(TileIndex tile, std::int64_t iteration) {
+  const std::int64_t since = (iteration + tile) % kEpoch;
+  return std::max<std::int64_t>(0, iteration + 1 - since);
+}
+
+void RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const {
+  alignas(64) std::array<std::uint16_t, TileGrid::kTileTexels> originals;
+  for (std::size_t k = 0; k < materials.size(); ++k) {
+    const std::uint16_t* stored = atlas.tile(materials[k], tile).data();
+    if (!stored) {
+      if (facts.is_uniform(tile)) {
+        originals.fill(atlas.original(materials[k], tile * TileGrid::kTileTexels));
+      } else {
+        atlas.read_tile(materials[k], tile, originals);
+      }
+      stored = originals.data();
+    }
+    kernel->load(stored, worker.quanta[k].data(), worker.slots[k].values.data());
+  }
+  for (std::size_t p = 0; p < parameters.size(); ++p) load_parameter(parameters[p], tile, worker.slots[materials.size() + p].values.data());
+}
+
+/// @returns whether some rule has an extent there.
+bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const {
+  load(tile, atlas, worker);
+  alignas(64) std::array<float, TileGrid::kTileTexels> covered;
+  facts.covered(tile, covered);
+  std::array<bool, kMaxMaterials> has_changed{};
+  std::array<std::uint32_t, TileGrid::kTileTexels> weights;
+  bool has_weights = false, has_extent = false;
+  float* slots = worker.slots[0].values.data();
+  for (const CompiledRule& rule : rules) {
+    run_expression(rule.driver, slots, set);
+    TileRule form = rule.form;
+    form.driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
+    form.covered = covered.data();
+    form.first_texel = tile * TileGrid::kTileTexels;
+    const int outcome = kernel->apply(form, worker.quanta[0].data(), slots, worker.changes[0].data());
+    has_extent |= (outcome & 1) != 0;
+    if ((outcome & 2) == 0) continue;
+    if (!std::exchange(has_weights, true)) facts.weights(tile, weights);
+    for (int k = 0; k < form.num_terms; ++k) {
+      const auto slot = static_cast<std::size_t>(form.terms[k].material);
+      has_changed[slot] = true;
+      const auto m = static_cast<std::size_t>(materials[slot]);
+      (k < form.num_makes ? worker.made : worker.used)[m] += kernel->weigh(worker.changes[static_cast<std::size_t>(k)].data(), weights.data());
+    }
+  }
+  for (std::size_t k = 0; k < materials.size(); ++k) {
+    if (has_changed[k]) kernel->store(worker.quanta[k].data(), atlas.writable_tile(materials[k], tile).data());
+  }
+  is_dirty = std::find(has_changed.begin(), has_changed.end(), true) != has_changed.end();
+  return has_extent;
+}
+
+RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control) {
+  State& s = *state_;
+  RuleReport report;
+  if (s.rules.empty() || !(s.time_per_iteration > 0.0)) return report;
+  const auto phase = static_cast<int>((kEpoch - iteration % kEpoch) % kEpoch);  // tiles that are due: tile % kEpoch
+  const std::int64_t span = std::min<std::int64_t>(kEpoch, iteration + 1);
+  const double time = static_cast<double>(span) * s.time_per_iteration;
+  const double age = (static_cast<double>(iteration + 1) - 0.5 * static_cast<double>(span)) * s.time_per_iteration;  // the middle of that time
+  for (std::size_t r = 0; r < s.rules.size(); ++r) {
+    TileRule& form = s.rules[r].form;
+    form.scale = static_cast<float>(s.rules[r].alpha * time);
+    const auto now = static_cast<std::uint64_t>(iteration);
+    const auto random = philox4x32({static_cast<std::uint32_t>(now), static_cast<std::uint32_t>(now >> 32), static_cast<std::uint32_t>(r), kRulePurpose},
+                                   {static_cast<std::uint32_t>(s.seed), static_cast<std::uint32_t>(s.seed >> 32)});
+    form.keys[0] = random[0];
+    form.keys[1] = random[1];
+  }
+  const auto num_pages = static_cast<std::int64_t>(s.awake.size());
+  const std::int64_t num_chunks = (num_pages + kChunkPages - 1) / kChunkPages;
+  constexpr std::size_t kChunkTiles = kChunkPages * TileGrid::kPageTiles / kEpoch;
+  s.dirty.resize(static_cast<std::size_t>(num_chunks) * kChunkTiles);
+  s.num_dirty.assign(static_cast<std::size_t>(num_chunks), 0);
+  RunControl threads;  // a part of a step is no state to stop in
+  threads.num_threads = control.num_threads;
+  const std::int64_t num_workers = std::clamp<std::int64_t>(thread_count(threads), 1, num_chunks);
+  if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
+  std::atomic<std::int64_t> next{0};
+  parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
+    Worker& worker = s.workers[static_cast<std::size_t>(w)];
+    if (worker.slots.empty()) {
+      worker.slots.resize(static_cast<std::size_t>(s.num_slots));
+      worker.quanta.resize(std::max<std::size_t>(1, s.materials.size()));
+      for (const CompiledRule& rule : s.rules) {
+        for (const auto& constant : rule.driver.constants) worker.slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
+      }
+    }
+    worker.slots[static_cast<std::size_t>(s.age_slot())].values.fill(static_cast<float>(age));
+    for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) {
+      const auto c = static_cast<std::size_t>(chunk);
+      for (auto page = static_cast<std::size_t>(chunk * kChunkPages); page < static_cast<std::size_t>(std::min(num_pages, (chunk + 1) * kChunkPages)); ++page) {
+        for (std::uint64_t due = s.awake[page] & kEveryEighth << phase; due != 0; due &= due - 1) {
+          const auto bit = static_cast<std::uint32_t>(std::countr_zero(due));
+          const TileIndex tile = static_cast<TileIndex>(page) * TileGrid::kPageTiles + bit;
+          bool is_dirty = false;
+          if (!s.age_tile(tile, atlas, worker, is_dirty) && !s.uses_age) s.awake[page] &= ~(std::uint64_t{1} << bit);
+          if (is_dirty) s.dirty[c * kChunkTiles + s.num_dirty[c]++] = tile;
+        }
+      }
+    }
+  });
+  std::size_t num_dirty = 0;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(num_chunks); ++c) {
+    std::copy_n(s.dirty.begin() + static_cast<std::ptrdiff_t>(c * kChunkTiles), s.num_dirty[c], s.dirty.begin() + static_cast<std::ptrdiff_t>(num_dirty));
+    num_dirty += s.num_dirty[c];
+  }
+  report.dirty_tiles = std::span<const TileIndex>(s.dirty).first(num_dirty);
+  for (Worker& worker : s.workers) {
+    for (std::size_t m = 0; m < kMaxMaterials; ++m) {
+      report.made[m] += std::exchange(worker.made[m], 0);
+      report.used[m] += std::exchange(worker.used[m], 0);
+    }
+  }
+  return report;
+}
+
+}  // namespace patinate

@@ -1,0 +1,95 @@
+#include "simulation/rules/rule_io.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/files.h"
+#include "tests/support/errors.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::error_of;
+using testing_support::has;
+
+const std::vector<std::string> kNames{"water", "metal", "rust", "dirt"};
+
+Rule read(const std::string& text, const std::filesystem::path& file = "scene.json") {
+  const Json json = Json::parse(text);
+  return read_scene_rule(JsonReader(file.string(), json, "/rules/0"), kNames);
+}
+std::string says(const std::string& text) {
+  return error_of([&] { (void)read(text); });
+}
+
+TEST(RuleIo, EveryBuiltInRuleCanBeReadAndSaysWhatItIs) {
+  const std::vector<std::string> names = built_in_rule_names();
+  EXPECT_EQ(names.size(), 10u);
+  const std::vector<std::string> materials{"water", "metal", "wood", "dirt", "rust", "organic", "patina", "moss"};
+  for (const std::string& name : names) {
+    const RuleAsset asset = built_in_rule(name);
+    EXPECT_EQ(asset.name, name);
+    EXPECT_FALSE(asset.about.empty());
+    std::vector<std::string> scene = materials;
+    if (name == "dust" || name == "fading") scene.back() = name == "dust" ? "dust" : "pigment";
+    EXPECT_EQ(resolve_rule(asset, scene).driver, asset.driver);
+  }
+}
+
+TEST(RuleIo, PublishedRulesAreAsPublished) {
+  EXPECT_EQ(built_in_rule("rust").driver, "min(water, metal)");
+  EXPECT_TRUE(built_in_rule("rust").uses.empty());
+  EXPECT_EQ(built_in_rule("rust_consuming").uses, (std::vector<std::pair<std::string, double>>{{"metal", 1.0}}));
+  EXPECT_EQ(built_in_rule("decay").makes, (std::vector<std::pair<std::string, double>>{{"organic", 1.0}, {"dirt", 1.0}}));
+  EXPECT_EQ(built_in_rule("evaporation").uses, (std::vector<std::pair<std::string, double>>{{"water", 1.0}}));
+}
+
+TEST(RuleIo, ASceneNamesABuiltInRuleOneWithChangesAFileOrANewOne) {
+  EXPECT_EQ(read(R"("rust")").makes[2], 1.0);
+  const Rule slow = read(R"({"name": "evaporation", "alpha": 0.02})");
+  EXPECT_EQ(slow.alpha, 0.02);
+  EXPECT_EQ(slow.driver, "water");
+  EXPECT_EQ(slow.uses[0], 1.0);
+  const Rule own = read(R"({"name": "mud", "driver": "water*dirt", "alpha": 2, "makes": {"dirt": 0.5}, "uses": {"water": 0.25}})");
+  EXPECT_EQ(own.name, "mud");
+  EXPECT_EQ(own.makes[3], 0.5);
+  EXPECT_EQ(own.uses[0], 0.25);
+
+  const testing_support::TempFolder folder;
+  std::filesystem::create_directory(folder / "rules");
+  write_atomically(folder / "rules/mine.json",
+                   "// mine\n{\"format\": \"patinate.rule\", \"version\": 1, \"name\": \"mine\", \"driver\": \"!water\", \"makes\": {\"dirt\": 2}}");
+  EXPECT_EQ(read(R"("rules/mine.json")", folder / "scene.json").makes[3], 2.0);
+  EXPECT_EQ(read(R"({"file": "rules/mine.json", "alpha": 4})", folder / "scene.json").alpha, 4.0);
+}
+
+TEST(RuleIo, SaysWhereAndWhatIsWrong) {
+  EXPECT_TRUE(has(says(R"("rusty")"), "scene.json: /rules/0: found \"rusty\"; expected a built-in rule (rust, rust_consuming, "));
+  EXPECT_TRUE(has(says(R"("rusty")"), "did you mean `rust`?"));
+  EXPECT_EQ(says(R"("decay")"), "scene.json: /rules/0: rule 'decay' makes `organic`, which is none of the scene's materials");
+  EXPECT_TRUE(has(says(R"({"name": "evaporation", "alpha": -1})"), "scene.json: /rules/0/alpha: found -1"));
+  EXPECT_TRUE(has(says(R"({"name": "evaporation", "alfa": 1})"), "/rules/0/alfa: unknown key; did you mean `alpha`?"));
+  EXPECT_TRUE(has(says(R"_({"name": "rust", "driver": "min(watr, metal)"})_"), "position 5: unknown material or parameter `watr`; did you mean `water`?"));
+  EXPECT_TRUE(has(says(R"({"name": "rust", "makes": {"rusd": 1}})"), "makes `rusd`, which is none of the scene's materials; did you mean `rust`?"));
+  EXPECT_TRUE(has(says(R"({"name": "rust", "makes": {"rust": "much"}})"), "/rules/0/makes/rust: found \"much\""));
+  EXPECT_TRUE(has(says("5"), "expected the name of a rule, a path, or an object"));
+  EXPECT_TRUE(has(says(R"("nowhere/rule.json")"), "nowhere/rule.json"));
+}
+
+TEST(RuleIo, AFileNeedsItsFormatADriverAndAnEffect) {
+  const testing_support::TempFolder folder;
+  const auto load = [&](const std::string& text) {
+    write_atomically(folder / "rule.json", text);
+    return error_of([&] { (void)load_rule(folder / "rule.json"); });
+  };
+  EXPECT_EQ(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "driver": "1", "uses": {"water": 1}})"), "");
+  EXPECT_TRUE(has(load(R"({"format": "patinate.scene", "version": 1})"), "/format"));
+  EXPECT_TRUE(has(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "makes": {"water": 1}})"), "`driver` is missing"));
+  EXPECT_TRUE(has(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "driver": "1"})"), "makes or uses something"));
+}
+
+}  // namespace
+}  // namespace patinate

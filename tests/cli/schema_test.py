@@ -133,6 +133,19 @@ class Schemas(unittest.TestCase):
                 self.assertFalse(check.is_valid(content), "the schema accepts it")
                 self.assertEqual(subprocess.run([PATINATE, "calibrate", "spheres", "bad_rig.json", "-o", "bad.json"], cwd=WORK, capture_output=True).returncode, 3)
 
+    def test_built_in_rules_are_accepted_and_broken_ones_are_not(self):
+        check = validator("rule")
+        files = sorted((SCHEMAS.parents[1] / "simulation/rules/assets").glob("*.json"))
+        self.assertGreater(len(files), 8)
+        for file in files:
+            whole = json.loads(file.read_text())
+            check.validate(whole)
+            for number, change in enumerate(COMMON + [put("alpha", -1), put("makes", {"rust": -1}), put("uses", {"water": "all"}), put("driver", 3), drop("driver"), drop("name")]):
+                content = copy.deepcopy(whole)
+                change(content)
+                with self.subTest(file=file.name, change=number):
+                    self.assertFalse(check.is_valid(content))
+
     def test_every_property_is_described_or_speaks_for_itself(self):
         for path in SCHEMAS.glob("*.schema.json"):
             schema = json.loads(path.read_text())

@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::uint32_t kRulePurpose = 0x72756C65u;
 constexpr std::uint64_t kEveryEighth = 0x0101010101010101u;
+constexpr std::size_t kPrefetchTiles = 2;
 constexpr std::int64_t kChunkPages = 16;  ///< 128 tiles an iteration: about 50 us.
 
 const RuleKernel& kernel_of(InstructionSet set) {
@@ -113,6 +114,15 @@ struct RuleEngine::State {
   void compile(std::span<const Rule> all, std::span<const std::string> names);
   [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
   void load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
+  /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor guesses.
+  void prefetch(TileIndex tile, const MaterialAtlas& atlas) const {
+    for (const int material : materials) {
+      const std::uint16_t* stored = atlas.tile(material, tile).data();
+      if (!stored) continue;
+      __builtin_prefetch(stored, 1);
+      __builtin_prefetch(stored + 32, 1);
+    }
+  }
 };
 
 int RuleEngine::State::slot_of_material(int material) {
@@ -289,14 +299,21 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
     worker.slots[static_cast<std::size_t>(s.age_slot())].values.fill(static_cast<float>(age));
     for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) {
       const auto c = static_cast<std::size_t>(chunk);
+      std::array<TileIndex, kChunkTiles> tiles;
+      std::size_t num_tiles = 0;
       for (auto page = static_cast<std::size_t>(chunk * kChunkPages); page < static_cast<std::size_t>(std::min(num_pages, (chunk + 1) * kChunkPages)); ++page) {
         for (std::uint64_t due = s.awake[page] & kEveryEighth << phase; due != 0; due &= due - 1) {
-          const auto bit = static_cast<std::uint32_t>(std::countr_zero(due));
-          const TileIndex tile = static_cast<TileIndex>(page) * TileGrid::kPageTiles + bit;
-          bool is_dirty = false;
-          if (!s.age_tile(tile, atlas, worker, is_dirty) && !s.uses_age) s.awake[page] &= ~(std::uint64_t{1} << bit);
-          if (is_dirty) s.dirty[c * kChunkTiles + s.num_dirty[c]++] = tile;
+          tiles[num_tiles++] = static_cast<TileIndex>(page) * TileGrid::kPageTiles + static_cast<std::uint32_t>(std::countr_zero(due));
         }
+      }
+      for (std::size_t i = 0; i < num_tiles; ++i) {
+        if (i + kPrefetchTiles < num_tiles) s.prefetch(tiles[i + kPrefetchTiles], atlas);
+        const TileIndex tile = tiles[i];
+        bool is_dirty = false;
+        if (!s.age_tile(tile, atlas, worker, is_dirty) && !s.uses_age) {
+          s.awake[tile / TileGrid::kPageTiles] &= ~(std::uint64_t{1} << tile % TileGrid::kPageTiles);
+        }
+        if (is_dirty) s.dirty[c * kChunkTiles + s.num_dirty[c]++] = tile;
       }
     }
   });

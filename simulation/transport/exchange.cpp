@@ -82,46 +82,72 @@ struct Call {
   std::span<Piece> pieces;  ///< By the keys' carrier; empty when carriers are gammatons.
 };
 
-/// One material of the tile that is being worked on.
-struct TileAmounts {
-  const std::uint16_t* stored = nullptr;  ///< Null: the originals.
-  std::uint16_t* writable = nullptr;      ///< Null until something changes.
+constexpr std::size_t kBatch = 16;
+
+/// What some contacts need, read for all of them before the first is worked on: memory is far away, and waits for many at once.
+struct Batch {
+  std::array<std::uint32_t, kBatch> weight;
+  std::array<std::array<const std::uint16_t*, kMaxMaterials>, kBatch> stored;  ///< By active material: the tile's; null: the originals.
+  std::array<Masses, kBatch> randoms;
 };
+
+[[nodiscard]] Masses& mass_of(const Call& call, std::uint32_t carrier) {
+  return call.pieces.empty() ? call.cargo.mass[carrier] : call.pieces[carrier].mass;
+}
+
+void prepare(const Call& call, std::span<const ContactKey> keys, Batch& batch) {
+  const SurfaceAtlas& surface = call.atlas.surface();
+  std::array<int, kBatch> triangle;
+  const auto texel = [&](std::size_t i) { return static_cast<TexelIndex>(keys[i] >> 32); };
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    __builtin_prefetch(&mass_of(call, static_cast<std::uint32_t>(keys[i])), 1);
+    triangle[i] = surface.triangle(texel(i));
+  }
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    for (std::size_t a = 0; a < call.active.size(); ++a) {
+      batch.stored[i][a] = call.atlas.tile(call.active[a], TileGrid::tile_of(texel(i))).data();
+      if (batch.stored[i][a]) __builtin_prefetch(batch.stored[i][a] + texel(i) % TileGrid::kTileTexels, 1);
+    }
+  }
+  for (std::size_t i = 0; i < keys.size(); ++i) batch.weight[i] = surface.weight_of_triangle(triangle[i]);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto carrier = static_cast<std::uint32_t>(keys[i]);
+    const bool is_whole = call.pieces.empty();
+    batch.randoms[i] = transfer_randoms(call.seed, is_whole ? carrier : call.pieces[carrier].gammaton, call.iteration,
+                                        is_whole ? 0 : call.pieces[carrier].number, static_cast<int>(call.active.size()));
+  }
+}
+
+/// What a gammaton, or a piece of one, may hold: all pieces together no more than their gammaton may.
+[[nodiscard]] std::uint32_t limit_of(const Call& call, const Piece* piece, std::size_t material) {
+  return piece ? piece->mass[material] + (kMaxMass - call.cargo.mass[piece->gammaton][material]) / piece->num_parts : kMaxMass;
+}
 
 /// Exchanges one section's contacts. @returns how many dirty tiles it wrote to `dirty`.
 std::size_t exchange_section(const Call& call, std::span<const ContactKey> keys, Worker& worker, TileIndex* dirty) {
-  const SurfaceAtlas& surface = call.atlas.surface();
-  std::array<TileAmounts, kMaxMaterials> tiles{};
-  TileIndex tile = 0xFFFFFFFFu;
-  bool is_dirty = false;
+  Batch batch;
   std::size_t num_dirty = 0;
-  for (const ContactKey key : keys) {
-    const auto texel = static_cast<TexelIndex>(key >> 32);
-    const auto carrier = static_cast<std::uint32_t>(key);
-    if (TileGrid::tile_of(texel) != tile) {
-      tile = TileGrid::tile_of(texel);
-      is_dirty = false;
-      for (std::size_t a = 0; a < call.active.size(); ++a) tiles[a] = {call.atlas.tile(call.active[a], tile).data(), nullptr};
-    }
-    Piece* piece = call.pieces.empty() ? nullptr : &call.pieces[carrier];
-    const std::uint32_t gammaton = piece ? piece->gammaton : carrier;
-    Masses& mass = piece ? piece->mass : call.cargo.mass[gammaton];
-    const std::uint32_t weight = surface.weight(texel);
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    if (k % kBatch == 0) prepare(call, keys.subspan(k, std::min(kBatch, keys.size() - k)), batch);
+    const std::size_t b = k % kBatch;
+    const auto texel = static_cast<TexelIndex>(keys[k] >> 32);
+    const auto carrier = static_cast<std::uint32_t>(keys[k]);
+    const TileIndex tile = TileGrid::tile_of(texel);
+    const Piece* piece = call.pieces.empty() ? nullptr : &call.pieces[carrier];
+    Masses& mass = mass_of(call, carrier);
+    const std::uint32_t weight = batch.weight[b];
     const TransferShares* shares = worker.table.find(weight, piece ? piece->share : Splat::kWhole);
-    const Masses randoms = transfer_randoms(call.seed, gammaton, call.iteration, piece ? piece->number : 0, static_cast<int>(call.active.size()));
     const std::size_t in_tile = texel % TileGrid::kTileTexels;
     Masses dropped{};
     for (std::size_t a = 0; a < call.active.size(); ++a) {
-      const auto m = static_cast<std::size_t>(call.active[a]);
-      const std::uint32_t amount = tiles[a].stored ? tiles[a].stored[in_tile] : call.atlas.original(call.active[a], texel);
-      const std::uint32_t limit = piece ? mass[m] + (kMaxMass - call.cargo.mass[gammaton][m]) / piece->num_parts : kMaxMass;
-      const std::int32_t quanta = transfer_quanta(shares[a], amount, weight, mass[m], randoms[a], limit);
+      const int material = call.active[a];
+      const auto m = static_cast<std::size_t>(material);
+      // A page that was not there may have been made since.
+      const std::uint16_t* stored = batch.stored[b][a] ? batch.stored[b][a] : call.atlas.tile(material, tile).data();
+      const std::uint32_t amount = stored ? stored[in_tile] : call.atlas.original(material, texel);
+      const std::int32_t quanta = transfer_quanta(shares[a], amount, weight, mass[m], batch.randoms[b][a], limit_of(call, piece, m));
       if (quanta == 0) continue;
-      if (!tiles[a].writable) {
-        tiles[a].writable = call.atlas.writable_tile(call.active[a], tile).data();
-        tiles[a].stored = tiles[a].writable;
-      }
-      tiles[a].writable[in_tile] = static_cast<std::uint16_t>(static_cast<std::int32_t>(amount) - quanta);
+      call.atlas.writable_tile(material, tile)[in_tile] = static_cast<std::uint16_t>(static_cast<std::int32_t>(amount) - quanta);
       if (quanta > 0) {
         mass[m] += static_cast<std::uint32_t>(quanta) * weight;
         worker.picked_up[m] += std::int64_t{quanta} * weight;
@@ -130,8 +156,7 @@ std::size_t exchange_section(const Call& call, std::span<const ContactKey> keys,
         mass[m] -= dropped[m];
         worker.dropped[m] += dropped[m];
       }
-      if (!is_dirty) dirty[num_dirty++] = tile;
-      is_dirty = true;
+      if (num_dirty == 0 || dirty[num_dirty - 1] != tile) dirty[num_dirty++] = tile;
     }
     if (call.maps) call.maps->record(texel, call.iteration, !piece || piece->number == 0, dropped);
   }

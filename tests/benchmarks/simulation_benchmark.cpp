@@ -12,7 +12,8 @@ struct Part {
   void (*run)();
 };
 
-constexpr std::array kParts{Part{"rays", patinate::benchmarks::rays}, Part{"gammatons", patinate::benchmarks::gammatons}};
+constexpr std::array kParts{Part{"rays", patinate::benchmarks::rays}, Part{"gammatons", patinate::benchmarks::gammatons},
+                            Part{"exchange", patinate::benchmarks::exchange}, Part{"rules", patinate::benchmarks::rules}};
 
 }  // namespace
 

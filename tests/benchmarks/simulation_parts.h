@@ -8,5 +8,9 @@ namespace patinate::benchmarks {
 void rays();
 /// Segments/s of trace() and respond() alone.
 void gammatons();
+/// Material between gammatons and texels, by atlas size and number of contacts.
+void exchange();
+/// Three rules over an atlas, by its size, its wet part and the instruction set.
+void rules();
 
 }  // namespace patinate::benchmarks

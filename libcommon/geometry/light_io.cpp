@@ -78,8 +78,10 @@ std::vector<Row> rows_of(const TextLines& text, const LightRows& options) {
   if (lines.empty()) throw IoError(text.file(), "holds no light; expected a line `NAME x y z` for each");
   std::optional<double> count;
   const TextLines::Line first = lines.front();
-  if (words_of(first.text, 2).size() == 1) {
-    count = parse_number(first.text);
+  const std::vector<std::string_view> first_words = words_of(first.text, 3);
+  // Some programs for virtual domes write the number of further parameters after it.
+  if (first_words.size() == 1 || (first_words.size() == 2 && first_words[1] == "0")) {
+    count = parse_number(first_words[0]);
     if (!count || !(*count >= 1 && *count <= static_cast<double>(kMaxLights) && *count == std::floor(*count))) {
       text.fail(first, "is no number of lights; expected 1 to " + std::to_string(kMaxLights));
     }

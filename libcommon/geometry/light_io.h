@@ -24,7 +24,7 @@ struct LightRows {
 };
 
 /// Lights in scanner coordinates, mm, of one of
-/// - `.lp`: the number of lights, then a line `NAME x y z` each (names may hold blanks, or be left out);
+/// - `.lp`: the number of lights (a 0 may follow it), then a line `NAME x y z` each (names may hold blanks, or be numbers, or be left out);
 /// - `.txt`: the same without names, with or without the count; or three rows, x, y, z, with a column for each light;
 /// - `.json`: a calibration of ours, or an array as below.
 ///

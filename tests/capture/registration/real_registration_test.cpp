@@ -1,4 +1,4 @@
-// Real scans: what goals.md asks of registration, in short; tests/benchmarks/registration_benchmark.cpp measures all of it.
+// Real scans: what goals.md asks of registration, in short; capture_benchmark measures all of it.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

@@ -60,6 +60,21 @@ TEST(LightIo, DirectionsOfAnLpFileAreTurnedIntoTheScannersFrame) {
   }
 }
 
+TEST(LightIo, LpFilesOfVirtualDomesHaveAZeroAfterTheCountAndNumbersForNames) {
+  const LightRows rows{.frame = LightRows::Frame::Scanner};
+  const TempFolder folder;
+  write_atomically(folder / "targets.lp", "2 0 \n0001.png 0.6 0.0000 0.8\n0002.png 0.0000 0.0000 1.0000\n\n");
+  EXPECT_EQ(read_lights(folder / "targets.lp", 1.0, nullptr, rows).size(), 2u);
+  // Four decimals of a direction at most 3e-5 longer or shorter than 1; a name of digits is no fourth number.
+  write_atomically(folder / "icosphere.lp", "3\n00000001 0.2764 -0.8506 0.4472\n00000002 -0.7236 -0.5257 0.4472\n00000003 0.0 8.03142613720921e-14 1.0\n");
+  const std::vector<Light> lights = read_lights(folder / "icosphere.lp", 1.0, nullptr, rows);
+  ASSERT_EQ(lights.size(), 3u);
+  EXPECT_EQ(lights[1].name, "00000002");
+  EXPECT_NEAR(lights[1].direction.x(), -0.7236, 1e-4);
+  EXPECT_TRUE(has(error_of("2 1\na 0 0 1 5\nb 0 0 1 6\n"), "expected `NAME x y z`"));  // Further parameters are not known.
+  EXPECT_TRUE(has(error_of("3 0\na 0 0 1\nb 0 0 1\n"), "says 3 lights, but 2 follow"));
+}
+
 TEST(LightIo, PositionsOfAnLpFileAreSeenWhereTheCameraPutsThem) {
   const TempFolder folder;
   write_atomically(folder / "dome.lp", "1\na.jpg 0.05 0.02 -0.4\n");

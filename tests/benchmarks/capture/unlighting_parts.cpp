@@ -1,17 +1,18 @@
-// Prints unlighting's accuracy on the rows of the goals and its time a megapixel and lamp; no test, no threshold.
-//     build/release/bin/unlighting_benchmark
+// Unlighting's accuracy on the rows of the goals, and its time a megapixel and lamp.
 #include <cstdio>
 #include <string>
 
 #include "capture/unlighting/cast_shadows.h"
 #include "capture/unlighting/unlight.h"
+#include "tests/benchmarks/capture/capture_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/capture/unlighting/lit_relief.h"
 
+namespace patinate::benchmarks {
+
 namespace {
 
-using namespace patinate;
-using namespace patinate::testing_support;
+using namespace testing_support;
 
 void print_accuracy(const char* name, const LitReliefOptions& options) {
   LitRelief scene = lit_relief(options);
@@ -58,19 +59,19 @@ void print_accuracies() {
 void print_times() {
   LitRelief scene = lit_relief({.size = 512, .normal_noise_deg = 1.8, .noise_share = 0.005, .coding = Coding::Srgb8});
   const double megapixel_lamps = 512.0 * 512.0 * 1e-6 * static_cast<double>(scene.input.lights.size());
-  const auto print = [&](const char* name, double seconds) { std::printf("%-34s %.2f s a megapixel and lamp\n", name, seconds / megapixel_lamps); };
-  print("cast shadows", benchmarks::seconds([&] {
+  const auto print = [&](const char* name, double time) { std::printf("%-34s %.2f s a megapixel and lamp\n", name, time / megapixel_lamps); };
+  print("cast shadows", seconds([&] {
           (void)cast_shadows(scene.scan, scene.input.position_mm, scene.input.normal, {}, scene.input.lights, median_edge(scene.scan));
         }));
-  print("least squares, scan's normals", benchmarks::seconds([&] { (void)unlight(scene.input, {.normals = NormalMode::Keep, .rejection = Rejection::None, .specular = SpecularMode::None}); }));
-  print("robust, scan's normals", benchmarks::seconds([&] { (void)unlight(scene.input, {.normals = NormalMode::Keep, .specular = SpecularMode::None}); }));
-  print("robust, normals refined", benchmarks::seconds([&] { (void)unlight(scene.input, {.specular = SpecularMode::None}); }));
-  print("robust, normals and highlights", benchmarks::seconds([&] { (void)unlight(scene.input); }));
+  print("least squares, scan's normals", seconds([&] { (void)unlight(scene.input, {.normals = NormalMode::Keep, .rejection = Rejection::None, .specular = SpecularMode::None}); }));
+  print("robust, scan's normals", seconds([&] { (void)unlight(scene.input, {.normals = NormalMode::Keep, .specular = SpecularMode::None}); }));
+  print("robust, normals refined", seconds([&] { (void)unlight(scene.input, {.specular = SpecularMode::None}); }));
+  print("robust, normals and highlights", seconds([&] { (void)unlight(scene.input); }));
 }
 
 }  // namespace
 
-int main() {
-  print_accuracies();
-  print_times();
-}
+void measure_unlighting() { print_accuracies(); }
+void measure_unlighting_time() { print_times(); }
+
+}  // namespace patinate::benchmarks

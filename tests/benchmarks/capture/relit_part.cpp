@@ -1,6 +1,4 @@
-// Prints how far histories of the synthetic mould are from its truth, with one disturbance at a time and with all, and what the ingest costs;
-// no test, no threshold.
-//     build/release/bin/relit_benchmark [BEGINNING OF A CASE'S NAME]
+// How far histories of the synthetic mould are from its truth, with one disturbance at a time and with all, and what the ingest costs.
 #include <cstdio>
 #include <functional>
 #include <string>
@@ -8,12 +6,14 @@
 
 #include "capture/ingest/relit_ingest.h"
 #include "datasets_synthetic/mould_io.h"
+#include "tests/benchmarks/capture/capture_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/mould_errors.h"
 #include "tests/support/temp_folder.h"
 
-int main(int argc, char** argv) {
-  using namespace patinate;
+namespace patinate::benchmarks {
+
+void measure_relit() {
   struct Case {
     const char* name;
     std::function<void(MouldOptions&)> disturb;
@@ -36,9 +36,7 @@ int main(int argc, char** argv) {
   };
   std::printf("%-32s %8s %8s %8s %8s %8s | %9s %9s %9s | %6s %7s\n", "albedo, relative error in %", "RMS", "median", "p95", "worst", "valid", "spot", "texel", "pose um",
               "normal", "ingest");
-  const std::string wanted = argc > 1 ? argv[1] : "";
   for (const Case& c : cases) {
-    if (std::string(c.name).rfind(wanted, 0) != 0) continue;
     MouldOptions options;
     options.exact = true;
     options = checked_mould(options);
@@ -48,7 +46,7 @@ int main(int argc, char** argv) {
     run_job(plan_mould(options, folder / "mould"), {}, {});
     RelitOptions ingest_options;
     ingest_options.unlight.specular = c.specular;
-    const double s = benchmarks::seconds([&] { run_job(plan_relit_ingest(read_relit_project(folder / "mould/capture.json"), ingest_options, folder / "history"), {}, {}); });
+    const double s = seconds([&] { run_job(plan_relit_ingest(read_relit_project(folder / "mould/capture.json"), ingest_options, folder / "history"), {}, {}); });
     const testing_support::MouldErrors e = testing_support::mould_errors(folder / "mould", folder / "history");
     std::printf("%-32s %8.3f %8.3f %8.3f %8.2f %8.1f | %9.4f %9.4f %9.3f | %6.2f %5.1f s  rank correlation of accessibility %.3f\n", c.name, 100 * e.albedo_rms, 100 * e.albedo_median,
                 100 * e.albedo_p95, 100 * e.albedo_worst, 100 * e.valid_share, 100 * e.spot_drift, 100 * e.spot_texel_drift, 1000 * e.pose_mm, e.normal_median_deg, s,
@@ -56,3 +54,5 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   }
 }
+
+}  // namespace patinate::benchmarks

@@ -1,12 +1,9 @@
 // Registration on the bunny's range scans in $PATINATE_DATA: every row about it in the goals, next to PCL in the same run.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/registration/joint_registration.h"
@@ -14,79 +11,28 @@
 #include "capture/registration/reference_methods.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/nearest_points.h"
-#include "libcommon/geometry/point_cloud_io.h"
+#include "tests/benchmarks/capture/bunny.h"
+#include "tests/benchmarks/capture/capture_parts.h"
 #include "tests/benchmarks/timing.h"
 
-using namespace patinate;
+namespace patinate::benchmarks {
 
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180.0;
-
-struct Bunny {
-  std::vector<std::string> names;
-  std::vector<PointCloud> scans;          ///< mm.
-  std::vector<RigidTransform> published;  ///< bun.conf.
-  std::vector<RigidTransform> derived;    ///< derived_reference/joint_bunny.txt.
-  RigidTransform pair;                    ///< bun000 from bun045, derived.
-  [[nodiscard]] std::size_t index(const std::string& name) const { return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()); }
-};
-
-Bunny read_bunny(const std::filesystem::path& folder) {
-  Bunny bunny;
-  for (ScanPose pose : read_scan_poses(folder / "data/bun.conf")) {
-    pose.world_from_scan.translation *= 1000.0;
-    bunny.names.push_back(pose.scan.stem().string());
-    bunny.published.push_back(pose.world_from_scan);
-    bunny.scans.push_back(read_point_cloud(pose.scan));
-    scale_cloud(bunny.scans.back(), 1000.0);
+void times(const Bunny& bunny) {
+  const PointCloud &target = bunny.scans[bunny.index("bun000")], &source = bunny.scans[bunny.index("bun045")];
+  RunControl one;
+  one.num_threads = 1;
+  const RigidTransform start = perturbed(bunny.pair, source, 5.0, 3.0, 300);
+  const double own = median_of_five([&] { (void)register_pair(target, source, start, {.start = RegistrationStart::Given}, one); });
+  const double prepared = median_of_five([&] { (void)prepare_scans(std::vector<PointCloud>{target, source}, {}, one); });
+  std::printf("time, %d and %d points, normals included, one thread: %.3f s, of it %.3f s for surfels and lines of sight\n", target.num_points(), source.num_points(), own, prepared);
+  for (const RegistrationMethod method : {RegistrationMethod::PclPoint, RegistrationMethod::PclPlane, RegistrationMethod::PclGicp}) {
+    const double pcl = seconds([&] { (void)register_pair_with_pcl(target, source, start, {.method = method}, one); }) - prepared;
+    std::printf("  %s: %.3f s, ratio %.2f\n", std::string(kRegistrationMethodNames[static_cast<std::size_t>(method)]).c_str(), pcl, own / pcl);
   }
-  bunny.derived.resize(bunny.names.size());
-  std::ifstream joint(folder / "derived_reference/joint_bunny.txt");
-  for (std::string line; std::getline(joint, line);) {
-    std::istringstream words(line);
-    std::string name;
-    words >> name;
-    const std::size_t k = bunny.index(std::filesystem::path(name).stem().string());
-    if (k == bunny.names.size()) continue;
-    Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-    for (int i = 0; i < 12; ++i) words >> m(i / 4, i % 4);
-    bunny.derived[k] = rigid_transform(m);
-  }
-  std::ifstream pair(folder / "derived_reference/ref_bun000_bun045.txt");
-  Eigen::Matrix4d m;
-  for (int i = 0; i < 16; ++i) pair >> m(i / 4, i % 4);
-  bunny.pair = rigid_transform(m);
-  return bunny;
-}
-
-Vec3 middle_of(const PointCloud& cloud) {
-  Vec3 sum = Vec3::Zero();
-  for (const Vec3& p : cloud.points) sum += p;
-  return sum / cloud.num_points();
-}
-
-Vec3 any_direction(RandomStream& random) {
-  const double x = random.normal(), y = random.normal(), z = random.normal();
-  return Vec3(x, y, z).normalized();
-}
-
-/// Turned about the source's middle, as `pose` puts it, and shifted, each in any direction.
-RigidTransform perturbed(const RigidTransform& pose, const PointCloud& source, double angle_deg, double shift_mm, std::uint64_t item) {
-  RandomStream random(11, item);
-  const Vec3 at = pose.apply(middle_of(source));
-  RigidTransform by{rotation_of(any_direction(random) * (angle_deg * kDegree)), Vec3::Zero()};
-  by.translation = at + shift_mm * any_direction(random) - by.rotation * at;
-  return by * pose;
-}
-
-struct Gap {
-  double deg;
-  double mm;
-};
-Gap gap(const RigidTransform& a, const RigidTransform& b, const PointCloud& source) {
-  const Vec3 middle = middle_of(source);
-  return {angle_between_deg(a.rotation, b.rotation), (a.apply(middle) - b.apply(middle)).norm()};
+  const double search = seconds([&] { (void)register_pair(target, source, std::nullopt, {}, one); });
+  std::printf("  by search: %.2f s\n", search);
 }
 
 void halves(const Bunny& bunny) {
@@ -134,6 +80,23 @@ void overlapping(const Bunny& bunny) {
   }
 }
 
+void units(const Bunny& bunny) {
+  const PointCloud &target = bunny.scans[bunny.index("bun000")], &source = bunny.scans[bunny.index("bun045")];
+  const RigidTransform plain = register_pair(target, source, bunny.pair).target_from_source;
+  double worst = 0.0;
+  for (const double unit : {1e-3, 1e3}) {
+    PointCloud a = target, b = source;
+    scale_cloud(a, unit);
+    scale_cloud(b, unit);
+    RigidTransform found = register_pair(a, b, RigidTransform{bunny.pair.rotation, unit * bunny.pair.translation}).target_from_source;
+    found.translation /= unit;
+    worst = std::max(worst, gap(found, plain, source).mm / bounding_box(source).diagonal());
+  }
+  const RigidTransform far{Eigen::Matrix3d::Identity(), Vec3(1e6, 1e6, -1e6)};
+  const RigidTransform found = register_pair(moved(target, far), moved(source, far), far * bunny.pair * far.inverse()).target_from_source;
+  std::printf("units m, mm, um: %.1e of the size; 10^6 mm off the origin: %.1e\n", worst, gap(far.inverse() * found * far, plain, source).mm / bounding_box(source).diagonal());
+}
+
 /// Points of the source against the plane at the nearest raw point of the target within 2 mm: median |n . (p - q)|.
 double raw_residual(const PointCloud& target, const NearestPoints& tree, const std::vector<Vec3>& normals, const PointCloud& source, const RigidTransform& pose) {
   std::vector<double> residuals;
@@ -153,7 +116,7 @@ void joint(const Bunny& bunny) {
   std::vector<std::optional<RigidTransform>> initial;
   for (std::size_t k = 0; k < bunny.names.size(); ++k) initial.emplace_back(perturbed(bunny.published[k], bunny.scans[k], 10.0, 5.0, 200 + k));
   JointRegistration found;
-  const double seconds = benchmarks::seconds([&] { found = register_jointly(bunny.scans, initial, 0); });
+  const double time = seconds([&] { found = register_jointly(bunny.scans, initial, 0); });
   double deg = 0.0, mm = 0.0, conf_deg = 0.0, conf_mm = 0.0;
   for (std::size_t k = 1; k < bunny.names.size(); ++k) {
     const Gap off = gap(found.scans[k].reference_from_scan, bunny.derived[0].inverse() * bunny.derived[k], bunny.scans[k]);
@@ -163,7 +126,7 @@ void joint(const Bunny& bunny) {
     conf_deg = std::max(conf_deg, conf.deg);
     conf_mm = std::max(conf_mm, conf.mm);
   }
-  std::printf("joint, ten scans from 10 deg / 5 mm off: %.1f s, %zu pairs; at most %.3f deg / %.3f mm from the derived joint poses, %.3f / %.3f from bun.conf\n", seconds,
+  std::printf("joint, ten scans from 10 deg / 5 mm off: %.1f s, %zu pairs; at most %.3f deg / %.3f mm from the derived joint poses, %.3f / %.3f from bun.conf\n", time,
               found.edges.size(), deg, mm, conf_deg, conf_mm);
   std::printf("  loops before the joint solve: median %.3f deg / %.3f mm, largest %.3f / %.3f\n", found.median_closure_deg, found.median_closure, found.largest_closure_deg,
               found.largest_closure);
@@ -220,54 +183,17 @@ void all_pairs(const Bunny& bunny) {
   std::printf("all 45 pairs by search alone: %d converged, %d of them wrong\n", converged, wrong);
 }
 
-void times(const Bunny& bunny) {
-  const PointCloud &target = bunny.scans[bunny.index("bun000")], &source = bunny.scans[bunny.index("bun045")];
-  RunControl one;
-  one.num_threads = 1;
-  const RigidTransform start = perturbed(bunny.pair, source, 5.0, 3.0, 300);
-  const double own = benchmarks::median_of_five([&] { (void)register_pair(target, source, start, {.start = RegistrationStart::Given}, one); });
-  const double prepared = benchmarks::median_of_five([&] { (void)prepare_scans(std::vector<PointCloud>{target, source}, {}, one); });
-  std::printf("time, %d and %d points, normals included, one thread: %.3f s, of it %.3f s for surfels and lines of sight\n", target.num_points(), source.num_points(), own, prepared);
-  for (const RegistrationMethod method : {RegistrationMethod::PclPoint, RegistrationMethod::PclPlane, RegistrationMethod::PclGicp}) {
-    const double pcl = benchmarks::seconds([&] { (void)register_pair_with_pcl(target, source, start, {.method = method}, one); }) - prepared;
-    std::printf("  %s: %.3f s, ratio %.2f\n", std::string(kRegistrationMethodNames[static_cast<std::size_t>(method)]).c_str(), pcl, own / pcl);
-  }
-  const double search = benchmarks::seconds([&] { (void)register_pair(target, source, std::nullopt, {}, one); });
-  std::printf("  by search: %.2f s\n", search);
-}
-
-void units(const Bunny& bunny) {
-  const PointCloud &target = bunny.scans[bunny.index("bun000")], &source = bunny.scans[bunny.index("bun045")];
-  const RigidTransform plain = register_pair(target, source, bunny.pair).target_from_source;
-  double worst = 0.0;
-  for (const double unit : {1e-3, 1e3}) {
-    PointCloud a = target, b = source;
-    scale_cloud(a, unit);
-    scale_cloud(b, unit);
-    RigidTransform found = register_pair(a, b, RigidTransform{bunny.pair.rotation, unit * bunny.pair.translation}).target_from_source;
-    found.translation /= unit;
-    worst = std::max(worst, gap(found, plain, source).mm / bounding_box(source).diagonal());
-  }
-  const RigidTransform far{Eigen::Matrix3d::Identity(), Vec3(1e6, 1e6, -1e6)};
-  const RigidTransform found = register_pair(moved(target, far), moved(source, far), far * bunny.pair * far.inverse()).target_from_source;
-  std::printf("units m, mm, um: %.1e of the size; 10^6 mm off the origin: %.1e\n", worst, gap(far.inverse() * found * far, plain, source).mm / bounding_box(source).diagonal());
+/// @param work  Of the scans, when they are there.
+template <class... Work>
+void with_bunny(const Work&... work) {
+  const std::optional<Bunny> bunny = find_bunny();
+  if (bunny) (work(*bunny), ...);
 }
 
 }  // namespace
 
-int main() {
-  const char* data = std::getenv("PATINATE_DATA");
-  if (data == nullptr || !std::filesystem::exists(std::filesystem::path(data) / "scans/bunny")) {
-    std::puts("registration_benchmark: PATINATE_DATA names no folder with scans/bunny; nothing measured");
-    return 0;
-  }
-  const Bunny bunny = read_bunny(std::filesystem::path(data) / "scans/bunny");
-  times(bunny);
-  halves(bunny);
-  overlapping(bunny);
-  units(bunny);
-  joint(bunny);
-  basin(bunny);
-  all_pairs(bunny);
-  return 0;
-}
+void measure_pair() { with_bunny(times, halves, overlapping, units); }
+void measure_joint() { with_bunny(joint); }
+void measure_basin() { with_bunny(basin, all_pairs); }
+
+}  // namespace patinate::benchmarks

@@ -52,8 +52,8 @@ FreeSpace::FreeSpace(const RayTracer& rays) {
       for (std::size_t a = 0; a < 3; ++a) {
         const auto& c = block.corner;
         const double origin = rays.center()[static_cast<Eigen::Index>(a)] - low_[static_cast<Eigen::Index>(a)];
-        const double lowest = double{std::min({c[0][a][lane], c[1][a][lane], c[2][a][lane]})} + origin - 0.25 * margin;
-        const double highest = double{std::max({c[0][a][lane], c[1][a][lane], c[2][a][lane]})} + origin + 0.25 * margin;
+        const double lowest = static_cast<double>(std::min({c[0][a][lane], c[1][a][lane], c[2][a][lane]})) + origin - 0.25 * margin;
+        const double highest = static_cast<double>(std::max({c[0][a][lane], c[1][a][lane], c[2][a][lane]})) + origin + 0.25 * margin;
         from[a] = std::clamp(static_cast<int>(lowest * inverse_cell_), 0, size_[a] - 1);
         to[a] = std::clamp(static_cast<int>(highest * inverse_cell_), 0, size_[a] - 1);
       }

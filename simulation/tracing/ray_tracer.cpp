@@ -33,9 +33,9 @@ Shear shear_of(const Vec3& d) {
 bool hits(const TriangleBlock& block, std::size_t lane, const Vec3& origin, const Shear& s, double min_distance, TriangleHit& best) {
   std::array<double, 3> x, y, z;
   for (std::size_t c = 0; c < 3; ++c) {
-    z[c] = double{block.corner[c][s.axis[2]][lane]} - origin[static_cast<Eigen::Index>(s.axis[2])];
-    x[c] = double{block.corner[c][s.axis[0]][lane]} - origin[static_cast<Eigen::Index>(s.axis[0])] - s.x * z[c];
-    y[c] = double{block.corner[c][s.axis[1]][lane]} - origin[static_cast<Eigen::Index>(s.axis[1])] - s.y * z[c];
+    z[c] = static_cast<double>(block.corner[c][s.axis[2]][lane]) - origin[static_cast<Eigen::Index>(s.axis[2])];
+    x[c] = static_cast<double>(block.corner[c][s.axis[0]][lane]) - origin[static_cast<Eigen::Index>(s.axis[0])] - s.x * z[c];
+    y[c] = static_cast<double>(block.corner[c][s.axis[1]][lane]) - origin[static_cast<Eigen::Index>(s.axis[1])] - s.y * z[c];
   }
   const double u = x[2] * y[1] - y[2] * x[1];
   const double v = x[0] * y[2] - y[0] * x[2];
@@ -71,13 +71,13 @@ bool is_usable(const Vec3& origin, const Vec3& direction) {
 RayTracer::RayTracer(const Mesh& mesh) {
   if (mesh.triangles.empty()) return;
   const Box box = bounding_box(mesh);
-  for (Eigen::Index a = 0; a < 3; ++a) center_[a] = double{static_cast<float>(box.center()[a])};
+  for (Eigen::Index a = 0; a < 3; ++a) center_[a] = static_cast<double>(static_cast<float>(box.center()[a]));
   std::vector<RoundedTriangle> triangles(mesh.triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3 p = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][c])] - center_;
       for (std::size_t a = 0; a < 3; ++a) triangles[t][c][a] = static_cast<float>(p[static_cast<Eigen::Index>(a)]);
-      const Vec3 rounded(double{triangles[t][c][0]}, double{triangles[t][c][1]}, double{triangles[t][c][2]});
+      const Vec3 rounded(static_cast<double>(triangles[t][c][0]), static_cast<double>(triangles[t][c][1]), static_cast<double>(triangles[t][c][2]));
       box_.low = box_.low.cwiseMin(rounded + center_);
       box_.high = box_.high.cwiseMax(rounded + center_);
     }
@@ -85,8 +85,8 @@ RayTracer::RayTracer(const Mesh& mesh) {
   // Coordinates relative to the middle are below half the diagonal; a difference of two of them, sheared by at most 1, is off by less
   // than 16 roundings of that.
   slack_ = std::max(static_cast<float>(0.5 * box_.diagonal() * 16.0 * 0x1.0p-24), std::numeric_limits<float>::min());
-  low_ = box_.low - center_ - Vec3::Constant(2.0 * double{slack_});
-  high_ = box_.high - center_ + Vec3::Constant(2.0 * double{slack_});
+  low_ = box_.low - center_ - Vec3::Constant(2.0 * static_cast<double>(slack_));
+  high_ = box_.high - center_ + Vec3::Constant(2.0 * static_cast<double>(slack_));
   Bvh bvh = build_bvh(triangles, slack_);
   nodes_ = std::move(bvh.nodes);
   blocks_ = std::move(bvh.blocks);
@@ -122,7 +122,7 @@ bool RayTracer::none_in_box(const Box& box, const std::function<bool(int)>& stop
       bool meets = n.bounds[0][0][lane] <= n.bounds[1][0][lane];
       for (std::size_t a = 0; a < 3; ++a) {
         const auto axis = static_cast<Eigen::Index>(a);
-        meets = meets && double{n.bounds[0][a][lane]} <= high[axis] && double{n.bounds[1][a][lane]} >= low[axis];
+        meets = meets && static_cast<double>(n.bounds[0][a][lane]) <= high[axis] && static_cast<double>(n.bounds[1][a][lane]) >= low[axis];
       }
       if (meets) stack.push_back(n.child[lane]);
     }

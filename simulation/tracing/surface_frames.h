@@ -57,7 +57,7 @@ class SurfaceFrames {
     Float3 gradient_1;  ///< Of b1, per mm.
     Float3 gradient_2;
   };
-  static Vec3 wide(const Float3& v) { return {double{v[0]}, double{v[1]}, double{v[2]}}; }
+  static Vec3 wide(const Float3& v) { return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])}; }
 
   Vec3 center_;
   std::vector<TriangleFrame> frames_;

@@ -46,6 +46,7 @@ bool is_same(const Emitter& a, const Emitter& b) {
 /// What is told of one gammaton.
 struct Told {
   TexelIndex texel = kNoTexel;
+  bool is_contact = false;
   bool is_born = false;
   bool has_died = false;
   DeathReason reason = DeathReason::Absorbed;
@@ -91,8 +92,9 @@ void join(const std::vector<TraceResult>& parts, TraceResult& result) {
 }
 
 /// Calls move(i, told, counters) for every gammaton, neighbours on the surface one after the other, and lists what is told by gammaton.
+/// Texels of contacts are looked up in a loop of their own, where the waiting for memory of many overlaps.
 template <class Move>
-void for_all(Gammatons& all, const MotionScene& motion, const RunControl& control, TraceResult& result, Move&& move) {
+void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control, TraceResult& result, Move&& move) {
   constexpr std::size_t kAhead = 12;  // gammatons; memory's latency over the time that one needs
   const auto n = static_cast<std::int64_t>(all.size());
   const std::int64_t chunk = chunk_of(n);
@@ -108,6 +110,10 @@ void for_all(Gammatons& all, const MotionScene& motion, const RunControl& contro
       }
       const std::size_t i = order[k];
       move(i, told[i - static_cast<std::size_t>(begin)], part.counters);
+    }
+    for (const std::uint32_t i : order) {
+      Told& of = told[i - static_cast<std::size_t>(begin)];
+      if (of.is_contact) of.texel = surface.texel_of(all.triangle[i], all.b1[i], all.b2[i]);
     }
     for (std::size_t k = 0; k < told.size(); ++k) {
       const std::size_t i = k + static_cast<std::size_t>(begin);
@@ -192,7 +198,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   if (most != all.emitter.end() && *most >= scene.emitters.size()) throw InvalidInput("there are gammatons of emitters that the scene does not have");
   impl_->place(scene);
   const MotionScene motion = impl_->motion(scene);
-  for_all(all, motion, control, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
+  for_all(all, motion, *impl_->surface, control, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
     if (all.state[i] == GammatonState::Waiting && !scene.emitters[all.emitter[i]].is_on) return;
     Gammaton g = take(all, i);
     if (g.state == GammatonState::Waiting) {
@@ -211,7 +217,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
     switch (piece) {
       case PieceEnd::Contact:
         ++counters.contacts;
-        told.texel = impl_->surface->texel_of(g.at.triangle, g.at.b1, g.at.b2);
+        told.is_contact = true;
         break;
       case PieceEnd::Left: bury(g, told, DeathReason::Left); break;
       case PieceEnd::Rested: bury(g, told, DeathReason::Rested); break;
@@ -226,7 +232,7 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
   const MotionScene motion = impl_->motion(scene);
   const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
   const auto when = static_cast<std::uint64_t>(iteration);
-  for_all(all, motion, control, result, [&](std::size_t i, Told& told, TraceCounters&) {
+  for_all(all, motion, *impl_->surface, control, result, [&](std::size_t i, Told& told, TraceCounters&) {
     if (all.state[i] != GammatonState::InContact) return;
     Gammaton g = take(all, i);
     const auto words = [&](std::uint32_t attempt) {

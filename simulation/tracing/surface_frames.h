@@ -30,6 +30,7 @@ class SurfaceFrames {
     const auto* frame = reinterpret_cast<const char*>(&frames_[static_cast<std::size_t>(triangle)]);
     __builtin_prefetch(frame);
     __builtin_prefetch(frame + sizeof(TriangleFrame) - 1);
+    if (!corner_normals_.empty()) __builtin_prefetch(&corner_normals_[static_cast<std::size_t>(triangle)]);
 #endif
   }
 

@@ -12,5 +12,7 @@ void gammatons();
 void exchange();
 /// Three rules over an atlas, by its size, its wet part and the instruction set.
 void rules();
+/// Everything composed again after a post-control moved, and a tenth of the tiles, by atlas size and instruction set.
+void composition();
 
 }  // namespace patinate::benchmarks

@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 
 set(patinate_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/patinate")
 
-foreach(component common calibration capture registration transfer simulation datasets)
+foreach(component common calibration capture registration transfer simulation analysis datasets)
   set_target_properties(patinate_${component} PROPERTIES EXPORT_NAME ${component})
   add_library(patinate::${component} ALIAS patinate_${component})
   install(TARGETS patinate_${component} EXPORT patinate

@@ -28,6 +28,8 @@ pre { overflow-x: auto; font-size: 0.88rem; }
 figure { width: fit-content; max-width: 100%; margin: 1.25rem 0; background: var(--card); border: 1px solid var(--line); border-radius: 6px; overflow: hidden; }
 figure img { display: block; max-width: 100%; height: auto; }
 figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
+figure svg { display: block; max-width: 100%; height: auto; }
+figure.drawing { display: inline-block; vertical-align: top; width: 32rem; margin: 0.5rem 0.75rem 0.5rem 0; }
 .grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
 .grid figure { margin: 0; }
 .slider { max-width: 44rem; }
@@ -133,14 +135,17 @@ std::string html_escape(std::string_view text) {
 }
 
 std::string data_uri(const std::filesystem::path& file) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const std::string bytes = read_file(file);
   const std::string extension = file.extension().string();
-  std::string out = extension == ".png"    ? "data:image/png;base64,"
-                    : extension == ".jpg"  ? "data:image/jpeg;base64,"
-                    : extension == ".svg"  ? "data:image/svg+xml;base64,"
-                    : extension == ".json" ? "data:application/json;base64,"
-                                           : "data:application/octet-stream;base64,";
+  return data_uri(read_file(file), extension == ".png"    ? "image/png"
+                                   : extension == ".jpg"  ? "image/jpeg"
+                                   : extension == ".svg"  ? "image/svg+xml"
+                                   : extension == ".json" ? "application/json"
+                                                          : "application/octet-stream");
+}
+
+std::string data_uri(std::string_view bytes, std::string_view type) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out = "data:" + std::string(type) + ";base64,";
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
     std::uint32_t group = 0;
@@ -212,6 +217,14 @@ HtmlPage& HtmlPage::time_slider(const std::vector<HtmlPicture>& frames, std::str
            "</output></div><script type=\"application/json\">" + json + "</script><figcaption>" + html_escape(caption) +
            "</figcaption></figure>\n";
   ++num_sliders_;
+  return *this;
+}
+
+HtmlPage& HtmlPage::drawing(std::string_view svg, std::string_view caption) {
+  if (!svg.starts_with("<svg")) throw InvalidInput("html drawing: an <svg> element is needed");
+  body_ += "<figure class=\"drawing\">" + std::string(svg);
+  if (!caption.empty()) body_ += "<figcaption>" + html_escape(caption) + "</figcaption>";
+  body_ += "</figure>\n";
   return *this;
 }
 

@@ -16,6 +16,9 @@ namespace patinate {
 /// A file's bytes as a data: URI (png, jpg, svg, json by extension, else octet-stream). @throws IoError
 [[nodiscard]] std::string data_uri(const std::filesystem::path& file);
 
+/// Bytes as a data: URI. @param type  "image/png".
+[[nodiscard]] std::string data_uri(std::string_view bytes, std::string_view type);
+
 /// A picture of a page.
 struct HtmlPicture {
   std::string source;   ///< Path relative to the page, or a data: URI. `/` separates folders; needs no escaping.
@@ -38,6 +41,8 @@ class HtmlPage {
   HtmlPage& table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
   /// A slider that shows one picture of a sequence; captions are the times. Plays on a button. Not empty.
   HtmlPage& time_slider(const std::vector<HtmlPicture>& frames, std::string_view caption);
+  /// A drawing that svg_chart() has made, as it is. @throws InvalidInput unless it is an `<svg>` element.
+  HtmlPage& drawing(std::string_view svg, std::string_view caption = "");
   /// A link to a file beside the page.
   HtmlPage& link(std::string_view target, std::string_view text);
 

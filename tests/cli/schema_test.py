@@ -21,7 +21,8 @@ PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
-         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json"}
+         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
+         "compare": "compared/report.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -37,7 +38,7 @@ def setUpModule():
                       ["synth", "mould", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mould"],
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "capture", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
-                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
+                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
     # Three photographs of the plate, as if lamps stood around it.
     (WORK / "stereo").mkdir()

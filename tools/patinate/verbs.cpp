@@ -22,6 +22,7 @@ constexpr std::array kVerbs{
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
     Verb{"render", "Makes a picture of a transfer at a time, a strip of times, or a movie.", cmd_render},
     Verb{"export", "Writes a transfer as GLB, or a transfer or history as images or a movie.", cmd_export},
+    Verb{"compare", "Says how alike two histories age: figures, maps and curves on one page.", cmd_compare},
     Verb{"synth", "Makes test data with known truth: crackle, mould, sculpture.", cmd_synth, {"crackle", "mould", "sculpture"}},
     Verb{"info", "Says what a file or folder is.", cmd_info},
     Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},

@@ -1,0 +1,97 @@
+#include "analysis/compare/compare_job.h"
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "analysis/compare/compare_report.h"
+#include "analysis/compare/sections.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/job/job_inputs.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other figures.
+
+/// What items share: the pair, loaded when the first of them needs it.
+struct Work {
+  CompareTask task;
+  std::mutex mutex;
+  std::optional<ComparedPair> pair;
+
+  const ComparedPair& loaded(const RunControl& control) {
+    const std::scoped_lock lock(mutex);
+    if (!pair) pair.emplace(load_pair(TextureSeries(task.a, task.through), TextureSeries(task.b), task.options, control));
+    return *pair;
+  }
+};
+
+using MakeSection = std::function<Section(const ComparedPair&, const CompareOptions&, const RunControl&)>;
+
+fs::path section_file(const std::string& name) { return fs::path(kJobWorkFolder) / (name + ".json"); }
+
+/// A section's pictures are PNGs inside its JSON, so that an item is one file.
+JobItem section_item(const std::shared_ptr<Work>& work, const std::string& name, MakeSection make) {
+  return {.name = name,
+          .outputs = {section_file(name)},
+          .run = [work, name, make = std::move(make)](const fs::path& folder, const RunControl& control) {
+            const Section section = make(work->loaded(control.part(0.0, 0.3)), work->task.options, control.part(0.3, 1.0));
+            Json json = section_json(section);
+            for (std::size_t i = 0; i < section.pictures.size(); ++i) json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
+            fs::create_directories(folder / kJobWorkFolder);
+            save_json(folder / section_file(name), json);
+          }};
+}
+
+JobInputs compare_inputs(const CompareTask& task, const TextureSeries& a, const TextureSeries& b) {
+  JobInputs inputs("compare", kStageVersion);
+  inputs.add_content("a", "A", a.key());
+  inputs.add_content("b", "B", b.key());
+  inputs.add_options(option_values(task.options));
+  inputs.add_value("--seed", std::to_string(task.options.seed));
+  return inputs;
+}
+
+}  // namespace
+
+JobPlan plan_compare(CompareTask task, const fs::path& output) {
+  check_ranges(task.options);
+  const TextureSeries a(task.a, task.through), b(task.b);
+  (void)common_times(a.manifest(), b.manifest(), task.options);  // Said before work starts.
+  const JobInputs inputs = compare_inputs(task, a, b);
+  const auto work = std::make_shared<Work>();
+  work->task = std::move(task);
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = kCompareReportFile;
+  plan.key = inputs.key();
+  plan.depends_on = inputs.list();
+  plan.parallel_items = false;
+  const std::vector<std::pair<std::string, MakeSection>> sections{
+      {"look", [](const ComparedPair& p, const CompareOptions&, const RunControl&) { return look_section(p); }},
+      {"places", places_section},
+      {"colors", colors_section},
+      {"controls", controls_section},
+      {"structure", structure_section}};
+  std::vector<std::string> names;
+  for (const auto& [name, make] : sections) {
+    names.push_back(name);
+    plan.items.push_back(section_item(work, name, make));
+  }
+  plan.join = [work, names, key = plan.key](const fs::path& folder, const RunControl&) {
+    std::vector<Json> made;
+    for (const std::string& name : names) made.push_back(load_json(folder / section_file(name)));
+    const CompareTask& t = work->task;
+    const TextureSeries side_a(t.a, t.through), side_b(t.b);
+    write_compare_report(folder, {.a = side_a, .b = side_b, .options = t.options, .command = t.command, .key = key}, made);
+  };
+  return plan;
+}
+
+}  // namespace patinate

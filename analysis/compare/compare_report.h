@@ -1,0 +1,29 @@
+/// \file
+/// A comparison for people and for programs.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/compare/compared_pair.h"
+#include "analysis/compare/report_parts.h"
+
+namespace patinate {
+
+/// A picture as a data: URI (8-bit sRGB PNG). @param scratch  A file that is written and removed.
+[[nodiscard]] std::string picture_uri(const ImageF& image, const std::filesystem::path& scratch);
+
+struct CompareProvenance {
+  const TextureSeries& a;
+  const TextureSeries& b;
+  const CompareOptions& options;
+  std::string command;
+  std::string key;
+};
+
+/// Writes report.html (everything inside), report.json and curves/<name>.csv.
+/// @param sections  section_json() with a `source` in every picture. @throws CannotComplete
+void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance, const std::vector<Json>& sections);
+
+}  // namespace patinate

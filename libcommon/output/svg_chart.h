@@ -1,0 +1,35 @@
+/// \file
+/// Line charts as SVG text: for pages that carry everything inside.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace patinate {
+
+/// A curve; points without value are gaps.
+struct ChartSeries {
+  std::string name = {};                                  ///< For the legend.
+  std::vector<double> x = {};
+  std::vector<std::optional<double>> y = {};              ///< As many as x.
+  std::vector<std::pair<double, double>> band = {};  ///< Low and high at each x, drawn pale; none or as many as x.
+  bool is_dashed = false;                            ///< For what only serves comparison.
+};
+
+struct Chart {
+  std::string title = {};
+  std::string x_label = {};
+  std::string y_label = {};
+  bool from_zero = true;  ///< The y axis includes 0.
+  bool log_x = false;     ///< Values must then be > 0.
+  bool log_y = false;
+  std::vector<ChartSeries> series = {};  ///< Colours of [Okabe and Ito 2008], told apart by any colour vision, and a dash pattern each.
+};
+
+/// An `<svg>` element without outer references: its ink follows the page (`currentColor`). Equal charts give equal text.
+/// @throws InvalidInput if a series' lists differ in length or a number is not finite. A chart without any value says so.
+[[nodiscard]] std::string svg_chart(const Chart& chart);
+
+}  // namespace patinate

@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""Two histories compared, as a user would. Usage: compare_test.py PATINATE [unittest arguments]"""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_compare_"))
+
+
+def patinate(*arguments):
+    return subprocess.run([PATINATE, *map(str, arguments)], cwd=WORK, capture_output=True, text=True)
+
+
+def setUpModule():
+    for name, seed in (("one", 1), ("two", 2)):
+        patinate("synth", "crackle", "--width", 96, "--height", 80, "--num-frames", 6, "--seed", seed, "-o", f"{name}_photos")
+        result = patinate("ingest", f"{name}_photos", "-o", name)
+        assert result.returncode == 0, result.stderr
+    patinate("synth", "sculpture", "--resolution", 24, "-o", "urn")
+    result = patinate("transfer", "one", "urn/mesh.obj", "--control", "facing", "--resolution", 64, "-o", "aged")
+    assert result.returncode == 0, result.stderr
+
+
+def tearDownModule():
+    shutil.rmtree(WORK)
+
+
+class Compare(unittest.TestCase):
+    def test_says_its_figures_and_writes_a_page_that_needs_nothing_else(self):
+        result = patinate("compare", "one", "two", "--num-resamples", 20, "-o", "report")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("color_distribution: ", result.stderr)
+        self.assertIn("A split in two", result.stderr)
+        page = (WORK / "report/report.html").read_text()
+        self.assertFalse("http:" in page)
+        self.assertFalse("src=\"curves" in page)
+        self.assertTrue("patinate compare one two --num-resamples 20 -o report" in page)
+        report = json.loads((WORK / "report/report.json").read_text())
+        for curve in report["curves"]:
+            rows = (WORK / "report" / curve["file"]).read_text().splitlines()
+            self.assertGreater(len(rows), 1)
+            self.assertEqual({row.count(",") for row in rows}, {rows[0].count(",")})
+        self.assertIn("up to date", patinate("compare", "one", "two", "--num-resamples", 20, "-o", "report").stderr)
+
+    def test_a_history_against_itself_differs_nowhere(self):
+        result = patinate("compare", "one", "one", "--num-resamples", 0, "-o", "same", "--json")
+        figures = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}
+        for name in ("ciede2000_mean", "ciede2000_p95", "residual_before_warp", "color_distribution", "spectrum_distance", "color_by_thickness"):
+            self.assertEqual(figures[name], 0, name)
+        self.assertEqual(figures["ssim_mean"], 1)
+
+    def test_the_command_on_the_page_repeats_the_page(self):
+        patinate("compare", "one", "two", "--num-resamples", 12, "--clock", "span", "-o", "first")
+        command = json.loads((WORK / "first/report.json").read_text())["command"]
+        page = (WORK / "first/report.html").read_bytes()
+        shutil.rmtree(WORK / "first")
+        self.assertEqual(subprocess.run(command.replace("patinate", PATINATE, 1), shell=True, cwd=WORK, capture_output=True).returncode, 0)
+        self.assertEqual(page, (WORK / "first/report.html").read_bytes())
+
+    def test_a_transfer_over_time_and_a_history_through_it_are_the_same(self):
+        result = patinate("compare", "one", "aged", "--through", "aged", "--num-resamples", 0, "-o", "through", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        figures = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}
+        self.assertEqual(figures["ciede2000_p95"], 0)
+        self.assertEqual(figures["time_shift_median"], 0)
+
+    def test_bad_input_is_one_line(self):
+        (WORK / "picture.png").write_bytes((WORK / "one_photos/frames/0000.png").read_bytes())
+        for arguments, code, words in ((("one", "nowhere"), 3, "nowhere"), (("one", "picture.png"), 3, "is no history or transfer"), (("one",), 2, "B"),
+                                       (("one", "two", "--clock", "lunar"), 2, "absolute, span"), (("one", "two", "--num-blocks", 1), 2, "[2, 64]"),
+                                       (("one", "two", "--through", "two"), 3, "two"), (("aged", "one", "--through", "aged"), 3, "is for a history")):
+            result = patinate("compare", *arguments, "-o", "bad")
+            with self.subTest(arguments=arguments):
+                self.assertEqual(result.returncode, code, result.stderr)
+                self.assertIn(words, result.stderr)
+                self.assertEqual(len(result.stderr.strip().splitlines()), 1, result.stderr)
+                self.assertFalse((WORK / "bad").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -73,12 +73,13 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
   plan.key = inputs.key();
   plan.depends_on = inputs.list();
   plan.parallel_items = false;
-  const std::vector<std::pair<std::string, MakeSection>> sections{
+  std::vector<std::pair<std::string, MakeSection>> sections{
       {"look", [](const ComparedPair& p, const CompareOptions&, const RunControl&) { return look_section(p); }},
       {"places", places_section},
       {"colors", colors_section},
       {"controls", controls_section},
       {"structure", structure_section}};
+  if (work->task.options.cracks) sections.emplace_back("cracks", cracks_section);
   std::vector<std::string> names;
   for (const auto& [name, make] : sections) {
     names.push_back(name);

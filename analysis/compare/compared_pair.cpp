@@ -46,6 +46,7 @@ void describe(OptionVisitor& v, CompareOptions& o) {
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
   v.visit({"num_blocks", "Blocks per side, for intervals and for a surface split in two", "", between(2, 64)}, o.num_blocks);
   v.visit({"num_resamples", "Resamples of the bootstrap; 0 = no intervals", "", between(0, 100000)}, o.num_resamples);
+  v.visit({"cracks", "Measure dark lines at the last common time: share, width, cells, angles"}, o.cracks);
 }
 
 CommonTimes common_times(const HistoryManifest& a, const HistoryManifest& b, const CompareOptions& options) {

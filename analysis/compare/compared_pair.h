@@ -25,6 +25,7 @@ struct CompareOptions {
   int num_classes = 5;            ///< Of a control; [1, 50].
   int num_blocks = 8;             ///< Blocks per side for intervals and for the split; [2, 64].
   int num_resamples = 200;        ///< Of the bootstrap; 0 = no intervals.
+  bool cracks = false;            ///< Dark lines are measured too.
   std::uint64_t seed = 0;         ///< Not described: it comes from the command.
 };
 void describe(OptionVisitor& v, CompareOptions& o);

@@ -20,6 +20,9 @@ namespace patinate {
 /// Colour and rate of change by control; a section that says why when there is no common control.
 [[nodiscard]] Section controls_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
 
+/// Dark lines at the last common time: their share, width, cells and the angles at which they meet.
+[[nodiscard]] Section cracks_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
+
 /// Sections share these.
 
 /// A figure of two surfaces by their blocks, and what surrounds it: interval, and A against itself split in two.

@@ -28,7 +28,7 @@ std::string command_of(const CompareTask& task, const fs::path& output) {
     if (values[i].second == defaults[i].second) continue;
     std::string name = values[i].first;
     for (char& c : name) c = c == '_' ? '-' : c;
-    text += " --" + name + " " + values[i].second;
+    text += " --" + name + (values[i].second == "true" ? "" : " " + values[i].second);
   }
   if (task.options.seed != CommonOptions{}.seed) text += " --seed " + std::to_string(task.options.seed);
   return text + " -o " + quoted(output.string());

@@ -167,6 +167,21 @@ TEST_F(Compare, SaysWhatCannotBeSaid) {
   EXPECT_EQ(value(single, "ciede2000_mean"), 0.0);
 }
 
+TEST_F(Compare, CracksAreMeasuredWhenAskedForAndMissedWhereThereAreNone) {
+  const auto bricks = [](int x, int y, int f, int) { return f > 0 && (y % 16 < 2 || (x + y / 16 % 2 * 12) % 24 < 2) ? 0.05f : 0.5f; };
+  write_history(folder_ / "bricks", kSide, kSide, 3, bricks);
+  write_history(folder_ / "plain", kSide, kSide, 3, [](int, int, int, int) { return 0.5f; });
+  CompareTask t = task("plain");
+  t.a = folder_ / "bricks";
+  t.options.cracks = true;
+  const Json report = compared(folder_, t, "r");
+  EXPECT_NEAR(value(report, "junction_angle_a"), 90.0, 6.0);  // Arms of 6 px.
+  EXPECT_NEAR(value(report, "crack_width_a"), 2.0, 0.3);
+  EXPECT_EQ(value(report, "crack_share_b"), 0.0);
+  EXPECT_NE(figure(report, "junction_angle_b").at("undefined").get<std::string>().find("no dark lines are found in B"), std::string::npos);
+  EXPECT_TRUE(figure(report, "cell_area_distance").at("value").is_null());
+}
+
 TEST_F(Compare, RefusesWhatHasNothingInCommon) {
   write_history(folder_ / "b", kSide, kSide, 3, blotches);
   HistoryManifest late = read_history_manifest(folder_ / "b");

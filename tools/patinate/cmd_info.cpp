@@ -12,6 +12,7 @@
 #include "tools/patinate/commands.h"
 #include "tools/patinate/curves.h"
 #include "tools/patinate/path_kind.h"
+#include "tools/patinate/stats.h"
 #include "transfer/transfer_io.h"
 
 namespace patinate {
@@ -179,12 +180,16 @@ int cmd_info(CommandRun& run) {
   run.line.positional("PATH", "A history, capture or transfer folder, a mesh or an image", path);
   CurvesArgument curves;
   curves.declare(run.line);
+  StatsArgument stats;
+  stats.declare(run.line);
   run.line.without({"seed", "dry_run"});
   run.line.example("info copper");
   run.line.example("info bust.glb --json");
   run.line.example("info crackle --curves curves.csv --by thickness --bins 4 --at 120,80");
+  run.line.example("info banana --stats --class green=#919e39 --class brown=#5c361f");
   if (!run.parse()) return 0;
   if (!curves.file.empty()) return write_curves(run, curves, path);
+  if (stats.is_asked) return report_stats(run, stats, path);
   facts_of(path).report(run);
   return 0;
 }

@@ -1,0 +1,34 @@
+/// \file
+/// One history in numbers: what a comparison says of two, of one.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "analysis/compare/texture_series.h"
+#include "analysis/statistics/color_classes.h"
+#include "libcommon/core/run_control.h"
+
+namespace patinate {
+
+/// Quartiles over the places that age visibly.
+struct TimeQuartiles {
+  double q25 = 0.0, median = 0.0, q75 = 0.0;
+};
+
+struct HistoryStatistics {
+  std::vector<double> times;
+  std::vector<std::array<double, 3>> mean_lab;
+  std::vector<double> covered;                            ///< Share with a visible change; empty for a single frame.
+  std::vector<std::optional<double>> correlation_length;  ///< Of L*; mm when is_metric, else pixels of the size looked at.
+  std::vector<std::vector<double>> class_shares;          ///< [time][class]; empty without classes.
+  bool is_metric = false;
+  double ages_share = 0.0;                                ///< Places that age visibly.
+  std::optional<TimeQuartiles> onset, saturation;         ///< Nothing where nothing ages.
+};
+
+/// @param size  Longer side at which it is looked at, px; 0 = as it is. @param visible_delta_e  See texel_aging().
+/// @throws InvalidInput, IoError. Same bits for any number of threads.
+[[nodiscard]] HistoryStatistics history_statistics(const TextureSeries& series, const std::vector<ColorClass>& classes, int size, double visible_delta_e, const RunControl& control = {});
+
+}  // namespace patinate

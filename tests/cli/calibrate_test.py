@@ -74,6 +74,10 @@ class Camera(Calibrate):
         self.assertIn("up to date", self.succeeds("calibrate", "camera", "board.json", "-o", "camera.json", "--lens", "none").stderr)
         self.succeeds("calibrate", "camera", "board.json", "-o", "camera.yml", "--lens", "none")
         self.assertTrue((self.folder / "camera.yml").read_text().startswith("%YAML:1.0"))
+        facts = json.loads(self.succeeds("info", "camera.json", "--json").stdout)
+        self.assertEqual((facts["kind"], facts["calibrated"], facts["unit"]), ("calibration", "camera", "mm"))
+        self.assertEqual(facts["camera"]["width"], 240)
+        self.succeeds("validate", "camera.json")
         # The result is what `camera` of a description takes.
         highlights = self.description("spheres", unit="mm", camera="camera.json", spheres=[{"radius": 20, "circle": [120, 90, 20]}],
                                       lights=[{"highlights": [[124, 88]]}])

@@ -49,7 +49,10 @@ class Register(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
 
     def run_patinate(self, *arguments, code=0):
-        result = subprocess.run([PATINATE, "register", *map(str, arguments)], capture_output=True, text=True, cwd=self.folder, timeout=300)
+        return self.run_command("register", *arguments, code=code)
+
+    def run_command(self, *arguments, code=0):
+        result = subprocess.run([PATINATE, *map(str, arguments)], capture_output=True, text=True, cwd=self.folder, timeout=300)
         self.assertEqual(result.returncode, code, result.stderr)
         return result
 
@@ -81,6 +84,13 @@ class Register(unittest.TestCase):
         self.assertTrue(registration["scans"][2]["found_by_search"])
         self.assertIn(f"element vertex {3 * SIZE * SIZE}", (self.folder / "out/merged.ply").read_bytes()[:200].decode(errors="replace"))
         self.assertIn("up to date", self.run_patinate(*scans, "--unit", "mm", "--merged", "--moved", "-o", "out").stderr)
+        facts = json.loads(self.run_command("info", "out", "--json").stdout)
+        self.assertEqual((facts["kind"], facts["reference"], facts["pairs"]), ("registration", "day00.ply", len(registration["pairs"])))
+        self.assertEqual([s["status"] for s in facts["scans"]], ["converged"] * 3)
+        self.run_command("validate", "out/registration.json")
+        registration["scans"][1]["matrix"][0][0] *= 1.001
+        (self.folder / "sheared.json").write_text(json.dumps(registration))
+        self.assertIn("/scans/1/matrix", self.run_command("validate", "sheared.json", code=3).stderr)
         # What comes out goes in: the same poses again, from a .conf with the scans beside it.
         shutil.copy(self.folder / "out/poses.conf", self.folder / "poses.conf")
         again = json.loads(self.run_patinate("poses.conf", "--start", "given", "--json", "-o", "again").stdout)

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "capture/ingest/capture_project.h"
@@ -9,8 +8,10 @@
 #include "libcommon/geometry/topology.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
+#include "tools/patinate/capture_results.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/curves.h"
+#include "tools/patinate/facts.h"
 #include "tools/patinate/path_kind.h"
 #include "tools/patinate/stats.h"
 #include "transfer/transfer_io.h"
@@ -18,27 +19,6 @@
 namespace patinate {
 
 namespace {
-
-/// Lines "name: value" that are also members of a JSON object.
-class Facts {
- public:
-  explicit Facts(const std::string& kind) : json_{{"kind", kind}}, text_(kind) {}
-  void add(const std::string& name, const Json& value, const std::string& shown) {
-    json_[name] = value;
-    if (shown.empty()) return;
-    std::string label = name + ":";
-    std::replace(label.begin(), label.end(), '_', ' ');
-    label.resize(std::max<std::size_t>(label.size() + 1, 20), ' ');
-    text_ += "\n  " + label + shown;
-  }
-  void add(const std::string& name, const std::string& value) { add(name, value, value); }
-  void add(const std::string& name, std::int64_t value) { add(name, value, std::to_string(value)); }
-  void report(CommandRun& run) const { run.report(json_, text_); }
-
- private:
-  Json json_;
-  std::string text_;
-};
 
 Facts history_facts(const std::filesystem::path& path) {
   const HistoryReader history(path);
@@ -167,6 +147,9 @@ Facts facts_of(const std::filesystem::path& path) {
     case PathKind::History: return history_facts(path);
     case PathKind::Transfer: return transfer_facts(path);
     case PathKind::Capture: return capture_facts(path);
+    case PathKind::Registration: return registration_facts(path);
+    case PathKind::Unlit: return unlit_facts(path);
+    case PathKind::Calibration: return calibration_facts(path);
     case PathKind::Mesh: return mesh_facts(path);
     case PathKind::Image: return image_facts(path);
   }
@@ -177,7 +160,7 @@ Facts facts_of(const std::filesystem::path& path) {
 
 int cmd_info(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture or transfer folder, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, registration or unlit folder, a calibration, a mesh or an image", path);
   CurvesArgument curves;
   curves.declare(run.line);
   StatsArgument stats;

@@ -8,6 +8,7 @@
 #include "libcommon/geometry/point_cloud_io.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
+#include "tools/patinate/capture_results.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/path_kind.h"
 #include "transfer/lookup/transfer_reader.h"
@@ -87,6 +88,9 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
     case PathKind::Capture:
       if (is_relit_capture(capture_file(path))) return check_relit(read_relit_project(capture_file(path)), checks, control);
       return check_capture(read_capture_project(capture_file(path)), checks, control);
+    case PathKind::Registration: return check_registration(path);
+    case PathKind::Unlit: return check_unlit(path);
+    case PathKind::Calibration: return check_calibration(path);
     case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
     case PathKind::Image: return checks.run([&] { (void)read_color(path); });
   }
@@ -96,7 +100,7 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 
 int cmd_validate(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture or transfer folder, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, registration or unlit folder, a calibration, a mesh or an image", path);
   run.line.without({"seed", "force", "dry_run"});
   run.line.example("validate copper");
   if (!run.parse()) return 0;

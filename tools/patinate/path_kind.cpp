@@ -18,13 +18,16 @@ namespace fs = std::filesystem;
 namespace {
 
 struct Manifest {
-  std::string_view file;
+  std::string_view file;  ///< In a folder; "" = it is a file of its own.
   std::string_view format;
   PathKind kind;
 };
 constexpr std::array kManifests{Manifest{"history.json", "patinate.history", PathKind::History},
                                 Manifest{"transfer.json", "patinate.transfer", PathKind::Transfer},
-                                Manifest{"capture.json", "patinate.capture", PathKind::Capture}};
+                                Manifest{"capture.json", "patinate.capture", PathKind::Capture},
+                                Manifest{"registration.json", "patinate.registration", PathKind::Registration},
+                                Manifest{"unlight.json", "patinate.unlit", PathKind::Unlit},
+                                Manifest{"", "patinate.calibration", PathKind::Calibration}};
 constexpr std::array<std::string_view, 4> kMeshExtensions{".obj", ".ply", ".gltf", ".glb"};
 
 PathKind kind_of_json(const fs::path& path) {
@@ -36,7 +39,7 @@ PathKind kind_of_json(const fs::path& path) {
     if (m.format == format) return m.kind;
   }
   throw IoError(path.string(), "/format: found \"" + format +
-                                   "\"; expected \"patinate.history\", \"patinate.transfer\" or \"patinate.capture\"");
+                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", \"patinate.registration\", \"patinate.unlit\" or \"patinate.calibration\"");
 }
 
 /// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
@@ -73,9 +76,9 @@ PathKind kind_of(const fs::path& path) {
   require_exists(path);
   if (fs::is_directory(path, error)) {
     for (const Manifest& m : kManifests) {
-      if (fs::exists(path / m.file, error)) return m.kind;
+      if (!m.file.empty() && fs::exists(path / m.file, error)) return m.kind;
     }
-    throw IoError(path.string(), "holds no history.json, transfer.json or capture.json");
+    throw IoError(path.string(), "holds no history.json, transfer.json, capture.json, registration.json or unlight.json");
   }
   const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);

@@ -29,7 +29,7 @@ figure { width: fit-content; max-width: 100%; margin: 1.25rem 0; background: var
 figure img { display: block; max-width: 100%; height: auto; }
 figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
 figure svg { display: block; max-width: 100%; height: auto; }
-figure.drawing { display: inline-block; vertical-align: top; width: 32rem; margin: 0.5rem 0.75rem 0.5rem 0; }
+figure.drawing { display: inline-block; vertical-align: top; width: 31.5rem; margin: 0.5rem 0.75rem 0.5rem 0; }
 .grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
 .grid figure { margin: 0; }
 .slider { max-width: 44rem; }

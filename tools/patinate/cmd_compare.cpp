@@ -30,7 +30,7 @@ std::string command_of(const CompareTask& task, const fs::path& output) {
     for (char& c : name) c = c == '_' ? '-' : c;
     text += " --" + name + (values[i].second == "true" ? "" : " " + values[i].second);
   }
-  if (task.options.seed != CommonOptions{}.seed) text += " --seed " + std::to_string(task.options.seed);
+  if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.options.seed);
   return text + " -o " + quoted(output.string());
 }
 
@@ -56,7 +56,7 @@ int cmd_compare(CommandRun& run) {
   require_comparable(task.a);
   require_comparable(task.b);
   if (!task.through.empty()) require_transfer(task.through);
-  task.options.seed = run.line.common().seed;
+  task.options.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.command = command_of(task, output);
   const std::optional<JobStatus> status = run.make_folder(plan_compare(std::move(task), output), "compare");
   if (!status) return 0;

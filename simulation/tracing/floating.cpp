@@ -66,14 +66,15 @@ bool stays_above(const MotionScene& scene, Gammaton& g, const Step& step, double
 
 }  // namespace
 
-PieceEnd float_on(const MotionScene& scene, Gammaton& g, std::int64_t& num_pieces) {
+PieceEnd float_on(const MotionScene& scene, Gammaton& g, std::uint32_t random, std::int64_t& num_pieces) {
   const TracingOptions& o = scene.options;
+  const double epsilon = o.epsilon_mm * (0.5 + static_cast<double>(random) * 0x1p-33);
   const Vec3 n = g.is_front ? scene.frames.normal(g.at.triangle) : Vec3(-scene.frames.normal(g.at.triangle));
-  const double length = std::min(o.epsilon_mm, o.pull * o.reach_mm) / o.pull;
+  const double length = std::min(epsilon, o.pull * o.reach_mm) / o.pull;
   ++num_pieces;
   Step step = step_of(scene, g, n, o.pull > 0.0 ? length : o.reach_mm);
   if (step.ahead == Vec3::Zero()) return PieceEnd::Rested;  // nothing moves it
-  if (o.pull * o.reach_mm >= o.epsilon_mm && stays_above(scene, g, step, length)) {
+  if (o.pull * o.reach_mm >= epsilon && stays_above(scene, g, step, length)) {
     g.state = GammatonState::InContact;
     g.velocity = velocity_after(length, step.ahead, step.velocity, step.gravity);
     g.position = scene.frames.point(g.at);
@@ -83,9 +84,9 @@ PieceEnd float_on(const MotionScene& scene, Gammaton& g, std::int64_t& num_piece
   // Up from the surface, but through nothing.
   const Vec3 p = scene.frames.point(g.at);
   const Vec3 start = p + scene.skin * n;
-  double hover = o.epsilon_mm;
+  double hover = epsilon;
   if (!scene.clearance.is_clear(g.at.triangle, g.is_front)) {
-    const TriangleHit above = scene.rays.first_hit(start, n, 0.0, o.epsilon_mm);
+    const TriangleHit above = scene.rays.first_hit(start, n, 0.0, epsilon);
     if (above.triangle >= 0) hover = 0.5 * above.distance;
   }
   const Vec3 from = start + hover * n;
@@ -98,7 +99,7 @@ PieceEnd float_on(const MotionScene& scene, Gammaton& g, std::int64_t& num_piece
   const Vec3 end = from + o.reach_mm * way;
   if (o.pull * o.reach_mm > hover) {
     ++num_pieces;
-    const TriangleHit round = scene.rays.first_hit(end, p - 0.25 * o.epsilon_mm * n - end, 0.0, 1.0);
+    const TriangleHit round = scene.rays.first_hit(end, p - 0.25 * epsilon * n - end, 0.0, 1.0);
     if (round.triangle >= 0) {
       touch(scene, g, round, step.velocity);
       const Vec3 normal = g.is_front ? scene.frames.normal(round.triangle) : Vec3(-scene.frames.normal(round.triangle));

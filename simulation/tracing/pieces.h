@@ -41,12 +41,13 @@ enum class PieceEnd { Flying, Contact, Left, Rested };
 /// when it will never be there.
 [[nodiscard]] PieceEnd fly(const MotionScene& scene, Gammaton& gammaton);
 
-/// A floating gammaton's way to its next contact, epsilon / pull ahead on a flat surface: it hovers at epsilon (halfway to what is nearer
-/// above), moves along the tangent plane under gravity's tangential part, and sinks by `pull` per length. Where it finds nothing within
+/// A floating gammaton's way to its next contact, about epsilon / pull ahead on a flat surface: it hovers at epsilon times [0.5, 1), so
+/// that those who come one after another do not step into each other's footprints (halfway to what is nearer above), moves along the tangent plane under gravity's tangential part, and sinks by `pull` per length. Where it finds nothing within
 /// `reach` it looks back to where it came from, below the surface there: round an edge. Flying when nothing is there either.
 /// A way that stays above one triangle with nothing else above it needs no ray; without `clearance` in use the same is found by rays.
+/// @param random      Uniform over its range: says how high it hovers.
 /// @param num_pieces  Pieces are added: one, or two when it has looked back.
-[[nodiscard]] PieceEnd float_on(const MotionScene& scene, Gammaton& gammaton, std::int64_t& num_pieces);
+[[nodiscard]] PieceEnd float_on(const MotionScene& scene, Gammaton& gammaton, std::uint32_t random, std::int64_t& num_pieces);
 
 
 

@@ -1,9 +1,11 @@
 #include <nlohmann/json.hpp>
 
 #include "datasets_synthetic/crackle_io.h"
+#include "datasets_synthetic/ledge.h"
 #include "datasets_synthetic/mould_io.h"
 #include "datasets_synthetic/sculpture.h"
 #include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/job/job_inputs.h"
@@ -13,7 +15,7 @@ namespace patinate {
 
 namespace {
 
-const std::vector<std::string> kKinds{"crackle", "mould", "sculpture"};
+const std::vector<std::string> kKinds{"crackle", "ledge", "mould", "sculpture"};
 
 JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output) {
   check_ranges(options);
@@ -36,27 +38,50 @@ JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::p
   return plan;
 }
 
+JobPlan plan_ledge(const LedgeOptions& options, const std::filesystem::path& output) {
+  check_ranges(options);
+  JobInputs inputs("synth ledge", 1);
+  inputs.add_options(option_values(options));
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = "ledge.json";
+  plan.key = inputs.key();
+  plan.depends_on = inputs.list();
+  plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj", "scene.json"}, .run = [options](const auto& folder, const RunControl&) {
+                          write_obj(folder / "mesh.obj", ledge(options));
+                          write_atomically(folder / "scene.json", ledge_scene(options, "mesh.obj"));
+                        }});
+  plan.join = [key = plan.key](const std::filesystem::path& folder, const RunControl&) {
+    save_json(folder / "ledge.json", Json{{"mesh", "mesh.obj"}, {"scene", "scene.json"}, {"unit", "mm"}, {"key", key}});
+  };
+  return plan;
+}
+
 }  // namespace
 
 int cmd_synth(CommandRun& run) {
   std::string kind;
   std::filesystem::path output;
   CrackleOptions crackle_options;
+  LedgeOptions ledge_options;
   MouldOptions mould_options;
   SculptureOptions sculpture_options;
-  run.line.positional("KIND", "crackle (a capture project with its truth), mould (one of scans and lights, with its truth) or sculpture (a mesh to age)", kind);
+  run.line.positional("KIND", "crackle (a capture project with its truth), mould (one of scans and lights, with its truth), ledge (a scene to simulate) or sculpture (a mesh to age)", kind);
   run.line.choices(kKinds);
   run.line.output("FOLDER", "Folder to make", output);
   // Each kind has options of its own, so the kind decides what --help lists and what is accepted.
   const std::string asked = run.first_positional();
   if (asked == "crackle") run.line.options(crackle_options);
+  if (asked == "ledge") run.line.options(ledge_options);
   if (asked == "mould") run.line.options(mould_options);
   if (asked == "sculpture") run.line.options(sculpture_options);
   run.line.example("synth crackle -o crackle");
   run.line.example("synth mould -o mould --exact");
+  run.line.example("synth ledge -o ledge");
   run.line.example("synth crackle --help");
   if (!run.parse()) return 0;
   const JobPlan plan = kind == "crackle" ? plan_crackle(crackle_options, output)
+                       : kind == "ledge" ? plan_ledge(ledge_options, output)
                        : kind == "mould" ? plan_mould(mould_options, output)
                                          : plan_sculpture(sculpture_options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "synth " + kind);

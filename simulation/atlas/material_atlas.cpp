@@ -75,8 +75,9 @@ void MaterialAtlas::read_tile(int material, TileIndex tile, std::span<std::uint1
   }
 }
 
-bool MaterialAtlas::has_page(int material, std::uint32_t page) const {
-  return pages_->pages[page_slot(surface_->grid(), material, page)].load(std::memory_order_acquire) != nullptr;
+std::span<const std::uint16_t> MaterialAtlas::page(int material, std::uint32_t index) const {
+  const Pages::Page* page = pages_->pages[page_slot(surface_->grid(), material, index)].load(std::memory_order_acquire);
+  return page ? std::span<const std::uint16_t>(*page) : std::span<const std::uint16_t>();
 }
 
 std::int64_t MaterialAtlas::mass(int material, const RunControl& control) const {

@@ -40,8 +40,8 @@ class MaterialAtlas {
   [[nodiscard]] std::span<std::uint16_t> writable_tile(int material, TileIndex tile);
   /// The 64 amounts of a tile as they are, whether its page is there or not.
   void read_tile(int material, TileIndex tile, std::span<std::uint16_t, TileGrid::kTileTexels> out) const;
-  /// Whether a page is there. @param page  TileGrid::page_of.
-  [[nodiscard]] bool has_page(int material, std::uint32_t page) const;
+  /// The 4096 amounts of a page (TileGrid::page_of); empty when it is not there.
+  [[nodiscard]] std::span<const std::uint16_t> page(int material, std::uint32_t index) const;
 
   /// Sum over texels of amount * area weight. In parallel, exact.
   [[nodiscard]] std::int64_t mass(int material, const RunControl& control = {}) const;

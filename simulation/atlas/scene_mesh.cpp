@@ -10,6 +10,7 @@ namespace patinate {
 
 namespace {
 
+constexpr double kFarthest = 1e9;  // mm
 constexpr double kUvSlack = 1e-6;  // rounding of what a file says
 
 Eigen::Matrix3d rotation_of(const Vec3& degrees) {
@@ -21,12 +22,12 @@ Eigen::Matrix3d rotation_of(const Vec3& degrees) {
 double checked_area(const SceneObject& object) {
   const std::string name = "object '" + object.name + "'";
   if (object.mesh.num_triangles() == 0) throw InvalidInput(name + " has no triangles");
-  if (!object.mesh.has_uvs()) throw InvalidInput(name + " has no UVs; unwrap it, or let the scene do so (\"atlas\": \"unwrap\")");
+  if (!object.mesh.has_uvs()) throw InvalidInput(name + " has no UVs; unwrap it, or let the scene do so (\"atlas\": {\"uvs\": \"unwrap\"})");
   for (const Triangle& corners : object.mesh.uv_triangles) {
     for (const int corner : corners) {
       const Vec2& uv = object.mesh.uvs[static_cast<std::size_t>(corner)];
       if (uv.minCoeff() >= -kUvSlack && uv.maxCoeff() <= 1.0 + kUvSlack) continue;
-      throw InvalidInput(name + " has UVs outside [0, 1]; let the scene unwrap it (\"atlas\": \"unwrap\")");
+      throw InvalidInput(name + " has UVs outside [0, 1]; let the scene unwrap it (\"atlas\": {\"uvs\": \"unwrap\"})");
     }
   }
   double area = 0.0;
@@ -128,6 +129,9 @@ void place_objects(SceneMesh& scene_mesh, const Scene& scene) {
     }
     for (const Vec3& p : own.positions) scene_mesh.mesh.positions[position++] = rotation * (p * object.scale) + object.translate_mm;
     for (const Vec3& n : own.normals) scene_mesh.mesh.normals[normal++] = rotation * n;
+  }
+  for (const Vec3& p : scene_mesh.mesh.positions) {
+    if (!(p.cwiseAbs().maxCoeff() <= kFarthest)) throw InvalidInput("an object lies more than 1000 km from the origin");
   }
   if (position != scene_mesh.mesh.positions.size()) throw InvalidInput("the scene has other objects than when its atlas was made");
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libcommon/atlas/uv_layout.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate {
@@ -16,16 +17,17 @@ SurfacePoint middle_of(int triangle) { return {.triangle = triangle, .b1 = 1.0 /
 
 void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
   if (map.num_covered() == 0) throw InvalidInput("no texel of the atlas is covered; raise its resolution");
-  if (map.num_overlapping() * 100 <= map.num_covered()) return;
+  const auto overlaps = [](const TexelMap& of) { return static_cast<double>(of.num_overlapping()) > kMostOverlap * static_cast<double>(of.num_covered()); };
+  if (!overlaps(map)) return;
   // Which object it is: each alone on a grid of its own.
   std::string names;
   for (std::size_t i = 0; i < scene_mesh.mesh.surfaces.size(); ++i) {
     const std::string& name = scene_mesh.mesh.surfaces[i].node;
     const TexelMap alone(select_surfaces(scene_mesh.mesh, name, ""), std::min(map.width(), 1024), std::min(map.height(), 1024));
-    if (alone.num_overlapping() * 100 > alone.num_covered()) names += (names.empty() ? "'" : ", '") + name + "'";
+    if (overlaps(alone)) names += (names.empty() ? "'" : ", '") + name + "'";
   }
   throw InvalidInput("the UVs of object " + (names.empty() ? std::string("(several together)") : names) +
-                     " overlap: places would share their texels; let the scene unwrap it (\"atlas\": \"unwrap\")");
+                     " overlap: places would share their texels; let the scene unwrap it (\"atlas\": {\"uvs\": \"unwrap\"})");
 }
 
 }  // namespace

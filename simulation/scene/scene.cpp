@@ -11,6 +11,8 @@ namespace patinate {
 
 namespace {
 
+constexpr double kFarthest = 1e9;  // mm: a thousand kilometres; beyond, floats and products of lengths lose their meaning
+
 void check(bool is_right, const std::string& what, double found, const std::string& range) {
   if (!is_right) throw InvalidInput(what + " is " + number_text(found) + "; use " + range);
 }
@@ -55,13 +57,13 @@ void check_materials(const Scene& scene) {
 
 void check_emitter(const Emitter& emitter, const Scene& scene) {
   const std::string of = " of emitter '" + emitter.name + "'";
-  check_finite("the position" + of, emitter.position_mm);
+  for (const double x : emitter.position_mm) check_range("the position (mm)" + of, x, -kFarthest, kFarthest);
   check_finite("the direction" + of, emitter.direction);
   check(std::abs(emitter.direction.norm() - 1.0) < 1e-6, "the length of the direction" + of, emitter.direction.norm(), "a direction that is not 0");
   for (const double size : emitter.size_mm) check_range("the size" + of, size, 0.0, 1e9);
   check_range("the spread" + of, emitter.spread_deg, 0.0, 180.0);
-  check_positive("the speed" + of, emitter.speed_mm_s);
-  check_positive("the distance" + of, emitter.distance_mm);
+  check_range("the speed (mm/s)" + of, emitter.speed_mm_s, 1e-9, kFarthest);
+  check_range("the distance (mm)" + of, emitter.distance_mm, 1e-9, kFarthest);
   check_range("the number of gammatons" + of, static_cast<double>(emitter.gammatons), 1, 1e7);
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     check_range("what it carries of '" + scene.materials[i] + "'," + of, emitter.carries[i], 0.0, 16.0);
@@ -73,9 +75,9 @@ void check_objects(const Scene& scene) {
   check_names(scene.objects, "object");
   for (const SceneObject& object : scene.objects) {
     const std::string of = " of object '" + object.name + "'";
-    check_positive("the scale" + of, object.scale);
-    check_finite("the place" + of, object.translate_mm);
-    check_finite("the rotation" + of, object.rotate_deg);
+    check_range("the scale" + of, object.scale, 1e-9, 1e9);
+    for (const double x : object.translate_mm) check_range("the place (mm)" + of, x, -kFarthest, kFarthest);
+    for (const double x : object.rotate_deg) check_range("the rotation" + of, x, -1e6, 1e6);
     check_range("the specular value" + of, object.preset.specular, 0.0, 1.0);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
       check_range("the amount of '" + scene.materials[i] + "'" + of, object.preset.amounts[i], 0.0, 3.0);

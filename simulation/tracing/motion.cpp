@@ -194,10 +194,10 @@ void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) { impl_ = std::make_u
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
 
 void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control) {
-  (void)iteration;  // births are counted by gammaton
-  result = {};
   const auto most = std::max_element(all.emitter.begin(), all.emitter.end());
   if (most != all.emitter.end() && *most >= scene.emitters.size()) throw InvalidInput("there are gammatons of emitters that the scene does not have");
+  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
+  const auto when = static_cast<std::uint64_t>(iteration);
   impl_->place(scene);
   const MotionScene motion = impl_->motion(scene);
   for_all(all, motion, *impl_->surface, control, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
@@ -207,50 +207,13 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
       const Birth birth = make_birth(impl_->placed[all.emitter[i]], scene.seed, static_cast<std::uint32_t>(i), all.num_births[i]++);
       g = {.state = GammatonState::Flying, .is_front = true, .at = {}, .position = birth.position, .velocity = birth.velocity};
       told.is_born = true;
-  const auto n = static_cast<std::int64_t>(all.size());
-  std::vector<TraceResult> parts(static_cast<std::size_t>((n + kChunk - 1) / kChunk));
-  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
-  const auto when = static_cast<std::uint64_t>(iteration);
-  const auto stride_of = [&](std::size_t i) {
-    return philox4x32({static_cast<std::uint32_t>(when >> 32), kStridePurpose, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)}, key)[0];
-  };
-  parallel_for(n, kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    TraceResult& part = parts[static_cast<std::size_t>(begin / kChunk)];
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      Gammaton g = take(all, i);
-      if (g.state == GammatonState::Waiting) {
-        const std::size_t k = all.emitter[i];
-        if (!scene.emitters[k].is_on) continue;
-        const Birth birth = make_birth(impl_->placed[k], scene.seed, static_cast<std::uint32_t>(i), all.num_births[i]++);
-        g = {.state = GammatonState::Flying, .is_front = true, .at = {}, .position = birth.position, .velocity = birth.velocity};
-        part.born.push_back(static_cast<std::uint32_t>(i));
-        ++part.counters.emitted;
-      }
-      std::int64_t num_pieces = 0;
-      PieceEnd piece = PieceEnd::Flying;
-      if (g.state == GammatonState::Floating) piece = float_on(motion, g, stride_of(i), num_pieces);
-      while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
-        piece = fly(motion, g);
-        ++num_pieces;
-      }
-      part.counters.segments += num_pieces;
-      switch (piece) {
-        case PieceEnd::Contact: {
-          ++part.counters.contacts;
-          const TexelIndex texel = impl_->surface->texel_of(g.at.triangle, g.at.b1, g.at.b2);
-          if (texel != kNoTexel) part.contacts.push_back({.texel = texel, .gammaton = static_cast<std::uint32_t>(i)});
-          break;
-        }
-        case PieceEnd::Left: bury(part, g, i, DeathReason::Left); break;
-        case PieceEnd::Rested: bury(part, g, i, DeathReason::Rested); break;
-        case PieceEnd::Flying: break;
-      }
-      if (g.state != GammatonState::Waiting) ++part.counters.alive;
-      put(all, i, g);
     }
     std::int64_t num_pieces = 0;
     PieceEnd piece = PieceEnd::Flying;
-    if (g.state == GammatonState::Floating) piece = float_on(motion, g, num_pieces);
+    if (g.state == GammatonState::Floating) {
+      const std::uint32_t random = philox4x32({static_cast<std::uint32_t>(when >> 32), kStridePurpose, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)}, key)[0];
+      piece = float_on(motion, g, random, num_pieces);
+    }
     while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
       piece = fly(motion, g);
       ++num_pieces;

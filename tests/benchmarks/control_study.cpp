@@ -1,6 +1,7 @@
 // Which control explains where an object aged? The artist-made hydrant has a clean and an aged twin on one atlas:
-//     PATINATE_DATA=... build/release/bin/control_study OUT_FOLDER
-// prints the tables of docs/studies/hydrant.md and docs/algorithms/accessibility.md and writes the pictures (JPEG).
+//     PATINATE_DATA=... build/release/bin/control_study OUT_FOLDER [MAP.exr ...]
+// prints the tables of docs/studies/hydrant.md and docs/algorithms/accessibility.md and writes the pictures (JPEG). Maps of a simulation of
+// the hydrant (controls/rust.final.exr, 1024 x 1024) get rows of their own.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -213,7 +214,7 @@ std::vector<Trial> trials() {
           {"exposure * height", "exposure*height"}};
 }
 
-void hydrant(const std::filesystem::path& data, const std::filesystem::path& out) {
+void hydrant(const std::filesystem::path& data, const std::filesystem::path& out, const std::vector<std::string>& given_maps) {
   const std::filesystem::path textures = data / "textures";
   const Scene scene = load(data / "fire_hydrant_1k.gltf", "fire_hydrant");
   const TexelMap& map = *scene.map;
@@ -242,7 +243,9 @@ void hydrant(const std::filesystem::path& data, const std::filesystem::path& out
     std::printf("\n");
     std::fflush(stdout);
   };
-  for (const Trial& trial : trials()) {
+  std::vector<Trial> all_trials = trials();
+  for (const std::string& path : given_maps) all_trials.push_back({std::filesystem::path(path).filename().string(), '"' + path + '"'});
+  for (const Trial& trial : all_trials) {
     ControlMap control = make_control_expression(trial.expression, map, options);
     const std::vector<double> values = at_texels(control.values, s);
     row(trial.label, values, at_texels(control.values, all));
@@ -251,6 +254,10 @@ void hydrant(const std::filesystem::path& data, const std::filesystem::path& out
   }
   row("ray_share, blocks shuffled", shuffled(at_texels(maps.at("ray_share").values, s), s),
       shuffled(at_texels(maps.at("ray_share").values, all), all));
+  for (std::size_t i = trials().size(); i < all_trials.size(); ++i) {
+    const ImageF& values = maps.at(all_trials[i].label).values;
+    row(all_trials[i].label + ", shuffled", shuffled(at_texels(values, s), s), shuffled(at_texels(values, all), all));
+  }
   std::sort(order.begin(), order.end());
 
   const RenderView view(scene.mesh, {.width = 360, .height = 480, .azimuth_deg = 25.0});
@@ -275,13 +282,13 @@ int main(int argc, char** argv) {
   using namespace patinate;
   const auto hydrant_data = testing_support::real_data("meshes/fire_hydrant");
   const auto bust_data = testing_support::real_data("meshes/marble_bust");
-  if (argc != 2 || !hydrant_data || !bust_data) {
-    std::fprintf(stderr, "usage: PATINATE_DATA=FOLDER control_study OUT_FOLDER\n");
+  if (argc < 2 || !hydrant_data || !bust_data) {
+    std::fprintf(stderr, "usage: PATINATE_DATA=FOLDER control_study OUT_FOLDER [MAP.exr ...]\n");
     return 2;
   }
   try {
     std::filesystem::create_directories(argv[1]);
-    hydrant(*hydrant_data, argv[1]);
+    hydrant(*hydrant_data, argv[1], std::vector<std::string>(argv + 2, argv + argc));
     definitions("hydrant", *load(*hydrant_data / "fire_hydrant_1k.gltf", "fire_hydrant").map);
     definitions("bust", *load(*bust_data / "marble_bust_01_1k.gltf", "").map);
   } catch (const std::exception& e) {

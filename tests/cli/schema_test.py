@@ -22,7 +22,7 @@ SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
-         "compare": "compared/report.json"}
+         "compare": "compared/report.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -36,7 +36,8 @@ def setUpModule():
     (WORK / "rig.json").write_text(json.dumps(RIG))
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
                       ["synth", "mould", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mould"],
-                      ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "capture", "-o", "history"],
+                      ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"],
+                      ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
                       ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
@@ -146,6 +147,19 @@ class Schemas(unittest.TestCase):
                 change(content)
                 with self.subTest(file=file.name, change=number):
                     self.assertFalse(check.is_valid(content))
+    def test_what_simulate_rejects_is_rejected(self):
+        check, scene = validator("scene"), json.loads((WORK / "ledge/scene.json").read_text())
+        for number, change in enumerate(COMMON + [put("unit", "inch"), drop("unit"), put("materials", []), put("materials", ["a"] * 2), drop("objects"), put("objects", []), put("emitters", []),
+                                                  put("emitters", 0, "shape", "cone"), put("emitters", 0, "speed", 0), put("emitters", 0, "spread_deg", 181), put("emitters", 0, "gammatons", 0),
+                                                  put("emitters", 0, "carries", "water", -1), put("exchange", "ratio", 2), put("exchange", "splat", 2), put("atlas", "resolution", 8), put("atlas", "uvs", "own"),
+                                                  put("behaviour", {"slider": 1.5}), put("tracing", "reach", 0), put("time", "unit", "y"), put("run", "iterations", 0), put("objects", 0, "scale", 0),
+                                                  put("events", [{"iteration": 1, "op": "dance"}]), put("appearance", {"dirt": {"strenth": 1}}), put("gravity", [0, 1])]):
+            content = copy.deepcopy(scene)
+            change(content)
+            (WORK / "ledge/bad.json").write_text(json.dumps(content))
+            with self.subTest(change=number):
+                self.assertFalse(check.is_valid(content), "the schema accepts it")
+                self.assertEqual(subprocess.run([PATINATE, "simulate", "ledge/bad.json", "-o", "bad"], cwd=WORK, capture_output=True).returncode, 3)
 
     def test_every_property_is_described_or_speaks_for_itself(self):
         for path in SCHEMAS.glob("*.schema.json"):

@@ -9,6 +9,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/glb.h"
+#include "tools/patinate/aging_mesh.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/output_file.h"
 #include "tools/patinate/path_kind.h"
@@ -38,10 +39,9 @@ std::string glb_key_of(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
 }
 
-int export_glb(CommandRun& run, const TransferReader& transfer, const std::filesystem::path& output,
-               const std::vector<double>& times) {
+int export_glb(CommandRun& run, const AgingMesh& mesh, const std::filesystem::path& output, const std::vector<double>& times) {
   ContentHash hash;
-  hash.add("export glb 2").add(transfer.manifest().key);
+  hash.add("export glb 2").add(mesh.key);
   for (double t : times) hash.add(t);
   const std::string key = hash.hex();
   const std::optional<JobStatus> status = run.check_file(output, glb_key_of(output), key);
@@ -50,19 +50,14 @@ int export_glb(CommandRun& run, const TransferReader& transfer, const std::files
     const RunControl control = run.control("export");
     RunControl silent = control;
     silent.on_progress = {};
-    const std::vector<std::string> labels = time_labels(times, transfer.history().manifest().time_unit);
+    const std::vector<std::string> labels = time_labels(times, mesh.history.time_unit);
     std::vector<GlbVariant> variants;
     for (std::size_t i = 0; i < times.size(); ++i) {
       control.report(0.5 * static_cast<double>(i) / static_cast<double>(times.size()));
-      variants.push_back({labels[i], transfer.sample_tiles(times[i], silent)});
+      variants.push_back({labels[i], mesh.sample_tiles(times[i], silent)});
     }
-    // A mesh whose unit nobody said keeps the numbers of its file.
-    const TransferManifest& m = transfer.manifest();
-    const GlbOptions options{.name = output.stem().string(),
-                             .metres_per_unit = m.unit ? 0.001 : 1.0 / m.mm_per_mesh_unit,
-                             .key = key};
-    const GlbTiles tiles{transfer.sheet().names, transfer.atlas().triangle_tile};
-    write_glb(output, unit_square_mesh(transfer.atlas()), tiles, variants, options, control.part(0.5, 1.0));
+    const GlbOptions options{.name = output.stem().string(), .metres_per_unit = mesh.metres_per_unit, .key = key};
+    write_glb(output, mesh.unit_mesh, {mesh.tile_names, mesh.triangle_tile}, variants, options, control.part(0.5, 1.0));
   }
   run.report_output(*status, output, Json{{"times", times}});
   return 0;
@@ -124,7 +119,7 @@ int cmd_export(CommandRun& run) {
   TimesArgument times;
   SequenceFormat format;
   MovieOptions movie;
-  run.line.positional("SUBJECT", "A transfer, or for pictures a history", subject);
+  run.line.positional("SUBJECT", "A transfer or simulation, or for pictures a history", subject);
   run.line.output("OUTPUT", "MODEL.glb with one variant a time; MOVIE.mp4, .webm or .gif; images aged_%04d.png; or a folder of images", output);
   times.declare(run.line);
   run.line.options(format);
@@ -140,20 +135,15 @@ int cmd_export(CommandRun& run) {
     throw UsageError("-o: found `" + output.string() + "`; expected MODEL.glb, MOVIE.mp4 (.webm, .gif), images as aged_%04d.png, or the name of a folder");
   }
   const PathKind kind = kind_of(subject);
-  if (kind == PathKind::Transfer) {
-    const TransferReader transfer(subject);
-    const HistoryManifest& history = transfer.history().manifest();
-    if (is_glb) return export_glb(run, transfer, output, times.resolve(run, history, 5));
+  if (kind == PathKind::Transfer || kind == PathKind::Simulation) {
+    const AgingMesh mesh = open_aging_mesh(subject);
+    if (is_glb) return export_glb(run, mesh, output, times.resolve(run, mesh.history, 5));
     if (is_pictures) {
-      const PictureSeries series{"export", transfer.manifest().key, times.resolve(run, history, kMoviePictures),
-                                 [&](double t, const RunControl& control) { return transfer.sample(t, control); }};
-      return make_series(run, output, series, movie);
+      return make_series(run, output, {"export", mesh.key, times.resolve(run, mesh.history, kMoviePictures), mesh.sample}, movie);
     }
-    const SequenceSource source{transfer.manifest().key, transfer.sheet().names,
-                                [&](double t, const RunControl& control) { return transfer.sample_tiles(t, control); }};
-    return export_sequence(run, source, history, output, times.resolve(run, history, 0), format);
+    return export_sequence(run, {mesh.key, mesh.tile_names, mesh.sample_tiles}, mesh.history, output, times.resolve(run, mesh.history, 0), format);
   }
-  if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer or history");
+  if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer, simulation or history");
   const HistoryReader history(subject);
   if (is_glb) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
   if (is_pictures) {

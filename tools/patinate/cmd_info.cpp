@@ -8,6 +8,7 @@
 #include "libcommon/geometry/topology.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
+#include "simulation/simulation_job.h"
 #include "tools/patinate/capture_results.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/curves.h"
@@ -60,6 +61,25 @@ Facts transfer_facts(const std::filesystem::path& path) {
   facts.add("energy", m.energy.energy, short_number_text(m.energy.energy));
   facts.add("control_error_mean", m.energy.control_error_mean, short_number_text(m.energy.control_error_mean));
   facts.add("coherent_share", m.energy.coherent_share, short_number_text(m.energy.coherent_share));
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts simulation_facts(const std::filesystem::path& path) {
+  const SimulationManifest m = read_simulation_manifest(path);
+  Facts facts("simulation");
+  facts.add("name", m.name);
+  facts.add("scene", m.scene.string());
+  facts.add("iterations", m.iterations);
+  facts.add("time", m.time, short_number_text(m.time) + " " + m.time_unit);
+  facts.add("atlas", Json{m.resolution, m.resolution}, size_text(m.resolution, m.resolution));
+  const auto joined = [](const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+    return text.empty() ? std::string("none") : text;
+  };
+  facts.add("materials", m.materials, joined(m.materials));
+  facts.add("controls", m.controls, joined(m.controls));
   facts.add("key", m.key);
   return facts;
 }
@@ -150,6 +170,7 @@ Facts facts_of(const std::filesystem::path& path) {
     case PathKind::Registration: return registration_facts(path);
     case PathKind::Unlit: return unlit_facts(path);
     case PathKind::Calibration: return calibration_facts(path);
+    case PathKind::Simulation: return simulation_facts(path);
     case PathKind::Mesh: return mesh_facts(path);
     case PathKind::Image: return image_facts(path);
   }

@@ -15,6 +15,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/render.h"
+#include "tools/patinate/aging_mesh.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/output_file.h"
 #include "tools/patinate/path_kind.h"
@@ -68,42 +69,40 @@ int finish(CommandRun& run, const RenderCommand& command, const std::string& key
 }
 
 /// A movie, or numbered images, of the ageing object; on a turntable when asked for.
-int render_series(CommandRun& run, const RenderCommand& command, const TransferReader& transfer) {
-  const HistoryManifest& history = transfer.history().manifest();
-  const std::vector<double> times = command.times.resolve(run, history, kMoviePictures);
+int render_series(CommandRun& run, const RenderCommand& command, const AgingMesh& mesh) {
+  const std::vector<double> times = command.times.resolve(run, mesh.history, kMoviePictures);
   std::unique_ptr<const RenderView> view;
   const auto picture = [&](double t, const RunControl& control) {
     const auto index = std::find(times.begin(), times.end(), t) - times.begin();
     if (!view || command.turn.turn_deg != 0.0) {
       RenderOptions options = command.options;
       options.azimuth_deg += command.turn.turn_deg * static_cast<double>(index) / static_cast<double>(times.size());
-      view = std::make_unique<const RenderView>(transfer.mesh(), options, control);
+      view = std::make_unique<const RenderView>(mesh.mesh, options, control);
     }
-    return view->shade(transfer.sample(t, control), control);
+    return view->shade(mesh.sample(t, control), control);
   };
   ContentHash hash = begin_key(command, {});
-  hash.add(transfer.manifest().key).add(command.turn.turn_deg).add(static_cast<std::int64_t>(times.size()));
+  hash.add(mesh.key).add(command.turn.turn_deg).add(static_cast<std::int64_t>(times.size()));
   return make_series(run, command.output, {"render", hash.hex(), times, picture}, command.movie);
 }
 
-int render_transfer(CommandRun& run, const RenderCommand& command) {
-  const TransferReader transfer(command.subject);
-  if (is_series(command.output)) return render_series(run, command, transfer);
-  const HistoryManifest& history = transfer.history().manifest();
-  const std::vector<double> times = command.times.resolve(run, history, 5);
-  const std::string key = begin_key(command, times).add(transfer.manifest().key).hex();
+int render_aging_mesh(CommandRun& run, const RenderCommand& command) {
+  const AgingMesh mesh = open_aging_mesh(command.subject);
+  if (is_series(command.output)) return render_series(run, command, mesh);
+  const std::vector<double> times = command.times.resolve(run, mesh.history, 5);
+  const std::string key = begin_key(command, times).add(mesh.key).hex();
   return finish(run, command, key, [&] {
     const RunControl control = run.control("render");
-    const RenderView view(transfer.mesh(), command.options, control.part(0.0, 0.6));
+    const RenderView view(mesh.mesh, command.options, control.part(0.0, 0.6));
     std::vector<ImageF> pictures;
     for (double t : times) {
       const double done = static_cast<double>(pictures.size()) / static_cast<double>(times.size());
       RunControl quiet = control;
       quiet.on_progress = {};
-      pictures.push_back(view.shade(transfer.sample(t, quiet), quiet));
+      pictures.push_back(view.shade(mesh.sample(t, quiet), quiet));
       control.report(0.6 + 0.4 * done);
     }
-    return strip_of(pictures, times, history.time_unit);
+    return strip_of(pictures, times, mesh.history.time_unit);
   });
 }
 
@@ -164,8 +163,8 @@ int render_mesh(CommandRun& run, const RenderCommand& command) {
 
 int cmd_render(CommandRun& run) {
   RenderCommand command;
-  run.line.positional("SUBJECT", "A transfer, a history, or a mesh with --texture", command.subject);
-  run.line.output("PICTURE", "Image to make: .png, .jpg, .tif or .exr; of a transfer also a movie (.mp4, .webm, .gif) or images aged_%04d.png", command.output);
+  run.line.positional("SUBJECT", "A transfer, a simulation, a history, or a mesh with --texture", command.subject);
+  run.line.output("PICTURE", "Image to make: .png, .jpg, .tif or .exr; of a transfer or simulation also a movie (.mp4, .webm, .gif) or images aged_%04d.png", command.output);
   command.times.declare(run.line);
   run.line.option("texture", "IMAGE", "Colour of a mesh; with UDIM tiles or several materials one file each: tex.<UDIM>.png", command.texture);
   run.line.options(command.options);
@@ -178,10 +177,11 @@ int cmd_render(CommandRun& run) {
   if (!run.parse()) return 0;
   if (!is_series(command.output)) require_extension(command.output, image_extensions());
   switch (kind_of(command.subject)) {
-    case PathKind::Transfer: return render_transfer(run, command);
+    case PathKind::Transfer:
+    case PathKind::Simulation: return render_aging_mesh(run, command);
     case PathKind::History: return render_history(run, command);
     case PathKind::Mesh: return render_mesh(run, command);
-    default: throw InvalidInput(command.subject.string() + ": is no transfer, history or mesh");
+    default: throw InvalidInput(command.subject.string() + ": is no transfer, simulation, history or mesh");
   }
 }
 

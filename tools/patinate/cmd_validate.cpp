@@ -4,10 +4,12 @@
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/relit_project.h"
 #include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/point_cloud_io.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
+#include "simulation/simulation_job.h"
 #include "tools/patinate/capture_results.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/path_kind.h"
@@ -91,6 +93,18 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
     case PathKind::Registration: return check_registration(path);
     case PathKind::Unlit: return check_unlit(path);
     case PathKind::Calibration: return check_calibration(path);
+    case PathKind::Simulation: {
+      const std::filesystem::path folder = manifest_folder(path, "simulation.json");
+      const SimulationManifest m = read_simulation_manifest(path);
+      std::vector<std::string> channels;
+      for (const std::string& material : m.materials) channels.push_back("amount." + material);
+      checks.run([&] { (void)read_channels(folder / "atlas.exr", channels); });
+      for (const char* name : {"color.png", "normal.png", "specular.png"}) checks.run([&] { (void)read_color(folder / name); });
+      checks.run([&] { (void)read_gray(folder / "height.exr"); });
+      checks.run([&] { (void)read_mesh(folder / "model.glb"); });
+      for (const std::string& name : m.controls) checks.run([&] { (void)read_gray(folder / "controls" / (name + ".exr")); });
+      return check_history(folder / "history", checks, control);
+    }
     case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
     case PathKind::Image: return checks.run([&] { (void)read_color(path); });
   }
@@ -100,7 +114,7 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 
 int cmd_validate(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, registration or unlit folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, simulation, registration or unlit folder, a calibration, a mesh or an image", path);
   run.line.without({"seed", "force", "dry_run"});
   run.line.example("validate copper");
   if (!run.parse()) return 0;

@@ -25,6 +25,7 @@ struct Manifest {
 constexpr std::array kManifests{Manifest{"history.json", "patinate.history", PathKind::History},
                                 Manifest{"transfer.json", "patinate.transfer", PathKind::Transfer},
                                 Manifest{"capture.json", "patinate.capture", PathKind::Capture},
+                                Manifest{"simulation.json", "patinate.simulation", PathKind::Simulation},
                                 Manifest{"registration.json", "patinate.registration", PathKind::Registration},
                                 Manifest{"unlight.json", "patinate.unlit", PathKind::Unlit},
                                 Manifest{"", "patinate.calibration", PathKind::Calibration}};
@@ -39,7 +40,7 @@ PathKind kind_of_json(const fs::path& path) {
     if (m.format == format) return m.kind;
   }
   throw IoError(path.string(), "/format: found \"" + format +
-                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", \"patinate.registration\", \"patinate.unlit\" or \"patinate.calibration\"");
+                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", \"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\" or \"patinate.calibration\"");
 }
 
 /// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
@@ -78,7 +79,7 @@ PathKind kind_of(const fs::path& path) {
     for (const Manifest& m : kManifests) {
       if (!m.file.empty() && fs::exists(path / m.file, error)) return m.kind;
     }
-    throw IoError(path.string(), "holds no history.json, transfer.json, capture.json, registration.json or unlight.json");
+    throw IoError(path.string(), "holds no history.json, transfer.json, capture.json, simulation.json, registration.json or unlight.json");
   }
   const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);

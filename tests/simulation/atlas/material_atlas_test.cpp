@@ -164,7 +164,7 @@ TEST(CheckScene, NamesWhatIsOutOfRange) {
   says([](Scene& s) { s.materials.resize(9, "x"); }, "9 materials");
   says([](Scene& s) { s.exchange.ratio = std::nan(""); }, "exchange ratio");
   says([](Scene& s) { s.exchange.rates[0] = 1.5; }, "exchange rate");
-  says([](Scene& s) { s.emitters[0].speed_mm_s = 0; }, "speed of emitter 'rain'");
+  says([](Scene& s) { s.emitters[0].speed_mm_s = 0; }, "speed (mm/s) of emitter 'rain'");
   says([](Scene& s) { s.behaviour.bounce = 0.9; }, "bounce + float + absorb is 1.7");
   says([](Scene& s) { s.objects[0].scale = -1; }, "scale of object 'part0'");
 }

@@ -1,0 +1,59 @@
+#include <algorithm>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "simulation/engine_state.h"
+
+namespace patinate {
+
+namespace {
+
+template <class Item>
+Item* find_named(std::vector<Item>& items, const std::string& name) {
+  const auto found = std::find_if(items.begin(), items.end(), [&](const Item& item) { return item.name == name; });
+  return found == items.end() ? nullptr : &*found;
+}
+
+SceneObject& object_named(Scene& scene, const std::string& name) {
+  if (SceneObject* object = find_named(scene.objects, name)) return *object;
+  throw InvalidInput("the scene has no object called '" + name + "'");
+}
+
+}  // namespace
+
+bool apply_event(const SceneEvent& event, Scene& scene) {
+  using Op = SceneEvent::Op;
+  switch (event.op) {
+    case Op::Move:
+      if (Emitter* emitter = find_named(scene.emitters, event.target)) {
+        emitter->position_mm = event.value;
+        return false;
+      }
+      object_named(scene, event.target).translate_mm = event.value;
+      return true;
+    case Op::Turn: object_named(scene, event.target).rotate_deg = event.value; return true;
+    case Op::Scale: object_named(scene, event.target).scale = event.value[0]; return true;
+    case Op::Emitter: {
+      Emitter* emitter = find_named(scene.emitters, event.target);
+      if (!emitter || !event.emitter) throw InvalidInput("the scene has no emitter called '" + event.target + "'");
+      if (emitter->gammatons != event.emitter->gammatons || emitter->name != event.emitter->name) {
+        throw InvalidInput("an emitter keeps its name and its number of gammatons: the streams of the others would shift");
+      }
+      *emitter = *event.emitter;
+      return false;
+    }
+    case Op::Ratio: scene.exchange.ratio = event.value[0]; return false;
+    case Op::Rate: {
+      const auto found = std::find(scene.materials.begin(), scene.materials.end(), event.target);
+      if (found == scene.materials.end()) throw InvalidInput("the scene has no material called '" + event.target + "'");
+      scene.exchange.rates[static_cast<std::size_t>(found - scene.materials.begin())] = event.value[0];
+      return false;
+    }
+    case Op::Behaviour:
+      if (event.behaviour) scene.behaviour = *event.behaviour;
+      return false;
+  }
+  return false;
+}
+
+}  // namespace patinate

@@ -1,0 +1,38 @@
+/// \file
+/// Scene files (`patinate.scene`, docs/simulation.md) and everything they name: meshes, pictures, rules.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/history/history.h"
+#include "simulation/scene/scene.h"
+
+namespace patinate {
+
+/// A scene as a file says it, and how long it runs.
+struct SceneFile {
+  std::filesystem::path file;
+  std::string name;                     ///< Of the file, without extension.
+  Scene scene;
+  double mm_per_unit = 1000.0;          ///< Of the file's lengths.
+  TimeUnit time_unit = TimeUnit::Days;
+  std::int64_t iterations = 1000;       ///< >= 1.
+  std::int64_t history_every = 100;     ///< >= 1.
+  std::vector<std::string> controls;    ///< Parameter maps asked for: "hits", "last_hit", "rust.deposited", "rust.final", ...
+  std::vector<std::pair<std::string, std::filesystem::path>> inputs;  ///< Role and path of every file that was read.
+  std::vector<std::string> notes;       ///< What a user should know: repaired or unwrapped meshes.
+};
+
+/// Reads and checks a scene (check_scene()), its meshes and its pictures. Lengths become mm, colours linear.
+/// @throws IoError naming file and JSON pointer (unknown key, wrong type, out of range), mesh or picture; InvalidInput.
+[[nodiscard]] SceneFile read_scene(const std::filesystem::path& file, const RunControl& control = {});
+
+/// What every parameter map may be called, for the given materials.
+[[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);
+
+}  // namespace patinate

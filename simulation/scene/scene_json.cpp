@@ -1,0 +1,188 @@
+#include "simulation/scene/scene_json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+Vec3 read_vector(const JsonReader& json) {
+  const std::vector<double> v = json.numbers(3);
+  return {v[0], v[1], v[2]};
+}
+
+Vec3 read_direction(const JsonReader& json) {
+  const Vec3 v = read_vector(json);
+  if (!(v.norm() > 0.0)) json.fail("a direction, not [0, 0, 0]");
+  return v.normalized();
+}
+
+constexpr std::array<std::string_view, 7> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behaviour"};
+
+std::vector<std::string> names_of(const auto& items) {
+  std::vector<std::string> names;
+  for (const auto& item : items) names.push_back(item.name);
+  return names;
+}
+
+void check_target(const JsonReader& json, const std::string& name, const std::vector<std::string>& names, const std::string& kind) {
+  if (std::find(names.begin(), names.end(), name) == names.end()) json.fail("the name of " + kind + did_you_mean(name, names));
+}
+
+SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene& scene) {
+  using Op = SceneEvent::Op;
+  SceneEvent event;
+  event.iteration = json.member("iteration").integer(at_least(0));
+  event.op = static_cast<Op>(json.member("op").choice(kOpNames));
+  std::vector<std::string> movable = names_of(scene.objects);
+  const std::vector<std::string> emitters = names_of(scene.emitters);
+  if (event.op == Op::Move) movable.insert(movable.end(), emitters.begin(), emitters.end());
+  switch (event.op) {
+    case Op::Move:
+      event.target = json.member("target").string();
+      check_target(json.member("target"), event.target, movable, "an object or emitter");
+      event.value = read_vector(json.member("position")) * context.mm_per_unit;
+      break;
+    case Op::Turn:
+      event.target = json.member("target").string();
+      check_target(json.member("target"), event.target, movable, "an object");
+      event.value = read_vector(json.member("rotate"));
+      break;
+    case Op::Scale:
+      event.target = json.member("target").string();
+      check_target(json.member("target"), event.target, movable, "an object");
+      event.value[0] = json.member("scale").number(above(0));
+      break;
+    case Op::Emitter:
+      event.emitter = read_emitter(json.member("emitter"), context);
+      event.target = event.emitter->name;
+      check_target(json.member("emitter").member("name"), event.target, emitters, "an emitter of the scene (with gammatons 1 and \"on\": false it can wait for its time)");
+      for (const Emitter& e : scene.emitters) {
+        if (e.name == event.target && e.gammatons != event.emitter->gammatons) {
+          json.member("emitter").fail("the same number of gammatons as before (" + std::to_string(e.gammatons) + "): the streams of the others would shift");
+        }
+      }
+      break;
+    case Op::Ratio: event.value[0] = json.member("ratio").number(between(0, 1)); break;
+    case Op::Rate:
+      event.target = json.member("target").string();
+      (void)material_index(json.member("target"), event.target, context.materials);
+      event.value[0] = json.member("rate").number(between(0, 1));
+      break;
+    case Op::Behaviour: event.behaviour = read_behaviour(json.member("behaviour")); break;
+  }
+  json.finish();
+  return event;
+}
+
+}  // namespace
+
+int material_index(const JsonReader& json, const std::string& name, const std::vector<std::string>& materials) {
+  const auto found = std::find(materials.begin(), materials.end(), name);
+  if (found != materials.end()) return static_cast<int>(found - materials.begin());
+  std::string list;
+  for (const std::string& m : materials) list += (list.empty() ? "" : ", ") + m;
+  json.fail("one of the scene's materials (" + list + ")" + did_you_mean(name, materials));
+}
+
+MaterialValues read_material_values(JsonReader json, const std::vector<std::string>& materials, const Range& range) {
+  MaterialValues values{};
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    if (json.has(materials[i])) values[i] = json.member(materials[i]).number(range);
+  }
+  json.finish();
+  return values;
+}
+
+Emitter read_emitter(JsonReader json, const SceneContext& context) {
+  Emitter e;
+  e.name = json.member("name").string();
+  e.shape = static_cast<EmitterShape>(json.member("shape").choice(kEmitterShapeNames));
+  if (e.shape != EmitterShape::Sky) e.position_mm = read_vector(json.member("position")) * context.mm_per_unit;
+  else if (json.has("position")) json.member("position").fail("nothing: a sky has no position");
+  if (json.has("direction")) e.direction = read_direction(json.member("direction"));
+  if (json.has("size")) {
+    const JsonReader size = json.member("size");
+    if (size.is_number()) e.size_mm = {size.number(at_least(0)) * context.mm_per_unit, 0.0};
+    else {
+      const std::vector<double> two = size.numbers(2, at_least(0));
+      e.size_mm = {two[0] * context.mm_per_unit, two[1] * context.mm_per_unit};
+    }
+  }
+  if (json.has("spread_deg")) e.spread_deg = json.member("spread_deg").number(between(0, 180));
+  if (json.has("speed")) e.speed_mm_s = json.member("speed").number(above(0)) * context.mm_per_unit;
+  if (json.has("distance")) e.distance_mm = json.member("distance").number(above(0)) * context.mm_per_unit;
+  if (json.has("gammatons")) e.gammatons = json.member("gammatons").integer(between(1, 1e7));
+  if (json.has("carries")) e.carries = read_material_values(json.member("carries"), context.materials, between(0, 16));
+  if (json.has("on")) e.is_on = json.member("on").boolean();
+  json.finish();
+  return e;
+}
+
+Behaviour read_behaviour(JsonReader json) {
+  Behaviour b;
+  if (json.has("slider")) {
+    const double absorb = json.has("absorb") ? json.member("absorb").number(between(0, 1)) : Behaviour{}.absorb;
+    b = behaviour_of_slider(json.member("slider").number(between(0, 1)), absorb);
+  } else {
+    const auto set = [&](const char* name, double& value) {
+      if (json.has(name)) value = json.member(name).number(between(0, 1));
+    };
+    set("bounce", b.bounce);
+    set("float", b.floating);
+    b.absorb = 1.0 - b.bounce - b.floating;
+    set("absorb", b.absorb);
+    set("deceleration_bounce", b.deceleration_bounce);
+    set("deceleration_float", b.deceleration_float);
+    if (!(std::abs(b.bounce + b.floating + b.absorb - 1.0) < 1e-6)) json.fail("bounce, float and absorb that sum to 1");
+    b.absorb = std::max(0.0, 1.0 - b.bounce - b.floating);
+  }
+  json.finish();
+  return b;
+}
+
+TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t) {
+  const auto length = [&](const char* name, double& mm, const Range& range) {
+    if (json.has(name)) mm = json.member(name).number(range) * mm_per_unit;
+  };
+  const auto number = [&](const char* name, double& value, const Range& range) {
+    if (json.has(name)) value = json.member(name).number(range);
+  };
+  const double share = t.epsilon_mm / t.reach_mm;
+  length("reach", t.reach_mm, above(0));
+  t.epsilon_mm = share * t.reach_mm;
+  length("epsilon", t.epsilon_mm, above(0));
+  double pull_mm = t.pull * t.reach_mm;
+  length("pull", pull_mm, at_least(0));
+  t.pull = pull_mm / t.reach_mm;
+  number("lobe_exponent_bounce", t.lobe_exponent_bounce, between(0, 1e6));
+  number("lobe_exponent_float", t.lobe_exponent_float, between(0, 1e6));
+  if (json.has("max_segments")) t.max_segments = static_cast<int>(json.member("max_segments").integer(between(1, 64)));
+  if (json.has("tangential_slowdown")) t.tangential_slowdown = json.member("tangential_slowdown").boolean();
+  length("rest_speed", t.rest_speed_mm_s, at_least(0));
+  number("rest_slope_deg", t.rest_slope_deg, between(0, 90));
+  json.finish();
+  return t;
+}
+
+ExchangeOptions read_exchange(JsonReader json, const SceneContext& context) {
+  ExchangeOptions e;
+  if (json.has("ratio")) e.ratio = json.member("ratio").number(between(0, 1));
+  if (json.has("rates")) e.rates = read_material_values(json.member("rates"), context.materials, between(0, 1));
+  if (json.has("splat")) e.splat_texels = static_cast<int>(json.member("splat").integer(between(1, 5)));
+  json.finish();
+  return e;
+}
+
+std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context, const Scene& scene) {
+  std::vector<SceneEvent> events;
+  for (const JsonReader& element : json.elements(1'000'000)) events.push_back(read_event(element, context, scene));
+  std::stable_sort(events.begin(), events.end(), [](const SceneEvent& a, const SceneEvent& b) { return a.iteration < b.iteration; });
+  return events;
+}
+
+}  // namespace patinate

@@ -1,0 +1,259 @@
+#include "simulation/simulation_job.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/text.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/job/job_inputs.h"
+#include "simulation/simulation_output.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kStageVersion = 1;        ///< Raised when the same scene gives other amounts.
+constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
+
+/// Everything that the items of one job share: the running simulation goes from item to item in memory, and a file stands in for it
+/// after a kill.
+struct SimulationWork {
+  SceneFile file;
+  SimulationOptions options;
+  std::string key;
+  std::unique_ptr<Simulation> simulation;
+
+  [[nodiscard]] static fs::path checkpoint(const fs::path& folder) { return folder / kJobWorkFolder / "checkpoint.bin"; }
+
+  /// The simulation after at most `begin` iterations, from memory, the checkpoint or the start.
+  Simulation& at(std::int64_t begin, std::int64_t end, const fs::path& folder, const RunControl& control) {
+    if (simulation && simulation->iteration() >= begin && simulation->iteration() <= end) return *simulation;
+    simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
+    std::error_code error;
+    if (begin > 0 && fs::is_regular_file(checkpoint(folder), error)) {
+      try {
+        const std::string bytes = read_file(checkpoint(folder), std::uint64_t{1} << 36);
+        simulation->restore(std::as_bytes(std::span(bytes)));
+      } catch (const InvalidInput&) {  // half-written or foreign: from the start, which takes longer and gives the same
+      }
+      if (simulation->iteration() > end) simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
+    }
+    return *simulation;
+  }
+
+  void save(const fs::path& folder) const {
+    const std::vector<std::byte> bytes = simulation->snapshot();
+    fs::create_directories(checkpoint(folder).parent_path());
+    write_atomically(checkpoint(folder), std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  }
+};
+
+[[nodiscard]] bool is_frame(const SceneFile& file, std::int64_t iteration) {
+  return iteration % file.history_every == 0 || iteration == file.iterations;
+}
+
+[[nodiscard]] int frame_index(const SceneFile& file, std::int64_t iteration) {
+  return static_cast<int>((iteration + file.history_every - 1) / file.history_every);
+}
+
+/// Iterations at which items end: every frame, and between frames that are far apart.
+[[nodiscard]] std::vector<std::int64_t> item_ends(const SceneFile& file) {
+  std::vector<std::int64_t> ends{0};
+  while (ends.back() < file.iterations) {
+    const std::int64_t next_frame = (ends.back() / file.history_every + 1) * file.history_every;
+    ends.push_back(std::min({ends.back() + kMostIterationsAnItem, next_frame, file.iterations}));
+  }
+  return ends;
+}
+
+HistoryManifest history_manifest(const SimulationWork& work, const Simulation& simulation) {
+  HistoryManifest m;
+  m.name = work.file.name;
+  m.origin = "simulated";
+  m.width = m.height = work.file.scene.resolution;
+  m.texel_size_mm = simulation.texel_size_mm();
+  m.time_unit = work.file.time_unit;
+  m.key = work.key;
+  return m;
+}
+
+[[nodiscard]] double time_of(const SceneFile& file, std::int64_t iteration) {
+  // An instant scene still has frames in order.
+  const double per_iteration = file.scene.time_per_iteration > 0.0 ? file.scene.time_per_iteration : 1.0;
+  return rounded(static_cast<double>(iteration) * per_iteration, 12);
+}
+
+JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begin, std::int64_t end, int stage) {
+  JobItem item;
+  std::string number = std::to_string(end);
+  number.insert(0, number.size() < 8 ? 8 - number.size() : 0, '0');
+  item.name = "iterations-" + number;
+  item.stage = stage;
+  const bool has_frame = is_frame(work->file, end);
+  if (has_frame) item.outputs = {fs::path("history") / HistoryWriter::frame_file(frame_index(work->file, end))};
+  item.run = [work, begin, end, has_frame](const fs::path& folder, const RunControl& control) {
+    Simulation& simulation = work->at(begin, end, folder, control);
+    const std::int64_t first = simulation.iteration();
+    RunControl quiet = control;
+    quiet.on_progress = {};
+    while (simulation.iteration() < end) {
+      simulation.step(quiet);
+      control.report(0.1 + 0.8 * static_cast<double>(simulation.iteration() - first) / static_cast<double>(end - first));
+    }
+    if (has_frame) {
+      HistoryWriter writer(folder / "history", history_manifest(*work, simulation));
+      writer.write_frame(frame_index(work->file, end), time_of(work->file, end), simulation.compose(quiet).color_linear());
+    }
+    work->save(folder);
+    control.report(1.0);
+  };
+  return item;
+}
+
+Json counters_json(const TraceCounters& c) {
+  return {{"emitted", c.emitted}, {"absorbed", c.absorbed}, {"left", c.left},         {"rested", c.rested},
+          {"alive", c.alive},     {"segments", c.segments}, {"contacts", c.contacts}};
+}
+
+/// In amounts on texels of median size.
+Json ledger_json(const MassLedger& ledger, const std::vector<std::string>& materials) {
+  constexpr double kUnit = 1.0 / (double{kAmountOne} * SurfaceAtlas::kMedianWeight);
+  Json json = Json::object();
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const MassAccount& a = ledger.account(static_cast<int>(m));
+    json[materials[m]] = {{"emitted", a.emitted.value() * kUnit}, {"made", a.made.value() * kUnit},         {"on_surfaces", a.on_surfaces.value() * kUnit},
+                          {"carried", a.carried.value() * kUnit}, {"absorbed", a.absorbed.value() * kUnit}, {"rested", a.rested.value() * kUnit},
+                          {"left", a.left.value() * kUnit},       {"used", a.used.value() * kUnit}};
+  }
+  return json;
+}
+
+void write_history(const SimulationWork& work, const Simulation& simulation, const fs::path& folder,
+                   const std::vector<ParameterControl>& controls) {
+  HistoryWriter writer(folder / "history", history_manifest(work, simulation));
+  for (const std::int64_t end : item_ends(work.file)) {
+    if (is_frame(work.file, end)) writer.add_written_frame(frame_index(work.file, end), time_of(work.file, end));
+  }
+  for (const ParameterControl& c : controls) {
+    ImageF physical = c.values;
+    for (float& v : physical.values()) v = static_cast<float>(static_cast<double>(v) * c.high);
+    writer.write_control(c.name, physical, c.low, c.high, c.unit);
+  }
+  writer.write_mask(simulation.coverage());
+  writer.finish();
+}
+
+void join(SimulationWork& work, const fs::path& folder, const fs::path& output, const RunControl& control) {
+  const SceneFile& file = work.file;
+  Simulation& simulation = work.at(file.iterations, file.iterations, folder, control.part(0.0, 0.1));
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  while (simulation.iteration() < file.iterations) simulation.step(quiet);  // only when a checkpoint was lost
+  if (const std::string wrong = simulation.audit(quiet); !wrong.empty()) throw CannotComplete("the books do not balance: " + wrong);
+  write_atlas_file(folder, simulation);
+  control.report(0.4);
+  write_composed_files(folder, file.name, simulation, work.key, control.part(0.4, 0.8));
+  Json controls_list = Json::array();
+  std::vector<ParameterControl> controls;
+  fs::create_directories(folder / "controls");
+  for (const std::string& name : file.controls) {
+    controls.push_back(parameter_control(simulation, name));
+    const ParameterControl& c = controls.back();
+    const fs::path path = fs::path("controls") / (name + ".exr");
+    write_exr(folder / path, c.values, {"Y"}, ExrDepth::Float);
+    controls_list.push_back({{"name", name}, {"file", path.string()}, {"range", {c.low, c.high}}, {"unit", c.unit}});
+  }
+  write_history(work, simulation, folder, controls);
+  const fs::path scene = fs::relative(fs::canonical(file.file), fs::weakly_canonical(fs::absolute(output)));
+  Json json{{"format", "patinate.simulation"},
+            {"version", 1},
+            {"name", file.name},
+            {"scene", scene.string()},
+            {"iterations", file.iterations},
+            {"time", time_of(file, file.iterations)},
+            {"time_unit", time_unit_text(file.time_unit)},
+            {"resolution", file.scene.resolution},
+            {"texel_size_mm", simulation.texel_size_mm()},
+            {"materials", file.scene.materials},
+            {"color_form", kColorFormNames[static_cast<std::size_t>(work.options.color_form)]},
+            {"counters", counters_json(simulation.counters())},
+            {"ledger", ledger_json(simulation.ledger(), file.scene.materials)},
+            {"atlas_hash", simulation.atlas().hash()},
+            {"controls", controls_list},
+            {"key", work.key}};
+  save_json(folder / "simulation.json", json);
+  control.report(1.0);
+}
+
+JobInputs simulation_inputs(const SceneFile& file, const SimulationOptions& options) {
+  JobInputs inputs("simulate", kStageVersion);
+  ContentHash scene;
+  scene.add(load_json(file.file).dump());
+  inputs.add_content("scene", file.file.filename().string(), scene.hex());
+  for (const auto& [role, path] : file.inputs) inputs.add_file(role, path, file.file.parent_path());
+  inputs.add_value("--iterations", std::to_string(file.iterations));
+  inputs.add_value("--history-every", std::to_string(file.history_every));
+  inputs.add_value("--seed", std::to_string(file.scene.seed));
+  inputs.add_value("--resolution", std::to_string(file.scene.resolution));
+  inputs.add_value("--color-form", std::string(kColorFormNames[static_cast<std::size_t>(options.color_form)]));
+  std::string controls;
+  for (const std::string& name : file.controls) controls += (controls.empty() ? "" : ", ") + name;
+  inputs.add_value("--controls", controls);
+  return inputs;
+}
+
+}  // namespace
+
+JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const fs::path& output) {
+  const JobInputs inputs = simulation_inputs(scene, options);
+  auto work = std::make_shared<SimulationWork>();
+  work->file = std::move(scene);
+  work->options = options;
+  work->options.parameter_maps = work->file.controls;
+  work->key = inputs.key();
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = "simulation.json";
+  plan.key = work->key;
+  plan.depends_on = inputs.list();
+  plan.parallel_items = false;
+  std::int64_t begin = 0;
+  int stage = 0;
+  for (const std::int64_t end : item_ends(work->file)) {
+    plan.items.push_back(make_item(work, begin, end, stage++));
+    begin = end;
+  }
+  plan.join = [work, output](const fs::path& folder, const RunControl& control) { join(*work, folder, output, control); };
+  return plan;
+}
+
+SimulationManifest read_simulation_manifest(const fs::path& path) {
+  const fs::path folder = manifest_folder(path, "simulation.json");
+  if (!fs::is_directory(folder)) throw IoError(path.string(), "is no simulation folder");
+  const fs::path file = folder / "simulation.json";
+  const Json root = load_json(file);
+  JsonReader json(file.string(), root);
+  json.expect_format("patinate.simulation", 1);
+  SimulationManifest m;
+  m.name = json.member("name").string();
+  m.scene = json.member("scene").path();
+  m.iterations = json.member("iterations").integer(at_least(0));
+  m.time = json.member("time").number(at_least(0));
+  m.time_unit = json.member("time_unit").string();
+  m.resolution = static_cast<int>(json.member("resolution").integer(between(16, 16384)));
+  for (const JsonReader& name : json.member("materials").elements(kMaxMaterials)) m.materials.push_back(name.string());
+  m.color_form = static_cast<ColorForm>(json.member("color_form").choice(kColorFormNames));
+  for (JsonReader& c : json.member("controls").elements(100)) m.controls.push_back(c.member("name").string());
+  m.key = json.member("key").string();
+  return m;
+}
+
+}  // namespace patinate

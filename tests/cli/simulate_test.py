@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""patinate simulate and recompose, as a user types them. Usage: simulate_test.py PATINATE [unittest arguments]"""
+import hashlib
+import json
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+
+
+def tree_hash(folder):
+    """Of every file but run.json and job.json, which tell of the run."""
+    digest = hashlib.sha256()
+    for path in sorted(p for p in pathlib.Path(folder).rglob("*") if p.is_file() and p.name not in ("run.json", "job.json")):
+        digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+class Simulate(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="patinate_simulate_"))
+        cls.run_in(["synth", "ledge", "--cells", "8", "-o", "ledge"], check=True)
+        cls.scene = json.loads((cls.folder / "ledge/scene.json").read_text())
+        cls.scene["atlas"] = {"resolution": 128}
+        cls.scene["run"] = {"iterations": 40, "history_every": 10, "controls": ["hits", "dirt.deposited"]}
+        for emitter in cls.scene["emitters"]:
+            emitter["gammatons"] = 200
+        cls.write("ledge/small.json", cls.scene)
+        cls.run_in(["simulate", "ledge/small.json", "-o", "small"], check=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    @classmethod
+    def run_in(cls, arguments, check=False):
+        result = subprocess.run([PATINATE, *arguments], cwd=cls.folder, capture_output=True, text=True, timeout=300)
+        if check and result.returncode != 0:
+            raise AssertionError(f"{arguments}: {result.returncode}\n{result.stderr}")
+        return result
+
+    @classmethod
+    def write(cls, name, scene):
+        (cls.folder / name).write_text(json.dumps(scene))
+        return name
+
+    def test_makes_the_files_of_the_contract(self):
+        made = {str(p.relative_to(self.folder / "small")) for p in (self.folder / "small").rglob("*") if p.is_file()}
+        for name in ["simulation.json", "atlas.exr", "color.png", "normal.png", "height.exr", "specular.png", "model.glb", "controls/hits.exr",
+                     "controls/dirt.deposited.exr", "history/history.json", "run.json"]:
+            self.assertIn(name, made)
+        self.assertEqual(len([n for n in made if n.startswith("history/frames/")]), 5)  # before the first iteration, and after 10, 20, 30, 40
+        history = json.loads((self.folder / "small/history/history.json").read_text())
+        self.assertEqual(history["origin"], "simulated")
+        self.assertEqual([c["name"] for c in history["controls"]], ["hits", "dirt.deposited"])
+        self.assertEqual(self.run_in(["validate", "small/history"]).returncode, 0)
+
+    def test_gammatons_and_mass_balance_exactly(self):
+        manifest = json.loads((self.folder / "small/simulation.json").read_text())
+        c = manifest["counters"]
+        self.assertEqual(c["emitted"], c["absorbed"] + c["left"] + c["rested"] + c["alive"])
+        self.assertGreater(c["contacts"], 500)
+        for material, row in manifest["ledger"].items():
+            gone = row["on_surfaces"] + row["carried"] + row["absorbed"] + row["rested"] + row["left"] + row["used"]
+            self.assertAlmostEqual(row["emitted"] + row["made"], gone, places=6, msg=material)  # text has 15 digits; inside they are integers
+        self.assertGreater(manifest["ledger"]["dirt"]["on_surfaces"], 0)
+
+    def test_says_up_to_date_and_gives_the_ledger_as_json(self):
+        result = self.run_in(["simulate", "ledge/small.json", "-o", "small", "--json"], check=True)
+        said = json.loads(result.stdout)
+        self.assertEqual(said["status"], "up to date")
+        self.assertIn("dirt", said["ledger"])
+
+    def test_same_bytes_for_any_number_of_threads_and_frames_in_between(self):
+        for threads in ("1", "2", "5"):
+            self.run_in(["simulate", "ledge/small.json", "-o", f"threads{threads}", "--threads", threads], check=True)
+            self.assertEqual(tree_hash(self.folder / f"threads{threads}"), tree_hash(self.folder / "small"))
+        often = self.run_in(["simulate", "ledge/small.json", "-o", "often", "--history-every", "1", "--json"], check=True)
+        self.assertEqual(json.loads(often.stdout)["atlas_hash"], json.loads((self.folder / "small/simulation.json").read_text())["atlas_hash"])
+
+    def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(self):
+        scene = dict(self.scene, run={"iterations": 400, "history_every": 20}, atlas={"resolution": 256})
+        self.write("ledge/long.json", scene)
+        self.run_in(["simulate", "ledge/long.json", "-o", "whole"], check=True)
+        num_killed = 0
+        for wait in (0.3, 0.5, 0.8, 1.1):
+            process = subprocess.Popen([PATINATE, "simulate", "ledge/long.json", "-o", "pieces"], cwd=self.folder, stderr=subprocess.DEVNULL)
+            time.sleep(wait)
+            if process.poll() is None:
+                process.send_signal(signal.SIGKILL)
+                num_killed += 1
+            process.wait()
+        self.run_in(["simulate", "ledge/long.json", "-o", "pieces"], check=True)
+        self.assertGreater(num_killed, 0)
+        self.assertEqual(tree_hash(self.folder / "pieces"), tree_hash(self.folder / "whole"))
+
+    def test_recompose_changes_the_look_and_nothing_else(self):
+        self.run_in(["recompose", "small", "-o", "same"], check=True)
+        for name in ("color.png", "specular.png", "normal.png", "height.exr"):
+            self.assertEqual((self.folder / "same" / name).read_bytes(), (self.folder / "small" / name).read_bytes(), name)
+        self.run_in(["recompose", "small", "-o", "clean", "--set", "dirt.strength=0", "--set", "water.strength=0"], check=True)
+        self.assertNotEqual((self.folder / "clean/color.png").read_bytes(), (self.folder / "small/color.png").read_bytes())
+        wrong = self.run_in(["recompose", "small", "-o", "x", "--set", "dirt.strenth=1"])
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("did you mean `strength`", wrong.stderr)
+
+    def test_a_parameter_map_drives_a_transfer(self):
+        self.run_in(["synth", "crackle", "--width", "64", "--height", "64", "--num-frames", "3", "-o", "crackle"], check=True)
+        self.run_in(["ingest", "crackle", "-o", "paint"], check=True)
+        self.run_in(["transfer", "paint", "ledge/mesh.obj", "--unit", "mm", "--resolution", "128", "--control", "small/controls/hits.exr", "-o", "wet_paint"], check=True)
+
+    def refused(self, change, code, *words):
+        scene = json.loads(json.dumps(self.scene))
+        change(scene)
+        self.write("ledge/wrong.json", scene)
+        result = self.run_in(["simulate", "ledge/wrong.json", "-o", "wrong"])
+        self.assertEqual(result.returncode, code, result.stderr)
+        errors = [line for line in result.stderr.splitlines() if line.startswith("patinate: error: ")]
+        self.assertEqual(len(errors), 1, result.stderr)
+        for word in words:
+            self.assertIn(word, errors[0])
+        self.assertFalse((self.folder / "wrong").exists())
+
+    def test_bad_scenes_are_refused_in_one_line(self):
+        self.refused(lambda s: s.update(emitters=[]), 3, "emitter")
+        self.refused(lambda s: s.update(materials=[f"m{i}" for i in range(9)]), 3, "/materials", "1 to 8")
+        self.refused(lambda s: s["rules"].append("rusty"), 3, "/rules/", "rusty")
+        self.refused(lambda s: s["exchange"].update(ratio=1.5), 3, "/exchange/ratio", "[0, 1]")
+        self.refused(lambda s: s["exchange"]["rates"].update(watr=0.5), 3, "/exchange/rates", "watr")
+        self.refused(lambda s: s["emitters"][0].update(carries={"gold": 1}), 3, "gold")
+        self.refused(lambda s: s["objects"][0].update(preset="marbel"), 3, "/objects/0/preset")
+        self.refused(lambda s: s["objects"][0].update(mesh="none.obj"), 3, "none.obj")
+        self.refused(lambda s: s.update(events=[{"iteration": 3, "op": "move", "target": "rian", "position": [0, 0, 0]}]), 3, "/events/0/target", "rian")
+        self.refused(lambda s: s["emitters"].append({"name": "inside", "shape": "point", "position": [0, 400, -50], "carries": {"water": 1}}), 3, "inside")
+        self.refused(lambda s: s.update(colour=1), 3, "colour")
+
+    def test_a_mesh_with_overlapping_uvs_is_named_when_its_uvs_are_insisted_on(self):
+        text = (self.folder / "ledge/mesh.obj").read_text()
+        lines = ["vt 0.5 0.5" if line.startswith("vt ") else line for line in text.splitlines()]
+        shrunk = [f"vt {0.2 + 0.5 * float(l.split()[1]) % 0.3:.6f} {0.2 + 0.5 * float(l.split()[2]) % 0.3:.6f}" if l.startswith("vt ") else l for l in text.splitlines()]
+        (self.folder / "ledge/flat.obj").write_text("\n".join(lines) + "\n")
+        (self.folder / "ledge/over.obj").write_text("\n".join(shrunk) + "\n")
+        self.refused(lambda s: (s["objects"][0].update(mesh="over.obj"), s["atlas"].update(uvs="uv")), 3, "overlap")
+        bare = [line for line in text.splitlines() if not line.startswith("vt ")]
+        bare = [" ".join([p.split("/")[0] for p in line.split()]) if line.startswith("f ") else line for line in bare]
+        (self.folder / "ledge/bare.obj").write_text("\n".join(bare) + "\n")
+        self.refused(lambda s: (s["objects"][0].update(mesh="bare.obj"), s["atlas"].update(uvs="uv")), 3, "no UVs")
+        scene = dict(self.scene, objects=[dict(self.scene["objects"][0], mesh="bare.obj")], run={"iterations": 3})
+        self.write("ledge/bare.json", scene)
+        result = self.run_in(["simulate", "ledge/bare.json", "-o", "unwrapped"], check=True)
+        self.assertIn("unwrapped", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,232 @@
+#include "simulation/engine.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "libcommon/core/error.h"
+#include "tests/support/errors.h"
+#include "tests/support/meshes.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::error_of;
+using testing_support::has;
+
+Rule rust_rule() {
+  Rule rule{.name = "rust", .driver = "min(water, metal)", .alpha = 0.5};
+  rule.makes[2] = 1.0;
+  return rule;
+}
+
+/// An iron plate, tilted by 30 degrees, in the rain.
+Scene plate(int resolution = 96) {
+  Scene scene;
+  scene.materials = {"water", "metal", "rust"};
+  scene.looks.resize(3);
+  scene.looks[2].color.color = Vec3(0.2, 0.06, 0.02);
+  scene.looks[2].height_mm = 0.3;
+  scene.resolution = resolution;
+  SceneObject object;
+  object.name = "plate";
+  object.mesh = testing_support::unit_plane(100.0);
+  object.preset.amounts[1] = 1.0;
+  object.rotate_deg = Vec3(-60, 0, 0);
+  scene.objects.push_back(object);
+  Emitter rain;
+  rain.name = "rain";
+  rain.shape = EmitterShape::Sky;
+  rain.gammatons = 300;
+  rain.spread_deg = 5;
+  rain.carries[0] = 0.8;
+  scene.emitters.push_back(rain);
+  scene.exchange.rates[0] = 0.4;
+  scene.exchange.rates[2] = 0.02;
+  scene.rules.push_back(rust_rule());
+  scene.time_per_iteration = 0.05;
+  return scene;
+}
+
+void run(Simulation& simulation, int num_iterations, int num_threads = 0) {
+  RunControl control;
+  control.num_threads = num_threads;
+  for (int i = 0; i < num_iterations; ++i) simulation.step(control);
+}
+
+TEST(Simulation, BooksBalanceExactlyInEveryIteration) {
+  for (const double ratio : {0.0, 0.3, 1.0}) {
+    Scene scene = plate();
+    scene.exchange.ratio = ratio;
+    Simulation simulation(scene);
+    for (int i = 0; i < 80; ++i) {
+      simulation.step();
+      const TraceCounters& c = simulation.counters();
+      ASSERT_EQ(c.emitted, c.absorbed + c.left + c.rested + c.alive);
+      ASSERT_TRUE(simulation.ledger().balances());
+    }
+    EXPECT_EQ(simulation.audit(), "");
+    EXPECT_GT(simulation.counters().contacts, 1000);
+  }
+}
+
+TEST(Simulation, RainMakesIronRust) {
+  Simulation simulation(plate());
+  EXPECT_EQ(simulation.atlas().mass(2), 0);
+  run(simulation, 100);
+  EXPECT_GT(simulation.atlas().mass(0), 0);
+  EXPECT_GT(simulation.atlas().mass(2), 0);
+  EXPECT_EQ(simulation.audit(), "");
+}
+
+TEST(Simulation, GivesTheSameBitsForAnyNumberOfThreads) {
+  Simulation one(plate());
+  run(one, 60, 1);
+  const std::vector<std::byte> expected = one.snapshot();
+  for (const int threads : {2, 3, 8}) {
+    Simulation other(plate());
+    run(other, 60, threads);
+    EXPECT_EQ(other.atlas().hash(), one.atlas().hash());
+    EXPECT_TRUE(other.snapshot() == expected) << threads << " threads";
+  }
+}
+
+TEST(Simulation, LookingChangesNothing) {
+  SimulationOptions options;
+  options.parameter_maps = {"hits", "water.deposited"};
+  Simulation seen(plate(), options), unseen(plate(), options);
+  for (int i = 0; i < 50; ++i) {
+    seen.step();
+    (void)seen.compose();
+    (void)seen.snapshot();
+    (void)seen.parameter_map("hits");
+    (void)seen.dirty_since(i);
+  }
+  run(unseen, 50);
+  EXPECT_TRUE(seen.snapshot() == unseen.snapshot());
+  EXPECT_EQ(seen.compose().color_srgb8(), unseen.compose().color_srgb8());
+}
+
+TEST(Simulation, GoesOnFromASnapshotAsIfNothingHadHappened) {
+  SimulationOptions options;
+  options.parameter_maps = {"hits", "last_hit", "residence", "rust.deposited"};
+  Simulation whole(plate(), options);
+  run(whole, 37);
+  const std::vector<std::byte> half_way = whole.snapshot();
+  run(whole, 43);
+  Simulation resumed(plate(), options);
+  run(resumed, 5);
+  resumed.restore(half_way);
+  EXPECT_EQ(resumed.iteration(), 37);
+  EXPECT_TRUE(resumed.snapshot() == half_way);
+  run(resumed, 43);
+  EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
+  EXPECT_EQ(resumed.compose().color_srgb8(), whole.compose().color_srgb8());
+  EXPECT_EQ(resumed.audit(), "");
+}
+
+TEST(Simulation, ADamagedOrForeignSnapshotIsRefusedAndChangesNothing) {
+  Simulation simulation(plate());
+  run(simulation, 10);
+  const std::vector<std::byte> good = simulation.snapshot();
+  Simulation other(plate(128));
+  EXPECT_TRUE(has(error_of([&] { simulation.restore(other.snapshot()); }), "snapshot"));
+  for (std::size_t length = 0; length < good.size(); length += good.size() / 50 + 1) {
+    EXPECT_THROW(simulation.restore(std::span(good).first(length)), InvalidInput);
+  }
+  EXPECT_TRUE(simulation.snapshot() == good);
+}
+
+TEST(Simulation, ASnapshotWithFlippedBitsIsRefusedOrRuns) {
+  Simulation simulation(plate());
+  run(simulation, 10);
+  const std::vector<std::byte> good = simulation.snapshot();
+  for (std::size_t i = 0; i < 400; ++i) {
+    std::vector<std::byte> bad = good;
+    bad[i < 200 ? i * 3 : i * (good.size() / 400)] ^= std::byte{0x41};
+    try {
+      simulation.restore(bad);
+      run(simulation, 2);
+    } catch (const InvalidInput&) {
+    }
+  }
+}
+
+TEST(Simulation, EventsOfTheSceneAreWhatAnArtistWouldDo) {
+  SceneEvent move;
+  move.op = SceneEvent::Op::Move;
+  move.target = "plate";
+  move.value = Vec3(30, 0, 0);
+  move.iteration = 20;
+  SceneEvent ratio;
+  ratio.op = SceneEvent::Op::Ratio;
+  ratio.value[0] = 0.1;
+  ratio.iteration = 30;
+  Scene written = plate();
+  written.events = {move, ratio};
+  Simulation replayed(written), live(plate());
+  run(replayed, 50);
+  run(live, 20);
+  live.apply(move);
+  run(live, 10);
+  live.apply(ratio);
+  run(live, 20);
+  EXPECT_EQ(live.atlas().hash(), replayed.atlas().hash());
+  EXPECT_TRUE(has(error_of([&] {
+                SceneEvent wrong = move;
+                wrong.target = "plat";
+                live.apply(wrong);
+              }),
+              "no object called 'plat'"));
+}
+
+TEST(Simulation, DirtyTilesAreThoseThatChanged) {
+  Simulation simulation(plate());
+  run(simulation, 20);
+  const Composer& before = simulation.compose();
+  std::vector<std::uint32_t> codes(before.codes().begin(), before.codes().end());
+  simulation.step();
+  const std::vector<TileIndex> dirty = simulation.dirty_since(20);
+  EXPECT_FALSE(dirty.empty());
+  const Composer& after = simulation.compose();
+  for (TexelIndex t = 0; t < codes.size(); ++t) {
+    if (std::binary_search(dirty.begin(), dirty.end(), TileGrid::tile_of(t))) continue;
+    EXPECT_EQ(after.codes()[t], codes[t]);
+  }
+}
+
+TEST(Simulation, HitsAreOneAContact) {
+  SimulationOptions options;
+  options.parameter_maps = {"hits"};
+  Simulation simulation(plate(), options);
+  run(simulation, 40);
+  double sum = 0.0;
+  const ParameterMap hits = simulation.parameter_map("hits");
+  for (const float v : hits.values.values()) sum += static_cast<double>(v);
+  EXPECT_LE(sum, static_cast<double>(simulation.counters().contacts));
+  EXPECT_GT(sum, 0.95 * static_cast<double>(simulation.counters().contacts));  // a contact beside every texel counts nowhere
+  EXPECT_TRUE(has(error_of([&] { (void)simulation.parameter_map("residence"); }), "was not asked for"));
+}
+
+TEST(Simulation, OtherLooksChangeNoAmounts) {
+  Simulation simulation(plate());
+  run(simulation, 60);
+  const std::string hash = simulation.atlas().hash();
+  const ImageU8 rusty = simulation.compose().color_srgb8();
+  std::vector<MaterialLook> looks = simulation.scene().looks;
+  for (MaterialLook& look : looks) look.strength = 0.0;
+  simulation.set_looks(looks);
+  EXPECT_NE(simulation.compose().color_srgb8(), rusty);
+  simulation.set_looks(plate().looks);
+  EXPECT_EQ(simulation.compose().color_srgb8(), rusty);
+  EXPECT_EQ(simulation.atlas().hash(), hash);
+}
+
+TEST(Simulation, ASceneWithoutEmittersIsRefused) {
+  Scene scene = plate();
+  scene.emitters.clear();
+  EXPECT_TRUE(has(error_of([&] { Simulation s(scene); }), "no emitters"));
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,37 @@
+/// \file
+/// A mesh that ages, wherever its colour over time comes from: a transfer, or a simulation.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "libcommon/atlas/atlas_mesh.h"
+#include "libcommon/atlas/sheet.h"
+#include "libcommon/core/run_control.h"
+#include "libcommon/geometry/mesh.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+struct AgingMesh {
+  std::string key;           ///< Content key of all that its looks depend on.
+  HistoryManifest history;   ///< Its times.
+  std::vector<std::string> tile_names;
+  std::vector<int> triangle_tile;  ///< Empty when there is one tile.
+  Mesh mesh;                 ///< UVs over the sheet of all tiles.
+  Mesh unit_mesh;            ///< UVs of every tile in the unit square.
+  double metres_per_unit = 0.001;
+  /// Its texture over the sheet at a time: linear RGB, gutters filled.
+  std::function<ImageF(double time, const RunControl& control)> sample;
+  /// The same, an image a tile.
+  std::function<std::vector<ImageF>(double time, const RunControl& control)> sample_tiles;
+};
+
+/// @param path  A transfer or a simulation. @throws IoError
+[[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path);
+
+}  // namespace patinate

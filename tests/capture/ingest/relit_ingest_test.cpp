@@ -162,7 +162,8 @@ TEST(RelitIngest, FindsHowTheObjectWasMoved) {
   ingest(temp / "mould", temp / "history", without_highlights());
   const MouldErrors e = testing_support::mould_errors(temp / "mould", temp / "history");
   EXPECT_LT(e.pose_mm, 0.02);  // The goal for an unchanged patch over re-mounts.
-  for (const Json& step : load_json(temp / "history/relit.json").at("steps")) {
+  const Json relit = load_json(temp / "history/relit.json");
+  for (const Json& step : relit.at("steps")) {
     EXPECT_TRUE(step.at("status") == "reference" || step.at("status") == "converged") << step.at("status");
   }
 }

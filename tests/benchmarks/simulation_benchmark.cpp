@@ -14,7 +14,7 @@ struct Part {
 
 constexpr std::array kParts{Part{"rays", patinate::benchmarks::rays}, Part{"gammatons", patinate::benchmarks::gammatons},
                             Part{"exchange", patinate::benchmarks::exchange}, Part{"rules", patinate::benchmarks::rules},
-                            Part{"composition", patinate::benchmarks::composition}};
+                            Part{"composition", patinate::benchmarks::composition}, Part{"iteration", patinate::benchmarks::iteration}};
 
 }  // namespace
 

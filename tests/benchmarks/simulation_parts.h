@@ -14,5 +14,7 @@ void exchange();
 void rules();
 /// Everything composed again after a post-control moved, and a tenth of the tiles, by atlas size and instruction set.
 void composition();
+/// Whole iterations by atlas size and wetness; segments/s all in.
+void iteration();
 
 }  // namespace patinate::benchmarks

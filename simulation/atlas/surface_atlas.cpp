@@ -110,8 +110,8 @@ TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
   const auto t = static_cast<std::size_t>(triangle);
   const std::array<float, 6>& c = corner_texels_[t];
   const double b0 = 1.0 - b1 - b2;
-  const double px = b0 * double{c[0]} + b1 * double{c[2]} + b2 * double{c[4]};
-  const double py = b0 * double{c[1]} + b1 * double{c[3]} + b2 * double{c[5]};
+  const double px = b0 * static_cast<double>(c[0]) + b1 * static_cast<double>(c[2]) + b2 * static_cast<double>(c[4]);
+  const double py = b0 * static_cast<double>(c[1]) + b1 * static_cast<double>(c[3]) + b2 * static_cast<double>(c[5]);
   const int x = std::clamp(static_cast<int>(std::floor(px + 0.5)), 0, grid_.width - 1);
   const int y = std::clamp(static_cast<int>(std::floor(py + 0.5)), 0, grid_.height - 1);
   const auto belongs = [&](TexelIndex texel) {

@@ -2,6 +2,7 @@
 """patinate simulate and recompose, as a user types them. Usage: simulate_test.py PATINATE [unittest arguments]"""
 import hashlib
 import json
+import os
 import pathlib
 import shutil
 import signal
@@ -85,6 +86,16 @@ class Simulate(unittest.TestCase):
             self.assertEqual(tree_hash(self.folder / f"threads{threads}"), tree_hash(self.folder / "small"))
         often = self.run_in(["simulate", "ledge/small.json", "-o", "often", "--history-every", "1", "--json"], check=True)
         self.assertEqual(json.loads(often.stdout)["atlas_hash"], json.loads((self.folder / "small/simulation.json").read_text())["atlas_hash"])
+
+    def test_same_bytes_for_any_instruction_set(self):
+        for name in ("baseline", "avx2", "avx512"):
+            with self.subTest(instruction_set=name):
+                result = subprocess.run([PATINATE, "simulate", "ledge/small.json", "-o", name], cwd=self.folder, capture_output=True, text=True, timeout=300,
+                                        env={**os.environ, "PATINATE_ISA": name})
+                if result.returncode != 0 and name != "baseline" and "PATINATE_ISA" in result.stderr:
+                    self.skipTest(f"this machine lacks {name}")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(tree_hash(self.folder / name), tree_hash(self.folder / "small"))
 
     def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(self):
         scene = dict(self.scene, run={"iterations": 400, "history_every": 20}, atlas={"resolution": 256})

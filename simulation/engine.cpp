@@ -91,12 +91,7 @@ void Simulation::State::begin_lives_and_end_them() {
     ledger.birth(g, MassLedger::cargo_of(emitter.carries), cargo);
   }
   for (const Death& death : trace.died) ledger.end(death.gammaton, cargo_end(death.reason), cargo);
-  counters.segments += trace.counters.segments;
-  counters.contacts += trace.counters.contacts;
-  counters.emitted += trace.counters.emitted;
-  counters.absorbed += trace.counters.absorbed;
-  counters.left += trace.counters.left;
-  counters.rested += trace.counters.rested;
+  counters += trace.counters;
   counters.alive = trace.counters.alive;
 }
 

@@ -65,6 +65,17 @@ struct TraceCounters {
   std::int64_t left = 0;      ///< Flew out of the scene.
   std::int64_t rested = 0;
   std::int64_t alive = 0;     ///< Under way after the last call.
+  /// Sums, `alive` too: of parts of one call. Over calls `alive` is that of the last one.
+  TraceCounters& operator+=(const TraceCounters& other) {
+    segments += other.segments;
+    contacts += other.contacts;
+    emitted += other.emitted;
+    absorbed += other.absorbed;
+    left += other.left;
+    rested += other.rested;
+    alive += other.alive;
+    return *this;
+  }
   friend bool operator==(const TraceCounters&, const TraceCounters&) = default;
 };
 

@@ -81,14 +81,7 @@ void join(const std::vector<TraceResult>& parts, TraceResult& result) {
     result.contacts.insert(result.contacts.end(), part.contacts.begin(), part.contacts.end());
     result.born.insert(result.born.end(), part.born.begin(), part.born.end());
     result.died.insert(result.died.end(), part.died.begin(), part.died.end());
-    TraceCounters& c = result.counters;
-    c.segments += part.counters.segments;
-    c.contacts += part.counters.contacts;
-    c.emitted += part.counters.emitted;
-    c.absorbed += part.counters.absorbed;
-    c.left += part.counters.left;
-    c.rested += part.counters.rested;
-    c.alive += part.counters.alive;
+    result.counters += part.counters;
   }
 }
 

@@ -12,6 +12,7 @@
 #include "libcommon/image/image_io.h"
 #include "simulation/rules/rule_io.h"
 #include "simulation/scene/scene_json.h"
+#include "simulation/tracing/scene_checks.h"
 
 namespace patinate {
 
@@ -245,6 +246,7 @@ SceneFile read_scene(const fs::path& path, const RunControl& control) {
   json.finish();
   try {
     check_scene(scene);
+    for (std::string& note : describe_meshes(make_scene_mesh(scene))) file.notes.push_back(std::move(note));
   } catch (const IoError&) {
     throw;
   } catch (const InvalidInput& e) {

@@ -25,7 +25,7 @@ struct SceneFile {
   std::int64_t history_every = 100;     ///< >= 1.
   std::vector<std::string> controls;    ///< Parameter maps asked for: "hits", "last_hit", "rust.deposited", "rust.final", ...
   std::vector<std::pair<std::string, std::filesystem::path>> inputs;  ///< Role and path of every file that was read.
-  std::vector<std::string> notes;       ///< What a user should know: repaired or unwrapped meshes.
+  std::vector<std::string> notes;       ///< What a user should know: repaired or unwrapped meshes, open and inside-out ones.
 };
 
 /// Reads and checks a scene (check_scene()), its meshes and its pictures. Lengths become mm, colours linear.

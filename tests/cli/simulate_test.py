@@ -128,6 +128,20 @@ class Simulate(unittest.TestCase):
         self.run_in(["ingest", "crackle", "-o", "paint"], check=True)
         self.run_in(["transfer", "paint", "ledge/mesh.obj", "--unit", "mm", "--resolution", "128", "--control", "small/controls/hits.exr", "-o", "wet_paint"], check=True)
 
+    def test_a_simulation_is_a_history_for_transfer(self):
+        self.run_in(["transfer", "small", "ledge/mesh.obj", "--unit", "mm", "--resolution", "64", "--control", "hits=facing", "-o", "again"], check=True)
+
+    def test_open_and_inside_out_meshes_are_named(self):
+        lines = (self.folder / "ledge/mesh.obj").read_text().splitlines()
+        faces = [line for line in lines if line.startswith("f ")]
+        rest = [line for line in lines if not line.startswith("f ")]
+        turned = [" ".join([f.split()[0], *reversed(f.split()[1:])]) for f in faces]
+        for name, kept, said in (("open", faces[:-10], "object 'wall' is open"), ("turned", turned, "object 'wall' is inside out")):
+            (self.folder / f"ledge/{name}.obj").write_text("\n".join(rest + kept) + "\n")
+            scene = dict(self.scene, objects=[dict(self.scene["objects"][0], mesh=f"{name}.obj")], run={"iterations": 2})
+            self.write(f"ledge/{name}.json", scene)
+            self.assertIn(said, self.run_in(["simulate", f"ledge/{name}.json", "-o", name], check=True).stderr)
+
     def refused(self, change, code, *words):
         scene = json.loads(json.dumps(self.scene))
         change(scene)

@@ -44,7 +44,7 @@ void require_comparable(const fs::path& path) {
 int cmd_compare(CommandRun& run) {
   CompareTask task;
   fs::path output;
-  run.line.positional("A", "A history, or a transfer (over time, in its atlas)", task.a);
+  run.line.positional("A", "A history, a simulation, or a transfer (over time, in its atlas)", task.a);
   run.line.positional("B", "What it is compared with: the same", task.b);
   run.line.output("REPORT", "Folder to make: report.html, report.json, curves/*.csv", output);
   run.line.option("through", "TRANSFER", "Look A up through this transfer: B then is in the transfer's atlas", task.through);
@@ -53,6 +53,7 @@ int cmd_compare(CommandRun& run) {
   run.line.example("compare copper copper_simulated --clock span -o report");
   run.line.example("compare copper hydrant_simulated --through copper_hydrant -o report");
   if (!run.parse()) return 0;
+  for (fs::path* side : {&task.a, &task.b}) *side = history_place(*side);
   require_comparable(task.a);
   require_comparable(task.b);
   if (!task.through.empty()) require_transfer(task.through);

@@ -48,7 +48,7 @@ int cmd_transfer(CommandRun& run) {
   std::optional<double> texel_size_mm;
   TransferOptions options;
   ControlKindOptions kinds;
-  run.line.positional("HISTORY", "A material history", history_path);
+  run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
   run.line.repeated("control", "SPEC", "[SOURCE=]DESTINATION[:weight[:mapping]]: a control of the history, and where on the mesh it is high: a kind "
@@ -67,11 +67,12 @@ int cmd_transfer(CommandRun& run) {
   }
 
   TransferTask task;
-  task.history = history_path;
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;
   require_history_place(history_path);
+  history_path = history_place(history_path);
+  task.history = history_path;
   const HistoryReader history(history_path);
   const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.manifest().texel_size_mm;
   const Destination destination = make_destination(mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);

@@ -96,6 +96,12 @@ void require_transfer(const fs::path& path) {
   throw InvalidInput(path.string() + ": is no transfer; `patinate transfer` makes one");
 }
 
+fs::path history_place(const fs::path& path) {
+  std::error_code error;
+  const fs::path folder = path.filename() == "simulation.json" ? path.parent_path() : path;
+  return fs::is_regular_file(folder / "simulation.json", error) ? folder / "history" : path;
+}
+
 fs::path capture_file(const fs::path& path) {
   std::error_code error;
   return fs::is_directory(path, error) ? path / "capture.json" : path;

@@ -22,6 +22,9 @@ void require_exists(const std::filesystem::path& path);
 /// @throws InvalidInput unless `path` is a transfer; of a history it says what makes one of it.
 void require_transfer(const std::filesystem::path& path);
 
+/// The history that a path stands for: its own `history` for a simulation, else the path itself.
+[[nodiscard]] std::filesystem::path history_place(const std::filesystem::path& path);
+
 /// The capture.json in a folder, or the file itself.
 [[nodiscard]] std::filesystem::path capture_file(const std::filesystem::path& path);
 

@@ -7,12 +7,9 @@
 #include <vector>
 
 #include "analysis/compare/compared_pair.h"
-#include "analysis/compare/report_parts.h"
+#include "analysis/report/report_parts.h"
 
 namespace patinate {
-
-/// A picture as a data: URI (8-bit sRGB PNG). @param scratch  A file that is written and removed.
-[[nodiscard]] std::string picture_uri(const ImageF& image, const std::filesystem::path& scratch);
 
 struct CompareProvenance {
   const TextureSeries& a;

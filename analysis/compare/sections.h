@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "analysis/compare/compared_pair.h"
-#include "analysis/compare/report_parts.h"
+#include "analysis/report/report_parts.h"
 
 namespace patinate {
 

@@ -6,7 +6,7 @@
 
 #include "analysis/compare/compare_job.h"
 #include "analysis/compare/control_classes.h"
-#include "analysis/compare/report_parts.h"
+#include "analysis/report/report_parts.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"

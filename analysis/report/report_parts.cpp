@@ -1,4 +1,4 @@
-#include "analysis/compare/report_parts.h"
+#include "analysis/report/report_parts.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,0 +1,76 @@
+#include "analysis/report/report_page.h"
+
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/output/svg_chart.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string number(const std::optional<double>& v) { return v ? short_number_text(rounded(*v, 3) + 0.0) : "-"; }
+
+std::string svg_of(const Curve& curve) {
+  Chart chart{.title = curve.title, .x_label = curve.x_name, .y_label = curve.y_name, .from_zero = curve.from_zero && !curve.is_logarithmic, .log_x = curve.is_logarithmic, .log_y = curve.is_logarithmic};
+  for (const CurveColumn& c : curve.columns) chart.series.push_back({c.name, curve.x, c.values, c.band, c.is_reference});
+  return svg_chart(chart);
+}
+
+/// What a reader should look at first: value next to what equal would look like.
+std::vector<std::string> figure_row(const Figure& f, bool has_baseline) {
+  const std::string interval = f.low && f.high ? number(f.low) + " to " + number(f.high) : "";
+  std::vector<std::string> row{f.title, f.value ? number(f.value) : "undefined: " + f.undefined, f.value ? interval : "", f.unit};
+  if (has_baseline) row.insert(row.begin() + 3, f.split ? number(f.split) : "");
+  return row;
+}
+
+void add_figures(HtmlPage& page, const std::vector<Figure>& figures, std::string_view baseline_title) {
+  if (figures.empty()) return;
+  const bool has_baseline = !baseline_title.empty();
+  std::vector<std::string> header{"figure", "value", "95 % interval", "unit"};
+  if (has_baseline) header.insert(header.begin() + 3, std::string(baseline_title));
+  std::vector<std::vector<std::string>> rows;
+  for (const Figure& f : figures) rows.push_back(figure_row(f, has_baseline));
+  page.table(header, rows);
+}
+
+}  // namespace
+
+std::string picture_uri(const ImageF& image, const fs::path& scratch) {
+  fs::create_directories(scratch.parent_path());
+  write_srgb8(scratch, image);
+  std::string uri = data_uri(scratch);
+  fs::remove(scratch);
+  return uri;
+}
+
+void add_section(HtmlPage& page, const Json& json, const fs::path& folder, std::string_view baseline_title, Json& report) {
+  const Section section = section_from_json(json);
+  page.heading(section.title);
+  if (!section.undefined.empty()) {
+    page.paragraph("Undefined: " + section.undefined + ".");
+    report.at("undefined_sections").push_back({{"section", section.name}, {"reason", section.undefined}});
+  }
+  for (const std::string& text : section.paragraphs) page.paragraph(text);
+  add_figures(page, section.figures, baseline_title);
+  for (const Figure& f : section.figures) {
+    Json one = figure_json(f);
+    one["section"] = section.name;
+    report.at("figures").push_back(std::move(one));
+  }
+  for (std::size_t i = 0; i < section.pictures.size(); ++i) page.picture({json.at("pictures").at(i).at("source").get<std::string>(), section.pictures[i].caption});
+  for (const Curve& curve : section.curves) {
+    const fs::path file = fs::path("curves") / (curve.name + ".csv");
+    fs::create_directories(folder / "curves");
+    write_atomically(folder / file, curve_csv(curve));
+    report.at("curves").push_back({{"file", file.generic_string()}, {"title", curve.title}});
+    page.drawing(svg_of(curve));
+  }
+}
+
+}  // namespace patinate

@@ -13,3 +13,14 @@ const std::string_view @symbol@ = R"embedded(@text@)embedded";
 ]=])
   target_sources(${target} PRIVATE "${source}")
 endfunction()
+
+# patinate_embed_built(TARGET SYMBOL FILE): the same for a FILE that the build makes.
+set(patinate_embed_script "${CMAKE_CURRENT_LIST_DIR}/embed_built.cmake")
+function(patinate_embed_built target symbol file)
+  set(source "${CMAKE_CURRENT_BINARY_DIR}/embedded_${symbol}.cpp")
+  add_custom_command(OUTPUT "${source}"
+    COMMAND "${CMAKE_COMMAND}" -Dsymbol=${symbol} "-Dfile=${file}" "-Dsource=${source}" -P "${patinate_embed_script}"
+    DEPENDS "${file}" "${patinate_embed_script}"
+    COMMENT "Embedding ${symbol}" VERBATIM)
+  target_sources(${target} PRIVATE "${source}")
+endfunction()

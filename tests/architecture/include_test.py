@@ -13,7 +13,7 @@ ROOT = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else pathlib.Path(__fi
 MIDDLE = {"capture", "transfer", "simulation", "analysis", "datasets_synthetic"}
 MAY_INCLUDE = {"libcommon": {"libcommon"}, "tools": MIDDLE | {"libcommon", "tools"}}
 MAY_INCLUDE.update({m: {m, "libcommon"} for m in MIDDLE})
-HEAVY = re.compile(r"(opencv2|embree3|OpenMesh|OpenImageIO|pcl|flann|ceres|CLI)/|tiny_gltf|tiny_obj_loader|xxhash|nlohmann/json\.hpp")
+HEAVY = re.compile(r"(boost|opencv2|embree3|OpenMesh|OpenImageIO|pcl|flann|ceres|CLI)/|tiny_gltf|tiny_obj_loader|xxhash|nlohmann/json\.hpp")
 INCLUDE = re.compile(r'^\s*#\s*include\s+[<"]([^">]+)[">]', re.MULTILINE)
 
 

@@ -22,6 +22,7 @@ int cmd_recompose(CommandRun& run);
 int cmd_register(CommandRun& run);
 int cmd_render(CommandRun& run);
 int cmd_simulate(CommandRun& run);
+int cmd_studio(CommandRun& run);
 int cmd_synth(CommandRun& run);
 int cmd_thickness(CommandRun& run);
 int cmd_transfer(CommandRun& run);

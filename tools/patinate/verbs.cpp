@@ -25,6 +25,7 @@ constexpr std::array kVerbs{
     Verb{"compare", "Says how alike two histories age: figures, maps and curves on one page.", cmd_compare},
     Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
     Verb{"recompose", "Gives a simulation another look without simulating again.", cmd_recompose},
+    Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},
     Verb{"synth", "Makes test data with known truth: crackle, ledge, mould, sculpture.", cmd_synth, {"crackle", "ledge", "mould", "sculpture"}},
     Verb{"info", "Says what a file or folder is.", cmd_info},
     Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},

@@ -1,0 +1,71 @@
+#include <unistd.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "tools/patinate/commands.h"
+#include "tools/studio/access.h"
+#include "tools/studio/server.h"
+#include "tools/studio/studio.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kInterrupted = 130;
+
+struct StudioPort {
+  int port = 0;
+};
+void describe(OptionVisitor& v, StudioPort& o) { v.visit({"port", "Port to listen on; 0 = any that is free", "", between(0, 65535)}, o.port); }
+
+std::string this_machine() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 && name[0] != '\0' ? name.data() : "HOST";
+}
+
+void tell_address(CommandRun& run, int port, const std::string& token) {
+  const std::string number = std::to_string(port), address = "http://127.0.0.1:" + number + "/?token=" + token;
+  const std::string tunnel = "ssh -L " + number + ":127.0.0.1:" + number + " " + this_machine();
+  run.report(Json{{"address", address}, {"port", port}, {"token", token}, {"tunnel", tunnel}},
+             "Open        " + address + "\nElsewhere   " + tunnel + "   then open the same address there\nEnd         Ctrl-C");
+}
+
+}  // namespace
+
+int cmd_studio(CommandRun& run) {
+  fs::path folder = ".";
+  StudioPort port;
+  std::vector<std::string> hosts;
+  run.line.positional("FOLDER", "What to show: a folder with histories, transfers, simulations, scenes or captures, or one of them; default: here", folder);
+  run.line.required(false);
+  run.line.options(port);
+  run.line.repeated("allow-host", "NAME", "A name, without port, by which a browser may call this machine beside localhost", hosts);
+  run.line.without({"seed", "dry_run", "force"});
+  run.line.example("studio results");
+  run.line.example("studio results --port 8080 --json");
+  if (!run.parse()) return 0;
+  std::error_code error;
+  if (fs::is_regular_file(folder, error)) folder = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
+  ServedFolder served(folder);
+  HttpServer server({.port = port.port});
+  const std::string token = random_token();
+  bool has_quit = false;
+  Studio studio(std::move(served), {.version = PATINATE_VERSION, .token = token, .port = server.port(), .hosts = hosts, .num_threads = run.line.common().threads},
+                [&] {
+                  has_quit = true;
+                  server.stop();
+                });
+  tell_address(run, server.port(), token);
+  server.run({.admit = [&](const HttpRequest& request) { return studio.admit(request); },
+              .answer = [&](const HttpRequest& request, const std::stop_token& gone) { return studio.answer(request, gone); },
+              .open = {}},
+             run.control("studio").stop);
+  return has_quit ? 0 : kInterrupted;
+}
+
+}  // namespace patinate

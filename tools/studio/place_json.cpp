@@ -1,0 +1,134 @@
+// GET /api/place: what a place is.
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "simulation/simulation_job.h"
+#include "tools/studio/routes.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// [[label, text], ...]
+class FactList {
+ public:
+  void add(const std::string& label, const std::string& text) {
+    if (!text.empty()) json_.push_back(Json::array({label, text}));
+  }
+  [[nodiscard]] Json take() { return std::move(json_); }
+
+ private:
+  Json json_ = Json::array();
+};
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+void add_history(const SurfaceInTime& surface, Json& json, FactList& facts) {
+  const HistoryManifest& m = surface.history().manifest();
+  json["width"] = surface.width();
+  json["height"] = surface.height();
+  json["unit"] = time_unit_text(m.time_unit);
+  Json times = Json::array(), controls = Json::array(), maps = Json::array();
+  bool has_masks = false;
+  for (const HistoryFrame& frame : m.frames) {
+    times.push_back(frame.time);
+    has_masks = has_masks || frame.mask.has_value();
+  }
+  std::vector<std::string> names;
+  for (const ControlParameter& c : m.controls) {
+    controls.push_back({{"name", c.name}, {"low", c.low}, {"high", c.high}, {"unit", c.unit}});
+    names.push_back(c.name + " (" + short_number_text(c.low) + " to " + short_number_text(c.high) + (c.unit.empty() ? "" : " " + c.unit) + ")");
+  }
+  for (const HistoryMap& map : m.maps) maps.push_back(map.name);
+  facts.add("Frames", std::to_string(m.frames.size()) + ", " + short_number_text(m.frames.front().time) + " to " + short_number_text(m.frames.back().time) + " " +
+                          time_unit_text(m.time_unit));
+  facts.add("Size", size_text(surface.width(), surface.height()));
+  facts.add("Origin", m.origin);
+  if (m.texel_size_mm) facts.add("Pixel", short_number_text(rounded(*m.texel_size_mm, 3)) + " mm");
+  facts.add("Controls", joined(names));
+  json["times"] = std::move(times);
+  json["texel_size_mm"] = m.texel_size_mm ? Json(*m.texel_size_mm) : Json(nullptr);
+  json["origin"] = m.origin;
+  json["controls"] = std::move(controls);
+  json["maps"] = std::move(maps);
+  json["frame_masks"] = has_masks;
+}
+
+void add_transfer(const ServedFolder& folder, const SurfaceInTime& surface, Json& json, FactList& facts) {
+  const TransferManifest& m = surface.transfer()->manifest();
+  json["mesh"] = true;
+  json["tiles"] = surface.transfer()->sheet().names;
+  std::error_code error;
+  const fs::path history = fs::canonical(surface.history().folder(), error);
+  const std::string name = error ? "" : folder.name_of(history);
+  const bool is_served = !name.empty() && folder.find(name).has_value();
+  json["source"] = is_served ? Json(name) : Json(nullptr);
+  json["source_width"] = surface.history().manifest().width;
+  json["source_height"] = surface.history().manifest().height;
+  facts.add("History", m.history.filename().string());
+  facts.add("Guided by", joined(m.controls));
+  facts.add("Coherent", short_number_text(rounded(100.0 * m.energy.coherent_share, 3)) + " %");
+}
+
+void add_simulation(const fs::path& path, Json& json, FactList& facts) {
+  const SimulationManifest m = read_simulation_manifest(path);
+  json["mesh"] = true;
+  json["can_recompose"] = true;
+  json["materials"] = m.materials;
+  json["iterations"] = m.iterations;
+  facts.add("Iterations", std::to_string(m.iterations));
+  facts.add("Materials", joined(m.materials));
+  std::error_code error;
+  if (!fs::is_regular_file(m.scene, error)) json["live_problem"] = "its scene file " + m.scene.string() + " is not there any more, so it cannot be run again";
+}
+
+}  // namespace
+
+Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path& path, PlaceKind kind) {
+  const PlaceEntry entry = describe_place(folder, path, kind);
+  Json json{{"place", entry.place}, {"kind", kPlaceKindNames[static_cast<std::size_t>(kind)]}, {"name", entry.name}, {"detail", entry.detail}};
+  FactList facts;
+  switch (kind) {
+    case PlaceKind::History:
+    case PlaceKind::Transfer:
+    case PlaceKind::Simulation: {
+      const std::shared_ptr<const SurfaceInTime> surface = opened.open(path, kind);
+      add_history(*surface, json, facts);
+      if (kind == PlaceKind::Transfer) add_transfer(folder, *surface, json, facts);
+      if (kind == PlaceKind::Simulation) add_simulation(path, json, facts);
+      if (kind == PlaceKind::History) json["steps"] = steps_json(path, kind);
+      break;
+    }
+    case PlaceKind::Ingest:
+    case PlaceKind::Registration:
+    case PlaceKind::Unlit: json["steps"] = steps_json(path, kind); break;
+    case PlaceKind::Mesh: {
+      const Mesh mesh = read_mesh(path);
+      json["mesh"] = true;
+      json["has_uvs"] = mesh.has_uvs();
+      facts.add("Triangles", std::to_string(mesh.num_triangles()));
+      facts.add("UVs", mesh.has_uvs() ? "yes" : "no");
+      break;
+    }
+    case PlaceKind::Report: json["page"] = "report.html"; break;
+    case PlaceKind::Scene:
+    case PlaceKind::Calibration: break;
+  }
+  facts.add("", entry.problem);
+  json["facts"] = facts.take();
+  return json;
+}
+
+HttpResponse answer_place(const Asked& asked) {
+  const auto [path, kind] = asked.place();
+  return json_response(place_json(asked.folder, asked.opened, path, kind));
+}
+
+}  // namespace patinate

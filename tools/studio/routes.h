@@ -1,0 +1,57 @@
+/// \file
+/// The answers, one function each. For studio.cpp.
+#pragma once
+
+#include <filesystem>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/run_control.h"
+#include "tools/studio/http.h"
+#include "tools/studio/place.h"
+#include "tools/studio/served_folder.h"
+#include "tools/studio/surface_in_time.h"
+
+namespace patinate {
+
+/// Answered with 404.
+class NotFound : public InvalidInput {
+ public:
+  using InvalidInput::InvalidInput;
+};
+
+/// One request and what an answer may need.
+struct Asked {
+  const ServedFolder& folder;
+  OpenedPlaces& opened;
+  const RequestTarget& target;
+  RunControl control;
+
+  /// The place that the request names, and what it is. @throws NotFound
+  [[nodiscard]] std::pair<std::filesystem::path, PlaceKind> place() const;
+  /// That place, opened. @throws NotFound; InvalidInput if it has no colour over time.
+  [[nodiscard]] std::shared_ptr<const SurfaceInTime> surface() const;
+  /// A file that the request names by `path`, below its place. @throws NotFound
+  [[nodiscard]] std::filesystem::path file() const;
+  /// @throws InvalidInput if it is missing, no number, or outside [low, high].
+  [[nodiscard]] double number(const std::string& name, double low, double high) const;
+  [[nodiscard]] int integer(const std::string& name, int low, int high) const;
+};
+
+[[nodiscard]] HttpResponse json_response(const Json& json, int status = 200);
+
+[[nodiscard]] HttpResponse answer_places(const Asked& asked, const std::string& version);
+[[nodiscard]] HttpResponse answer_place(const Asked& asked);
+[[nodiscard]] HttpResponse answer_texture(const Asked& asked);
+[[nodiscard]] HttpResponse answer_map(const Asked& asked);
+[[nodiscard]] HttpResponse answer_curve(const Asked& asked);
+[[nodiscard]] HttpResponse answer_mesh(const Asked& asked);
+[[nodiscard]] HttpResponse answer_preview(const Asked& asked);
+[[nodiscard]] HttpResponse answer_file(const Asked& asked);
+
+/// What `GET /api/place` says of a place. @throws IoError
+[[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path, PlaceKind kind);
+/// Steps of an ingest, a registration or an unlit step: [{"name", "text", "pictures": [{"path", "caption"}]}].
+[[nodiscard]] Json steps_json(const std::filesystem::path& path, PlaceKind kind);
+
+}  // namespace patinate

@@ -1,0 +1,71 @@
+#include "tools/studio/served_folder.h"
+
+#include <algorithm>
+
+#include "libcommon/core/error.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Whether a name may be put behind a folder's path at all.
+bool is_plain(std::string_view name) {
+  if (name.find('\0') != std::string_view::npos || name.find('\\') != std::string_view::npos) return false;
+  const fs::path path{std::string(name)};
+  return path.is_relative() && std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+}
+
+/// Both canonical.
+bool lies_below(const fs::path& path, const fs::path& folder) {
+  const auto [at_folder, at_path] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return at_folder == folder.end();
+}
+
+std::optional<fs::path> existing_below(const fs::path& folder, std::string_view name) {
+  if (!is_plain(name)) return std::nullopt;
+  std::error_code error;
+  const fs::path path = fs::canonical(folder / fs::path(std::string(name)), error);
+  if (error || !lies_below(path, folder)) return std::nullopt;
+  return path;
+}
+
+}  // namespace
+
+ServedFolder::ServedFolder(const fs::path& folder) {
+  std::error_code error;
+  root_ = fs::canonical(folder, error);
+  if (error || !fs::is_directory(root_, error)) throw IoError(folder.string(), "is no folder; give one that holds histories, transfers, simulations or scenes");
+}
+
+std::optional<fs::path> ServedFolder::find(std::string_view name) const {
+  std::optional<fs::path> path = existing_below(root_, name.empty() ? "." : name);
+  return path;
+}
+
+std::optional<fs::path> ServedFolder::find_below(const fs::path& place, std::string_view name) const {
+  std::error_code error;
+  const fs::path folder = fs::is_directory(place, error) ? place : place.parent_path();
+  if (!lies_below(folder, root_)) return std::nullopt;
+  return existing_below(folder, name);
+}
+
+fs::path ServedFolder::new_path(std::string_view name) const {
+  const std::string shown(name);
+  const fs::path path{shown};
+  if (!is_plain(name) || !path.has_filename() || path.filename() == ".") throw InvalidInput("\"" + shown + "\" is no name below the folder; give one such as results/rust.json");
+  const std::optional<fs::path> folder = find(path.parent_path().string());
+  std::error_code error;
+  if (!folder || !fs::is_directory(*folder, error)) throw InvalidInput("the folder of \"" + shown + "\" does not exist; make it first");
+  const fs::path made = *folder / path.filename();
+  if (fs::symlink_status(made, error).type() != fs::file_type::not_found) throw InvalidInput("\"" + shown + "\" exists; give another name");
+  return made;
+}
+
+std::string ServedFolder::name_of(const fs::path& path) const {
+  const std::string name = path.lexically_relative(root_).generic_string();
+  return name.empty() ? "." : name;
+}
+
+}  // namespace patinate

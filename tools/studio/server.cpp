@@ -1,0 +1,303 @@
+#include "tools/studio/server.h"
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <set>
+
+#include "libcommon/core/error.h"
+
+namespace patinate {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = asio::ip::tcp;
+using beast::error_code;
+
+/// One thread runs the sockets; answers are made by a pool of others. Everything below is touched by the first only, unless it says so.
+struct HttpServer::State {
+  explicit State(const ServerOptions& given) : options(given), acceptor(io) {}
+
+  ServerOptions options;
+  ServerHandlers handlers;
+  std::set<std::stop_source*> in_flight;
+  int num_connections = 0;
+  bool is_stopping = false;
+  asio::io_context io{1};  ///< Behind what open connections touch when it ends.
+  tcp::acceptor acceptor;
+  std::optional<asio::thread_pool> workers;
+};
+
+namespace {
+
+constexpr std::string_view kServerName = "patinate";
+
+/// Counts a connection while it lives.
+class Place {
+ public:
+  explicit Place(int& count) : count_(count) { ++count_; }
+  ~Place() { --count_; }
+  Place(const Place&) = delete;
+  Place& operator=(const Place&) = delete;
+
+ private:
+  int& count_;
+};
+
+HttpRequest plain(const http::request<http::string_body>& request) {
+  HttpRequest out;
+  out.method = std::string(request.method_string());
+  out.target = std::string(request.target());
+  for (const auto& field : request) {
+    std::string name(field.name_string());
+    std::transform(name.begin(), name.end(), name.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    std::string& value = out.headers[name];
+    if (!value.empty()) value += ", ";
+    value += std::string(field.value());
+  }
+  out.body = request.body();
+  return out;
+}
+
+/// A WebSocket: what comes goes to the listener, what is sent waits in line.
+class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket> {
+ public:
+  Socket(tcp::socket socket, asio::io_context& io, std::size_t max_message_bytes, std::shared_ptr<Place> place)
+      : io_(io), stream_(std::move(socket)), place_(std::move(place)) {
+    stream_.read_message_max(max_message_bytes);
+    stream_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    stream_.auto_fragment(false);
+  }
+
+  void open(const http::request<http::string_body>& request, const ServerHandlers& handlers) {
+    const auto asked = std::make_shared<http::request<http::string_body>>(request);
+    stream_.async_accept(*asked, [self = shared_from_this(), asked, open = handlers.open](error_code error) {
+      if (error) return;
+      self->listener_ = open(plain(*asked), self);
+      if (!self->listener_) return self->close();
+      self->read();
+    });
+  }
+
+  void send_text(std::string message) override { send({std::move(message), false}); }
+  void send_binary(std::string message) override { send({std::move(message), true}); }
+  [[nodiscard]] std::size_t num_waiting_bytes() const override { return num_waiting_; }
+  void close() override {
+    asio::post(io_, [self = shared_from_this()] {
+      if (self->is_closed_) return;
+      self->is_closed_ = true;
+      self->stream_.async_close(websocket::close_code::normal, [self](error_code) { self->end(); });
+    });
+  }
+
+ private:
+  struct Message {
+    std::string bytes;
+    bool is_binary = false;
+  };
+
+  void send(Message message) {
+    num_waiting_ += message.bytes.size();
+    asio::post(io_, [self = shared_from_this(), message = std::move(message)]() mutable {
+      if (self->is_closed_) return;
+      self->waiting_.push_back(std::move(message));
+      if (self->waiting_.size() == 1) self->write();
+    });
+  }
+
+  void write() {
+    stream_.binary(waiting_.front().is_binary);
+    stream_.async_write(asio::buffer(waiting_.front().bytes), [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->end();
+      self->num_waiting_ -= self->waiting_.front().bytes.size();
+      self->waiting_.pop_front();
+      if (!self->waiting_.empty()) self->write();
+    });
+  }
+
+  void read() {
+    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->end();
+      std::string text = beast::buffers_to_string(self->buffer_.data());
+      self->buffer_.consume(self->buffer_.size());
+      if (self->listener_) self->listener_->received(std::move(text));
+      self->read();
+    });
+  }
+
+  void end() {
+    is_closed_ = true;
+    if (const std::shared_ptr<WebSocketListener> listener = std::exchange(listener_, nullptr)) listener->closed();
+    error_code ignored;
+    beast::get_lowest_layer(stream_).socket().close(ignored);
+  }
+
+  asio::io_context& io_;
+  websocket::stream<beast::tcp_stream> stream_;
+  std::shared_ptr<Place> place_;
+  beast::flat_buffer buffer_;
+  std::deque<Message> waiting_;
+  std::atomic<std::size_t> num_waiting_{0};
+  std::shared_ptr<WebSocketListener> listener_;
+  bool is_closed_ = false;
+};
+
+/// A connection that asks one thing after the other.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(tcp::socket socket, HttpServer::State& state)
+      : state_(state), stream_(std::move(socket)), place_(std::make_shared<Place>(state.num_connections)) {}
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(static_cast<std::uint32_t>(state_.options.max_header_bytes));
+    parser_->body_limit(state_.options.max_body_bytes);
+    stream_.expires_after(std::chrono::seconds(state_.options.timeout_s));
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
+  }
+
+ private:
+  void have_read(error_code error) {
+    if (error == http::error::header_limit) return reject(431, "the request's header is too long");
+    if (error == http::error::body_limit) return reject(413, "the request is too large");
+    if (error.category() == http::make_error_code(http::error::bad_method).category() && error != http::error::end_of_stream &&
+        error != http::error::partial_message) {
+      return reject(400, "this is no HTTP request");
+    }
+    if (error) return shut();
+    const HttpRequest request = plain(parser_->get());
+    if (HttpResponse refusal = state_.handlers.admit(request); refusal.status != 0) return write(std::move(refusal), parser_->get().keep_alive());
+    if (state_.handlers.open && websocket::is_upgrade(parser_->get())) {
+      stream_.expires_never();
+      const auto socket = std::make_shared<Socket>(stream_.release_socket(), state_.io, state_.options.max_message_bytes, place_);
+      return socket->open(parser_->get(), state_.handlers);
+    }
+    answer(request);
+  }
+
+  void answer(const HttpRequest& request) {
+    stream_.expires_never();
+    gone_ = std::stop_source();
+    state_.in_flight.insert(&gone_);
+    watch_for_end();
+    asio::post(*state_.workers, [self = shared_from_this(), request, gone = gone_.get_token()] {
+      HttpResponse response = self->state_.handlers.answer(request, gone);
+      asio::post(self->state_.io, [self, response = std::move(response)]() mutable {
+        self->state_.in_flight.erase(&self->gone_);
+        self->is_answered_ = true;
+        error_code ignored;
+        self->stream_.socket().cancel(ignored);
+        self->write(std::move(response), self->parser_->get().keep_alive());
+      });
+    });
+  }
+
+  /// A client that closes its end while its answer is made does not want it any more.
+  void watch_for_end() {
+    is_answered_ = false;
+    stream_.socket().async_wait(tcp::socket::wait_read, [self = shared_from_this()](error_code error) {
+      if (error || self->is_answered_) return;
+      error_code peeked;
+      if (self->stream_.socket().available(peeked) == 0) self->gone_.request_stop();  // readable, and nothing to read: the end
+    });
+  }
+
+  void reject(int status, const std::string& text) { write({.status = status, .body = text + "\n"}, false); }
+
+  void write(HttpResponse response, bool keep_alive) {
+    if (state_.is_stopping) keep_alive = false;
+    const auto message = std::make_shared<http::response<http::string_body>>();
+    message->version(11);
+    message->result(static_cast<unsigned>(response.status));
+    message->set(http::field::server, beast::string_view(kServerName.data(), kServerName.size()));
+    message->set(http::field::content_type, response.type);
+    for (const auto& [name, value] : response.headers) message->set(name, value);
+    message->body() = std::move(response.body);
+    message->keep_alive(keep_alive);
+    message->prepare_payload();
+    stream_.expires_after(std::chrono::seconds(state_.options.timeout_s) + std::chrono::milliseconds(message->body().size() / 100));
+    http::async_write(stream_, *message, [self = shared_from_this(), message, keep_alive](error_code error, std::size_t) {
+      if (error || !keep_alive) return self->shut();
+      self->read();
+    });
+  }
+
+  void shut() {
+    error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    stream_.close();
+  }
+
+  HttpServer::State& state_;
+  beast::tcp_stream stream_;
+  std::shared_ptr<Place> place_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+  std::stop_source gone_;
+  bool is_answered_ = false;
+};
+
+void accept(HttpServer::State& state) {
+  state.acceptor.async_accept([&state](error_code error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted || !state.acceptor.is_open()) return;
+    if (!error && state.num_connections < state.options.num_connections) {
+      error_code ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      std::make_shared<Connection>(std::move(socket), state)->read();
+    }
+    accept(state);
+  });
+}
+
+}  // namespace
+
+HttpServer::HttpServer(const ServerOptions& options) : state_(std::make_unique<State>(options)) {
+  const tcp::endpoint endpoint(asio::ip::address_v4::loopback(), static_cast<unsigned short>(options.port));
+  error_code error;
+  tcp::acceptor& acceptor = state_->acceptor;
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (error) throw CannotComplete("port " + std::to_string(options.port) + ": " + error.message() + "; give another with --port, or 0 for any that is free");
+}
+
+HttpServer::~HttpServer() = default;
+
+int HttpServer::port() const { return state_->acceptor.local_endpoint().port(); }
+
+void HttpServer::run(const ServerHandlers& handlers, const std::stop_token& stop_token) {
+  State& s = *state_;
+  s.handlers = handlers;
+  s.workers.emplace(static_cast<std::size_t>(s.options.num_workers));
+  const std::stop_callback on_stop(stop_token, [this] { stop(); });
+  accept(s);
+  s.io.run();
+  for (std::stop_source* source : s.in_flight) source->request_stop();
+  s.workers->join();
+}
+
+void HttpServer::stop() {
+  // What is being answered (the request to end, perhaps) has a moment to be sent.
+  asio::post(state_->io, [s = state_.get()] {
+    s->is_stopping = true;
+    error_code ignored;
+    s->acceptor.close(ignored);
+    for (std::stop_source* source : s->in_flight) source->request_stop();
+    const auto timer = std::make_shared<asio::steady_timer>(s->io, std::chrono::milliseconds(200));
+    timer->async_wait([s, timer](error_code) { s->io.stop(); });
+  });
+}
+
+}  // namespace patinate

@@ -1,0 +1,152 @@
+// What a capture went through, step by step, with its pictures.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "capture/ingest/capture_project.h"
+#include "capture/ingest/relit_project.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/image_io.h"
+#include "tools/studio/routes.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMostSteps = 10'000;
+
+/// The pictures of one step; those that are not there, or lie outside the place, are left out.
+class StepPictures {
+ public:
+  explicit StepPictures(const fs::path& folder) : folder_(folder) {}
+
+  void add(const fs::path& file, const std::string& caption) {
+    std::error_code error;
+    const fs::path path = file.is_absolute() ? file : folder_ / file;
+    const fs::path relative = fs::weakly_canonical(path, error).lexically_relative(folder_);
+    if (error || relative.empty() || *relative.begin() == ".." || !fs::is_regular_file(path, error)) return;
+    json_.push_back({{"path", relative.generic_string()}, {"caption", caption}});
+  }
+  [[nodiscard]] Json take() { return std::exchange(json_, Json::array()); }
+
+ private:
+  fs::path folder_;
+  Json json_ = Json::array();
+};
+
+Json step(const std::string& name, const std::string& text, Json pictures) { return {{"name", name}, {"text", text}, {"pictures", std::move(pictures)}}; }
+
+std::string time_text(double time, TimeUnit unit) { return short_number_text(time) + " " + time_unit_text(unit); }
+
+Json relit_capture_steps(const RelitProject& project, StepPictures& pictures) {
+  Json steps = Json::array();
+  for (const RelitStep& s : project.steps) {
+    for (std::size_t i = 0; i < s.photos.size(); ++i) pictures.add(s.photos[i], "light " + std::to_string(i + 1));
+    if (s.ambient) pictures.add(*s.ambient, "without lamps");
+    if (s.ready) pictures.add(s.ready->albedo, "albedo");
+    std::string text = std::to_string(s.photos.size()) + " photographs";
+    if (s.scan) text += ", scan " + s.scan->filename().string();
+    steps.push_back(step(time_text(s.time, project.time_unit), text, pictures.take()));
+  }
+  return steps;
+}
+
+Json fixed_capture_steps(const CaptureProject& project, StepPictures& pictures) {
+  Json steps = Json::array();
+  if (project.transmission) {
+    pictures.add(project.transmission->photo, "on the back-light");
+    if (project.transmission->blank) pictures.add(*project.transmission->blank, "the back-light alone");
+    steps.push_back(step("Thickness", "What the back-light shows of the layer", pictures.take()));
+  }
+  for (const CapturePhoto& frame : project.frames) {
+    if (steps.size() == kMostSteps) break;
+    if (!frame.stream) pictures.add(frame.file, frame.name());
+    steps.push_back(step(time_text(frame.time, project.time_unit), "", pictures.take()));
+  }
+  return steps;
+}
+
+std::string four_digits(std::size_t i) {
+  std::string number = std::to_string(i);
+  number.insert(0, 4 - std::min<std::size_t>(4, number.size()), '0');
+  return number;
+}
+
+/// What registration and unlighting said of one step of a relit ingest.
+std::string fact_text(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return {};
+  const Json facts = load_json(file);
+  std::string text = facts.value("status", "");
+  const auto add = [&](const char* key, const std::string& before, const std::string& after) {
+    if (!facts.contains(key) || !facts.at(key).is_number()) return;
+    text += (text.empty() ? "" : "; ") + before + short_number_text(rounded(facts.at(key).get<double>(), 3)) + after;
+  };
+  add("rms_mm", "registered to ", " mm");
+  add("registration_overlap", "overlap ", "");
+  return text;
+}
+
+/// What an ingest left beside its history: pictures of every step (relit), or what was found in every photograph (fixed).
+Json history_steps(const fs::path& folder, StepPictures& pictures) {
+  Json steps = Json::array();
+  const HistoryManifest m = read_history_manifest(folder);
+  for (std::size_t i = 0; i < m.frames.size() && i < kMostSteps; ++i) {
+    const std::string number = four_digits(i);
+    const fs::path report = "report";
+    pictures.add(report / ("light_" + number + ".png"), "a photograph in the reference's view");
+    pictures.add(report / ("albedo_" + number + ".png"), "albedo");
+    pictures.add(report / ("stddev_" + number + ".png"), "standard deviation of the albedo");
+    pictures.add(report / ("samples_" + number + ".png"), "what became of every photograph's pixels");
+    pictures.add(report / ("validity_" + number + ".png"), "where the frame shows the surface");
+    pictures.add(fs::path("survey") / ("validity-" + number + ".png"), "where the photograph shows the surface");
+    if (m.frames[i].mask) pictures.add(*m.frames[i].mask, "mask");
+    Json shown = pictures.take();
+    const std::string text = fact_text(folder / report / ("facts_" + number + ".json"));
+    if (!shown.empty() || !text.empty()) steps.push_back(step(time_text(m.frames[i].time, m.time_unit), text, std::move(shown)));
+  }
+  return steps;
+}
+
+Json registration_steps(const fs::path& folder) {
+  Json steps = Json::array();
+  for (const Json& scan : load_json(folder / "registration.json").at("scans")) {
+    std::string text = scan.value("status", "");
+    if (scan.contains("residual") && scan.at("residual").is_number()) text += "; residual " + short_number_text(rounded(scan.at("residual").get<double>(), 3));
+    steps.push_back(step(scan.value("file", ""), text, Json::array()));
+  }
+  return steps;
+}
+
+Json unlit_steps(const fs::path& folder, StepPictures& pictures) {
+  Json steps = Json::array();
+  for (const char* name : {"albedo", "normal", "specular", "stddev", "mask"}) pictures.add(std::string(name) + ".png", name);
+  steps.push_back(step("Maps", "What the photographs under known lamps gave", pictures.take()));
+  std::error_code error;
+  if (fs::is_directory(folder / "samples", error)) {
+    std::size_t number = 0;
+    for (const fs::path& file : list_files(folder / "samples", "*.png")) pictures.add(file, "light " + std::to_string(++number));
+    steps.push_back(step("Photographs", "What became of every photograph's pixels", pictures.take()));
+  }
+  return steps;
+}
+
+}  // namespace
+
+Json steps_json(const fs::path& path, PlaceKind kind) {
+  StepPictures pictures(path);
+  switch (kind) {
+    case PlaceKind::Ingest: {
+      const fs::path file = path / "capture.json";
+      return is_relit_capture(file) ? relit_capture_steps(read_relit_project(file), pictures) : fixed_capture_steps(read_capture_project(file), pictures);
+    }
+    case PlaceKind::History: return history_steps(path, pictures);
+    case PlaceKind::Registration: return registration_steps(path);
+    case PlaceKind::Unlit: return unlit_steps(path, pictures);
+    default: return Json::array();
+  }
+}
+
+}  // namespace patinate

@@ -1,0 +1,46 @@
+/// \file
+/// What the studio answers: docs/studio_protocol.md, without sockets.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "tools/studio/access.h"
+#include "tools/studio/http.h"
+#include "tools/studio/served_folder.h"
+#include "tools/studio/surface_in_time.h"
+
+namespace patinate {
+
+struct StudioOptions {
+  std::string version;
+  std::string token;
+  int port = 0;
+  std::vector<std::string> hosts;  ///< Names that are allowed as Host beside those of this machine.
+  int num_threads = 0;             ///< Of one answer, and of a simulation; 0 = all.
+};
+
+/// Thread-safe.
+class Studio {
+ public:
+  Studio(ServedFolder folder, StudioOptions options, std::function<void()> quit);
+  ~Studio();
+
+  /// What is answered without asking further: the cookie, and refusals. Status 0 = go on.
+  [[nodiscard]] HttpResponse admit(const HttpRequest& request) const;
+  /// Never throws: what is wrong is an answer too.
+  [[nodiscard]] HttpResponse answer(const HttpRequest& request, const std::stop_token& gone) noexcept;
+
+ private:
+  struct Routes;
+  ServedFolder folder_;
+  StudioOptions options_;
+  Access access_;
+  std::function<void()> quit_;
+  OpenedPlaces opened_;
+};
+
+}  // namespace patinate

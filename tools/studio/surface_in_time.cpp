@@ -1,0 +1,205 @@
+#include "tools/studio/surface_in_time.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/atlas/dilate.h"
+#include "libcommon/atlas/sheet.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/metrics/color_curves.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMostFrameBytes = std::size_t{256} << 20;  ///< Of decoded frames that a place keeps.
+constexpr std::size_t kMostPlaces = 4;
+
+std::size_t bytes_of(const ImageF& image) { return image.values().size() * sizeof(float); }
+
+ImageF filled_coordinates(const TransferReader& transfer) {
+  const Sheet& sheet = transfer.sheet();
+  const ImageU8 coverage = transfer.coverage();
+  ImageF filled = transfer.coordinates();
+  for (int i = 0; i < sheet.num_tiles(); ++i) {
+    ImageF tile = cut_tile(filled, sheet, i);
+    dilate(tile, cut_tile(coverage, sheet, i), -1);
+    paste_tile(filled, sheet, i, tile);
+  }
+  return filled;
+}
+
+ImageF as_float(const ImageU8& mask) {
+  ImageF out(mask.width(), mask.height(), 1);
+  for (std::int64_t i = 0; i < mask.num_pixels(); ++i) out.data()[i] = mask.data()[i] != 0 ? 1.0f : 0.0f;
+  return out;
+}
+
+fs::path manifest_of(const fs::path& path, PlaceKind kind) {
+  switch (kind) {
+    case PlaceKind::Transfer: return path / "transfer.json";
+    case PlaceKind::Simulation: return path / "simulation.json";
+    default: return path / kHistoryManifestFile;
+  }
+}
+
+}  // namespace
+
+SurfaceInTime::SurfaceInTime(const fs::path& path, PlaceKind kind) : path_(path), kind_(kind) {
+  switch (kind) {
+    case PlaceKind::History: history_ = std::make_shared<const HistoryReader>(path); break;
+    case PlaceKind::Simulation: history_ = std::make_shared<const HistoryReader>(path / "history"); break;
+    case PlaceKind::Transfer:
+      transfer_ = std::make_shared<const TransferReader>(path);
+      history_ = std::shared_ptr<const HistoryReader>(transfer_, &transfer_->history());
+      filled_coordinates_ = filled_coordinates(*transfer_);
+      break;
+    default: throw InvalidInput(path.string() + ": is no history, transfer or simulation, and has no colour over time");
+  }
+}
+
+int SurfaceInTime::width() const { return transfer_ ? transfer_->sheet().width() : history_->manifest().width; }
+int SurfaceInTime::height() const { return transfer_ ? transfer_->sheet().height() : history_->manifest().height; }
+
+std::shared_ptr<const ImageF> SurfaceInTime::frame(int index) const {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(frames_.begin(), frames_.end(), [&](const auto& f) { return f.first == index; });
+    if (found != frames_.end()) {
+      frames_.splice(frames_.begin(), frames_, found);
+      return frames_.front().second;
+    }
+  }
+  auto image = std::make_shared<const ImageF>(history_->read_frame(index));
+  const std::lock_guard lock(mutex_);
+  std::size_t sum = bytes_of(*image);
+  for (auto it = frames_.begin(); it != frames_.end();) {
+    sum += bytes_of(*it->second);
+    it = sum > kMostFrameBytes || it->first == index ? frames_.erase(it) : std::next(it);
+  }
+  frames_.emplace_front(index, image);
+  return image;
+}
+
+/// As sample() of history_sampling.h, to the bit.
+ImageF SurfaceInTime::history_sample(double time, Between between) const {
+  const TimePosition position = locate(*history_, time, between);
+  const std::shared_ptr<const ImageF> first = frame(position.index);
+  if (position.fraction == 0.0) return *first;
+  const std::shared_ptr<const ImageF> next = frame(position.index + 1);
+  const float fraction = static_cast<float>(position.fraction);
+  ImageF image = *first;
+  const auto to = image.values();
+  const auto from = next->values();
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] = (1.0f - fraction) * to[i] + fraction * from[i];
+  return image;
+}
+
+ImageF SurfaceInTime::spread(const ImageF& source, const RunControl& control) const {
+  return transfer_ ? gather(source, filled_coordinates_, 0.0f, control) : source;
+}
+
+ImageF SurfaceInTime::texture(double time, Between between, std::optional<int> tile, const RunControl& control) const {
+  const int num_tiles = transfer_ ? transfer_->sheet().num_tiles() : 1;
+  if (tile && (*tile < 0 || *tile >= num_tiles)) throw InvalidInput("there is no tile " + std::to_string(*tile) + "; there are " + std::to_string(num_tiles) + ", counted from 0");
+  ImageF image = spread(history_sample(time, between), control);
+  control.throw_if_stopped();
+  return tile && transfer_ ? cut_tile(image, transfer_->sheet(), *tile) : image;
+}
+
+NamedMap SurfaceInTime::map(const std::string& name) const {
+  const HistoryManifest& m = history_->manifest();
+  const std::size_t colon = name.find(':');
+  const std::string kind = name.substr(0, colon), what = colon == std::string::npos ? "" : name.substr(colon + 1);
+  if (kind == "control") {
+    const ControlParameter& c = history_->control(what);
+    return {spread(history_->read_control(what), {}), c.low, c.high, c.unit};
+  }
+  if (kind == "map") return {spread(history_->read_map(what), {}), 0.0, 1.0, what == "height" || what == "texel_size" ? "mm" : ""};
+  if (kind == "mask") {
+    const std::optional<double> index = parse_number(what);
+    if (!index || *index != std::floor(*index) || !(*index >= 0 && *index < history_->num_frames())) {
+      throw InvalidInput("mask: found \"" + what + "\"; expected the number of a frame, 0 to " + std::to_string(history_->num_frames() - 1));
+    }
+    return {spread(as_float(history_->read_frame_mask(static_cast<int>(*index))), {}), 0.0, 1.0, ""};
+  }
+  if (name == "coverage") return {as_float(transfer_ ? transfer_->coverage() : history_->read_mask()), 0.0, 1.0, ""};
+  if (name == "coordinates" && transfer_) return {transfer_->coordinates(), 0.0, 1.0, "px"};
+  std::string known = "coverage, mask:FRAME";
+  if (transfer_) known += ", coordinates";
+  for (const ControlParameter& c : m.controls) known += ", control:" + c.name;
+  for (const HistoryMap& map : m.maps) known += ", map:" + map.name;
+  throw InvalidInput("there is no map \"" + name + "\"; there are " + known);
+}
+
+/// -1, -1 outside the charts.
+std::array<int, 2> SurfaceInTime::source_of(int x, int y) const {
+  if (!transfer_) return {x, y};
+  const ImageF& c = transfer_->coordinates();
+  return {static_cast<int>(c.at(x, y, 0)), static_cast<int>(c.at(x, y, 1))};
+}
+
+TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
+  if (x < 0 || y < 0 || x >= width() || y >= height()) {
+    throw InvalidInput("texel " + std::to_string(x) + ", " + std::to_string(y) + " lies outside " + size_text(width(), height()));
+  }
+  TexelCurve curve;
+  const std::array<int, 2> source = source_of(x, y);
+  if (transfer_) curve.source = source;
+  if (source[0] < 0) return curve;  // outside the charts: no colour of its own
+  for (int f = 0; f < history_->num_frames(); ++f) {
+    control.throw_if_stopped();
+    const std::shared_ptr<const ImageF> image = frame(f);
+    const auto rgb = image->pixel(source[0], source[1]);
+    curve.times.push_back(history_->manifest().frames[static_cast<std::size_t>(f)].time);
+    curve.srgb.push_back({srgb8_from_linear(rgb[0]), srgb8_from_linear(rgb[1]), srgb8_from_linear(rgb[2])});
+    curve.lab.push_back(lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2])));
+  }
+  return curve;
+}
+
+Mesh SurfaceInTime::mesh() const {
+  if (kind_ == PlaceKind::History) throw InvalidInput("a history has no mesh: it is a flat picture over time");
+  if (transfer_) return transfer_->mesh();
+  Mesh mesh = with_normals(read_mesh(path_ / "model.glb"));
+  scale_mesh(mesh, 1000.0);  // glTF is in m
+  return mesh;
+}
+
+double SurfaceInTime::metres_per_unit() const {
+  return transfer_ && !transfer_->manifest().unit ? 1.0 / transfer_->manifest().mm_per_mesh_unit : 0.001;
+}
+
+std::size_t SurfaceInTime::memory() const {
+  const std::lock_guard lock(mutex_);
+  std::size_t sum = 2 * bytes_of(filled_coordinates_);
+  for (const auto& [index, image] : frames_) sum += bytes_of(*image);
+  return sum;
+}
+
+std::shared_ptr<const SurfaceInTime> OpenedPlaces::open(const fs::path& path, PlaceKind kind) {
+  std::error_code error;
+  const fs::file_time_type changed = fs::last_write_time(manifest_of(path, kind), error);
+  const auto find = [&] { return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; }); };
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = find(); found != entries_.end() && found->changed == changed) {
+      entries_.splice(entries_.begin(), entries_, found);
+      return entries_.front().place;
+    }
+  }
+  auto place = std::make_shared<const SurfaceInTime>(path, kind);  // unlocked: others go on meanwhile
+  const std::lock_guard lock(mutex_);
+  if (const auto found = find(); found != entries_.end()) entries_.erase(found);
+  entries_.push_front({path, changed, place});
+  if (entries_.size() > kMostPlaces) entries_.pop_back();
+  return place;
+}
+
+}  // namespace patinate

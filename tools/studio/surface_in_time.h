@@ -1,0 +1,99 @@
+/// \file
+/// A history, transfer or simulation, opened: its colour at any time, its maps, its curves. What is slow to read is kept.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/geometry/mesh.h"
+#include "libcommon/history/history_sampling.h"
+#include "libcommon/image/image.h"
+#include "tools/studio/place.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+
+/// Values of a map and what it is called.
+struct NamedMap {
+  ImageF values;      ///< H x W x C, over the place's texture.
+  double low = 0.0;   ///< What 0 and 1 of a control stand for; else [0, 1].
+  double high = 1.0;
+  std::string unit;
+};
+
+/// Colour of one texel over time.
+struct TexelCurve {
+  std::vector<double> times;
+  std::vector<std::array<int, 3>> srgb;
+  std::vector<std::array<double, 3>> lab;
+  std::optional<std::array<int, 2>> source;  ///< For a transfer: the pixel of its history.
+};
+
+/// Thread-safe.
+class SurfaceInTime {
+ public:
+  /// @param path  A history, transfer or simulation folder. @throws IoError
+  SurfaceInTime(const std::filesystem::path& path, PlaceKind kind);
+
+  [[nodiscard]] PlaceKind kind() const { return kind_; }
+  [[nodiscard]] const HistoryReader& history() const { return *history_; }
+  /// nullptr unless it is a transfer.
+  [[nodiscard]] const TransferReader* transfer() const { return transfer_.get(); }
+  [[nodiscard]] int width() const;   ///< Of its texture: of a transfer, the sheet of all tiles.
+  [[nodiscard]] int height() const;
+
+  /// Its colour as `lookup` writes it (of a history, as its frames are): H x W x 3, linear.
+  /// @param tile  Of a transfer with several; nothing: the whole sheet. @throws InvalidInput if there is no such tile; Cancelled.
+  [[nodiscard]] ImageF texture(double time, Between between, std::optional<int> tile, const RunControl& control) const;
+  /// control:NAME, map:NAME, mask:FRAME, coordinates (transfers), coverage. @throws InvalidInput listing what there is.
+  [[nodiscard]] NamedMap map(const std::string& name) const;
+  /// @throws InvalidInput if the texel lies outside.
+  [[nodiscard]] TexelCurve curve(int x, int y, const RunControl& control) const;
+  /// UVs over texture(). @throws InvalidInput for a history, which has none.
+  [[nodiscard]] Mesh mesh() const;
+  [[nodiscard]] double metres_per_unit() const;
+  [[nodiscard]] std::size_t memory() const;
+
+ private:
+  [[nodiscard]] std::shared_ptr<const ImageF> frame(int index) const;
+  [[nodiscard]] ImageF history_sample(double time, Between between) const;
+  /// A history's image as it lies on the surface, gutters filled.
+  [[nodiscard]] ImageF spread(const ImageF& source, const RunControl& control) const;
+  [[nodiscard]] std::array<int, 2> source_of(int x, int y) const;
+
+  std::filesystem::path path_;
+  PlaceKind kind_;
+  std::shared_ptr<const TransferReader> transfer_;
+  std::shared_ptr<const HistoryReader> history_;
+  ImageF filled_coordinates_;  ///< Of a transfer: every texel has a source, gutters that of the nearest inside.
+
+  mutable std::mutex mutex_;
+  mutable std::list<std::pair<int, std::shared_ptr<const ImageF>>> frames_;  ///< Last used first.
+};
+
+/// Opened places, the last few of them. Thread-safe; who holds one keeps it.
+class OpenedPlaces {
+ public:
+  /// @throws IoError, InvalidInput if it is of another kind. A place that has changed on disk since is opened again.
+  [[nodiscard]] std::shared_ptr<const SurfaceInTime> open(const std::filesystem::path& path, PlaceKind kind);
+
+ private:
+  struct Entry {
+    std::filesystem::path path;
+    std::filesystem::file_time_type changed;
+    std::shared_ptr<const SurfaceInTime> place;
+  };
+  std::mutex mutex_;
+  std::list<Entry> entries_;  ///< Last used first.
+};
+
+}  // namespace patinate

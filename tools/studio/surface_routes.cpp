@@ -1,0 +1,115 @@
+// Colour over time: /api/texture, /api/map, /api/curve, /api/mesh.
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/filters.h"
+#include "simulation/scene/scene_io.h"
+#include "tools/studio/mesh_glb.h"
+#include "tools/studio/picture_bytes.h"
+#include "tools/studio/routes.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kMostSide = 65536;
+constexpr double kMostTime = 1e18;
+constexpr std::array<std::string_view, 3> kBetweenNames{"blend", "hold", "nearest"};
+
+Between between_of(const Asked& asked) {
+  const std::string name = asked.target.has("between") ? asked.target.value("between") : "blend";
+  const auto found = std::find(kBetweenNames.begin(), kBetweenNames.end(), name);
+  if (found == kBetweenNames.end()) throw InvalidInput("between: found \"" + name + "\"; expected blend, hold or nearest");
+  return static_cast<Between>(found - kBetweenNames.begin());
+}
+
+/// Longest side at most as the request says.
+ImageF sized(ImageF image, const Asked& asked) {
+  if (!asked.target.has("size")) return image;
+  const int size = asked.integer("size", 1, kMostSide);
+  const int longest = std::max(image.width(), image.height());
+  if (size >= longest) return image;
+  const auto side = [&](int s) { return static_cast<int>(std::max<std::int64_t>(1, (std::int64_t{s} * size + longest / 2) / longest)); };
+  return downscale_area(image, side(image.width()), side(image.height()), asked.control);
+}
+
+std::string rgba_rows(const ImageU8& rgb) {
+  std::string bytes(static_cast<std::size_t>(rgb.num_pixels()) * 4, '\xFF');
+  for (std::int64_t i = 0; i < rgb.num_pixels(); ++i) std::copy_n(rgb.data() + 3 * i, 3, bytes.data() + 4 * i);
+  return bytes;
+}
+
+HttpResponse sized_response(std::string type, std::string body, int width, int height) {
+  return {.type = std::move(type), .headers = {{"X-Width", std::to_string(width)}, {"X-Height", std::to_string(height)}}, .body = std::move(body)};
+}
+
+}  // namespace
+
+HttpResponse answer_texture(const Asked& asked) {
+  const std::string format = asked.target.has("format") ? asked.target.value("format") : "raw";
+  if (format != "raw" && format != "png") throw InvalidInput("format: found \"" + format + "\"; expected raw or png");
+  const double time = asked.number("time", -kMostTime, kMostTime);
+  const Between between = between_of(asked);
+  const std::optional<int> tile = asked.target.has("tile") ? std::optional(asked.integer("tile", 0, 1'000'000)) : std::nullopt;
+  const std::shared_ptr<const SurfaceInTime> surface = asked.surface();
+  const ImageU8 codes = srgb8_from_linear(sized(surface->texture(time, between, tile, asked.control), asked));
+  asked.control.throw_if_stopped();
+  std::string rows = rgba_rows(codes);
+  const std::string hash = xxh64(rows);
+  HttpResponse response = format == "png" ? sized_response("image/png", png_of(codes), codes.width(), codes.height())
+                                          : sized_response("application/octet-stream", std::move(rows), codes.width(), codes.height());
+  response.headers.emplace_back("X-Hash", hash);
+  return response;
+}
+
+HttpResponse answer_map(const Asked& asked) {
+  const std::string name = asked.target.value("name");
+  NamedMap map = asked.surface()->map(name);
+  if (name != "coordinates") map.values = sized(std::move(map.values), asked);  // means of coordinates are no coordinates
+  const ImageF& image = map.values;
+  HttpResponse response = sized_response("application/octet-stream", {reinterpret_cast<const char*>(image.data()), image.values().size() * sizeof(float)},
+                                         image.width(), image.height());
+  response.headers.emplace_back("X-Channels", std::to_string(image.channels()));
+  response.headers.emplace_back("X-Low", number_text(map.low));
+  response.headers.emplace_back("X-High", number_text(map.high));
+  return response;
+}
+
+HttpResponse answer_curve(const Asked& asked) {
+  const int x = asked.integer("x", 0, kMostSide), y = asked.integer("y", 0, kMostSide);
+  const std::shared_ptr<const SurfaceInTime> surface = asked.surface();
+  const TexelCurve curve = surface->curve(x, y, asked.control);
+  Json json{{"times", curve.times}, {"srgb", curve.srgb}, {"lab", curve.lab}};
+  if (curve.source) {
+    json["source"] = nullptr;
+    if ((*curve.source)[0] >= 0) {
+      std::error_code error;
+      const std::filesystem::path history = std::filesystem::canonical(surface->history().folder(), error);
+      const std::string name = error ? "" : asked.folder.name_of(history);
+      const bool is_served = !name.empty() && asked.folder.find(name).has_value();
+      json["source"] = {{"place", is_served ? Json(name) : Json(nullptr)}, {"x", (*curve.source)[0]}, {"y", (*curve.source)[1]}};
+    }
+  }
+  return json_response(json);
+}
+
+HttpResponse answer_mesh(const Asked& asked) {
+  const auto [path, kind] = asked.place();
+  std::string glb;
+  if (kind == PlaceKind::Mesh) {
+    const bool is_gltf = path.extension() == ".gltf" || path.extension() == ".glb";  // in m, by its standard
+    glb = mesh_glb(with_normals(read_mesh(path)), path.stem().string(), is_gltf ? 1.0 : 0.001);
+  } else if (kind == PlaceKind::Scene) {
+    glb = scene_glb(read_scene(path, asked.control).scene);
+  } else {
+    const std::shared_ptr<const SurfaceInTime> surface = asked.opened.open(path, kind);
+    glb = mesh_glb(surface->mesh(), path.stem().string(), surface->metres_per_unit());
+  }
+  return {.type = "model/gltf-binary", .body = std::move(glb)};
+}
+
+}  // namespace patinate

@@ -1,4 +1,5 @@
 import "../styles/studio.css";
+import { App } from "./app";
 
-const app = document.getElementById("app");
-if (app) app.textContent = "patinate studio";
+const root = document.getElementById("app");
+if (root) new App(root);

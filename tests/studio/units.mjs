@@ -1,0 +1,118 @@
+// node units.mjs CLIENT_FOLDER: parts of the client that need no browser, bundled and tested in node.
+import assert from "node:assert/strict";
+import { mkdtemp, rm } from "node:fs/promises";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { after, test } from "node:test";
+import { pathToFileURL } from "node:url";
+
+const client = resolve(process.argv[2] ?? "tools/studio/client");
+const { build } = createRequire(join(client, "package.json"))("esbuild");
+const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
+after(() => rm(folder, { recursive: true }));
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session"];
+await build({ stdin: { contents: modules.map((m) => `export * from "./src/${m}";`).join("\n"), resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
+const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
+
+const kRounding = 1e-9;
+
+function random(seed) {
+  let state = seed;
+  return () => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return state / 4294967296;
+  };
+}
+
+test("xxh64 gives the published values of the reference implementation", () => {
+  const of = (text) => u.xxh64(new TextEncoder().encode(text));
+  assert.equal(of(""), "ef46db3751d8e999");
+  assert.equal(of("a"), "d24ec4f1a98c6e5b");
+  assert.equal(of("abc"), "44bc2cf5ad770999");
+  assert.equal(of("Nobody inspects the spammish repetition"), "fbcea83c8a378bf1");
+});
+
+test("merged tiles cover every tile, with few rectangles", () => {
+  const next = random(7);
+  for (const share of [0.002, 0.02, 0.1, 0.5, 1]) {
+    const columns = 128, rows = 128;
+    const tiles = [];
+    for (let t = 0; t < columns * rows; ++t) if (next() < share) tiles.push(t);
+    const rects = u.merge_tiles(new Uint32Array(tiles), columns);
+    const covered = new Set();
+    for (const r of rects) {
+      assert.ok(r.x >= 0 && r.y >= 0 && r.x + r.width <= columns && r.y + r.height <= rows);
+      for (let y = r.y; y < r.y + r.height; ++y) for (let x = r.x; x < r.x + r.width; ++x) covered.add(y * columns + x);
+    }
+    for (const t of tiles) assert.ok(covered.has(t), `tile ${t} at share ${share}`);
+    assert.ok(rects.length <= 128, `${rects.length} rectangles at share ${share}`);
+  }
+  assert.deepEqual(u.merge_tiles(new Uint32Array([5, 6, 5 + 16, 6 + 16]), 16), [{ x: 5, y: 0, width: 2, height: 2 }]);
+});
+
+test("a plane after tiles in any order equals the plane they were cut from, also where tiles stand over the edge", () => {
+  const width = 20, height = 13, side = 8, columns = 3, rows = 2;
+  const next = random(3);
+  const truth = Uint8Array.from({ length: width * height * 4 }, () => 256 * next());
+  const order = [3, 0, 5, 1, 4, 2];
+  const message = new ArrayBuffer(4 * order.length + order.length * side * side * 4);
+  new Uint32Array(message, 0, order.length).set(order);
+  const texels = new Uint8Array(message, 4 * order.length);
+  order.forEach((tile, i) => {
+    for (let y = 0; y < side; ++y) for (let x = 0; x < side; ++x) for (let c = 0; c < 4; ++c) {
+      const tx = (tile % columns) * side + x, ty = Math.floor(tile / columns) * side + y;
+      texels[((i * side + y) * side + x) * 4 + c] = tx < width && ty < height ? truth[(ty * width + tx) * 4 + c] : 99;
+    }
+  });
+  assert.equal(columns * rows, order.length);
+  const plane = new u.TilePlane(width, height, 4, true, () => {});
+  plane.apply(message, 0, order.length, side);
+  assert.deepEqual(plane.data, truth);
+});
+
+test("CIEDE2000 gives the values of Sharma's table", () => {
+  for (const [a, b, expected] of [[[50, 2.6772, -79.7751], [50, 0, -82.7485], 2.0425], [[50, 2.5, 0], [73, 25, -18], 27.1492], [[2.0776, 0.0795, -1.135], [0.9033, -0.0636, -0.5514], 0.9082],
+    [[50, -1, 2], [50, 0, 0], 2.3669]]) {
+    const kTableDigits = 5e-5;
+    assert.ok(Math.abs(u.ciede2000(a, b) - expected) <= kTableDigits, `${u.ciede2000(a, b)} and not ${expected}`);
+  }
+});
+
+test("Lab and back is the same colour, and sRGB codes come back exactly", () => {
+  for (let code = 0; code < 256; ++code) assert.equal(Math.round(255 * u.srgb_from_linear(u.linear_from_srgb(code / 255))), code);
+  const kMatrixDigits = 1e-6;
+  for (const color of [[0.2, 0.5, 0.8], [0, 0, 0], [1, 1, 1], [0.003, 0.9, 0.01]]) {
+    u.linear_from_lab(u.lab_from_linear(color)).forEach((c, i) => assert.ok(Math.abs(c - color[i]) < kMatrixDigits));
+  }
+});
+
+test("the ramp grows lighter all the way, in equal steps", () => {
+  const lightness = Array.from({ length: 11 }, (_, i) => u.lab_from_linear(u.ramp_color(i / 10))[0]);
+  for (let i = 1; i < lightness.length; ++i) assert.ok(lightness[i] > lightness[i - 1] + 5);
+});
+
+test("the slider of Figure 10: probabilities sum to 1, ends and thirds are as in the paper", () => {
+  for (let s = 0; s <= 1; s += 0.01) {
+    const b = u.behaviour_of_slider(s, 0.1);
+    assert.ok(Math.abs(b.bounce + b.float + b.absorb - 1) < kRounding);
+  }
+  assert.deepEqual(u.behaviour_of_slider(0, 0), { bounce: 1, float: 0, absorb: 0, deceleration_bounce: 0, deceleration_float: 0 });
+  assert.deepEqual(u.behaviour_of_slider(1, 0), { bounce: 0, float: 1, absorb: 0, deceleration_bounce: 1, deceleration_float: 1 });
+  assert.equal(u.behaviour_of_slider(1 / 3, 0).bounce, 1);
+});
+
+test("a saved session answers with the nearest time, and with nothing what it does not hold", () => {
+  const stored = (text) => ({ type: "text/plain", headers: { "X-Hash": text }, base64: btoa(text) });
+  const session = { place: "p", responses: { "/api/texture?place=p&time=0&format=raw": stored("early"), "/api/texture?place=p&time=10.0&format=raw": stored("late"), "/api/map?place=p&name=control%3Aa": stored("map") } };
+  const text = (url) => {
+    const reply = u.answer_from(session, url);
+    return reply && new TextDecoder().decode(reply.bytes);
+  };
+  assert.equal(text("/api/texture?place=p&time=10&between=blend&format=raw"), "late");
+  assert.equal(text("/api/texture?place=p&time=4&format=raw"), "early");
+  assert.equal(text("/api/texture?place=q&time=4&format=raw"), undefined);
+  assert.equal(text("/api/map?place=p&name=control:a"), "map");
+  assert.equal(text("/api/map?place=p&name=control:b"), undefined);
+  assert.deepEqual(u.stored_times(session), [0, 10]);
+});

@@ -1,0 +1,108 @@
+// The application: header, addresses (#/PLACE), keys, and one view at a time.
+import { get_place, is_static, on_busy } from "./api";
+import type { HistoryPlace, PlaceBase, StepsPlace } from "./types";
+import { button, icon_button } from "./ui/controls";
+import { open_help } from "./ui/dialog";
+import { h, replace } from "./ui/dom";
+import { icon } from "./ui/icons";
+import { show_error } from "./ui/notices";
+import { current_theme, on_theme, start_theme, toggle_theme } from "./ui/theme";
+import { CaptureView } from "./views/capture_view";
+import { HistoryView } from "./views/history_view";
+import { MeshView } from "./views/mesh_view";
+import { PlacesView } from "./views/places_view";
+import { ReportView } from "./views/report_view";
+import { SimulationView } from "./views/simulation_view";
+import type { View } from "./views/view";
+
+const kHistoryKinds = ["history", "transfer", "simulation"];
+
+export class App {
+  private view: View | undefined;
+  private num_opened = 0;
+  private readonly body = h("div", { class: "body-of-app" });
+  private readonly crumbs = h("nav", { "aria-label": "Where you are" });
+  private readonly busy = h("div", { class: "busy", "aria-hidden": "true" });
+
+  constructor(root: HTMLElement) {
+    start_theme();
+    const theme = icon_button("sun", "Dark or light", toggle_theme, "T");
+    const show_theme = (): void => theme.replaceChildren(icon(current_theme() === "dark" ? "sun" : "moon"));
+    on_theme(show_theme);
+    show_theme();
+    const home = h("a", { class: "brand", href: "#/", "aria-label": "patinate studio: all places" }, h("i", { class: "logo", "aria-hidden": "true" }), h("b", {}, "patinate"), h("span", {}, "studio"));
+    replace(root, h("a", { class: "skip", href: "#main", onclick: (e: Event) => { e.preventDefault(); this.body.querySelector("canvas")?.focus(); } }, "To the picture"),
+      h("header", { class: "top" }, home, this.crumbs, h("div", { class: "spacer" }), theme, icon_button("help", "Help and keys", open_help, "?")), this.busy, this.body);
+    on_busy((num) => this.busy.classList.toggle("on", num > 0));
+    window.addEventListener("hashchange", () => void this.open());
+    window.addEventListener("keydown", (event) => this.key(event));
+    void this.open();
+  }
+
+  private async open(): Promise<void> {
+    const number = ++this.num_opened;
+    const [place = "", mode = ""] = location.hash.replace(/^#\/?/, "").split("?").map(decodeURIComponent);
+    this.view?.dispose();
+    this.view = undefined;
+    replace(this.crumbs);
+    const shown = is_static() ? window.PATINATE_SESSION?.place ?? "" : place;
+    if (shown === "") {
+      document.title = "patinate studio";
+      this.show(new PlacesView());
+      return;
+    }
+    replace(this.body, h("p", { class: "empty", role: "status" }, "Opening ..."));
+    try {
+      const info = await get_place<PlaceBase>(shown);
+      if (number !== this.num_opened) return;
+      document.title = `${info.name} - patinate studio`;
+      this.show_crumbs(info, mode);
+      this.show(this.make(info, mode));
+    } catch (error) {
+      if (number !== this.num_opened) return;
+      show_error(error);
+      replace(this.body, h("div", { class: "empty" }, h("p", {}, error instanceof Error ? error.message : ""), h("a", { href: "#/" }, "All places")));
+    }
+  }
+
+  private make(info: PlaceBase, mode: string): View {
+    const is_live = mode === "live";
+    if (mode === "steps") return new CaptureView(info as StepsPlace);
+    if (info.kind === "report") return new ReportView(info);
+    if (info.kind === "scene" || (info.kind === "simulation" && is_live)) return new SimulationView(info);
+    if (kHistoryKinds.includes(info.kind)) return new HistoryView(info as HistoryPlace);
+    if (info.kind === "mesh") return new MeshView(info);
+    return new CaptureView(info as StepsPlace);
+  }
+
+  private show(view: View): void {
+    this.view = view;
+    replace(this.body, view.element);
+  }
+
+  // Where this is, and what else can be seen of the same place.
+  private show_crumbs(info: PlaceBase, mode: string): void {
+    const { steps, live_problem } = info as Partial<StepsPlace> & { live_problem?: string };
+    const other = (text: string, wanted: string, picture: string, hint: string): HTMLElement =>
+      button(text, () => { location.hash = `#/${encodeURIComponent(info.place)}${wanted ? `?${wanted}` : ""}`; }, { kind: "quiet", icon: picture, hint });
+    const has_time = kHistoryKinds.includes(info.kind) && !is_static();
+    replace(this.crumbs, h("span", { class: "slash", "aria-hidden": "true" }, "/"), icon(info.kind, 16), h("span", { "aria-current": "page" }, info.name),
+      has_time && mode !== "" && other("Its history", "", "history", "Colour over time"),
+      has_time && mode === "" && steps && steps.length > 0 && other("How it was made", "steps", "ingest", "Photographs, masks and residuals, step by step"),
+      has_time && mode === "" && info.kind === "simulation" && !live_problem && other("Run it again", "live", "simulation", "Opens its scene, to be changed while it runs"));
+  }
+
+  private key(event: KeyboardEvent): void {
+    const target = event.target as HTMLElement;
+    const is_typing = target.matches("input[type=text], textarea, select") || document.querySelector("dialog[open]") !== null;
+    if (is_typing) return;
+    const is_slider = target.matches("input[type=range]") && event.key.startsWith("Arrow");
+    const is_pressed = event.key === " " && target.matches("button, summary, a, input");
+    if (is_slider || is_pressed || (event.key.startsWith("Arrow") && target.matches("[role=radio], [role=slider]"))) return;
+    const is_plain = !event.ctrlKey && !event.metaKey && !event.altKey;
+    if (is_plain && event.key === "?") open_help();
+    else if (is_plain && event.key === "t") toggle_theme();
+    else if (!this.view?.on_key?.(event)) return;
+    event.preventDefault();
+  }
+}

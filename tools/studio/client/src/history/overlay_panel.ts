@@ -1,0 +1,85 @@
+// A control, map or the source coordinates as colours over the surface, with what the colours stand for.
+import type { Texture as ThreeTexture } from "three";
+import { get_map, type FloatMap } from "../api";
+import { ramp_gradient } from "../color/ramp";
+import { float_texture, type SurfaceLook } from "../scene/material";
+import type { HistoryPlace } from "../types";
+import { number_text, select, slider } from "../ui/controls";
+import { h, replace } from "../ui/dom";
+import { show_error } from "../ui/notices";
+
+const kMapSize = 2048;
+
+export function legend(title: string, low: string, high: string): HTMLElement {
+  return h("div", { class: "legend", role: "img", "aria-label": `${title}: from ${low} (dark) to ${high} (bright)` }, h("b", {}, title), h("i", { class: "ramp", style: `background:${ramp_gradient()}` }), h("span", {}, low), h("span", {}, high));
+}
+
+function range_of(map: FloatMap): [number, number] {
+  let low = Infinity, high = -Infinity;
+  for (const v of map.values) {
+    if (!Number.isFinite(v)) continue;
+    if (v < low) low = v;
+    if (v > high) high = v;
+  }
+  return low < high ? [low, high] : [0, 1];
+}
+
+export class OverlayPanel {
+  readonly element: HTMLElement;
+  private texture: ThreeTexture | undefined;
+  private asked: AbortController | undefined;
+  private amount = 0.85;
+
+  constructor(private readonly place: HistoryPlace, private readonly look: SurfaceLook, private readonly legend_box: HTMLElement, private readonly redraw: () => void) {
+    const options: [string, string][] = [["", "nothing"], ...(place.controls ?? []).map((c) => [`control:${c.name}`, c.name] as [string, string]),
+      ...(place.maps ?? []).map((m) => [`map:${m}`, m] as [string, string])];
+    if (place.kind === "transfer") options.push(["coordinates", "where it comes from"]);
+    const choice = select("Colour by", options, "", (name) => void this.show(name));
+    const amount = slider({ label: "Strength", low: 0, high: 1, value: this.amount, text: (v) => `${Math.round(100 * v)} %`, on_input: (v) => this.set_amount(v) });
+    this.element = h("div", {}, options.length > 1 ? [choice.element, amount.element] : h("p", { class: "hint" }, "It has no controls or maps."));
+  }
+
+  async show(name: string): Promise<void> {
+    this.asked?.abort();
+    if (name === "") {
+      this.look.uniforms.overlay_amount.value = 0;
+      replace(this.legend_box);
+      this.redraw();
+      return;
+    }
+    this.asked = new AbortController();
+    try {
+      const is_coordinates = name === "coordinates";
+      const size = Math.max(this.place.width, this.place.height) > kMapSize && !is_coordinates ? kMapSize : undefined;
+      const map = await get_map(this.place.place, name, size, this.asked.signal);
+      if (is_coordinates) this.normalise(map);
+      this.texture?.dispose();
+      this.texture = float_texture(map.width, map.height, map.channels, map.values);
+      const control = this.place.controls?.find((c) => name === `control:${c.name}`);
+      const [low, high] = control ? [0, 1] : range_of(map);
+      this.look.uniforms.overlay.value = this.texture;
+      this.look.uniforms.overlay_range.value.set(low, high);
+      this.look.uniforms.overlay_kind.value = is_coordinates ? 1 : 0;
+      this.set_amount(this.amount || 1, true);
+      const unit = control?.unit && control.unit !== "1" ? ` ${control.unit}` : "";
+      replace(this.legend_box, is_coordinates ? h("div", { class: "legend" }, h("b", {}, "position in the photograph"), h("i", { class: "plane-ramp", "aria-hidden": "true" }))
+        : legend(control?.name ?? name.replace(/^map:/, ""), `${number_text(control?.low ?? low)}${unit}`, `${number_text(control?.high ?? high)}${unit}`));
+      this.redraw();
+    } catch (error) {
+      show_error(error);
+    }
+  }
+
+  private set_amount(amount: number, is_shown = this.look.uniforms.overlay_amount.value > 0): void {
+    this.amount = amount;
+    this.look.uniforms.overlay_amount.value = is_shown ? Math.max(amount, 0.001) : 0;
+    this.redraw();
+  }
+
+  // Source pixels as shares of the largest; -1 stays: nothing there.
+  private normalise(map: FloatMap): void {
+    let most = 1;
+    for (const v of map.values) if (v > most) most = v;
+    for (let i = 0; i < map.values.length; ++i) if (map.values[i]! >= 0) map.values[i]! /= most;
+  }
+}

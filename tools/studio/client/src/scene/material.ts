@@ -1,0 +1,136 @@
+// How surfaces are drawn: physically based, with what the studio adds to three.js's materials: two times with a wipe, their difference, a map
+// as colours, gloss and relief from the server's planes.
+import * as THREE from "three";
+import { kLabShader } from "../color/lab";
+import { kRampShader } from "../color/ramp";
+
+export type Comparison = "one" | "wipe" | "difference";
+const kComparisons: Comparison[] = ["one", "wipe", "difference"];
+
+/// Values that the shader reads, shared by all materials of a view.
+export class SurfaceLook {
+  readonly uniforms = {
+    map_b: { value: null as THREE.Texture | null },
+    overlay: { value: null as THREE.Texture | null },
+    relief: { value: null as THREE.Texture | null },
+    comparison: { value: 0 },
+    wipe_px: { value: 0 },
+    difference_top: { value: 20 },
+    overlay_amount: { value: 0 },
+    overlay_range: { value: new THREE.Vector2(0, 1) },
+    overlay_kind: { value: 0 },
+    gloss: { value: 0 },
+    relief_mm: { value: new THREE.Vector2(0, 0) },
+    displacement: { value: 0 },
+    normal_amount: { value: 1 },
+  };
+
+  constructor() {
+    const gray = new THREE.DataTexture(new Uint8Array([128, 128, 255, 0]), 1, 1);
+    gray.needsUpdate = true;
+    this.uniforms.map_b.value = this.uniforms.overlay.value = this.uniforms.relief.value = gray;
+  }
+
+  set_comparison(comparison: Comparison): void {
+    this.uniforms.comparison.value = kComparisons.indexOf(comparison);
+  }
+}
+
+const kDeclarations = /* glsl */ `
+uniform sampler2D map_b, overlay;
+uniform int comparison, overlay_kind;
+uniform float wipe_px, difference_top, overlay_amount, gloss;
+uniform vec2 overlay_range;
+${kLabShader}${kRampShader}
+float surface_gloss;
+`;
+
+// overlay_kind: 0 numbers (below 0, or no number: none there), 1 source coordinates in [0, 1] as two colours.
+const kColor = /* glsl */ `
+vec4 now = texture2D(map, vMapUv);
+surface_gloss = now.a;
+vec3 seen = now.rgb;
+if (comparison == 1 && gl_FragCoord.x > wipe_px) seen = texture2D(map_b, vMapUv).rgb;
+if (comparison == 2) seen = ramp_color(ciede2000(lab_from_linear(now.rgb), lab_from_linear(texture2D(map_b, vMapUv).rgb)) / difference_top);
+if (overlay_amount > 0.0) {
+  vec4 value = texture2D(overlay, vMapUv);
+  if (overlay_kind == 1) {
+    if (value.r >= 0.0) seen = mix(seen, vec3(value.r, 0.25 + 0.5 * (1.0 - value.r) * value.g, value.g) * 0.9, overlay_amount);
+  } else if (value.r >= -0.5 && value.r == value.r) {
+    seen = mix(seen, ramp_color((value.r - overlay_range.x) / (overlay_range.y - overlay_range.x)), overlay_amount);
+  }
+}
+diffuseColor.rgb *= seen;
+`;
+
+/// Roughness as exported GLB files have it: what the specular value leaves, mirrors of 8 bit flicker.
+const kRoughness = /* glsl */ `
+float roughnessFactor = mix(roughness, max(1.0 - surface_gloss, 0.051), gloss);
+`;
+
+const kReliefNormal = /* glsl */ `
+if (normal_amount > 0.0) {
+  vec3 bent = texture2D(relief, vMapUv).xyz * 2.0 - 1.0;
+  bent.xy *= normal_amount * vec2(1.0, -1.0);
+  vec3 q0 = dFdx(-vViewPosition), q1 = dFdy(-vViewPosition);
+  vec2 st0 = dFdx(vMapUv), st1 = dFdy(vMapUv);
+  vec3 q1perp = cross(q1, normal), q0perp = cross(normal, q0);
+  vec3 T = q1perp * st0.x + q0perp * st1.x, B = q1perp * st0.y + q0perp * st1.y;
+  float det = max(dot(T, T), dot(B, B));
+  float s = det == 0.0 ? 0.0 : inversesqrt(det);
+  normal = normalize(T * (bent.x * s) + B * (bent.y * s) + normal * bent.z);
+}
+`;
+
+function extend(material: THREE.Material, look: SurfaceLook, is_lit: boolean): void {
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, look.uniforms);
+    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", `#include <common>\n${kDeclarations}`).replace("#include <map_fragment>", kColor);
+    if (!is_lit) return;
+    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief;\nuniform float normal_amount;")
+      .replace("#include <roughnessmap_fragment>", kRoughness).replace("#include <normal_fragment_maps>", kReliefNormal);
+    shader.vertexShader = shader.vertexShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief;\nuniform vec2 relief_mm;\nuniform float displacement;")
+      .replace("#include <displacementmap_vertex>",
+               "if (displacement > 0.0) transformed += normalize(objectNormal) * displacement * mix(relief_mm.x, relief_mm.y, texture2D(relief, uv).a);");
+  };
+  material.customProgramCacheKey = () => `patinate ${is_lit}`;
+}
+
+/// For meshes: lit. `map` must be set.
+export function lit_material(look: SurfaceLook, map: THREE.Texture): THREE.MeshStandardMaterial {
+  const material = new THREE.MeshStandardMaterial({ map, roughness: 0.8, metalness: 0, side: THREE.DoubleSide, shadowSide: THREE.DoubleSide });
+  extend(material, look, true);
+  return material;
+}
+
+/// For pictures, and for meshes where exact colours are to be read.
+export function flat_material(look: SurfaceLook, map: THREE.Texture): THREE.MeshBasicMaterial {
+  const material = new THREE.MeshBasicMaterial({ map, side: THREE.DoubleSide, toneMapped: false });
+  extend(material, look, false);
+  return material;
+}
+
+/// RGBA8 rows, the first at the top (v = 0 in glTF's UVs).
+export function color_texture(width: number, height: number, bytes: Uint8Array): THREE.DataTexture {
+  const texture = new THREE.DataTexture(bytes, width, height, THREE.RGBAFormat, THREE.UnsignedByteType);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  texture.minFilter = THREE.LinearMipmapLinearFilter;
+  texture.magFilter = THREE.LinearFilter;
+  texture.generateMipmaps = true;
+  texture.anisotropy = 4;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+/// One or two floats a texel.
+export function float_texture(width: number, height: number, channels: number, values: Float32Array): THREE.DataTexture {
+  // Half floats are filtered everywhere; three and four channels keep their first two.
+  const half = new Uint16Array(2 * width * height);
+  for (let i = 0; i < width * height; ++i) {
+    for (let c = 0; c < 2; ++c) half[2 * i + c] = THREE.DataUtils.toHalfFloat(values[channels * i + Math.min(c, channels - 1)]!);
+  }
+  const texture = new THREE.DataTexture(half, width, height, THREE.RGFormat, THREE.HalfFloatType);
+  texture.magFilter = texture.minFilter = THREE.LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
+}

@@ -1,0 +1,242 @@
+// One canvas with a scene, a camera that turns (or, for flat pictures, shifts), light and picking. Draws only when something changed.
+import * as THREE from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { current_theme, on_theme } from "../ui/theme";
+import { Environments, lamp_direction, light_named } from "./environment";
+
+export interface Hit {
+  point: THREE.Vector3;
+  normal: THREE.Vector3;
+  uv: THREE.Vector2;
+  object: THREE.Object3D;
+}
+
+const kShadowTexels = 1024;
+const kClick_px = 5;
+
+export class Viewer {
+  readonly scene = new THREE.Scene();
+  readonly renderer: THREE.WebGLRenderer;
+  readonly canvas: HTMLCanvasElement;
+  readonly controls: OrbitControls;
+  camera: THREE.PerspectiveCamera | THREE.OrthographicCamera;
+  /// What fit() looks at and clicks hit.
+  readonly content = new THREE.Group();
+  /// Called before a frame is drawn, and after.
+  before_frame: (() => void) | undefined;
+  after_frame: (() => void) | undefined;
+  on_click: ((hit: Hit | undefined, event: PointerEvent) => void) | undefined;
+  on_resize: (() => void) | undefined;
+  num_frames = 0;
+
+  private readonly lamp = new THREE.DirectionalLight(0xffffff, 1);
+  private readonly floor: THREE.Mesh;
+  private readonly environments: Environments;
+  private readonly observer: ResizeObserver;
+  private readonly stop_theme: () => void;
+  private is_asked = false;
+  private is_fit_due = false;
+  private light = "studio";
+  private light_turn_deg = 0;
+  private readonly raycaster = new THREE.Raycaster();
+  private down: { x: number; y: number } | undefined;
+
+  constructor(readonly element: HTMLElement, readonly is_flat: boolean) {
+    this.renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: "high-performance", preserveDrawingBuffer: false });
+    this.renderer.toneMapping = THREE.NeutralToneMapping;  // Keeps colours as they are below 0.8.
+    this.renderer.shadowMap.enabled = !is_flat;
+    this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    this.renderer.shadowMap.autoUpdate = false;
+    this.canvas = this.renderer.domElement;
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "img");
+    element.prepend(this.canvas);
+    this.camera = is_flat ? new THREE.OrthographicCamera(-1, 1, 1, -1, -1000, 1000) : new THREE.PerspectiveCamera(32, 1, 0.01, 1000);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.addEventListener("change", () => this.invalidate());
+    this.controls.zoomToCursor = true;
+    if (is_flat) {
+      this.controls.enableRotate = false;
+      this.controls.screenSpacePanning = true;
+      this.controls.mouseButtons = { LEFT: THREE.MOUSE.PAN, MIDDLE: THREE.MOUSE.DOLLY, RIGHT: THREE.MOUSE.PAN };
+      this.controls.touches = { ONE: THREE.TOUCH.PAN, TWO: THREE.TOUCH.DOLLY_PAN };
+    }
+    this.floor = new THREE.Mesh(new THREE.CircleGeometry(1, 96), new THREE.ShadowMaterial({ opacity: 0.32 }));
+    this.floor.rotation.x = -Math.PI / 2;
+    this.floor.receiveShadow = true;
+    this.floor.visible = !is_flat;
+    this.lamp.castShadow = true;
+    this.lamp.shadow.mapSize.set(kShadowTexels, kShadowTexels);
+    this.lamp.shadow.bias = -0.0005;
+    this.lamp.shadow.normalBias = 0.02;
+    this.scene.add(this.content, this.floor, this.lamp, this.lamp.target);
+    this.environments = new Environments(this.renderer);
+    this.canvas.addEventListener("pointerdown", (e) => { this.down = e.button === 0 && e.isPrimary ? { x: e.clientX, y: e.clientY } : undefined; });
+    this.canvas.addEventListener("pointerup", (e) => this.release(e));
+    this.canvas.addEventListener("webglcontextlost", (e) => e.preventDefault());
+    this.canvas.addEventListener("webglcontextrestored", () => this.invalidate());
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(element);
+    this.stop_theme = on_theme(() => this.show_background());
+    this.show_background();
+    this.set_light("studio");
+    this.resize();
+  }
+
+  invalidate(): void {
+    if (this.is_asked) return;
+    this.is_asked = true;
+    requestAnimationFrame(() => {
+      this.is_asked = false;
+      this.before_frame?.();
+      this.renderer.render(this.scene, this.camera);
+      ++this.num_frames;
+      this.after_frame?.();
+    });
+  }
+
+  /// Objects or light have moved: shadows are drawn again.
+  invalidate_shadows(): void {
+    this.renderer.shadowMap.needsUpdate = true;
+    this.invalidate();
+  }
+
+  bounds(): THREE.Box3 {
+    return new THREE.Box3().setFromObject(this.content);
+  }
+
+  /// The whole content in view. @param toward  Where the camera stands, seen from the content.
+  fit(toward = new THREE.Vector3(0.55, 0.32, 1)): void {
+    const box = this.bounds();
+    if (box.isEmpty()) return;
+    this.is_fit_due = this.canvas.clientWidth === 0;  // Not on the page yet.
+    if (this.is_fit_due) return;
+    const center = box.getCenter(new THREE.Vector3());
+    const size = box.getSize(new THREE.Vector3());
+    const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
+    if (this.camera instanceof THREE.OrthographicCamera) {
+      this.camera.zoom = Math.min(2 / (size.y * 1.06), (2 * aspect) / (size.x * 1.06));
+      this.camera.position.set(center.x, center.y, 10);
+      this.controls.minZoom = this.camera.zoom / 4;
+    } else {
+      const way = toward.clone().normalize();
+      const half = Math.tan((this.camera.fov * Math.PI) / 360);
+      // Corners of the box, seen along `way`: all of them must lie in the frustum.
+      const right = new THREE.Vector3(0, 1, 0).cross(way).normalize();
+      const up = way.clone().cross(right);
+      let distance = 0;
+      for (let i = 0; i < 8; ++i) {
+        const corner = new THREE.Vector3(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z).sub(center);
+        const reach = Math.max(Math.abs(corner.dot(up)) / half, Math.abs(corner.dot(right)) / (half * aspect));
+        distance = Math.max(distance, corner.dot(way) + reach);
+      }
+      distance *= 1.08;
+      this.camera.position.copy(center).addScaledVector(way, distance);
+      this.camera.near = distance / 200;
+      this.camera.far = distance * 40;
+      this.controls.minDistance = size.length() / 50;
+      this.controls.maxDistance = distance * 8;
+    }
+    this.controls.target.copy(center);
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.place_lamp();
+    this.invalidate_shadows();
+  }
+
+  set_light(name: string, turn_deg = this.light_turn_deg): void {
+    this.light = name;
+    this.light_turn_deg = turn_deg;
+    const light = light_named(name);
+    if (!this.is_flat) {
+      this.scene.environment = this.environments.get(name);
+      this.scene.environmentIntensity = light.ambient;
+      this.scene.environmentRotation.y = (turn_deg * Math.PI) / 180;
+    }
+    this.lamp.color.set(light.lamp.color);
+    this.lamp.intensity = light.lamp.strength;
+    this.place_lamp();
+    this.invalidate_shadows();
+  }
+
+  set_shadows(are_on: boolean): void {
+    this.lamp.castShadow = are_on;
+    this.floor.visible = are_on && !this.is_flat;
+    this.invalidate_shadows();
+  }
+
+  /// What lies under a point of the window, in `content`.
+  pick(client_x: number, client_y: number): Hit | undefined {
+    this.aim(client_x, client_y);
+    const found = this.raycaster.intersectObject(this.content, true).find((i) => i.uv && i.object instanceof THREE.Mesh && i.object.visible && !(i.object instanceof THREE.InstancedMesh));
+    if (!found?.uv) return undefined;
+    const normal = found.face ? found.face.normal.clone().transformDirection(found.object.matrixWorld) : new THREE.Vector3(0, 0, 1);
+    return { point: found.point, normal, uv: found.uv, object: found.object };
+  }
+
+  /// A ray through a point of the window.
+  aim(client_x: number, client_y: number): THREE.Ray {
+    const box = this.canvas.getBoundingClientRect();
+    this.raycaster.setFromCamera(new THREE.Vector2((2 * (client_x - box.left)) / box.width - 1, 1 - (2 * (client_y - box.top)) / box.height), this.camera);
+    return this.raycaster.ray;
+  }
+
+  /// Where a point of the scene is in the window.
+  project(point: THREE.Vector3): { x: number; y: number } {
+    const box = this.canvas.getBoundingClientRect();
+    const p = point.clone().project(this.camera);
+    return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
+  }
+
+  dispose(): void {
+    this.observer.disconnect();
+    this.stop_theme();
+    this.controls.dispose();
+    this.environments.dispose();
+    this.scene.traverse((o) => {
+      if (o instanceof THREE.Mesh || o instanceof THREE.Points || o instanceof THREE.Line) (o.geometry as THREE.BufferGeometry).dispose();
+    });
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
+    this.canvas.remove();
+  }
+
+  private release(event: PointerEvent): void {
+    if (!this.down || Math.hypot(event.clientX - this.down.x, event.clientY - this.down.y) > kClick_px) return;
+    this.down = undefined;
+    this.on_click?.(this.pick(event.clientX, event.clientY), event);
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.element;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(width, height);
+    if (this.camera instanceof THREE.OrthographicCamera) [this.camera.left, this.camera.right] = [-width / height, width / height];
+    else this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.on_resize?.();
+    if (this.is_fit_due) this.fit();
+    this.invalidate();
+  }
+
+  private place_lamp(): void {
+    const box = this.bounds();
+    if (box.isEmpty()) return;
+    const sphere = box.getBoundingSphere(new THREE.Sphere());
+    const r = sphere.radius;
+    this.lamp.target.position.copy(sphere.center);
+    this.lamp.position.copy(sphere.center).addScaledVector(lamp_direction(light_named(this.light), this.light_turn_deg), 3 * r);
+    const camera = this.lamp.shadow.camera;
+    [camera.left, camera.right, camera.bottom, camera.top, camera.near, camera.far] = [-1.3 * r, 1.3 * r, -1.3 * r, 1.3 * r, 0.5 * r, 6 * r];
+    camera.updateProjectionMatrix();
+    this.lamp.shadow.normalBias = r / 250;
+    this.floor.position.set(sphere.center.x, box.min.y - 0.002 * r, sphere.center.z);
+    this.floor.scale.setScalar(3 * r);
+  }
+
+  private show_background(): void {
+    this.scene.background = new THREE.Color(current_theme() === "dark" ? 0x1b1d1f : 0xe9e6e0);
+    this.invalidate();
+  }
+}

@@ -1,0 +1,106 @@
+// How material travels: behaviour, exchange, rules.
+import type { SceneState } from "../types";
+import type { Chart } from "../ui/chart";
+import { number_text, section, select, slider, type Slider } from "../ui/controls";
+import { h, replace, throttle } from "../ui/dom";
+import type { SceneContext } from "./context";
+import { figure10 } from "./figure10";
+
+interface Preset {
+  text: string;
+  slider: number;
+  absorb: number;
+  ratio: number;
+}
+
+const kPresets: Record<string, Preset> = {
+  rain: { text: "Rain that runs down", slider: 0.72, absorb: 0.02, ratio: 0.4 },
+  film: { text: "Slow, creeping film", slider: 0.92, absorb: 0.03, ratio: 0.5 },
+  splash: { text: "Splashes", slider: 0.25, absorb: 0.1, ratio: 0.6 },
+  dust: { text: "Dust that settles", slider: 0.33, absorb: 0.3, ratio: 0.9 },
+  wash: { text: "Washing off", slider: 0.7, absorb: 0.01, ratio: 0.1 },
+};
+const kSend_ms = 80;
+
+export class FlowPanel {
+  readonly elements: HTMLElement[];
+  private readonly behaviour = h("div", { class: "stack" });
+  private readonly rates = h("div", { class: "stack" });
+  private readonly rules = h("div", { class: "stack" });
+  private readonly sliders = new Map<string, Slider>();
+  private chart: Chart | undefined;
+  private chart_absorb = -1;
+  private readonly chart_box = h("div", {});
+  private readonly send_behaviour = throttle(kSend_ms, () => this.context.event({ op: "behaviour", behaviour: { slider: this.value("slider"), absorb: this.value("absorb") } }));
+
+  constructor(private readonly context: SceneContext) {
+    const preset = select("Like", [["", "as it is"], ...Object.entries(kPresets).map(([k, p]) => [k, p.text] as [string, string])], "", (name) => this.apply(name));
+    this.elements = [
+      section("How it flows", true, preset.element, this.behaviour),
+      section("Exchange with the surface", false, this.rates),
+      section("Rules of aging", false, this.rules),
+    ];
+  }
+
+  /// After hello: all controls; `show` later only moves them.
+  build(scene: SceneState): void {
+    this.sliders.clear();
+    const make = (key: string, label: string, value: number, hint: string, send: (v: number) => void): HTMLElement => {
+      const s = slider({ label, low: 0, high: 1, step: 0.005, value, hint, on_input: throttle(kSend_ms, send) });
+      this.sliders.set(key, s);
+      return s.element;
+    };
+    replace(this.behaviour,
+      make("slider", "From bouncing to creeping", scene.slider ?? 0.5, "Figure 10: left all bounce, right all float ever more slowly", () => { this.draw(); this.send_behaviour(); }), this.chart_box,
+      make("absorb", "Absorbed at a hit", scene.behaviour.absorb, "Share of gammatons that end in the surface", () => { this.draw(); this.send_behaviour(); }),
+      make("ratio", "Ratio r: washes or deposits", scene.exchange.ratio, "0 only picks up, 1 only drops", (v) => this.context.event({ op: "ratio", ratio: v })));
+    replace(this.rates, h("p", { class: "hint" }, "Share of a material that changes sides at a contact."), scene.materials.map((m) =>
+      make(`rate ${m}`, m, scene.exchange.rates[m] ?? 0, `Exchange rate of ${m}`, (v) => this.context.event({ op: "rate", target: m, rate: v }))));
+    replace(this.rules, scene.rules.length === 0 ? h("p", { class: "hint" }, "This scene has no rules.") : scene.rules.map((rule) => {
+      const s = slider({ label: rule.name, low: 0.0001, high: Math.max(1, 10 * rule.alpha), value: rule.alpha, logarithmic: true, hint: rule.driver ? `Driven by ${rule.driver}` : "",
+        text: (v) => `${number_text(v, 2)} / ${scene.time_unit}`, on_input: throttle(kSend_ms, (v: number) => this.context.event({ op: "rule", target: rule.name, alpha: v })) });
+      this.sliders.set(`rule ${rule.name}`, s);
+      return h("div", {}, s.element, rule.driver && h("p", { class: "hint formula" }, rule.driver));
+    }));
+    this.chart_absorb = -1;
+    this.draw();
+  }
+
+  show(scene: SceneState): void {
+    if (typeof scene.slider === "number") this.sliders.get("slider")?.set(scene.slider);
+    this.sliders.get("absorb")?.set(scene.behaviour.absorb);
+    this.sliders.get("ratio")?.set(scene.exchange.ratio);
+    for (const m of scene.materials) this.sliders.get(`rate ${m}`)?.set(scene.exchange.rates[m] ?? 0);
+    for (const rule of scene.rules) this.sliders.get(`rule ${rule.name}`)?.set(rule.alpha);
+    this.draw();
+  }
+
+  private value(key: string): number {
+    return this.sliders.get(key)?.get() ?? 0;
+  }
+
+  private draw(): void {
+    const absorb = this.value("absorb");
+    if (absorb !== this.chart_absorb) {
+      this.chart_absorb = absorb;
+      this.chart = figure10(absorb, (s) => {
+        this.sliders.get("slider")?.set(s);
+        this.chart?.mark(s);
+        this.send_behaviour();
+      });
+      replace(this.chart_box, this.chart.element);
+    }
+    this.chart?.mark(this.value("slider"));
+  }
+
+  private apply(name: string): void {
+    const preset = kPresets[name];
+    if (!preset) return;
+    this.context.event({ op: "behaviour", behaviour: { slider: preset.slider, absorb: preset.absorb } });
+    this.context.event({ op: "ratio", ratio: preset.ratio });
+    this.sliders.get("slider")?.set(preset.slider);
+    this.sliders.get("absorb")?.set(preset.absorb);
+    this.sliders.get("ratio")?.set(preset.ratio);
+    this.draw();
+  }
+}

@@ -1,0 +1,28 @@
+// Numbers of the run: counters and where all mass is.
+import type { Status } from "../types";
+import { number_text, section } from "../ui/controls";
+import { h, replace } from "../ui/dom";
+
+const kColumns = ["emitted", "made", "surface", "carried", "left", "absorbed", "used"] as const;
+
+export class StatusPanel {
+  readonly element: HTMLDetailsElement;
+  private readonly counters = h("dl", { class: "facts" });
+  private readonly ledger = h("div", { class: "ledger-box", tabindex: 0, role: "region", "aria-label": "Mass ledger" });
+  private readonly verdict = h("p", { class: "hint" });
+
+  constructor() {
+    this.element = section("Counters and mass", false, this.counters, h("h3", {}, "Mass ledger"), this.ledger, this.verdict);
+  }
+
+  show(status: Status): void {
+    if (!this.element.open) return;
+    const facts: [string, string][] = [...Object.entries(status.counters).map(([name, value]) => [name, number_text(value)] as [string, string]),
+      ["memory of the server", `${Math.round(status.memory_mb)} MB`], ["browsers here", String(status.clients)]];
+    replace(this.counters, facts.map(([label, text]) => [h("dt", {}, label), h("dd", {}, text)]).flat());
+    replace(this.ledger, h("table", { class: "ledger" }, h("thead", {}, h("tr", {}, h("th", { scope: "col" }, ""), status.ledger.map((row) => h("th", { scope: "col" }, row.material)))),
+      h("tbody", {}, kColumns.map((column) => h("tr", {}, h("th", { scope: "row" }, column), status.ledger.map((row) => h("td", {}, number_text(row[column] ?? 0))))))));
+    const worst = Math.max(0, ...status.ledger.map((row) => Math.abs(row.residual)));
+    this.verdict.textContent = worst === 0 ? "Balances exactly: emitted and made = all the rest." : `Does not balance by ${number_text(worst)}: please report this.`;
+  }
+}

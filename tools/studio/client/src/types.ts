@@ -1,0 +1,194 @@
+// What the server sends: docs/studio_protocol.md.
+
+export type Vec3 = [number, number, number];
+
+export interface PlaceSummary {
+  place: string;
+  kind: string;
+  name: string;
+  detail: string;
+  modified: string | number;
+}
+
+export interface Places {
+  folder: string;
+  version: string;
+  places: PlaceSummary[];
+}
+
+export interface ControlInfo {
+  name: string;
+  low: number;
+  high: number;
+  unit: string;
+}
+
+export interface PlaceBase {
+  place: string;
+  kind: string;
+  name: string;
+  facts?: [string, string][];
+}
+
+/// A history, a transfer or a finished simulation: something with colour over time.
+export interface HistoryPlace extends PlaceBase {
+  width: number;
+  height: number;
+  unit: string;
+  times: number[];
+  texel_size_mm?: number;
+  origin?: string;
+  controls?: ControlInfo[];
+  maps?: string[];
+  frame_masks?: boolean;
+  mesh?: boolean;
+  tiles?: string[];
+  source?: string | null;
+  can_recompose?: boolean;
+}
+
+export interface StepPicture {
+  path: string;
+  caption: string;
+}
+
+export interface StepsPlace extends PlaceBase {
+  steps: { name: string; text: string; pictures: StepPicture[] }[];
+  mesh?: boolean;
+}
+
+export interface Curve {
+  times: number[];
+  srgb: Vec3[];
+  lab: Vec3[];
+  source?: { place: string | null; x: number; y: number };
+}
+
+/// An emitter as scene files have it, lengths in mm.
+export interface Emitter {
+  name: string;
+  shape: "point" | "disk" | "rectangle" | "sphere" | "sky" | "surface";
+  position?: Vec3;
+  direction?: Vec3;
+  size?: number | [number, number];
+  spread_deg?: number;
+  speed?: number;
+  distance?: number;
+  gammatons?: number;
+  carries?: Record<string, number>;
+  on?: boolean;
+}
+
+export interface SceneObject {
+  name: string;
+  translate?: Vec3;
+  rotate?: Vec3;
+  scale?: number;
+}
+
+export interface Look {
+  strength?: number;
+  variation?: number;
+  specular?: number;
+  specular_variation?: number;
+  height?: number;
+  height_variation?: number;
+  color?: Vec3;
+}
+
+export interface Behaviour {
+  bounce: number;
+  float: number;
+  absorb: number;
+  deceleration_bounce: number;
+  deceleration_float: number;
+}
+
+export interface Rule {
+  name: string;
+  driver?: string;
+  alpha: number;
+}
+
+export interface Overlay {
+  name: string;
+  high?: number;
+  unit?: string;
+}
+
+/// hello, and what `scene` messages replace.
+export interface SceneState {
+  name: string;
+  width: number;
+  height: number;
+  materials: string[];
+  looks: Record<string, Look>;
+  emitters: Emitter[];
+  objects: SceneObject[];
+  behaviour: Behaviour;
+  slider?: number | null;
+  exchange: { ratio: number; rates: Record<string, number> };
+  rules: Rule[];
+  time_unit: string;
+  time_per_iteration: number;
+  overlays: (string | Overlay)[];
+  relief_mm: [number, number];
+  bounds_mm: [Vec3, Vec3];
+  notes?: string[];
+}
+
+export interface LedgerRow {
+  material: string;
+  emitted: number;
+  surface: number;
+  carried: number;
+  left: number;
+  absorbed: number;
+  made: number;
+  used: number;
+  residual: number;
+}
+
+export interface Status {
+  running: boolean;
+  iteration: number;
+  time: number;
+  iterations_per_s: number;
+  counters: Record<string, number>;
+  ledger: LedgerRow[];
+  clients: number;
+  memory_mb: number;
+}
+
+export interface TilesHeader {
+  type: "tiles";
+  update: number;
+  iteration: number;
+  plane: "surface" | "relief" | "overlay";
+  tile: number;
+  count: number;
+  width: number;
+  height: number;
+  last: boolean;
+}
+
+export interface StoredResponse {
+  type: string;
+  headers?: Record<string, string>;
+  base64: string;
+}
+
+/// A static session: the server's answers in the page itself.
+export interface StaticSession {
+  place: string;
+  view?: Record<string, unknown>;
+  responses: Record<string, StoredResponse>;
+}
+
+declare global {
+  interface Window {
+    PATINATE_SESSION?: StaticSession;
+    /// For tests: what is on screen.
+    patinate?: Record<string, unknown>;
+  }
+}

@@ -1,0 +1,257 @@
+// A history as a picture, a transfer or finished simulation on its mesh: time, comparison, maps, curves, and where colours come from.
+import * as THREE from "three";
+import { get_mesh, is_static, post, type Texture } from "../api";
+import { CurvePanel } from "../history/curve_panel";
+import { FrameLoader } from "../history/frame_loader";
+import { legend, OverlayPanel } from "../history/overlay_panel";
+import { Timebar } from "../history/timebar";
+import { Wipe } from "../history/wipe";
+import { color_texture, flat_material, lit_material, SurfaceLook, type Comparison } from "../scene/material";
+import { dress, picture_plane, read_glb } from "../scene/mesh_loader";
+import { Viewer, type Hit } from "../scene/viewer";
+import { stored_times } from "../session";
+import type { HistoryPlace } from "../types";
+import { button, number_text, section, segmented, select, slider, toggle, type Choice } from "../ui/controls";
+import { h, replace } from "../ui/dom";
+import { progress, show_error } from "../ui/notices";
+import { xxh64 } from "../xxh64";
+import type { View } from "./view";
+import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
+
+const kMostSide = 2048;
+const kDifferenceTop = 20;
+
+export class HistoryView implements View {
+  readonly element: HTMLElement;
+  private readonly frame = workspace("Picture");
+  private readonly viewer: Viewer;
+  private readonly look = new SurfaceLook();
+  private readonly textures: { a?: THREE.DataTexture; b?: THREE.DataTexture } = {};
+  private readonly shown: { a?: Texture; b?: Texture } = {};
+  private readonly loader_a: FrameLoader;
+  private readonly loader_b: FrameLoader;
+  private readonly timebar: Timebar;
+  private readonly wipe: Wipe;
+  private readonly curve: CurvePanel;
+  private readonly legend_box = h("div", { class: "legends" });
+  private readonly difference_legend = h("div", { class: "legends" });
+  private readonly pin = h("i", { class: "pin", hidden: true });
+  private pinned: THREE.Vector3 | undefined;
+  private comparison: Comparison = "one";
+  private readonly compare_choice: Choice<Comparison>;
+  private readonly placeholder = color_texture(1, 1, new Uint8Array([128, 128, 128, 255]));
+  private lit: THREE.MeshStandardMaterial;
+  private flat: THREE.MeshBasicMaterial;
+  private model: THREE.Object3D | undefined;
+  private is_disposed = false;
+
+  constructor(private readonly place: HistoryPlace) {
+    this.element = this.frame.element;
+    const has_mesh = place.mesh === true;
+    this.viewer = new Viewer(this.frame.stage, !has_mesh);
+    this.viewer.canvas.setAttribute("aria-label", `${place.name}: ${has_mesh ? "the aged object; drag to turn" : "the picture; drag to shift, wheel to enlarge"}`);
+    this.lit = lit_material(this.look, this.placeholder);
+    this.flat = flat_material(this.look, this.placeholder);
+    const longest = Math.max(place.width, place.height);
+    const query = { place: place.place, ...(longest > kMostSide ? { size: kMostSide } : {}) };
+    this.loader_a = new FrameLoader(query, (texture) => this.show_texture("a", texture), show_error);
+    this.loader_b = new FrameLoader(query, (texture) => this.show_texture("b", texture), show_error);
+    this.timebar = new Timebar({ times: place.times, unit: place.unit, only: window.PATINATE_SESSION ? stored_times(window.PATINATE_SESSION) : undefined, on_time: (which, time) => this.go(which, time) });
+    this.wipe = new Wipe(this.frame.stage, () => this.place_wipe());
+    this.curve = new CurvePanel(place, (time) => this.timebar.set_time(time));
+    this.compare_choice = segmented<Comparison>("Compare", [["one", "One time"], ["wipe", "Wipe"], ["difference", "Difference"]], "one", (c) => this.compare(c));
+    this.build_panel(has_mesh);
+    this.frame.stage.append(this.pin, h("div", { class: "legend-area" }, this.legend_box, this.difference_legend));
+    this.frame.bar.append(this.timebar.element);
+    view_tools(this.viewer, this.frame.tools, this.element);
+    this.viewer.on_click = (hit) => this.pick(hit);
+    this.viewer.after_frame = () => this.place_pin();
+    this.viewer.on_resize = () => this.place_wipe();
+    void this.load(has_mesh);
+    this.tell_tests();
+  }
+
+  on_key(event: KeyboardEvent): boolean {
+    switch (event.key) {
+      case " ": this.timebar.toggle(); return true;
+      case "ArrowLeft": this.timebar.jump(-1); return true;
+      case "ArrowRight": this.timebar.jump(1); return true;
+      case "f": this.viewer.fit(); return true;
+      case "F": toggle_full_screen(this.element); return true;
+      case "1": this.compare_by_key("one"); return true;
+      case "2": this.compare_by_key("wipe"); return true;
+      case "3": this.compare_by_key("difference"); return true;
+    }
+    return false;
+  }
+
+  dispose(): void {
+    this.is_disposed = true;
+    this.timebar.pause();
+    this.loader_a.dispose();
+    this.loader_b.dispose();
+    this.textures.a?.dispose();
+    this.textures.b?.dispose();
+    this.lit.dispose();
+    this.flat.dispose();
+    this.viewer.dispose();
+  }
+
+  private build_panel(has_mesh: boolean): void {
+    const { place } = this;
+    const between = select("Between frames", [["blend", "blend"], ["hold", "hold the frame before"], ["nearest", "nearest frame"]], "blend", (value) => {
+      this.loader_a.between = this.loader_b.between = value;
+      this.go("a", this.timebar.time);
+      this.go("b", this.timebar.second_time);
+    });
+    const top = slider({ label: "Brightest at", low: 2, high: 60, step: 1, value: kDifferenceTop, text: (v) => `ΔE ${v}`, hint: "CIEDE2000; 1 is just noticeable", on_input: (v) => {
+      this.look.uniforms.difference_top.value = v;
+      this.show_difference_legend();
+      this.viewer.invalidate();
+    } });
+    const compare = section("Compare", true, this.compare_choice.element, h("div", { class: "only-difference" }, top.element), !is_static() && between.element);
+    const overlay = new OverlayPanel(place, this.look, this.legend_box, () => this.viewer.invalidate());
+    const exact = toggle("Exact colours, without light", false, (on) => {
+      if (this.model) dress(this.model, on ? this.flat : this.lit);
+      this.viewer.invalidate();
+    }, "Shows the texture as it is");
+    const save = button("Save as one HTML file", () => void this.save_session(), { icon: "download", hint: "A page that opens without a server, for a paper's supplement" });
+    this.frame.panel.append(
+      h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)),
+      compare, section("Colour of a place", true, this.curve.element), section("Map over the surface", true, overlay.element),
+      has_mesh ? section("Light", false, light_controls(this.viewer), exact.element) : "",
+      section("About", false, facts_table(place.facts ?? [])),
+      is_static() ? "" : h("div", { class: "panel-foot" }, save));
+  }
+
+  private async load(has_mesh: boolean): Promise<void> {
+    const stop = new AbortController();
+    const work = progress(this.frame.stage, "Reading the mesh and the first frame ...", () => { stop.abort(); history.back(); });
+    try {
+      if (has_mesh) {
+        const group = await read_glb(await get_mesh(this.place.place, stop.signal));
+        if (this.is_disposed) return;
+        dress(group, this.lit);
+        this.model = group;
+      } else {
+        const plane = picture_plane(this.place.width, this.place.height);
+        plane.material = this.flat;
+        this.model = plane;
+      }
+      this.viewer.content.add(this.model);
+      this.viewer.fit();
+      const { times } = this.place;
+      const session = window.PATINATE_SESSION?.view as { time?: number; second_time?: number; comparison?: Comparison } | undefined;
+      this.timebar.set_time(session?.time ?? times[0] ?? 0);
+      this.timebar.set_second_time(session?.second_time ?? times[times.length - 1] ?? 0);
+      if (session?.comparison) this.compare_by_key(session.comparison);
+      await this.loader_a.settled();
+    } catch (error) {
+      show_error(error);
+    } finally {
+      work.end();
+    }
+  }
+
+  private go(which: "a" | "b", time: number): void {
+    if (which === "a") {
+      this.loader_a.request(time);
+      this.curve.set_time(time);
+    } else if (this.comparison !== "one") {
+      this.loader_b.request(time);
+    }
+    this.label_wipe();
+  }
+
+  private show_texture(which: "a" | "b", texture: Texture): void {
+    if (this.is_disposed) return;
+    this.shown[which] = texture;
+    let made = this.textures[which];
+    if (made && made.image.width === texture.width && made.image.height === texture.height) {
+      made.image.data.set(texture.bytes);
+      made.needsUpdate = true;
+    } else {
+      made?.dispose();
+      made = color_texture(texture.width, texture.height, texture.bytes.slice());
+      this.textures[which] = made;
+      if (which === "a") this.lit.map = this.flat.map = made;
+      else this.look.uniforms.map_b.value = made;
+    }
+    this.viewer.invalidate();
+  }
+
+  private compare_by_key(comparison: Comparison): void {
+    this.compare_choice.set(comparison);
+    this.compare(comparison);
+  }
+
+  private compare(comparison: Comparison): void {
+    this.comparison = comparison;
+    this.look.set_comparison(comparison);
+    this.timebar.show_second(comparison !== "one");
+    this.wipe.show(comparison === "wipe");
+    this.frame.panel.classList.toggle("comparing-difference", comparison === "difference");
+    this.show_difference_legend();
+    if (comparison !== "one") this.go("b", this.timebar.second_time);
+    this.place_wipe();
+    this.viewer.invalidate();
+  }
+
+  private show_difference_legend(): void {
+    const top = this.look.uniforms.difference_top.value;
+    replace(this.difference_legend, this.comparison === "difference" && legend("colour difference, CIEDE2000", "0", `${number_text(top)} and more`));
+  }
+
+  private label_wipe(): void {
+    const text = (time: number): string => `${number_text(time, 4)} ${this.place.unit}`;
+    this.wipe.label(text(this.timebar.time), text(this.timebar.second_time));
+  }
+
+  private place_wipe(): void {
+    this.look.uniforms.wipe_px.value = this.wipe ? this.wipe.share * this.viewer.renderer.domElement.width : 0;
+    this.viewer.invalidate();
+  }
+
+  private pick(hit: Hit | undefined): void {
+    this.pinned = hit?.point;
+    this.viewer.invalidate();
+    if (!hit || is_static()) return;
+    const texel = (share: number, size: number): number => Math.min(size - 1, Math.max(0, Math.floor(share * size)));
+    void this.curve.show(texel(hit.uv.x, this.place.width), texel(hit.uv.y, this.place.height));
+  }
+
+  private place_pin(): void {
+    this.pin.hidden = !this.pinned;
+    if (!this.pinned) return;
+    const box = this.frame.stage.getBoundingClientRect();
+    const { x, y } = this.viewer.project(this.pinned);
+    this.pin.style.left = `${x - box.left}px`;
+    this.pin.style.top = `${y - box.top}px`;
+  }
+
+  private async save_session(): Promise<void> {
+    const work = progress(this.frame.stage, "Making the file ...");
+    try {
+      const view = { time: this.timebar.time, second_time: this.timebar.second_time, comparison: this.comparison };
+      const times = [...new Set([...this.place.times, this.timebar.time, this.timebar.second_time])].sort((a, b) => a - b);
+      const file = await post("/api/session", { place: this.place.place, times, size: 1024, view });
+      const link = h("a", { href: URL.createObjectURL(file), download: `${this.place.name}.html` });
+      link.click();
+      window.setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    } catch (error) {
+      show_error(error);
+    } finally {
+      work.end();
+    }
+  }
+
+  private tell_tests(): void {
+    window.patinate = {
+      view: "history", viewer: this.viewer,
+      settled: () => Promise.all([this.loader_a.settled(), this.loader_b.settled()]),
+      texture_hash: () => (this.textures.a ? xxh64(this.textures.a.image.data as unknown as Uint8Array) : null),
+      server_hash: () => this.shown.a?.hash ?? null,
+      set_time: (time: number) => this.timebar.set_time(time),
+    };
+  }
+}

@@ -1,0 +1,106 @@
+// The start page: everything in the served folder that can be shown.
+import { get_place, get_places, preview_url, thumbnail_url } from "../api";
+import type { HistoryPlace, Places, PlaceSummary } from "../types";
+import { h, replace } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { show_error } from "../ui/notices";
+import type { View } from "./view";
+
+const kThumbnailSize = 360;
+
+interface Group {
+  title: string;
+  text: string;
+  kinds: string[];
+}
+
+const kGroups: Group[] = [
+  { title: "Scenes to simulate", text: "Open one and let it rain: emitters can be moved and painted with while it runs.", kinds: ["scene"] },
+  { title: "Aged objects", text: "Transferred or simulated aging on a mesh, with time.", kinds: ["transfer", "simulation"] },
+  { title: "Material histories", text: "How a surface changed: captured, simulated, or made.", kinds: ["history"] },
+  { title: "Captures", text: "From photographs and scans to a history, step by step.", kinds: ["ingest", "registration", "unlit", "calibration"] },
+  { title: "Meshes and reports", text: "", kinds: ["mesh", "report"] },
+];
+
+export function place_link(place: string): string {
+  return `#/${encodeURIComponent(place)}`;
+}
+
+export class PlacesView implements View {
+  readonly element = h("main", { class: "places" }, h("p", { class: "empty", role: "status" }, "Looking through the folder ..."));
+  private readonly stop = new AbortController();
+  private readonly watch = new IntersectionObserver((entries) => {
+    for (const entry of entries) {
+      if (!entry.isIntersecting) continue;
+      this.watch.unobserve(entry.target);
+      this.pending.get(entry.target)?.();
+    }
+  });
+  private readonly pending = new Map<Element, () => void>();
+
+  constructor() {
+    window.patinate = { view: "places" };
+    get_places(this.stop.signal).then((places) => this.show(places), (error: unknown) => {
+      show_error(error);
+      replace(this.element, h("p", { class: "empty" }, error instanceof Error ? error.message : ""));
+    });
+  }
+
+  dispose(): void {
+    this.stop.abort();
+    this.watch.disconnect();
+  }
+
+  private show({ folder, places, version }: Places): void {
+    if (places.length === 0) {
+      replace(this.element, this.nothing(folder));
+      return;
+    }
+    const shown = kGroups.map((g) => ({ ...g, places: places.filter((p) => g.kinds.includes(p.kind)) })).filter((g) => g.places.length > 0);
+    replace(this.element, h("div", { class: "places-head" }, h("h1", {}, "What is here"), h("p", { class: "folder" }, folder)),
+      shown.map((g) => h("section", { "aria-label": g.title }, h("h2", {}, g.title, h("small", {}, g.text)), h("div", { class: "cards" }, g.places.map((p) => this.card(p))))),
+      h("p", { class: "version" }, `patinate ${version}`));
+  }
+
+  private card(place: PlaceSummary & { problem?: string }): HTMLElement {
+    const picture = h("div", { class: "picture" }, icon(place.kind, 44));
+    const card = h("a", { class: `card ${place.kind}`, href: place_link(place.place) }, picture,
+      h("div", { class: "card-text" }, h("b", {}, place.name), h("span", { class: "kind" }, place.kind), h("span", { class: "detail" }, place.problem || place.detail), h("span", { class: "path" }, place.place)));
+    this.pending.set(card, () => void this.thumbnail(place, picture));
+    this.watch.observe(card);
+    return card;
+  }
+
+  // The last frame: aged, where there is something to see. What has no picture keeps its icon.
+  private async thumbnail(place: PlaceSummary, picture: HTMLElement): Promise<void> {
+    let url: string | undefined;
+    try {
+      if (["history", "transfer", "simulation"].includes(place.kind)) {
+        const { times } = await get_place<HistoryPlace>(place.place, this.stop.signal);
+        url = thumbnail_url(place.place, times[times.length - 1] ?? 0, kThumbnailSize);
+      } else if (["ingest", "registration", "unlit"].includes(place.kind)) {
+        const { steps } = await get_place<{ steps: { pictures: { path: string }[] }[]; place: string; kind: string; name: string }>(place.place, this.stop.signal);
+        const path = steps.flatMap((s) => s.pictures)[0]?.path;
+        if (path) url = preview_url(place.place, path, kThumbnailSize);
+      }
+    } catch {
+      return;
+    }
+    if (!url) return;
+    const image = h("img", { alt: "", decoding: "async" });
+    image.onload = () => replace(picture, image);
+    image.src = url;
+  }
+
+  private nothing(folder: string): HTMLElement {
+    const command = (text: string, why: string) => h("li", {}, h("code", {}, text), h("span", {}, why));
+    return h("div", { class: "nothing" }, h("h1", {}, "Nothing to show here yet"), h("p", {}, "The folder ", h("code", {}, folder), " holds nothing that patinate has made. Make something, then reload this page:"),
+      h("ul", {},
+        command("patinate synth ledge -o ledge", "a wall with sills: a scene to simulate right here"),
+        command("patinate synth mould -o mould", "scans and photographs of a copper mould that patinates"),
+        command("patinate synth crackle -o crackle", "photographs of paint that cracks while it dries"),
+        command("patinate ingest crackle/capture.json -o history", "makes a material history of them"),
+        command("patinate synth sculpture -o urn", "a mesh to age with it: patinate transfer")),
+      h("p", {}, "Or start patinate studio with another folder."));
+  }
+}

@@ -1,0 +1,302 @@
+// A running scene: seen, steered and painted. The simulation runs in the server; here are its picture and its handles.
+import * as THREE from "three";
+import { get_mesh } from "../api";
+import { Live } from "../live";
+import { lit_material, SurfaceLook } from "../scene/material";
+import { dress, read_glb } from "../scene/mesh_loader";
+import { Viewer } from "../scene/viewer";
+import { Brush } from "../simulation/brush";
+import { extent, type SceneContext } from "../simulation/context";
+import { EmittersPanel } from "../simulation/emitters_panel";
+import { open_export, open_save } from "../simulation/files";
+import { FlowPanel } from "../simulation/flow_panel";
+import { GammatonPoints } from "../simulation/gammaton_points";
+import { Handles, type HandleMode } from "../simulation/handles";
+import { LooksPanel } from "../simulation/looks_panel";
+import { Planes } from "../simulation/planes";
+import { Plantlets } from "../simulation/plantlets";
+import { RunBar } from "../simulation/run_bar";
+import { ShowPanel } from "../simulation/show_panel";
+import { StatusPanel } from "../simulation/status_panel";
+import type { PlaceBase, SceneState, Status } from "../types";
+import { button, icon_button, section } from "../ui/controls";
+import { h, throttle } from "../ui/dom";
+import { notice, progress, show_error, type Progress } from "../ui/notices";
+import type { View } from "./view";
+import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
+
+const kPlantlets_ms = 500;
+const kCalm_ms = 250;
+
+export class SimulationView implements View, SceneContext {
+  readonly element: HTMLElement;
+  readonly viewer: Viewer;
+  scene!: SceneState;
+  is_running = false;
+  private readonly frame = workspace("Scene");
+  private readonly look = new SurfaceLook();
+  private readonly live: Live;
+  private readonly handles: Handles;
+  private readonly brush: Brush;
+  private readonly gammatons: GammatonPoints;
+  private readonly emitters: EmittersPanel;
+  private readonly flow: FlowPanel;
+  private readonly looks: LooksPanel;
+  private readonly shown: ShowPanel;
+  private readonly status_panel = new StatusPanel();
+  private readonly run_bar: RunBar;
+  private readonly paint_button: HTMLButtonElement;
+  private readonly banner = h("div", { class: "banner", role: "alert", hidden: true });
+  private work: Progress | undefined;
+  private planes: Planes | undefined;
+  private material: THREE.MeshStandardMaterial | undefined;
+  private model: THREE.Group | undefined;
+  private plantlets: Plantlets | undefined;
+  private has_object_nodes = false;
+  private status: Status | undefined;
+  private is_disposed = false;
+  private hash_waiting: ((hash: { iteration: number; surface: string; relief: string }) => void)[] = [];
+  private readonly grow = throttle(kPlantlets_ms, () => this.update_plantlets());
+  private readonly reload_mesh = throttle(1000, () => void this.load_mesh());
+
+  constructor(private readonly place: PlaceBase) {
+    this.element = this.frame.element;
+    this.viewer = new Viewer(this.frame.stage, false);
+    this.viewer.canvas.setAttribute("aria-label", `${place.name}: the scene; drag to turn`);
+    this.gammatons = new GammatonPoints(this.viewer.scene);
+    this.handles = new Handles(this);
+    this.brush = new Brush(this, this.frame.stage);
+    this.emitters = new EmittersPanel(this, this.handles, this.brush);
+    this.flow = new FlowPanel(this);
+    this.looks = new LooksPanel(this);
+    this.shown = new ShowPanel(this.look, () => this.viewer.invalidate(), () => this.watch());
+    this.run_bar = new RunBar({ run: () => this.toggle_run(), step: () => void this.send("step", { iterations: 1 }), reset: () => void this.send("reset") });
+    this.paint_button = button("Paint", () => this.set_painting(!this.brush.is_active), { icon: "brush", hint: "Paint with an emitter on the surface", key: "P" });
+    this.paint_button.setAttribute("aria-pressed", "false");
+    this.build();
+    this.viewer.before_frame = () => this.planes?.before_frame();
+    this.viewer.after_frame = () => this.planes?.after_frame((update) => this.live.acknowledge(update));
+    this.viewer.on_click = (_, event) => { if (!this.brush.is_active) this.handles.click(event.clientX, event.clientY); };
+    this.work = progress(this.frame.stage, "Opening the scene ...", () => history.back());
+    this.live = new Live(place.place, {
+      hello: (scene) => this.hello(scene),
+      scene: (change) => this.changed(change),
+      status: (status) => this.show_status(status),
+      tiles: (header, message, offset) => { this.planes?.apply(header, message, offset); if (header.plane === "overlay") this.grow(); },
+      gammatons: (positions) => { this.gammatons.show(this.shown.shown.gammatons > 0 ? positions : new Float32Array()); this.viewer.invalidate(); },
+      hash: (hash) => { for (const resolve of this.hash_waiting.splice(0)) resolve(hash); },
+      progress: (text, done, total) => this.show_progress(text, done, total),
+      notice: (text) => notice(text),
+      connection: (state, why) => this.show_connection(state, why),
+    });
+    this.tell_tests();
+  }
+
+  async send(op: string, fields: Record<string, unknown> = {}): Promise<void> {
+    try {
+      await this.live.send(op, fields);
+    } catch (error) {
+      show_error(error);
+    }
+  }
+
+  event(event: Record<string, unknown>): void {
+    void this.send("event", { event });
+  }
+
+  on_key(event: KeyboardEvent): boolean {
+    if ((event.ctrlKey || event.metaKey) && event.key === "z") {
+      void this.send("undo");
+      return true;
+    }
+    const modes: Record<string, HandleMode> = { g: "translate", r: "rotate", s: "scale" };
+    const mode = modes[event.key];
+    if (mode && !event.ctrlKey && !event.metaKey) {
+      this.emitters.mode.set(mode);
+      this.handles.set_mode(mode);
+      return true;
+    }
+    switch (event.key) {
+      case " ": this.toggle_run(); return true;
+      case "ArrowRight": void this.send("step", { iterations: 1 }); return true;
+      case "f": this.viewer.fit(); return true;
+      case "F": toggle_full_screen(this.element); return true;
+      case "p": this.set_painting(!this.brush.is_active); return true;
+      case "Escape":
+        this.set_painting(false);
+        this.emitters.choose(undefined);
+        return true;
+    }
+    return false;
+  }
+
+  dispose(): void {
+    this.is_disposed = true;
+    this.live.close();
+    this.brush.dispose();
+    this.handles.dispose();
+    this.gammatons.dispose();
+    this.plantlets?.dispose();
+    this.planes?.dispose();
+    this.material?.dispose();
+    this.viewer.dispose();
+  }
+
+  private build(): void {
+    const { tools, panel, bar, stage } = this.frame;
+    view_tools(this.viewer, tools, this.element);
+    tools.append(h("span", { class: "divider" }), this.paint_button, icon_button("undo", "Undo the last stroke", () => void this.send("undo"), "Ctrl Z"));
+    stage.append(this.banner, h("div", { class: "legend-area" }, this.shown.legend_box));
+    bar.append(this.run_bar.element);
+    const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
+    panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, "running scene")),
+      ...this.emitters.elements, ...this.flow.elements, this.looks.element, this.shown.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
+      section("About", false, facts_table(this.place.facts ?? [])),
+      h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
+        button("Export", () => open_export(sender, this), { icon: "download", hint: "Textures, GLB, parameter maps, history" })));
+  }
+
+  private hello(scene: SceneState): void {
+    const is_first = this.scene === undefined;
+    this.scene = scene;
+    if (!this.planes || this.planes.width !== scene.width || this.planes.height !== scene.height) {
+      this.planes?.dispose();
+      this.planes = new Planes(this.viewer, this.look, scene.width, scene.height);
+      this.material?.dispose();
+      this.material = lit_material(this.look, this.planes.map);
+      if (this.model) dress(this.model, this.material);
+    }
+    this.look.uniforms.relief_mm.value.set(...scene.relief_mm);
+    this.flow.build(scene);
+    this.looks.build(scene);
+    this.shown.build(scene);
+    this.handles.show(scene);
+    this.emitters.show(scene);
+    for (const text of scene.notes ?? []) notice(text);
+    if (is_first) void this.load_mesh();
+  }
+
+  private changed(change: Partial<SceneState>): void {
+    Object.assign(this.scene, change);
+    if (change.relief_mm) this.look.uniforms.relief_mm.value.set(...change.relief_mm);
+    if (change.behaviour || change.exchange || change.rules || change.slider !== undefined) this.flow.show(this.scene);
+    if (change.looks) this.looks.show(this.scene);
+    if (change.emitters || change.objects) {
+      this.handles.show(this.scene);
+      this.emitters.show(this.scene);
+    }
+    if (change.objects && !this.has_object_nodes) this.reload_mesh();
+    if (change.objects) this.viewer.invalidate_shadows();
+  }
+
+  private async load_mesh(): Promise<void> {
+    try {
+      const group = await read_glb(await get_mesh(this.place.place));
+      if (this.is_disposed || !this.material) return;
+      const objects = new Map<string, THREE.Object3D>();
+      for (const { name } of this.scene.objects) {
+        const node = group.children.find((child) => (child.userData["name"] ?? child.name) === name);
+        if (node) objects.set(name, node);
+      }
+      this.has_object_nodes = objects.size === this.scene.objects.length;
+      dress(group, this.material);
+      const is_first = !this.model;
+      if (this.model) this.viewer.content.remove(this.model);
+      this.plantlets?.dispose();
+      this.plantlets = undefined;
+      this.model = group;
+      this.viewer.content.add(group);
+      if (this.has_object_nodes) this.handles.set_objects(objects);
+      this.handles.show(this.scene);
+      if (is_first) this.viewer.fit();
+      else this.viewer.invalidate_shadows();
+      this.update_plantlets();
+      this.work?.end();
+      this.work = undefined;
+    } catch (error) {
+      this.work?.end();
+      show_error(error);
+    }
+  }
+
+  private toggle_run(): void {
+    void this.send(this.is_running ? "pause" : "run");
+  }
+
+  private set_painting(is_on: boolean): void {
+    this.brush.set_active(is_on);
+    this.paint_button.setAttribute("aria-pressed", String(is_on));
+    if (is_on) this.emitters.choose(undefined);
+  }
+
+  private watch(): void {
+    const { shown } = this.shown;
+    if (shown.gammatons === 0) this.gammatons.show(new Float32Array());
+    this.live.set_watch({ overlay: this.shown.wanted(this.scene), gammatons: shown.gammatons });
+    this.update_plantlets();
+    this.viewer.invalidate();
+  }
+
+  private update_plantlets(): void {
+    if (this.is_disposed) return;
+    const { shown } = this.shown;
+    if (!shown.plantlets || !this.model) {
+      this.plantlets?.update(undefined);
+    } else if (!shown.overlay || shown.overlay === this.shown.plant(this.scene)) {
+      this.plantlets ??= new Plantlets(this.model, extent(this.scene));
+      this.plantlets.update(this.planes?.overlay);
+    }
+    this.viewer.invalidate_shadows();
+  }
+
+  private show_status(status: Status): void {
+    this.status = status;
+    this.is_running = status.running;
+    this.run_bar.show(status, this.scene?.time_unit ?? "", this.planes?.num_updates ?? 0);
+    this.status_panel.show(status);
+  }
+
+  private show_progress(text: string, done: number, total: number): void {
+    if (total > 0 && done >= total) {
+      if (this.model) {
+        this.work?.end();
+        this.work = undefined;
+      }
+      return;
+    }
+    this.work ??= progress(this.frame.stage, text);
+    this.work.set(text, total > 0 ? done / total : undefined);
+  }
+
+  private show_connection(state: "connecting" | "open" | "lost", why?: string): void {
+    if (state === "open") this.banner.hidden = true;
+    if (state !== "lost") return;
+    this.banner.textContent = `The connection is lost; trying again. ${why ?? ""}`;
+    this.banner.hidden = false;
+    this.run_bar.show_lost();
+    this.is_running = false;
+  }
+
+  // What this client has against what the server says it should have, once nothing is on its way.
+  private async check_hash(): Promise<{ server: { surface: string; relief: string }; here: { surface: string; relief: string } }> {
+    const server = await new Promise<{ surface: string; relief: string }>((resolve) => {
+      this.hash_waiting.push(resolve);
+      void this.send("hash");
+    });
+    for (let seen = -1; this.planes && seen !== this.planes.num_updates;) {
+      seen = this.planes.num_updates;
+      await new Promise((resolve) => window.setTimeout(resolve, kCalm_ms));
+    }
+    return { server, here: this.planes?.hashes() ?? { surface: "", relief: "" } };
+  }
+
+  private tell_tests(): void {
+    window.patinate = {
+      view: "simulation", viewer: this.viewer, live: this.live, brush: this.brush, handles: this.handles,
+      scene: () => this.scene, status: () => this.status, planes: () => this.planes, plantlets: () => this.plantlets?.num_shown ?? 0,
+      is_ready: () => this.model !== undefined && this.planes?.is_filled === true,
+      check_hash: () => this.check_hash(),
+      send: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields),
+    };
+  }
+}

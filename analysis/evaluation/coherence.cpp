@@ -1,0 +1,211 @@
+#include "analysis/evaluation/coherence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "libcommon/core/parallel.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::int64_t kChunk = 16384;
+constexpr int kNear = 4, kFar = 64;          // Of rep64.
+constexpr int kSpan = 8;                     // Texels; long enough that whole pixels measure a step to a few percent.
+constexpr double kLargestStep = 5.0;         // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
+constexpr double kStepTolerance = 0.75;      // Of a texel: rounding twice.
+constexpr std::pair<int, int> kSteps[] = {{1, 0}, {0, 1}};
+
+/// Sets that are joined; the smallest member stands for each.
+class Pieces {
+ public:
+  explicit Pieces(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+
+  std::int32_t find(std::int32_t i) {
+    while (parent_[static_cast<std::size_t>(i)] != i) {
+      std::int32_t& up = parent_[static_cast<std::size_t>(i)];
+      up = parent_[static_cast<std::size_t>(up)];
+      i = up;
+    }
+    return i;
+  }
+  void join(std::int32_t a, std::int32_t b) {
+    a = find(a);
+    b = find(b);
+    if (a != b) parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::int32_t> parent_;
+};
+
+Vec2 source_step(const SourceIndices& source, TexelId a, TexelId b) { return {source.x(b) - source.x(a), source.y(b) - source.y(a)}; }
+
+bool follows_surface(const SourceIndices& source, const TexelPair& pair, double pixel_mm, double texel_px) {
+  const Vec2 error = source_step(source, pair.first, pair.second) - pair.offset_mm / pixel_mm;
+  return error.cwiseAbs().maxCoeff() <= kStepTolerance * texel_px;
+}
+
+double color_difference(const ImageF& frame, std::int32_t a, std::int32_t b) {
+  const float* p = frame.data() + std::int64_t{a} * 3;
+  const float* q = frame.data() + std::int64_t{b} * 3;
+  double sum = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double d = static_cast<double>(p[c]) - static_cast<double>(q[c]);
+    sum += d * d;
+  }
+  return std::sqrt(sum);
+}
+
+struct PairSums {
+  std::int64_t count = 0, following = 0;
+  double difference = 0.0, distance = 0.0;
+
+  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames, double texel_px) {
+    ++count;
+    following += follows_surface(source, pair, frames.pixel_mm, texel_px) ? 1 : 0;
+    for (const ImageF& frame : frames.frames) difference += color_difference(frame, source.of(pair.first), source.of(pair.second));
+    distance += pair.distance_mm * static_cast<double>(frames.frames.size());
+  }
+  static PairSums merge(PairSums a, const PairSums& b) {
+    return {a.count + b.count, a.following + b.following, a.difference + b.difference, a.distance + b.distance};
+  }
+  [[nodiscard]] double gradient() const { return difference / distance; }
+  [[nodiscard]] double following_share() const { return static_cast<double>(following) / static_cast<double>(count); }
+};
+
+/// Length of a span in the source over that on the surface; nothing where it leaves a piece.
+std::optional<double> span_ratio(const TexelMap& surface, const SourceIndices& source, double pixel_mm, int step, TexelId t, int dx, int dy) {
+  double length_mm = 0.0;
+  TexelId at = t;
+  for (int k = 0; k < kSpan; ++k) {
+    const std::optional<TexelPair> pair = interior_pair(surface, at, dx, dy);
+    if (!pair) return std::nullopt;
+    const Vec2 made = source_step(source, pair->first, pair->second);
+    if (made.cwiseAbs().maxCoeff() > kLargestStep * step) return std::nullopt;
+    if (made.squaredNorm() > 0.0 && made.dot(pair->offset_mm) <= 0.5 * made.norm() * pair->offset_mm.norm()) return std::nullopt;
+    length_mm += pair->offset_mm.norm();
+    at = pair->second;
+  }
+  const double made_mm = source_step(source, t, at).norm() * pixel_mm;
+  return made_mm > 0.0 && length_mm > 0.0 ? std::optional(made_mm / length_mm) : std::nullopt;
+}
+
+}  // namespace
+
+CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source, int step) {
+  Pieces pieces(static_cast<std::size_t>(surface.num_texels()));
+  std::int64_t pairs = 0, coherent = 0;
+  for (TexelId t = 0; t < surface.num_texels(); ++t) {
+    if (!surface.is_covered(t)) continue;
+    const auto chart = surface.chart(t);
+    for (const auto& [dx, dy] : kSteps) {
+      if (t % surface.width() + dx >= surface.width() || t / surface.width() + dy >= surface.height()) continue;
+      const TexelId n = t + dx + TexelId{dy} * surface.width();
+      if (surface.chart(n) != chart) continue;
+      ++pairs;
+      if (source_step(source, t, n) != Vec2(dx * step, dy * step)) continue;
+      ++coherent;
+      pieces.join(static_cast<std::int32_t>(t), static_cast<std::int32_t>(n));
+    }
+  }
+  CoherenceFigures figures;
+  figures.coherent_share = pairs > 0 ? static_cast<double>(coherent) / static_cast<double>(pairs) : 1.0;
+  figures.piece.assign(static_cast<std::size_t>(surface.num_texels()), -1);
+  std::int32_t num_pieces = 0;
+  for (TexelId t = 0; t < surface.num_texels(); ++t) {  // The smallest member comes first.
+    if (!surface.is_covered(t)) continue;
+    const std::int32_t root = pieces.find(static_cast<std::int32_t>(t));
+    figures.piece[static_cast<std::size_t>(t)] = root == t ? num_pieces++ : figures.piece[static_cast<std::size_t>(root)];
+  }
+  figures.texels_per_piece = num_pieces > 0 ? static_cast<double>(surface.num_covered()) / num_pieces : 0.0;
+  return figures;
+}
+
+ReuseFigures measure_reuse(const TexelMap& surface, const SourceIndices& source, std::int64_t num_usable) {
+  const int w = surface.width();
+  std::vector<TexelId> order;
+  for (TexelId t = 0; t < surface.num_texels(); ++t) {
+    if (surface.is_covered(t)) order.push_back(t);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](TexelId a, TexelId b) { return source.of(a) < source.of(b); });
+  ReuseFigures figures;
+  figures.is_repeated.assign(static_cast<std::size_t>(surface.num_texels()), 0);
+  std::int64_t repeated = 0, used = 0;
+  const auto is_near = [&](TexelId a, TexelId b) {
+    const std::int64_t dx = a % w - b % w, dy = a / w - b / w, d2 = dx * dx + dy * dy;
+    return d2 >= kNear * kNear && d2 <= kFar * kFar;
+  };
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    for (end = begin; end < order.size() && source.of(order[end]) == source.of(order[begin]);) ++end;
+    ++used;
+    for (std::size_t i = begin; i < end; ++i) {  // Texels of one source are in rows: only 64 of those are looked at.
+      bool found = false;
+      for (std::size_t j = i; j-- > begin && !found && order[i] / w - order[j] / w <= kFar;) found = is_near(order[i], order[j]);
+      for (std::size_t j = i + 1; j < end && !found && order[j] / w - order[i] / w <= kFar; ++j) found = is_near(order[i], order[j]);
+      figures.is_repeated[static_cast<std::size_t>(order[i])] = found ? 1 : 0;
+      repeated += found ? 1 : 0;
+    }
+  }
+  figures.rep64 = order.empty() ? 0.0 : static_cast<double>(repeated) / static_cast<double>(order.size());
+  figures.used_share = num_usable > 0 ? static_cast<double>(used) / static_cast<double>(num_usable) : 0.0;
+  return figures;
+}
+
+SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, std::span<const TexelPair> seams, const SynthesisSource& frames,
+                          const RunControl& control) {
+  const double texel_px = std::max(1.0, surface.median_texel_size_mm() / frames.pixel_mm);
+  PairSums over, inside;
+  for (const TexelPair& pair : seams) over.add(pair, source, frames, texel_px);
+  SeamFigures figures;
+  figures.num_pairs = over.count;
+  if (over.count == 0) return figures;
+  inside = parallel_reduce(
+      surface.num_texels(), kChunk, control, PairSums{},
+      [&](std::int64_t begin, std::int64_t end) {
+        PairSums part;
+        for (TexelId t = begin; t < end; ++t) {
+          if (!surface.is_covered(t)) continue;
+          for (const auto& [dx, dy] : kSteps) {
+            if (const auto pair = interior_pair(surface, t, dx, dy)) part.add(*pair, source, frames, texel_px);
+          }
+        }
+        return part;
+      },
+      PairSums::merge);
+  if (inside.distance > 0.0 && inside.difference > 0.0) figures.gradient_ratio = over.gradient() / inside.gradient();
+  if (inside.following > 0) figures.coherence_ratio = over.following_share() / inside.following_share();
+  return figures;
+}
+
+ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, double pixel_mm, int step, const RunControl& control) {
+  using Ratios = std::vector<double>;
+  Ratios errors = parallel_reduce(
+      surface.num_texels(), kChunk, control, Ratios{},
+      [&](std::int64_t begin, std::int64_t end) {
+        Ratios part;
+        for (TexelId t = begin; t < end; ++t) {
+          if (!surface.is_covered(t)) continue;
+          for (const auto& [dx, dy] : kSteps) {
+            if (const auto ratio = span_ratio(surface, source, pixel_mm, step, t, dx, dy)) part.push_back(std::exp2(std::abs(std::log2(*ratio))) - 1.0);
+          }
+        }
+        return part;
+      },
+      [](Ratios a, const Ratios& b) {
+        a.insert(a.end(), b.begin(), b.end());
+        return a;
+      });
+  ForeshorteningFigures figures;
+  figures.num_spans = static_cast<std::int64_t>(errors.size());
+  if (errors.empty()) return figures;
+  std::sort(errors.begin(), errors.end());
+  const auto at = [&](double rank) { return errors[static_cast<std::size_t>(rank * static_cast<double>(errors.size() - 1))]; };
+  figures.median = at(0.5);
+  figures.p99 = at(0.99);
+  return figures;
+}
+
+}  // namespace patinate

@@ -1,0 +1,53 @@
+/// \file
+/// How a coordinate map hangs together: copied pieces, repetition, what happens at seams, and whether the source keeps its scale.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "analysis/evaluation/synthesised_map.h"
+
+namespace patinate {
+
+/// Neighbours that are neighbours in the source too.
+struct CoherenceFigures {
+  double coherent_share = 0.0;    ///< Pairs of texels right of and below each other in a chart with s(t + d) - s(t) = step * d.
+  double texels_per_piece = 0.0;  ///< Covered texels by the pieces that such pairs connect.
+  std::vector<std::int32_t> piece;  ///< Of every texel, numbered by their first one; -1 outside.
+};
+/// @param step  Source pixels of a texel step: 1, or 2^k where the source was halved k times.
+[[nodiscard]] CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source, int step);
+
+/// A source pixel that is seen again nearby is a motif that repeats.
+struct ReuseFigures {
+  double rep64 = 0.0;        ///< Texels whose source pixel shows again 4 to 64 texels away.
+  double used_share = 0.0;   ///< Source pixels inside the mask that show anywhere.
+  std::vector<std::uint8_t> is_repeated;  ///< Of every texel.
+};
+/// @param num_usable  Pixels of the source that could be used.
+[[nodiscard]] ReuseFigures measure_reuse(const TexelMap& surface, const SourceIndices& source, std::int64_t num_usable);
+
+/// Across seams against inside charts: 1 = a seam cannot be told from any other place.
+struct SeamFigures {
+  std::int64_t num_pairs = 0;
+  std::optional<double> gradient_ratio;   ///< Colour difference by distance, mean over all frames.
+  std::optional<double> coherence_ratio;  ///< Share of pairs whose step in the source is that on the surface, to 3/4 of a texel.
+};
+/// @param frames  Of the source, as in SynthesisSource. Both ratios are undefined without seams.
+[[nodiscard]] SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, std::span<const TexelPair> seams,
+                                        const SynthesisSource& frames, const RunControl& control = {});
+
+/// Whether copied pieces have the source's size on the surface, whatever the UVs do.
+struct ForeshorteningFigures {
+  std::int64_t num_spans = 0;
+  std::optional<double> median;  ///< Of 2^|log2(source length / surface length)| - 1.
+  std::optional<double> p99;
+};
+/// Over spans of 8 texels along rows and columns inside one copied piece: steps of at most 5 source pixels that go the way the surface goes.
+/// Undefined where there are none.
+[[nodiscard]] ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, double pixel_mm, int step,
+                                                           const RunControl& control = {});
+
+}  // namespace patinate

@@ -92,6 +92,21 @@ EnergyReport read_energy(JsonReader json) {
   return e;
 }
 
+RecordedControl read_control(JsonReader& json) {
+  RecordedControl c;
+  c.source = json.member("source").string();
+  c.destination = json.member("destination").string();
+  c.weight = json.member("weight").number(above(0));
+  c.mapping = static_cast<ControlMapping>(json.member("mapping").choice(kControlMappingNames));
+  std::vector<double> range;
+  for (JsonReader& end : json.member("destination_range").elements(2)) range.push_back(end.number());
+  if (range.size() != 2) json.member("destination_range").fail("two numbers");
+  c.range = {range[0], range[1], json.member("destination_unit").string()};
+  c.file = json.member("file").path();
+  json.finish();
+  return c;
+}
+
 /// `atlas` is missing in transfers of earlier versions, which have one square.
 void read_tiles(JsonReader& reader, TransferManifest& manifest) {
   if (reader.has("atlas")) {
@@ -216,12 +231,12 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   manifest.height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
   read_tiles(reader, manifest);
   if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
-  for (JsonReader& c : reader.member("controls").elements(64)) {
-    manifest.controls.push_back(c.member("source").string() + "=" + c.member("destination").string());
-  }
+  manifest.texel_size_mm = reader.member("texel_size_mm").number(above(0));
+  const JsonReader controls = reader.member("controls");
+  for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
   manifest.energy = read_energy(reader.member("energy"));
   manifest.key = reader.member("key").string();
-  for (const char* known : {"covered_texels", "texel_size_mm", "options", "seed", "explained_variance"}) (void)reader.member(known);
+  for (const char* known : {"covered_texels", "options", "seed", "explained_variance"}) (void)reader.member(known);
   reader.finish();
   return manifest;
 }

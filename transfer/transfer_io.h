@@ -45,6 +45,18 @@ struct TransferTile {
   std::filesystem::path coordinates;
 };
 
+/// A control pair as `transfer.json` keeps it.
+struct RecordedControl {
+  std::string source;                 ///< Control of the history.
+  std::string destination;            ///< As the user asked for it.
+  double weight = 1.0;
+  ControlMapping mapping = ControlMapping::Rank;
+  ControlRange range;                 ///< Of the destination's values.
+  std::filesystem::path file;         ///< The destination's values; tile_path() of it for every tile.
+
+  [[nodiscard]] std::string text() const { return source + "=" + destination; }
+};
+
 /// What a reader needs of `transfer.json`.
 struct TransferManifest {
   std::filesystem::path history;      ///< Absolute or relative to the working folder.
@@ -55,7 +67,8 @@ struct TransferManifest {
   bool is_unwrapped = false;          ///< The UVs were made for this transfer.
   int width = 0;                      ///< Of a tile.
   int height = 0;
-  std::vector<std::string> controls;  ///< "thickness=facing", ...
+  double texel_size_mm = 1.0;         ///< Surface length of one pixel of the history.
+  std::vector<RecordedControl> controls;
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;

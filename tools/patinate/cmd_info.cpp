@@ -56,8 +56,12 @@ Facts transfer_facts(const std::filesystem::path& path) {
   for (const TransferTile& tile : m.tiles) tiles += (tiles.empty() ? "" : ", ") + tile.name;
   if (!tiles.empty()) facts.add("tiles", m.sheet().names, tiles);
   std::string shown;
-  for (const std::string& c : m.controls) shown += (shown.empty() ? "" : "; ") + c;
-  facts.add("controls", m.controls, shown);
+  Json controls = Json::array();
+  for (const RecordedControl& c : m.controls) {
+    shown += (shown.empty() ? "" : "; ") + c.text();
+    controls.push_back(c.text());
+  }
+  facts.add("controls", controls, shown);
   facts.add("energy", m.energy.energy, short_number_text(m.energy.energy));
   facts.add("control_error_mean", m.energy.control_error_mean, short_number_text(m.energy.control_error_mean));
   facts.add("coherent_share", m.energy.coherent_share, short_number_text(m.energy.coherent_share));

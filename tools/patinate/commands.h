@@ -12,6 +12,7 @@ int cmd_calibrate(CommandRun& run);
 int cmd_compare(CommandRun& run);
 int cmd_completion(CommandRun& run);
 int cmd_control(CommandRun& run);
+int cmd_evaluate(CommandRun& run);
 int cmd_export(CommandRun& run);
 int cmd_help(CommandRun& run);
 int cmd_info(CommandRun& run);

@@ -21,6 +21,7 @@ constexpr std::array kVerbs{
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
     Verb{"render", "Makes a picture of a transfer or simulation at a time, a strip of times, or a movie.", cmd_render},
+    Verb{"evaluate", "Says how good the texture of a transfer, or of another tool, is.", cmd_evaluate},
     Verb{"export", "Writes a transfer or simulation as GLB, or a history too as images or a movie.", cmd_export},
     Verb{"compare", "Says how alike two histories age: figures, maps and curves on one page.", cmd_compare},
     Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},

@@ -9,6 +9,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
+#include "transfer/control_matching.h"
 #include "transfer/lookup/time_map.h"
 
 namespace patinate {
@@ -84,24 +85,39 @@ TransferReader::TransferReader(const std::filesystem::path& path)
   read_coordinates();
 }
 
-void TransferReader::read_coordinates() {
-  if (sheet_.num_tiles() > 1) coordinates_ = ImageF(sheet_.width(), sheet_.height(), 2, -1.0f);
+ImageF TransferReader::read_sheet(const std::vector<std::filesystem::path>& files, const std::vector<std::string>& channels, float outside) const {
+  ImageF sheet;
+  if (sheet_.num_tiles() > 1) sheet = ImageF(sheet_.width(), sheet_.height(), static_cast<int>(channels.size()), outside);
   for (int i = 0; i < sheet_.num_tiles(); ++i) {
-    const std::filesystem::path& file = manifest_.tiles[static_cast<std::size_t>(i)].coordinates;
-    ImageF tile = read_channels(file, {kCoordinateChannels[0], kCoordinateChannels[1]});
+    const std::filesystem::path& file = files[static_cast<std::size_t>(i)];
+    ImageF tile = read_channels(file, channels);
     if (tile.width() != manifest_.width || tile.height() != manifest_.height) {
       throw IoError(file.string(), "is " + size_text(tile.width(), tile.height()) + "; expected " + size_text(manifest_.width, manifest_.height));
     }
-    check_coordinates(file, tile, history_.manifest());
-    if (sheet_.num_tiles() == 1) {
-      coordinates_ = std::move(tile);
-      continue;
-    }
+    if (sheet_.num_tiles() == 1) return tile;
     for (int y = 0; y < tile.height(); ++y) {  // Margins stay uncovered.
       const auto from = tile.row(y);
-      std::copy(from.begin(), from.end(), coordinates_.pixel(sheet_.first_x(i), sheet_.first_y(i) + y).data());
+      std::copy(from.begin(), from.end(), sheet.pixel(sheet_.first_x(i), sheet_.first_y(i) + y).data());
     }
   }
+  return sheet;
+}
+
+void TransferReader::read_coordinates() {
+  std::vector<std::filesystem::path> files;
+  for (const TransferTile& tile : manifest_.tiles) files.push_back(tile.coordinates);
+  coordinates_ = read_sheet(files, {kCoordinateChannels[0], kCoordinateChannels[1]}, -1.0f);
+  for (int i = 0; i < sheet_.num_tiles(); ++i) {
+    check_coordinates(files[static_cast<std::size_t>(i)], sheet_.num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet_, i), history_.manifest());
+  }
+}
+
+ImageF TransferReader::matched_control(std::size_t index) const {
+  const RecordedControl& c = manifest_.controls.at(index);
+  std::vector<std::filesystem::path> files;
+  for (const TransferTile& tile : manifest_.tiles) files.push_back(tile_path(c.file, tile.name));
+  const ControlParameter& parameter = history_.control(c.source);
+  return match_control(read_sheet(files, {"Y"}, 0.0f), coverage(), c.range, history_.read_control(c.source), history_.read_mask(), {parameter.low, parameter.high, parameter.unit}, c.mapping);
 }
 
 ImageU8 TransferReader::coverage() const {

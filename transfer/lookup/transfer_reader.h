@@ -35,6 +35,9 @@ class TransferReader {
   /// H x W x 2, over the sheet.
   [[nodiscard]] const ImageF& coordinates() const { return coordinates_; }
   [[nodiscard]] ImageU8 coverage() const;
+  /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control (match_control()).
+  /// @param index  Into manifest().controls. @throws IoError if its file is missing or does not fit.
+  [[nodiscard]] ImageF matched_control(std::size_t index) const;
   /// The surface's colour at a time of the history's unit (clamped to its ends): H x W x 3 over the sheet, linear. Gutters are filled tile by tile, so that
   /// filtering does not bleed. At a frame's time inside the charts exactly that frame's values.
   [[nodiscard]] ImageF sample(double time, const RunControl& control = {}) const;
@@ -48,6 +51,8 @@ class TransferReader {
 
  private:
   void read_coordinates();
+  /// An image over the sheet from a file a tile; margins hold `outside`.
+  [[nodiscard]] ImageF read_sheet(const std::vector<std::filesystem::path>& files, const std::vector<std::string>& channels, float outside) const;
   /// The tiles of an image over the sheet, gutters filled.
   [[nodiscard]] std::vector<ImageF> filled_tiles(const ImageF& values) const;
 

@@ -1,0 +1,53 @@
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "tools/patinate/commands.h"
+#include "tools/patinate/evaluated_maps.h"
+#include "tools/patinate/path_kind.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool is_transfer(const fs::path& path) { return (fs::is_directory(path) || lower_extension(path) == ".json") && kind_of(path) == PathKind::Transfer; }
+
+}  // namespace
+
+int cmd_evaluate(CommandRun& run) {
+  EvaluationTask task;
+  std::vector<fs::path> maps;
+  ForeignMapOptions foreign;
+  fs::path output;
+  run.line.positional_list("MAP", "Transfers, or coordinate maps of other tools (EXR, TIFF, 16-bit PNG, .nnf)", maps);
+  run.line.output("REPORT", "Folder to make: evaluation.html, evaluation.json", output);
+  run.line.option("history", "HISTORY", "For maps of other tools: what was copied from", foreign.history);
+  run.line.option("control", "SPEC", "For maps of other tools: [SOURCE=]MAP, what the tool followed, in the values of the history's control (0 to 1)", foreign.control);
+  run.line.option("picture", "IMAGE", "For one map of another tool: the picture that it made, at the history's last frame", foreign.picture);
+  run.line.options(task.options);
+  run.line.example("evaluate copper_hydrant copper_bust -o evaluation");
+  run.line.example("evaluate ours theirs.exr --history rust --control height=target.png -o evaluation");
+  if (!run.parse()) return 0;
+  task.seed = static_cast<std::uint64_t>(run.line.common().seed);
+  for (const std::string& word : run.command_line()) task.command += (task.command.empty() ? "" : " ") + word;
+  for (const fs::path& map : maps) task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options.num_times) : foreign_item(map, foreign, task.options.num_times));
+  const std::optional<JobStatus> status = run.make_folder(plan_evaluation(std::move(task), output), "evaluate");
+  if (!status) return 0;
+
+  const Json report = load_json(output / kEvaluationFile);
+  for (const Json& map : report.at("maps")) {
+    run.note(map.at("name").get<std::string>() + ":");
+    for (const Json& f : map.at("figures")) {
+      if (f.at("value").is_null()) continue;
+      std::string line = "  " + f.at("title").get<std::string>() + ": " + short_number_text(rounded(f.at("value").get<double>(), 3)) + " " + f.at("unit").get<std::string>();
+      if (f.contains("split")) line += " (source against itself: " + short_number_text(rounded(f.at("split").get<double>(), 3)) + ")";
+      run.note(line);
+    }
+  }
+  run.report_output(*status, output, Json{{"maps", report.at("maps")}});
+  return 0;
+}
+
+}  // namespace patinate

@@ -1,0 +1,137 @@
+#include "tools/patinate/evaluated_maps.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/image_io.h"
+#include "tools/patinate/path_kind.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+ImageF codes_of(const ImageF& linear) {
+  const ImageU8 codes = srgb8_from_linear(linear);
+  ImageF out(codes.width(), codes.height(), codes.channels());
+  std::copy(codes.values().begin(), codes.values().end(), out.values().begin());
+  return out;
+}
+
+/// Evenly spread frames, the last among them.
+std::vector<int> frames_to_compare(int num_frames, int num_times) {
+  std::vector<int> out;
+  const int n = std::min(num_frames, num_times);
+  for (int i = 0; i < n; ++i) out.push_back(n == 1 ? num_frames - 1 : i * (num_frames - 1) / (n - 1));
+  return out;
+}
+
+SynthesisSource source_of(const HistoryReader& history, const std::string& control, double pixel_mm, int num_times) {
+  SynthesisSource source;
+  for (int frame : frames_to_compare(history.num_frames(), num_times)) source.frames.push_back(codes_of(history.read_frame(frame)));
+  source.mask = history.read_mask();
+  if (!control.empty()) source.control = history.read_control(control);
+  source.pixel_mm = pixel_mm;
+  return source;
+}
+
+Figure energy_figure(const char* name, const char* title, double value) { return {.name = name, .title = title, .unit = "", .value = value}; }
+
+ImageF read_nnf(const fs::path& file, int width, int height) {
+  const std::string bytes = read_file(file);
+  const std::size_t expected = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 8;
+  if (bytes.size() != expected) {
+    throw IoError(file.string(), "has " + std::to_string(bytes.size()) + " bytes; " + size_text(width, height) + " pairs of int32 are " + std::to_string(expected));
+  }
+  static_assert(std::endian::native == std::endian::little);
+  std::vector<std::int32_t> values(bytes.size() / 4);
+  std::memcpy(values.data(), bytes.data(), bytes.size());
+  ImageF out(width, height, 2);
+  std::transform(values.begin(), values.end(), out.values().begin(), [](std::int32_t v) { return static_cast<float>(v); });
+  return out;
+}
+
+/// @param size  Of an image that says how large the map is, where the file does not.
+ImageF read_coordinates(const fs::path& file, const ImageF& size) {
+  const std::string extension = lower_extension(file);
+  if (extension == ".nnf") {
+    if (size.empty()) throw IoError(file.string(), "does not say its size; give --control or --picture");
+    return read_nnf(file, size.width(), size.height());
+  }
+  const ImageInfo info = probe_image(file);
+  const auto has = [&](const char* name) { return std::find(info.channels.begin(), info.channels.end(), name) != info.channels.end(); };
+  if (has(kCoordinateChannels[0]) && has(kCoordinateChannels[1])) return read_channels(file, {kCoordinateChannels[0], kCoordinateChannels[1]});
+  if (info.channels.size() < 2) throw IoError(file.string(), "has one channel; a coordinate map has x and y");
+  ImageF out = read_channels(file, {info.channels[0], info.channels[1]});
+  if (extension == ".png") {  // Codes, not shares of 65535.
+    for (float& v : out.values()) v = std::round(v * 65535.0f);
+  }
+  return out;
+}
+
+}  // namespace
+
+EvaluationItem transfer_item(const fs::path& transfer, int num_times) {
+  const TransferManifest manifest = read_transfer_manifest(transfer);
+  std::string about = "transfer " + transfer.string() + ", history " + manifest.history.string();
+  for (const RecordedControl& c : manifest.controls) about += ", " + c.text();
+  const std::string name = fs::absolute(transfer).lexically_normal().filename().string();
+  return {.name = name.empty() ? fs::absolute(transfer).lexically_normal().parent_path().filename().string() : name,
+          .about = about,
+          .key = manifest.key,
+          .open = [transfer, num_times](const RunControl& control) {
+            const TransferReader reader(transfer);
+            const TransferManifest& m = reader.manifest();
+            MapToEvaluate out;
+            out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source, m.texel_size_mm, num_times);
+            out.map = {.name = transfer.filename().string(),
+                       .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control),
+                       .coordinates = reader.coordinates(),
+                       .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
+            out.more = {energy_figure("energy", "Energy (M1)", m.energy.energy), energy_figure("energy_coherence", "Energy, part of coherence (M1)", m.energy.coherence),
+                        energy_figure("energy_control", "Energy, part of control (M1)", m.energy.control_mismatch)};
+            return out;
+          }};
+}
+
+EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& options, int num_times) {
+  if (options.history.empty()) throw UsageError("--history: is needed for " + map.string() + ", which is no transfer: the history that the tool copied from");
+  const HistoryReader history(options.history);
+  const std::optional<ControlSpec> spec = options.control.empty() ? std::nullopt : std::optional(parse_control_spec(options.control));
+  if (spec && (spec->weight != 1.0 || spec->mapping != ControlMapping::Rank)) throw UsageError("--control: weight and mapping are the tool's own; give [SOURCE=]MAP with the values that the tool was given");
+  const std::string control = spec ? source_control(history, *spec) : "";
+  ContentHash hash;
+  hash.add_file(map).add(history_content_key(history)).add(options.control);
+  if (spec) hash.add_file(spec->destination);
+  if (!options.picture.empty()) hash.add_file(options.picture);
+  return {.name = map.stem().string(),
+          .about = "coordinates " + map.string() + ", history " + options.history.string() + (spec ? ", " + options.control : ""),
+          .key = hash.hex(),
+          .open = [map, options, spec, control, num_times](const RunControl&) {
+            const HistoryReader source(options.history);
+            MapToEvaluate out;
+            out.source = source_of(source, control, 1.0, num_times);
+            const ImageF wanted = spec ? read_gray(spec->destination) : ImageF();
+            if (!options.picture.empty()) out.made = MadePicture{.frame = out.source.frames.size() - 1, .codes = codes_of(read_color(options.picture))};
+            out.map.name = map.filename().string();
+            out.map.coordinates = read_coordinates(map, !wanted.empty() ? wanted : out.made ? out.made->codes : ImageF());
+            out.map.surface = flat_surface(out.map.coordinates.width(), out.map.coordinates.height(), 1.0);
+            if (!spec) return out;
+            if (!wanted.same_size(out.map.coordinates)) {
+              throw IoError(spec->destination, "is " + size_text(wanted.width(), wanted.height()) + "; the coordinate map is " + size_text(out.map.coordinates.width(), out.map.coordinates.height()));
+            }
+            out.map.control = wanted;
+            return out;
+          }};
+}
+
+}  // namespace patinate

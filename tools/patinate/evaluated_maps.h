@@ -1,0 +1,26 @@
+/// \file
+/// Coordinate maps to evaluate: transfers, and what other tools leave.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "analysis/evaluation/evaluation_job.h"
+
+namespace patinate {
+
+/// What is needed beside a map that is no transfer.
+struct ForeignMapOptions {
+  std::filesystem::path history;  ///< What the tool copied from.
+  std::string control;            ///< [SOURCE=]MAP: what the tool followed, in the values of the history's control; "" = none.
+  std::filesystem::path picture;  ///< The picture that the tool made, of the history's last frame; "" = none.
+};
+
+/// A transfer: its history, its first control, its energy.
+[[nodiscard]] EvaluationItem transfer_item(const std::filesystem::path& transfer, int num_times);
+/// A coordinate map of another tool, over a flat picture: EXR or TIFF with channels source.x and source.y (or its first two), 16-bit PNG (R = x, G = y), or
+/// `.nnf`: int32 x, y for every pixel, row by row, little-endian, of the size of the control map or the picture. @throws IoError, InvalidInput, UsageError
+[[nodiscard]] EvaluationItem foreign_item(const std::filesystem::path& map, const ForeignMapOptions& options, int num_times);
+
+}  // namespace patinate

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 #if defined(__SSE2__)
@@ -36,13 +39,16 @@ TexelCost::TexelCost(const SourceLevel& source, const DestinationLevel& destinat
   appearance_.resize(neighbors_.size() * kAppearanceSize);
   weight_.resize(neighbors_.size());
   delta_.resize(neighbors_.size());
+  order_.resize(neighbors_.size());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return neighborhood.weights[a] > neighborhood.weights[b]; });
 }
 
 void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale) {
   destination_.neighbors->gather(texel, neighbors_);
   int sum_of_weights = 0;
   num_known_ = 0;
-  for (std::size_t k = 0; k < neighbors_.size(); ++k) {
+  for (std::size_t k : order_) {
     // Where texels are larger than the offset, a texel would be its own neighbour: that says nothing.
     const bool is_other = neighbors_[k] >= 0 && neighbors_[k] != texel;
     const std::int32_t s = is_other ? coordinates[static_cast<std::size_t>(neighbors_[k])] : -1;
@@ -69,38 +75,54 @@ std::int64_t TexelCost::control(std::int32_t source_pixel) const {
   return cost;
 }
 
-std::int64_t TexelCost::coherence(std::int32_t source_pixel) const {
-  const std::int16_t* base = source_.appearance.data() + std::int64_t{source_pixel} * kAppearanceSize;
-  const auto n = static_cast<std::size_t>(num_known_);
-  // |difference| <= 1022, weights <= 16 and 1024 in all: a lane of two components stays below 2^31.
-#if defined(__SSE2__)
-  __m128i sum = _mm_setzero_si128();
-  for (std::size_t k = 0; k < n; ++k) {
-    const __m128i known = _mm_loadu_si128(reinterpret_cast<const __m128i*>(appearance_.data() + k * kAppearanceSize));
-    const __m128i candidate = _mm_loadu_si128(reinterpret_cast<const __m128i*>(base + delta_[k]));
-    const __m128i difference = _mm_sub_epi16(known, candidate);
-    sum = _mm_add_epi32(sum, _mm_madd_epi16(difference, _mm_mullo_epi16(difference, _mm_set1_epi16(weight_[k]))));
-  }
-  alignas(16) std::array<std::int32_t, 4> lanes{};
-  _mm_store_si128(reinterpret_cast<__m128i*>(lanes.data()), sum);
-  const std::int64_t total = std::int64_t{lanes[0]} + lanes[1] + lanes[2] + lanes[3];
-#else
-  std::int64_t total = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    std::int32_t squares = 0;
-    for (std::size_t d = 0; d < kAppearanceSize; ++d) {
-      const std::int32_t difference = appearance_[k * kAppearanceSize + d] - base[delta_[k] + static_cast<std::int32_t>(d)];
-      squares += difference * difference;
-    }
-    total += std::int64_t{squares} * weight_[k];
-  }
-#endif
-  return total * coherence_scale_;
+ControlInterval TexelCost::first_control_within(std::int64_t cost) const {
+  if (control_scale_.empty() || control_scale_[0] == 0) return {};
+  const std::int64_t squared = cost / control_scale_[0];
+  auto reach = static_cast<std::int64_t>(std::sqrt(static_cast<double>(squared)));
+  while (reach * reach > squared) --reach;  // The root is rounded.
+  while ((reach + 1) * (reach + 1) <= squared) ++reach;
+  return {static_cast<std::uint16_t>(std::max<std::int64_t>(0, target_[0] - reach)), static_cast<std::uint16_t>(std::min<std::int64_t>(kControlSteps, target_[0] + reach))};
 }
+
+std::int64_t TexelCost::coherence(std::int32_t source_pixel) const { return coherence_below(source_pixel, std::numeric_limits<std::int64_t>::max()); }
 
 std::int64_t TexelCost::total(std::int32_t source_pixel, std::int64_t bound) const {
   const std::int64_t cost = control(source_pixel);
-  return cost >= bound ? cost : cost + coherence(source_pixel);
+  return cost >= bound ? cost : cost + coherence_below(source_pixel, bound - cost);
+}
+
+std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, std::int64_t bound) const {
+  constexpr std::size_t kBlock = 8;  // Neighbours between two looks at the bound.
+  const std::int16_t* base = source_.appearance.data() + std::int64_t{source_pixel} * kAppearanceSize;
+  const auto n = static_cast<std::size_t>(num_known_);
+  std::int64_t total = 0;
+  for (std::size_t begin = 0; begin < n; begin += kBlock) {
+    const std::size_t end = std::min(n, begin + kBlock);
+    // |difference| <= 1022, weights <= 16 and 1024 in all: a lane of two components stays below 2^31.
+#if defined(__SSE2__)
+    __m128i sum = _mm_setzero_si128();
+    for (std::size_t k = begin; k < end; ++k) {
+      const __m128i known = _mm_loadu_si128(reinterpret_cast<const __m128i*>(appearance_.data() + k * kAppearanceSize));
+      const __m128i candidate = _mm_loadu_si128(reinterpret_cast<const __m128i*>(base + delta_[k]));
+      const __m128i difference = _mm_sub_epi16(known, candidate);
+      sum = _mm_add_epi32(sum, _mm_madd_epi16(difference, _mm_mullo_epi16(difference, _mm_set1_epi16(weight_[k]))));
+    }
+    alignas(16) std::array<std::int32_t, 4> lanes{};
+    _mm_store_si128(reinterpret_cast<__m128i*>(lanes.data()), sum);
+    total += std::int64_t{lanes[0]} + lanes[1] + lanes[2] + lanes[3];
+#else
+    for (std::size_t k = begin; k < end; ++k) {
+      std::int32_t squares = 0;
+      for (std::size_t d = 0; d < kAppearanceSize; ++d) {
+        const std::int32_t difference = appearance_[k * kAppearanceSize + d] - base[delta_[k] + static_cast<std::int32_t>(d)];
+        squares += difference * difference;
+      }
+      total += std::int64_t{squares} * weight_[k];
+    }
+#endif
+    if (total * coherence_scale_ >= bound) break;
+  }
+  return total * coherence_scale_;
 }
 
 namespace {

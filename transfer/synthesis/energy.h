@@ -38,17 +38,25 @@ struct EnergyScale {
   static constexpr double kOne = 1099511627776.0;  // 2^40
 };
 
+/// Values of a control, both included.
+struct ControlInterval {
+  std::uint16_t low = 0;
+  std::uint16_t high = kControlSteps;
+};
+
 /// The cost of giving source pixels to one texel, its known neighbours held fixed.
 class TexelCost {
  public:
   TexelCost(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood);
 
-  /// Gathers the neighbours that have coordinates. O(neighbourhood).
+  /// Gathers the neighbours that have coordinates, those of most weight first. O(neighbourhood).
   void prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale);
   /// Of the whole energy. Stops early and returns something >= bound when it cannot be below `bound`.
   [[nodiscard]] std::int64_t total(std::int32_t source_pixel, std::int64_t bound) const;
   [[nodiscard]] std::int64_t control(std::int32_t source_pixel) const;
   [[nodiscard]] std::int64_t coherence(std::int32_t source_pixel) const;
+  /// Values of the first control whose part of the cost alone does not exceed `cost`.
+  [[nodiscard]] ControlInterval first_control_within(std::int64_t cost) const;
   [[nodiscard]] int num_known() const { return num_known_; }
   /// Texel at neighbour k, -1 where the surface ends.
   [[nodiscard]] TexelId neighbor(std::size_t k) const { return neighbors_[k]; }
@@ -57,11 +65,15 @@ class TexelCost {
   const SourceLevel& source_;
   const DestinationLevel& destination_;
   const Neighborhood& neighborhood_;
+  std::vector<std::size_t> order_;         ///< Offsets by falling weight.
   std::vector<TexelId> neighbors_;
   std::vector<std::int16_t> appearance_;   ///< Known neighbours', packed.
   std::vector<std::int16_t> weight_;
   std::vector<std::int32_t> delta_;        ///< Their offset in the source, in values.
   std::span<const std::uint16_t> target_;
+  /// As coherence(), or something >= bound.
+  [[nodiscard]] std::int64_t coherence_below(std::int32_t source_pixel, std::int64_t bound) const;
+
   std::vector<std::int64_t> control_scale_;
   std::int64_t coherence_scale_ = 0;
   int num_known_ = 0;

@@ -4,7 +4,10 @@
 #include <limits>
 #include <optional>
 
+#include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "transfer/synthesis/wavefronts.h"
+#include "transfer/synthesis/window_search.h"
 
 namespace patinate {
 
@@ -16,6 +19,8 @@ void describe(OptionVisitor& v, ReferenceOptions& o) {
 }
 
 namespace {
+
+constexpr std::int64_t kChunk = 16;  // Texels: about a millisecond.
 
 struct Position {
   std::int64_t x = 0, y = 0;
@@ -56,25 +61,25 @@ Position window_centre(const SourceLevel& source, std::span<const std::uint16_t>
   return best;
 }
 
-std::int32_t search_window(const SourceLevel& source, const TexelCost& cost, const Position& centre, int side) {
-  const std::int64_t x0 = std::clamp<std::int64_t>(centre.x - side / 2, 0, std::max(0, source.width() - side));
-  const std::int64_t y0 = std::clamp<std::int64_t>(centre.y - side / 2, 0, std::max(0, source.height() - side));
-  const std::int64_t x1 = std::min<std::int64_t>(source.width(), x0 + side), y1 = std::min<std::int64_t>(source.height(), y0 + side);
-  std::int32_t best = -1;
-  std::int64_t best_cost = std::numeric_limits<std::int64_t>::max();
-  for (std::int64_t y = y0; y < y1; ++y) {
-    for (std::int64_t x = x0; x < x1; ++x) {
-      const auto p = static_cast<std::int32_t>(y * source.width() + x);
-      if (source.is_usable[static_cast<std::size_t>(p)] == 0) continue;
-      const std::int64_t c = cost.total(p, best_cost);
-      if (c < best_cost) {
-        best_cost = c;
-        best = p;
-      }
-    }
+/// Where the known neighbours would put this texel.
+void coherent_pixels(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost, const CoordinateMap& coordinates, std::vector<std::int32_t>& out) {
+  out.clear();
+  for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
+    const TexelId n = cost.neighbor(k);
+    const std::int32_t s = n < 0 ? -1 : coordinates[static_cast<std::size_t>(n)];
+    if (s < 0) continue;
+    const int x = s % source.width() - neighborhood.offsets[k].x, y = s / source.width() - neighborhood.offsets[k].y;
+    if (x < 0 || y < 0 || x >= source.width() || y >= source.height()) continue;
+    const std::int32_t p = y * source.width() + x;
+    if (std::find(out.begin(), out.end(), p) == out.end()) out.push_back(p);
   }
-  return best;
 }
+
+/// What one thread needs.
+struct Worker {
+  TexelCost cost;
+  std::vector<std::int32_t> likely = {};
+};
 
 }  // namespace
 
@@ -84,24 +89,29 @@ CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationL
                                    const ReferenceOptions& options, const RunControl& control) {
   check_ranges(options);
   CoordinateMap coordinates(static_cast<std::size_t>(destination.map->num_texels()), -1);
-  TexelCost cost(source, destination, neighborhood);
+  const WindowSearch search(source);
   const int tolerance = static_cast<int>(options.tolerance * kControlSteps);
-  const std::size_t n = destination.texels.size();
+  const std::vector<std::vector<TexelId>> fronts = wavefronts(destination);
+  RunControl silent = control;
+  silent.on_progress = nullptr;
   for (int pass = 0; pass < options.num_passes; ++pass) {
     const double ramp = options.num_passes == 1 ? 1.0 : pass / (options.num_passes - 1.0);
     const EnergyScale scale = EnergyScale::make(
         source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
-    for (std::size_t i = 0; i < n; ++i) {
-      control.throw_if_stopped();
-      if (i % 64 == 0) {
-        control.report((pass + static_cast<double>(i) / static_cast<double>(n)) / options.num_passes);
-      }
-      const TexelId t = destination.texels[i];
-      cost.prepare(t, coordinates, scale);
+    const auto place = [&](TexelId t, Worker& worker) {
+      worker.cost.prepare(t, coordinates, scale);
       RandomStream random(seed, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass));
       const Position centre =
-          window_centre(source, destination.target(t), tolerance, mean_position(source, neighborhood, cost, coordinates), random);
-      coordinates[static_cast<std::size_t>(t)] = search_window(source, cost, centre, options.window_px);
+          window_centre(source, destination.target(t), tolerance, mean_position(source, neighborhood, worker.cost, coordinates), random);
+      coherent_pixels(source, neighborhood, worker.cost, coordinates, worker.likely);
+      coordinates[static_cast<std::size_t>(t)] = search.find(worker.cost, search.window(centre.x, centre.y, options.window_px), worker.likely).pixel;
+    };
+    for (std::size_t f = 0; f < fronts.size(); ++f) {
+      parallel_for(static_cast<std::int64_t>(fronts[f].size()), kChunk, silent, [&](std::int64_t begin, std::int64_t end) {
+        Worker worker{.cost = TexelCost(source, destination, neighborhood)};
+        for (std::int64_t i = begin; i < end; ++i) place(fronts[f][static_cast<std::size_t>(i)], worker);
+      });
+      control.report((pass + static_cast<double>(f + 1) / static_cast<double>(fronts.size() + 1)) / options.num_passes);
     }
   }
   control.report(1.0);

@@ -1,0 +1,115 @@
+#include "transfer/synthesis/window_search.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "libcommon/core/parallel.h"
+#include "libcommon/core/random.h"
+#include "tests/support/meshes.h"
+#include "transfer/synthesis/wavefronts.h"
+
+namespace patinate {
+namespace {
+
+/// Smooth appearance and control over a source, with places that are equal, so that ties occur; and a plane of texels.
+struct SearchTask {
+  static constexpr int kSide = 72;
+  Neighborhood neighborhood = Neighborhood::square(3);
+  SourceLevel source;
+  DestinationLevel destination;
+
+  explicit SearchTask(int num_controls, const Mesh& mesh = testing_support::unit_plane(64.0), int resolution = 64) {
+    AppearanceImage appearance(kSide, kSide, kAppearanceSize);
+    ControlImage controls(kSide, kSide, num_controls);
+    ImageU8 mask(kSide, kSide, 1, 255);
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        const int fx = x % 48, fy = y % 40;  // Repeats: equal costs.
+        for (int c = 0; c < kAppearanceSize; ++c) appearance.at(x, y, c) = static_cast<std::int16_t>((fx * (13 + c) + fy * (29 - 3 * c)) % (600 >> c) - (300 >> c));
+        for (int c = 0; c < num_controls; ++c) controls.at(x, y, c) = static_cast<std::uint16_t>((fx * 60 + fy * (11 + 17 * c)) % (kControlSteps + 1));
+        if ((x - 30) * (x - 30) + (y - 50) * (y - 50) < 40) mask.at(x, y) = 0;
+      }
+    }
+    source = make_source_level(std::move(appearance), std::move(controls), mask, 20000.0, neighborhood);
+    auto map = std::make_shared<TexelMap>(mesh, resolution, resolution);
+    ControlImage wanted(resolution, resolution, num_controls);
+    for (std::int64_t i = 0; i < wanted.num_pixels() * num_controls; ++i) wanted.data()[i] = static_cast<std::uint16_t>(RandomStream(5, static_cast<std::uint64_t>(i)).below(kControlSteps + 1));
+    destination = make_destination_level(map, std::move(wanted), neighborhood, map->median_texel_size_mm());
+  }
+};
+
+/// Audits `count` texels in random surroundings, some of them copied from one place so that coherent pixels are good. @returns how many differ.
+std::int64_t count_differences(const SearchTask& task, double coherence_share, const std::vector<double>& weights, std::int64_t count, int side) {
+  const WindowSearch search(task.source);
+  const EnergyScale scale = EnergyScale::make(task.source, coherence_share, weights);
+  const auto& usable = task.source.usable;
+  return parallel_reduce(
+      count, 512, RunControl{}, std::int64_t{0},
+      [&](std::int64_t begin, std::int64_t end) {
+        TexelCost cost(task.source, task.destination, task.neighborhood);
+        std::int64_t different = 0;
+        CoordinateMap coordinates(static_cast<std::size_t>(task.destination.map->num_texels()), -1);
+        for (std::int64_t i = begin; i < end; ++i) {
+          RandomStream random(11, static_cast<std::uint64_t>(i));
+          const auto pick = [&] { return usable[random.below(static_cast<std::uint32_t>(usable.size()))]; };
+          const TexelId t = task.destination.texels[random.below(static_cast<std::uint32_t>(task.destination.texels.size()))];
+          const std::int32_t origin = pick();
+          const std::uint32_t copied = random.below(5);  // Of 4 neighbours.
+          const int w = task.destination.map->width();
+          for (int dy = -3; dy <= 3; ++dy) {
+            for (int dx = -3; dx <= 3; ++dx) {
+              const std::int64_t n = t + std::int64_t{dy} * w + dx;
+              if (n < 0 || n >= task.destination.map->num_texels()) continue;
+              const std::int32_t shifted = origin + dy * task.source.width() + dx;
+              coordinates[static_cast<std::size_t>(n)] = random.below(7) == 0 ? -1 : random.below(4) < copied ? shifted : pick();
+            }
+          }
+          cost.prepare(t, coordinates, scale);
+          const SearchWindow window = search.window(random.below(SearchTask::kSide), random.below(SearchTask::kSide), side);
+          const std::array<std::int32_t, 3> likely{origin, -1, pick()};
+          const WindowOptimum fast = search.find(cost, window, likely), slow = search.find_exhaustively(cost, window);
+          different += fast.pixel != slow.pixel || (fast.pixel >= 0 && fast.cost != slow.cost) ? 1 : 0;
+        }
+        return different;
+      },
+      [](std::int64_t a, std::int64_t b) { return a + b; });
+}
+
+TEST(WindowSearch, FindsWhatLookingAtEveryPixelFindsInAHundredThousandTexels) {
+  const SearchTask one(1), two(2);
+  EXPECT_EQ(count_differences(one, 0.5, {1.0}, 40000, 24), 0);
+  EXPECT_EQ(count_differences(one, 0.95, {1.0}, 40000, 24), 0);
+  EXPECT_EQ(count_differences(two, 0.5, {1.0, 0.3}, 20000, 33), 0);
+  EXPECT_EQ(count_differences(one, 0.5, {1.0}, 1000, 4096), 0) << "the whole source";
+  EXPECT_EQ(count_differences(one, 1.0, {1.0}, 1000, 40), 0) << "no control";
+  EXPECT_EQ(count_differences(one, 0.0, {1.0}, 1000, 40), 0) << "control alone";
+}
+
+TEST(Wavefronts, NeighboursAreVisitedInRowOrderAlsoAcrossSeams) {
+  const SearchTask task(1, testing_support::cut_plane(64.0), 96);
+  const auto fronts = wavefronts(task.destination);
+  std::vector<std::int32_t> front_of(static_cast<std::size_t>(task.destination.map->num_texels()), -1);
+  std::size_t visited = 0;
+  for (std::size_t f = 0; f < fronts.size(); ++f) {
+    for (TexelId t : fronts[f]) front_of[static_cast<std::size_t>(t)] = static_cast<std::int32_t>(f);
+    visited += fronts[f].size();
+  }
+  EXPECT_EQ(visited, task.destination.texels.size());
+  std::vector<TexelId> neighbors(task.neighborhood.offsets.size());
+  std::int64_t wrong = 0;
+  for (TexelId t : task.destination.texels) {
+    task.destination.neighbors->gather(t, neighbors);
+    for (TexelId n : neighbors) {
+      if (n < 0 || n == t) continue;
+      const std::int32_t a = front_of[static_cast<std::size_t>(t)], b = front_of[static_cast<std::size_t>(n)];
+      wrong += (n < t) != (b < a) ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_LT(fronts.size(), task.destination.texels.size() / 8) << "many at a time";
+}
+
+}  // namespace
+}  // namespace patinate

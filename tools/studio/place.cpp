@@ -80,7 +80,7 @@ void describe(const fs::path& path, PlaceEntry& entry) {
     case PlaceKind::Transfer: {
       const TransferManifest m = read_transfer_manifest(path);
       entry.detail = size_text(m.width, m.height) + (m.tiles.size() > 1 ? ", " + count_text(m.tiles.size(), "tile") : "");
-      for (const std::string& control : m.controls) entry.detail += ", " + control;
+      for (const RecordedControl& control : m.controls) entry.detail += ", " + control.text();
       break;
     }
     case PlaceKind::Simulation: {

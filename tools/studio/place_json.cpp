@@ -73,7 +73,9 @@ void add_transfer(const ServedFolder& folder, const SurfaceInTime& surface, Json
   json["source_width"] = surface.history().manifest().width;
   json["source_height"] = surface.history().manifest().height;
   facts.add("History", m.history.filename().string());
-  facts.add("Guided by", joined(m.controls));
+  std::vector<std::string> guides;
+  for (const RecordedControl& c : m.controls) guides.push_back(c.text());
+  facts.add("Guided by", joined(guides));
   facts.add("Coherent", short_number_text(rounded(100.0 * m.energy.coherent_share, 3)) + " %");
 }
 

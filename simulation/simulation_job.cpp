@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;        ///< Raised when the same scene gives other amounts.
+constexpr std::int64_t kStageVersion = 2;        ///< Raised when the same scene gives other amounts.
 constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
 
 /// Everything that the items of one job share: the running simulation goes from item to item in memory, and a file stands in for it

@@ -11,8 +11,6 @@ namespace patinate {
 
 namespace {
 
-constexpr int kSearchRadius = 2;  // texels: a point in a triangle lies at most 0.71 from the centre of one that its chart may not own
-
 SurfacePoint middle_of(int triangle) { return {.triangle = triangle, .b1 = 1.0 / 3.0, .b2 = 1.0 / 3.0}; }
 
 void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
@@ -44,6 +42,7 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
   corner_texels_.resize(num_triangles);
   chart_.assign(num_triangles, -1);
   fallback_.assign(num_triangles, kNoTexel);
+  std::vector<double> weight_per_texel(num_triangles);
   const double median_area = median_texel_size_mm_ * median_texel_size_mm_;
   const auto index_of = [&](TexelId t) {
     return t < 0 ? kNoTexel : grid_.index(static_cast<int>(t % map.width()), static_cast<int>(t / map.width()));
@@ -53,7 +52,8 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
       const auto t = static_cast<std::size_t>(i);
       const Eigen::Matrix<double, 3, 2> step = map.mm_per_texel(static_cast<int>(i));
       step_[t] = step.cast<float>();
-      const double weight = std::round(kMedianWeight * step.col(0).cross(step.col(1)).norm() / median_area);
+      weight_per_texel[t] = kMedianWeight * step.col(0).cross(step.col(1)).norm() / median_area;
+      const double weight = std::round(weight_per_texel[t]);
       weight_[t] = static_cast<std::uint16_t>(weight >= 1.0 ? std::min<double>(weight, kMaxWeight) : 1.0);
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec2& uv = map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[t][k])];
@@ -67,7 +67,7 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
   });
   triangle_.assign(grid_.num_texels(), -1);
   std::vector<std::vector<std::pair<TexelIndex, std::array<TexelIndex, 4>>>> rows(static_cast<std::size_t>(map.height()));
-  parallel_for(map.height(), 16, control.part(0.6, 1.0), [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(map.height(), 16, control.part(0.6, 0.9), [&](std::int64_t begin, std::int64_t end) {
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < map.width(); ++x) {
         const TexelId id = std::int64_t{y} * map.width() + x;
@@ -104,32 +104,69 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
     border_.push_back(texel);
     border_neighbors_.push_back(around);
   }
+  make_links();
+  weigh_texels(weight_per_texel, control.part(0.9, 1.0));
+}
+
+void SurfaceAtlas::make_links() {
+  // Over a seam, border texels name some that do not name them, and some that are on no border.
+  const auto contains = [](const std::vector<TexelIndex>& sorted, TexelIndex t) { return std::binary_search(sorted.begin(), sorted.end(), t); };
+  linked_ = border_;
+  for (std::size_t i = 0; i < border_.size(); ++i) {
+    for (const TexelIndex n : border_neighbors_[i]) {
+      if (n == kNoTexel || contains(border_, n)) continue;
+      const std::array<TexelIndex, 4> back = neighbors(n);
+      if (std::find(back.begin(), back.end(), border_[i]) == back.end()) linked_.push_back(n);
+    }
+  }
+  std::sort(linked_.begin(), linked_.end());
+  linked_.erase(std::unique(linked_.begin(), linked_.end()), linked_.end());
+  std::vector<std::pair<TexelIndex, TexelIndex>> named;
+  for (const TexelIndex t : linked_) {
+    for (const TexelIndex n : neighbors(t)) {
+      if (n == kNoTexel) continue;
+      named.emplace_back(t, n);
+      if (contains(linked_, n)) named.emplace_back(n, t);
+      else named.emplace_back(t, n);  // it names t too
+    }
+  }
+  std::sort(named.begin(), named.end());
+  auto next = named.begin();
+  for (const TexelIndex t : linked_) {
+    first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
+    while (next != named.end() && next->first < t) ++next;
+    for (; next != named.end() && next->first == t; ++next) {
+      if (links_.size() > first_link_.back() && links_.back().texel == next->second) ++links_.back().count;
+      else links_.push_back({next->second, 1});
+    }
+  }
+  first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
 }
 
 TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
-  const auto t = static_cast<std::size_t>(triangle);
-  const std::array<float, 6>& c = corner_texels_[t];
+  const std::array<float, 6>& c = corner_texels_[static_cast<std::size_t>(triangle)];
   const double b0 = 1.0 - b1 - b2;
   const double px = b0 * static_cast<double>(c[0]) + b1 * static_cast<double>(c[2]) + b2 * static_cast<double>(c[4]);
   const double py = b0 * static_cast<double>(c[1]) + b1 * static_cast<double>(c[3]) + b2 * static_cast<double>(c[5]);
+  return nearest_texel(triangle, px, py);
+}
+
+TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const {
   const int x = std::clamp(static_cast<int>(std::floor(px + 0.5)), 0, grid_.width - 1);
   const int y = std::clamp(static_cast<int>(std::floor(py + 0.5)), 0, grid_.height - 1);
-  const auto belongs = [&](TexelIndex texel) {
-    return triangle_[texel] >= 0 && chart_[static_cast<std::size_t>(triangle_[texel])] == chart_[t];
-  };
   const TexelIndex here = grid_.index(x, y);
-  if (belongs(here)) return here;
+  if (shows_chart_of(here, triangle)) return here;
   TexelIndex best = kNoTexel;
   double best_distance = 1e30;
   for (int ny = std::max(0, y - kSearchRadius); ny <= std::min(grid_.height - 1, y + kSearchRadius); ++ny) {
     for (int nx = std::max(0, x - kSearchRadius); nx <= std::min(grid_.width - 1, x + kSearchRadius); ++nx) {
       const double distance = (nx - px) * (nx - px) + (ny - py) * (ny - py);
-      if (distance >= best_distance || !belongs(grid_.index(nx, ny))) continue;
+      if (distance >= best_distance || !shows_chart_of(grid_.index(nx, ny), triangle)) continue;
       best = grid_.index(nx, ny);
       best_distance = distance;
     }
   }
-  return best != kNoTexel ? best : fallback_[t];
+  return best != kNoTexel ? best : fallback_[static_cast<std::size_t>(triangle)];
 }
 
 std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {
@@ -137,6 +174,17 @@ std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {
   if (found != border_.end() && *found == t) return border_neighbors_[static_cast<std::size_t>(found - border_.begin())];
   const int x = grid_.x(t), y = grid_.y(t);
   return {grid_.index(x + 1, y), grid_.index(x - 1, y), grid_.index(x, y + 1), grid_.index(x, y - 1)};
+}
+
+std::span<const SurfaceAtlas::Link> SurfaceAtlas::links(TexelIndex t, std::array<Link, 4>& plain) const {
+  const auto found = std::lower_bound(linked_.begin(), linked_.end(), t);
+  if (found != linked_.end() && *found == t) {
+    const auto i = static_cast<std::size_t>(found - linked_.begin());
+    return std::span(links_).subspan(first_link_[i], first_link_[i + 1] - first_link_[i]);
+  }
+  const int x = grid_.x(t), y = grid_.y(t);
+  plain = {Link{grid_.index(x + 1, y), 2}, Link{grid_.index(x - 1, y), 2}, Link{grid_.index(x, y + 1), 2}, Link{grid_.index(x, y - 1), 2}};
+  return plain;
 }
 
 }  // namespace patinate

@@ -30,7 +30,7 @@ struct SceneMesh {
 void place_objects(SceneMesh& scene_mesh, const Scene& scene);
 
 /// Texels of a scene's surface in tile order. Everything is an integer or a plain array, so that another device can share it.
-/// Memory: 4 bytes a texel, and 16 for each on a chart's border.
+/// Memory: 6 bytes a texel, and some 50 for each on a chart's border.
 class SurfaceAtlas {
  public:
   /// A texel of median size has this weight; others in proportion to their area, at least 1. Amount * weight = mass, so that
@@ -50,9 +50,11 @@ class SurfaceAtlas {
   /// In order: texels whose neighbours are not simply those beside them, at seams and where the surface ends.
   [[nodiscard]] std::span<const TexelIndex> border() const { return border_; }
   [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
-  /// Area weight of the texels of a triangle, [1, kMaxWeight].
+  /// Area weight of a whole texel of a triangle, [1, kMaxWeight].
   [[nodiscard]] std::uint32_t weight_of_triangle(int triangle) const { return weight_[static_cast<std::size_t>(triangle)]; }
-  [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return weight_of_triangle(triangle_[t]); }
+  /// Area weight of the surface that texel_of() gives to a texel, [1, kMaxWeight]: at a chart's edge it is from half a texel to one and
+  /// a half, and even rain makes even amounts only if that is known.
+  [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return texel_weight_[t]; }
   /// Columns: surface vectors (mm) of one texel step right and down, of a triangle as it stood at the beginning.
   [[nodiscard]] const Eigen::Matrix<float, 3, 2>& mm_per_texel(int triangle) const { return step_[static_cast<std::size_t>(triangle)]; }
   [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
@@ -65,11 +67,30 @@ class SurfaceAtlas {
   [[nodiscard]] TexelIndex texel_of(int triangle, double b1, double b2) const;
   /// Covered texels right, left, below and above on the surface, across seams; kNoTexel where the surface ends.
   [[nodiscard]] std::array<TexelIndex, 4> neighbors(TexelIndex t) const;
+  /// How a texel is joined to one beside it: `count` is how often the two name each other as neighbours, 2 inside a chart.
+  struct Link {
+    TexelIndex texel;
+    std::uint32_t count;
+  };
+  /// Texels that name this one as their neighbour or are named by it, each once, for steps over the surface that are as likely there as
+  /// back: over a seam, neighbors() alone are not mutual. @param plain  Room for the answer where there is no seam.
+  [[nodiscard]] std::span<const Link> links(TexelIndex t, std::array<Link, 4>& plain) const;
 
  private:
+  static constexpr int kSearchRadius = 2;  ///< Texels: a place in a triangle lies at most 0.71 from the centre of one that its chart may not own.
+
+  void weigh_texels(std::span<const double> weight_per_texel, const RunControl& control);
+  void make_links();
+  [[nodiscard]] bool shows_chart_of(TexelIndex texel, int triangle) const {
+    return triangle_[texel] >= 0 && chart_[static_cast<std::size_t>(triangle_[texel])] == chart_[static_cast<std::size_t>(triangle)];
+  }
+  /// Of a triangle's chart, to a place in texels that may be anywhere near it.
+  [[nodiscard]] TexelIndex nearest_texel(int triangle, double px, double py) const;
+
   TileGrid grid_;
   std::vector<std::int32_t> triangle_;             ///< Per texel.
   std::vector<std::uint16_t> weight_;              ///< Per triangle.
+  std::vector<std::uint16_t> texel_weight_;        ///< Per texel.
   std::vector<std::uint16_t> object_;              ///< Per triangle.
   std::vector<Eigen::Matrix<float, 3, 2>> step_;   ///< Per triangle.
   std::vector<std::array<float, 6>> corner_texels_;  ///< Per triangle: x, y of the three corners in texels.
@@ -77,6 +98,9 @@ class SurfaceAtlas {
   std::vector<TexelIndex> fallback_;               ///< Per triangle: the texel of its middle.
   std::vector<TexelIndex> border_;                 ///< Sorted: texels whose neighbours are not simply those beside them.
   std::vector<std::array<TexelIndex, 4>> border_neighbors_;
+  std::vector<TexelIndex> linked_;                 ///< Sorted: texels with other links than to those beside them.
+  std::vector<std::uint32_t> first_link_;          ///< Of each, and the end.
+  std::vector<Link> links_;
   std::int64_t num_covered_ = 0;
   double median_texel_size_mm_ = 0.0;
 };

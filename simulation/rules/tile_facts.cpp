@@ -13,14 +13,15 @@ TileFacts::TileFacts(const SurfaceAtlas& surface)
       int object = -1;
       bool has_one_weight = true, has_one_object = true;
       for (std::uint32_t i = 0; i < TileGrid::kTileTexels; ++i) {
-        const int triangle = surface.triangle(static_cast<TexelIndex>(tile * TileGrid::kTileTexels + i));
+        const auto texel = static_cast<TexelIndex>(tile * TileGrid::kTileTexels + i);
+        const int triangle = surface.triangle(texel);
         if (triangle < 0) continue;
         if (covered != 0) {
-          has_one_weight &= surface.weight_of_triangle(triangle) == weight;
+          has_one_weight &= surface.weight(texel) == weight;
           has_one_object &= surface.object(triangle) == object;
         }
         covered |= std::uint64_t{1} << i;
-        weight = surface.weight_of_triangle(triangle);
+        weight = surface.weight(texel);
         object = surface.object(triangle);
       }
       covered_[tile] = covered;
@@ -53,8 +54,8 @@ void TileFacts::weights(TileIndex tile, std::array<std::uint32_t, TileGrid::kTil
     return;
   }
   for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i) {
-    const int triangle = surface_->triangle(static_cast<TexelIndex>(tile * TileGrid::kTileTexels + i));
-    out[i] = triangle < 0 ? 0 : surface_->weight_of_triangle(triangle);
+    const auto texel = static_cast<TexelIndex>(tile * TileGrid::kTileTexels + i);
+    out[i] = surface_->is_covered(texel) ? surface_->weight(texel) : 0;
   }
 }
 

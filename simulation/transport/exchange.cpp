@@ -33,7 +33,7 @@ struct Piece {
 class ShareTable {
  public:
   void reset(const ExchangeOptions& options, std::span<const int> active) {
-    const bool is_same = options.ratio == options_.ratio && options.contact == options_.contact && options.rates == options_.rates;
+    const bool is_same = !keys_.empty() && options.ratio == options_.ratio && options.contact == options_.contact && options.rates == options_.rates;
     if (is_same && std::equal(active.begin(), active.end(), active_.begin(), active_.end())) return;
     options_ = options;
     active_.assign(active.begin(), active.end());
@@ -97,11 +97,10 @@ struct Batch {
 
 void prepare(const Call& call, std::span<const ContactKey> keys, Batch& batch) {
   const SurfaceAtlas& surface = call.atlas.surface();
-  std::array<int, kBatch> triangle;
   const auto texel = [&](std::size_t i) { return static_cast<TexelIndex>(keys[i] >> 32); };
   for (std::size_t i = 0; i < keys.size(); ++i) {
     __builtin_prefetch(&mass_of(call, static_cast<std::uint32_t>(keys[i])), 1);
-    triangle[i] = surface.triangle(texel(i));
+    batch.weight[i] = surface.weight(texel(i));
   }
   for (std::size_t i = 0; i < keys.size(); ++i) {
     for (std::size_t a = 0; a < call.active.size(); ++a) {
@@ -109,7 +108,6 @@ void prepare(const Call& call, std::span<const ContactKey> keys, Batch& batch) {
       if (batch.stored[i][a]) __builtin_prefetch(batch.stored[i][a] + texel(i) % TileGrid::kTileTexels, 1);
     }
   }
-  for (std::size_t i = 0; i < keys.size(); ++i) batch.weight[i] = surface.weight_of_triangle(triangle[i]);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto carrier = static_cast<std::uint32_t>(keys[i]);
     const bool is_whole = call.pieces.empty();

@@ -1,5 +1,7 @@
 #include "simulation/transport/splat.h"
 
+#include <algorithm>
+
 namespace patinate {
 
 namespace {
@@ -14,19 +16,26 @@ int num_steps(int radius, std::uint32_t weight) {
   return steps;
 }
 
-void add(Splat& splat, TexelIndex texel, std::uint32_t share) {
-  for (int i = 0; i < splat.num_parts; ++i) {
-    SplatPart& part = splat.parts[static_cast<std::size_t>(i)];
-    if (part.texel == texel) {
-      part.share += share;
-      return;
-    }
+/// @returns where the share lies now.
+std::uint32_t& add(Splat& splat, TexelIndex texel, std::uint32_t share) {
+  int i = 0;
+  while (i < splat.num_parts && splat.parts[static_cast<std::size_t>(i)].texel != texel) ++i;
+  if (i == Splat::kMaxParts) i = 0;
+  SplatPart& part = splat.parts[static_cast<std::size_t>(i)];
+  if (i == splat.num_parts) {
+    part = {texel, 0};
+    ++splat.num_parts;
   }
-  if (splat.num_parts == Splat::kMaxParts) {
-    splat.parts[0].share += share;
-  } else {
-    splat.parts[static_cast<std::size_t>(splat.num_parts++)] = {texel, share};
-  }
+  return part.share += share;
+}
+
+/// What one step of the walk takes over a link, of `share`. A link lets through what one between whole texels does, whatever the chart's edge
+/// leaves of them: as much mass each way where texels hold mass in proportion to their areas, so that even rain stays even.
+std::uint32_t step_over(const SurfaceAtlas& surface, const SplatPart& from, const SurfaceAtlas::Link& link) {
+  const std::uint32_t weight = surface.weight(from.texel), other = surface.weight(link.texel);
+  const std::uint32_t whole = surface.weight_of_triangle(surface.triangle(from.texel)) + surface.weight_of_triangle(surface.triangle(link.texel));
+  const std::uint32_t twice = std::min(whole, 4 * std::min(weight, other));  // no more than a small one has
+  return static_cast<std::uint32_t>(std::uint64_t{from.share} * link.count * twice / (std::uint64_t{32} * weight));
 }
 
 }  // namespace
@@ -34,13 +43,19 @@ void add(Splat& splat, TexelIndex texel, std::uint32_t share) {
 Splat splat_of(const SurfaceAtlas& surface, TexelIndex texel, int width) {
   Splat splat;
   add(splat, texel, Splat::kWhole);
-  const int steps = num_steps(width / 2, surface.weight(texel));
+  const int steps = num_steps(width / 2, surface.weight_of_triangle(surface.triangle(texel)));
+  std::array<SurfaceAtlas::Link, 4> plain;
   for (int s = 0; s < steps; ++s) {
     Splat next;
     for (int i = 0; i < splat.num_parts; ++i) {
       const SplatPart part = splat.parts[static_cast<std::size_t>(i)];
-      add(next, part.texel, part.share / 2);
-      for (const TexelIndex neighbor : surface.neighbors(part.texel)) add(next, neighbor == kNoTexel ? part.texel : neighbor, part.share / 8);
+      std::uint32_t& stays = add(next, part.texel, part.share);
+      for (const SurfaceAtlas::Link& link : surface.links(part.texel, plain)) {
+        const std::uint32_t goes = std::min(stays, step_over(surface, part, link));
+        if (goes == 0) continue;
+        stays -= goes;
+        add(next, link.texel, goes);
+      }
     }
     splat = next;
   }

@@ -16,5 +16,7 @@ void rules();
 void composition();
 /// Whole iterations by atlas size and wetness; segments/s all in.
 void iteration();
+/// The mass ledger after a million iterations.
+void books();
 
 }  // namespace patinate::benchmarks

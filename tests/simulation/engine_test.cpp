@@ -208,6 +208,18 @@ TEST(Simulation, HitsAreOneAContact) {
   EXPECT_TRUE(has(error_of([&] { (void)simulation.parameter_map("residence"); }), "was not asked for"));
 }
 
+TEST(Simulation, WithoutRatesHitsAreCountedAndNothingIsExchanged) {
+  Scene scene = plate();
+  scene.exchange = {};
+  SimulationOptions options;
+  options.parameter_maps = {"hits"};
+  Simulation simulation(scene, options);
+  const std::string before = simulation.atlas().hash();
+  run(simulation, 20);
+  EXPECT_GT(simulation.counters().contacts, 500);
+  EXPECT_EQ(simulation.atlas().hash(), before);
+}
+
 TEST(Simulation, OtherLooksChangeNoAmounts) {
   Simulation simulation(plate());
   run(simulation, 60);

@@ -48,6 +48,26 @@ Mesh cut_plane(double side_mm, int n) {
   });
 }
 
+Mesh quilt_plane(double side_mm, int n) {
+  Mesh mesh = unit_plane(side_mm, n);
+  mesh.uvs.clear();
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      const double angle = 0.4 + 2.4 * (i + n * j);  // no two neighbours alike
+      const double half = 0.45 / std::sqrt(2.0) / n;
+      const auto corner = [&](double x, double y) {
+        return Vec2((i + 0.5) / n + half * (x * std::cos(angle) - y * std::sin(angle)), (j + 0.5) / n + half * (x * std::sin(angle) + y * std::cos(angle)));
+      };
+      const int first = static_cast<int>(mesh.uvs.size());
+      mesh.uvs.insert(mesh.uvs.end(), {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)});
+      const auto cell = static_cast<std::size_t>(2 * (j * n + i));
+      mesh.uv_triangles[cell] = {first, first + 1, first + 2};
+      mesh.uv_triangles[cell + 1] = {first, first + 2, first + 3};
+    }
+  }
+  return mesh;
+}
+
 Mesh udim_plane(double side_mm, int columns) {
   Mesh mesh = unit_plane(side_mm, 6 * columns);
   const Mesh plain = mesh;

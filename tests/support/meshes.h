@@ -11,6 +11,9 @@ namespace patinate::testing_support {
 /// The same square, its halves x < side/2 and x > side/2 in two charts of the same texel density; the right one is turned by 90 degrees.
 [[nodiscard]] Mesh cut_plane(double side_mm, int n = 8);
 
+/// The square as `n` x `n` charts of the same texel density, each turned by an angle of its own.
+[[nodiscard]] Mesh quilt_plane(double side_mm, int n);
+
 /// The square as `columns` UDIM tiles from left to right, each a strip of it that fills its tile.
 [[nodiscard]] Mesh udim_plane(double side_mm, int columns);
 

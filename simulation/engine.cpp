@@ -182,10 +182,12 @@ std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const {
 const Composer& Simulation::compose(const RunControl& control) {
   State& s = *state_;
   const Stopwatch watch(s.times.compose);
-  (void)s.composer.compose(s.atlas, dirty_since(s.composed_at), control);
+  s.composed_tiles = s.composer.compose(s.atlas, dirty_since(s.composed_at), control);
   s.composed_at = s.iteration;
   return s.composer;
 }
+
+std::span<const TileIndex> Simulation::composed_tiles() const { return state_->composed_tiles; }
 
 void Simulation::set_looks(std::vector<MaterialLook> looks) {
   state_->composer.set_looks(looks);

@@ -82,6 +82,8 @@ class Simulation {
 
   /// What it looks like now; only what changed since the last call is composed again.
   [[nodiscard]] const Composer& compose(const RunControl& control = {});
+  /// Tiles that the last compose() has changed, in order: for those who hold a copy.
+  [[nodiscard]] std::span<const TileIndex> composed_tiles() const;
   /// Other looks for the same amounts. @throws InvalidInput unless there is one for each material.
   void set_looks(std::vector<MaterialLook> looks);
 

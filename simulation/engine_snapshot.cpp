@@ -210,6 +210,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.next_event = static_cast<std::size_t>(next_event);
   place_objects(s.scene_mesh, s.scene);
   s.tracer.set_mesh(s.scene_mesh);
+  s.composed_at = -1;  // an earlier iteration, perhaps: nothing that was composed holds
   s.wake_everything();
 }
 

@@ -8,6 +8,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/core/run_control.h"
 #include "tools/studio/http.h"
+#include "tools/studio/live_scene.h"
 #include "tools/studio/place.h"
 #include "tools/studio/served_folder.h"
 #include "tools/studio/surface_in_time.h"
@@ -24,6 +25,7 @@ class NotFound : public InvalidInput {
 struct Asked {
   const ServedFolder& folder;
   OpenedPlaces& opened;
+  LiveScenes& live;
   const RequestTarget& target;
   RunControl control;
 

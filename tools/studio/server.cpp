@@ -97,7 +97,7 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
     asio::post(io_, [self = shared_from_this()] {
       if (self->is_closed_) return;
       self->is_closed_ = true;
-      self->stream_.async_close(websocket::close_code::normal, [self](error_code) { self->end(); });
+      if (self->waiting_.empty()) self->say_close();
     });
   }
 
@@ -122,8 +122,13 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
       if (error) return self->end();
       self->num_waiting_ -= self->waiting_.front().bytes.size();
       self->waiting_.pop_front();
-      if (!self->waiting_.empty()) self->write();
+      if (!self->waiting_.empty()) return self->write();
+      if (self->is_closed_) self->say_close();
     });
+  }
+
+  void say_close() {
+    stream_.async_close(websocket::close_code::normal, [self = shared_from_this()](error_code) { self->end(); });
   }
 
   void read() {

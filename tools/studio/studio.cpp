@@ -7,6 +7,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 #include "tools/studio/client/assets.h"
+#include "tools/studio/live_client.h"
 #include "tools/studio/routes.h"
 
 namespace patinate {
@@ -80,7 +81,8 @@ Studio::Studio(ServedFolder folder, StudioOptions options, std::function<void()>
     : folder_(std::move(folder)),
       options_(std::move(options)),
       access_(options_.token, options_.port, options_.hosts),
-      quit_(std::move(quit)) {}
+      quit_(std::move(quit)),
+      live_(folder_, options_.num_threads) {}
 Studio::~Studio() = default;
 
 HttpResponse Studio::admit(const HttpRequest& request) const {
@@ -101,7 +103,7 @@ struct Studio::Routes {
                                        Route{"GET", "/api/file", answer_file}};
 
   static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target, const std::stop_token& gone) {
-    const Asked asked{studio.folder_, studio.opened_, target, {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
+    const Asked asked{studio.folder_, studio.opened_, studio.live_, target, {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
     if (const StudioAsset* asset = request.method == "GET" ? find_studio_asset(target.path) : nullptr) {
       return {.type = std::string(asset->type), .body = std::string(asset->bytes)};
     }
@@ -130,6 +132,19 @@ HttpResponse Studio::answer(const HttpRequest& request, const std::stop_token& g
     return secured(error_response(500, "not enough memory for this; ask for a smaller size"));
   } catch (const std::exception& e) {
     return secured(error_response(500, e.what()));
+  }
+}
+
+std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request, std::shared_ptr<WebSocketPeer> peer) noexcept {
+  try {
+    const RequestTarget target = parse_target(request.target);
+    if (target.path != "/api/live") throw NotFound("there is nothing at " + target.path);
+    const auto [path, kind] = Asked{folder_, opened_, live_, target, {}}.place();
+    if (kind != PlaceKind::Scene && kind != PlaceKind::Simulation) throw InvalidInput("only scenes and simulations run");
+    return live_.open(path, kind, std::move(peer));
+  } catch (const std::exception& e) {
+    peer->send_text(error_text(nullptr, e.what()));
+    return nullptr;
   }
 }
 

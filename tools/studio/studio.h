@@ -10,6 +10,7 @@
 
 #include "tools/studio/access.h"
 #include "tools/studio/http.h"
+#include "tools/studio/live_scene.h"
 #include "tools/studio/served_folder.h"
 #include "tools/studio/surface_in_time.h"
 
@@ -33,6 +34,8 @@ class Studio {
   [[nodiscard]] HttpResponse admit(const HttpRequest& request) const;
   /// Never throws: what is wrong is an answer too.
   [[nodiscard]] HttpResponse answer(const HttpRequest& request, const std::stop_token& gone) noexcept;
+  /// A WebSocket at /api/live. @returns nothing, after it has been told why, if its place cannot run.
+  [[nodiscard]] std::shared_ptr<WebSocketListener> open(const HttpRequest& request, std::shared_ptr<WebSocketPeer> peer) noexcept;
 
  private:
   struct Routes;
@@ -41,6 +44,7 @@ class Studio {
   Access access_;
   std::function<void()> quit_;
   OpenedPlaces opened_;
+  LiveScenes live_;
 };
 
 }  // namespace patinate

@@ -100,7 +100,9 @@ HttpResponse answer_curve(const Asked& asked) {
 HttpResponse answer_mesh(const Asked& asked) {
   const auto [path, kind] = asked.place();
   std::string glb;
-  if (kind == PlaceKind::Mesh) {
+  if (const std::shared_ptr<LiveScene> scene = asked.live.find(path)) {
+    glb = scene->mesh_glb();
+  } else if (kind == PlaceKind::Mesh) {
     const bool is_gltf = path.extension() == ".gltf" || path.extension() == ".glb";  // in m, by its standard
     glb = mesh_glb(with_normals(read_mesh(path)), path.stem().string(), is_gltf ? 1.0 : 0.001);
   } else if (kind == PlaceKind::Scene) {

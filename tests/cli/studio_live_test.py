@@ -1,0 +1,390 @@
+#!/usr/bin/env python3
+"""A running scene in patinate studio, as a browser hears and drives it. Usage: studio_live_test.py PATINATE [unittest arguments]"""
+import hashlib
+import json
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from studio_client import Server, WebSocket
+from studio_pictures import png_pixels, xxh64
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+
+
+class Client:
+    """Keeps the picture that it is sent; acknowledges updates unless told not to."""
+
+    def __init__(self, server, place="ledge/scene.json", acknowledges=True):
+        self.socket = WebSocket(server, f"/api/live?place={place}")
+        self.acknowledges, self.updates, self.answers, self.status, self.notices, self.errors, self.hashes = acknowledges, [], {}, None, [], [], []
+        self.scene, self.planes, self.gammatons, self.next_id = {}, {}, None, 0
+        self.until(lambda: self.scene)
+        self.start = json.loads(json.dumps(self.scene["looks"]))
+
+    def until(self, condition, seconds=60):
+        end = time.monotonic() + seconds
+        while not condition():
+            left = end - time.monotonic()
+            if left <= 0 or not self.listen(left):
+                raise AssertionError(f"nothing came; errors: {self.errors}, status: {self.status}")
+
+    def listen(self, seconds):
+        """Takes one message. False when none came."""
+        message = self.socket.receive(seconds)
+        if message is None:
+            return False
+        if isinstance(message, tuple):
+            self.take(*message)
+        elif message["type"] in ("hello", "scene"):
+            self.scene.update(message)
+        elif message["type"] == "status":
+            self.status = message
+        elif message["type"] == "hash":
+            self.hashes.append(message)
+        elif message["type"] in ("done", "error"):
+            self.answers[message["id"]] = message
+            if message["type"] == "error":
+                self.errors.append(message["message"])
+        elif message["type"] == "notice":
+            self.notices.append(message["text"])
+        return True
+
+    def take(self, header, payload):
+        if header["type"] == "gammatons":
+            self.gammatons = struct.unpack(f"<{header['count'] * 3}f", payload)
+            return
+        size = {"surface": 256, "relief": 256, "overlay": 64}[header["plane"]]
+        count, texel, columns = header["count"], size // 64, (header["width"] + 7) // 8
+        assert len(payload) == count * (4 + size), header
+        plane = self.planes.setdefault(header["plane"], bytearray(header["width"] * header["height"] * texel))
+        for k, tile in enumerate(struct.unpack(f"<{count}I", payload[:4 * count])):
+            data = payload[4 * count + k * size:4 * count + (k + 1) * size]
+            for row in range(8):
+                x, y = tile % columns * 8, tile // columns * 8 + row
+                if y < header["height"]:
+                    at, length = (y * header["width"] + x) * texel, min(8, header["width"] - x) * texel
+                    plane[at:at + length] = data[row * 8 * texel:row * 8 * texel + length]
+        if header["last"]:
+            self.updates.append(header)
+            if self.acknowledges:
+                self.socket.send({"op": "ack", "update": header["update"]})
+
+    def ask(self, op, **more):
+        """Sends a request and waits for its answer."""
+        self.next_id += 1
+        self.socket.send({"op": op, "id": self.next_id, **more})
+        self.until(lambda: self.next_id in self.answers)
+        return self.answers.pop(self.next_id)
+
+    def do(self, op, **more):
+        answer = self.ask(op, **more)
+        if answer["type"] != "done":
+            raise AssertionError(f"{op}: {answer}")
+
+    def step(self, iterations):
+        """Runs so many iterations and waits for the picture after the last."""
+        begin = self.status["iteration"] if self.status else 0
+        self.do("step", iterations=iterations)
+        self.until(lambda: self.status and not self.status["running"] and self.status["iteration"] >= begin + iterations)
+        self.settle()
+
+    def settle(self):
+        """Waits for a hash and the update that brings the picture to it."""
+        self.hashes.clear()
+        self.do("hash")
+        self.until(lambda: self.hashes)
+        count = len(self.updates)
+        self.until(lambda: len(self.updates) > count)
+        return self.hashes[-1]
+
+    def surface(self):
+        return hashlib.sha256(bytes(self.planes["surface"])).hexdigest()
+
+    def close(self):
+        self.socket.close()
+
+
+class Live(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="patinate_live_"))
+        cls.run_in("synth", "ledge", "--cells", "6", "-o", "ledge")
+        scene = json.loads((cls.folder / "ledge/scene.json").read_text())
+        scene["atlas"]["resolution"] = 100
+        scene["run"] = {"iterations": 30, "history_every": 10, "controls": ["dirt.deposited"]}
+        scene["appearance"]["moss"] = {"height": 0.5}
+        for emitter in scene["emitters"]:
+            emitter["gammatons"] = 150
+        scene["events"] = [{"iteration": 5, "op": "ratio", "ratio": 0.6}]
+        (cls.folder / "ledge/scene.json").write_text(json.dumps(scene))
+        for name in ("painted", "looked"):
+            (cls.folder / f"ledge/{name}.json").write_text(json.dumps(scene))
+        (cls.folder / "ledge/broken.json").write_text(json.dumps({**scene, "objects": [{"name": "wall", "mesh": "missing.obj"}]}))
+        cls.run_in("simulate", "ledge/scene.json", "-o", "ran")
+        cls.server = Server(PATINATE, cls.folder)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.server.close()
+        shutil.rmtree(cls.folder)
+
+    @classmethod
+    def run_in(cls, *arguments):
+        result = subprocess.run([PATINATE, *arguments], cwd=cls.folder, capture_output=True, text=True, timeout=300)
+        if result.returncode != 0:
+            raise AssertionError(f"{arguments}: {result.returncode}\n{result.stderr}")
+        return result
+
+    def client(self, place="ledge/scene.json", **more):
+        client = Client(self.server, place, **more)
+        self.addCleanup(client.close)
+        client.do("reset")
+        client.until(lambda: client.status and client.status["iteration"] == 0 and not client.status["running"])
+        return client
+
+    def atlas_hash(self, folder):
+        return json.loads((self.folder / folder / "simulation.json").read_text())["atlas_hash"]
+
+    def test_hello_says_what_the_scene_is(self):
+        scene = self.client().scene
+        self.assertEqual((scene["width"], scene["height"], scene["materials"], scene["time_unit"]), (100, 100, ["water", "dirt", "organic", "moss"], "d"))
+        self.assertEqual([e["name"] for e in scene["emitters"]], ["rain", "dust", "brush"])
+        self.assertEqual((scene["emitters"][0]["shape"], scene["emitters"][2]["shape"], scene["emitters"][2]["on"]), ("sky", "surface", False))
+        self.assertEqual(scene["objects"][0]["name"], "wall")
+        self.assertEqual(scene["looks"]["dirt"]["strength"], 1.6)
+        self.assertEqual(scene["exchange"]["ratio"], 0.4)
+        self.assertIsNone(scene["slider"])
+        self.assertEqual([o["name"] for o in scene["overlays"]], ["water", "dirt", "organic", "moss", "dirt.deposited", "hits"])
+        self.assertLess(scene["relief_mm"][0], scene["relief_mm"][1])
+        self.assertIn("evaporation", [r["name"] for r in scene["rules"]])
+
+    def test_the_picture_is_the_servers_to_the_byte_and_that_of_simulate(self):
+        client = self.client()
+        client.step(30)
+        said = client.settle()
+        self.assertEqual(said["iteration"], 30)
+        client.do("export", path="shown", what=["textures", "glb", "controls"])
+        for file in ("color.png", "normal.png", "specular.png", "height.exr"):  # after 30 iterations, as `simulate` wrote them
+            self.assertEqual((self.folder / "shown" / file).read_bytes(), (self.folder / "ran" / file).read_bytes(), file)
+        self.assertTrue((self.folder / "shown/model.glb").stat().st_size > 1000)
+        self.assertTrue((self.folder / "shown/controls/hits.exr").exists())
+        c = client.status["counters"]
+        self.assertEqual(c["emitted"], c["absorbed"] + c["left"] + c["rested"] + c["alive"])
+        self.assertTrue(all(row["residual"] == 0 for row in client.status["ledger"]))
+        width, channels, color = png_pixels((self.folder / "ran/color.png").read_bytes())
+        picture = client.planes["surface"]
+        self.assertTrue(all(picture[4 * i:4 * i + 3] == color[3 * i:3 * i + 3] for i in range(100 * 100)))
+        self.assertEqual(xxh64(bytes(picture)), said["surface"])
+        self.assertEqual(xxh64(bytes(client.planes["relief"])), said["relief"])
+
+    def test_at_most_two_updates_wait_for_an_answer(self):
+        client = self.client()
+        client.settle()
+        client.acknowledges = False
+        client.updates.clear()
+        client.do("run")
+        client.until(lambda: client.status["iteration"] > 60)
+        self.assertLessEqual(len(client.updates), 2)
+        client.do("pause")
+        while client.listen(0.3):
+            pass
+        self.assertLessEqual(len(client.updates), 2)
+        client.acknowledges = True
+        client.socket.send({"op": "ack", "update": client.updates[-1]["update"]})
+        client.settle()  # one update brings all that was missed
+        other = self.client_without_reset()
+        other.settle()
+        self.assertEqual(client.surface(), other.surface())
+
+    def client_without_reset(self):
+        client = Client(self.server)
+        self.addCleanup(client.close)
+        return client
+
+    def test_a_slow_client_skips_what_a_quick_one_sees(self):
+        quick, slow = self.client(), self.client_without_reset()
+        slow.acknowledges = False
+        quick.do("run")
+        quick.until(lambda: quick.status["iteration"] >= 80)
+        quick.do("pause")
+        quick.until(lambda: quick.status["clients"] == 2)
+        self.assertGreater(len(quick.updates), 4)
+        while slow.listen(0.3):
+            pass
+        self.assertLessEqual(len(slow.updates), 2)
+        slow.acknowledges = True
+        slow.socket.send({"op": "ack", "update": slow.updates[-1]["update"]})
+        slow.settle()
+        quick.settle()
+        self.assertEqual(slow.surface(), quick.surface())
+        self.assertEqual(bytes(slow.planes["relief"]), bytes(quick.planes["relief"]))
+
+    def test_what_one_changes_the_other_hears(self):
+        one, two = self.client(), self.client_without_reset()
+        one.do("event", event={"op": "ratio", "ratio": 0.125})
+        one.do("event", event={"op": "behaviour", "behaviour": {"slider": 0.5}})
+        two.until(lambda: two.scene["exchange"]["ratio"] == 0.125 and two.scene["slider"] == 0.5)
+        emitter = dict(one.scene["emitters"][1], on=False)
+        one.do("event", event={"op": "emitter", "emitter": emitter})
+        two.until(lambda: not two.scene["emitters"][1]["on"])
+        two.do("event", event={"op": "move", "target": "wall", "position": [5, 6, 7]})
+        one.until(lambda: one.scene["objects"][0]["translate"] == [5, 6, 7])
+        glb = self.server.request("/api/mesh?place=ledge/scene.json")[2]
+        gltf = json.loads(glb[20:20 + struct.unpack("<I", glb[12:16])[0]])
+        self.assertEqual([n["name"] for n in gltf["nodes"]], ["wall"])
+        two.do("reset")
+        one.until(lambda: one.scene["objects"][0]["translate"] == [0, 0, 0] and one.scene["slider"] is None)
+
+    def test_undo_goes_back_to_before_the_stroke(self):
+        client = self.client()
+        client.step(10)
+        before = client.surface()
+        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
+        client.do("stroke", emitter="brush", position=middle, phase="begin")
+        for i in range(3):
+            client.step(4)
+            client.do("stroke", emitter="brush", position=[middle[0] + i, *middle[1:]], phase="move")
+        client.do("stroke", emitter="brush", phase="end")
+        client.step(2)
+        self.assertNotEqual(client.surface(), before)
+        self.assertTrue(client.status["can_undo"])
+        client.do("undo")
+        client.until(lambda: client.status["iteration"] == 10)
+        client.settle()
+        self.assertEqual(client.surface(), before)
+        self.assertFalse(client.scene["emitters"][2]["on"])
+        self.assertEqual(client.ask("undo")["type"], "error")
+        client.do("save", path="undone.json")  # nothing of the stroke is left in it
+        self.assertEqual(json.loads((self.folder / "undone.json").read_text())["events"], [{"iteration": 5, "op": "ratio", "ratio": 0.6}])
+
+    def test_a_saved_scene_gives_the_same_bytes(self):
+        client = self.client("ledge/painted.json")
+        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
+        client.step(3)
+        client.do("event", event={"op": "behaviour", "behaviour": {"slider": 0.7}})
+        client.step(2)
+        client.do("event", event={"op": "ratio", "ratio": 0.1})  # before the file's own event of iteration 5, which then wins
+        client.step(4)
+        client.do("event", event={"op": "rate", "target": "dirt", "rate": 0.3})
+        client.do("stroke", emitter="brush", position=middle, phase="begin")
+        client.step(5)
+        for i in range(5):
+            client.do("stroke", emitter="brush", position=[middle[0] + 10 * i / 3, middle[1], middle[2]], phase="move")
+        client.step(5)
+        client.do("stroke", emitter="brush", position=middle, phase="end")
+        client.do("event", event={"op": "move", "target": "wall", "position": [0.1, 0.2, 0.3]})
+        client.do("looks", looks={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}, "moss": {"height": 0.25}})
+        client.do("run")
+        client.until(lambda: client.status["iteration"] > 40)
+        client.do("pause")
+        client.settle()
+        (self.folder / "saved").mkdir(exist_ok=True)
+        client.do("save", path="saved/painted.json")
+        client.do("export", path="painted_look", what=["textures"])
+        saved = json.loads((self.folder / "saved/painted.json").read_text())
+        self.assertEqual(saved["objects"][0]["mesh"], "../ledge/mesh.obj")
+        self.assertEqual(len([e for e in saved["events"] if e["op"] == "move" and e["target"] == "brush"]), 2)  # of those in one iteration the last
+        self.run_in("simulate", "saved/painted.json", "-o", "painted")
+        for file in ("color.png", "normal.png", "specular.png", "height.exr"):
+            self.assertEqual((self.folder / "painted" / file).read_bytes(), (self.folder / "painted_look" / file).read_bytes(), file)
+        client.do("export", path="painted_all", what=["history"])
+        client.until(lambda: client.notices)
+        self.assertEqual(self.atlas_hash("painted_all/simulation"), self.atlas_hash("painted"))
+        for path in ("saved/painted.json", "../painted.json", "/tmp/painted.json", "painted.txt", "missing/painted.json"):
+            self.assertEqual(client.ask("save", path=path)["type"], "error", path)
+
+    def test_a_finished_simulation_runs_again(self):
+        client = self.client("ran")
+        client.step(30)
+        client.do("save", path="again.json")
+        self.run_in("simulate", "again.json", "-o", "again")
+        self.assertEqual(self.atlas_hash("again"), self.atlas_hash("ran"))  # the brush that waits in it changes nothing
+
+    def test_looks_recompose_and_do_not_simulate(self):
+        client = self.client("ledge/looked.json")
+        client.step(20)
+        before, iteration = client.surface(), client.status["iteration"]
+        client.do("looks", looks={"dirt": {"strength": 0}, "water": {"strength": 0}})
+        client.settle()
+        self.assertNotEqual(client.surface(), before)
+        self.assertEqual(client.status["iteration"], iteration)
+        client.do("looks", looks={"dirt": {"strength": 1.6}, "water": {"strength": client.start["water"]["strength"]}})
+        client.settle()
+        self.assertEqual(client.surface(), before)
+
+    def test_overlays_and_gammatons_come_when_asked_for(self):
+        client = self.client()
+        client.do("watch", planes=["surface"], overlay="dirt", gammatons=50)
+        client.step(15)
+        self.assertEqual(len(client.planes["overlay"]), 100 * 100)
+        self.assertGreater(max(client.planes["overlay"]), 0)
+        self.assertEqual(len(client.gammatons), 150)
+        client.do("watch", overlay="hits")
+        client.settle()
+        self.assertGreater([o for o in client.scene["overlays"] if o["name"] == "hits"][0]["high"], 0)
+        client.do("watch", overlay=None, gammatons=0, planes=["surface", "relief"])
+
+    def test_wrong_requests_get_a_sentence_and_change_nothing(self):
+        client = self.client()
+        client.settle()
+        for request in ({"op": "fly"}, {}, {"op": "event"}, {"op": "event", "event": {"op": "ratio", "ratio": 7}}, {"op": "event", "event": {"op": "move", "target": "nobody", "position": [0, 0, 0]}},
+                        {"op": "event", "event": {"iteration": 3, "op": "ratio", "ratio": 0.5}}, {"op": "event", "event": [1]}, {"op": "step", "iterations": -1}, {"op": "step", "iterations": "x"},
+                        {"op": "stroke", "phase": "move"}, {"op": "stroke", "phase": "begin", "emitter": "rain", "position": [0, 0, 0]}, {"op": "undo"}, {"op": "looks", "looks": {"gold": {}}},
+                        {"op": "looks", "looks": {"dirt": {"color": "/etc/passwd"}}}, {"op": "looks", "looks": {"dirt": {"strength": -1}}}, {"op": "looks", "looks": 3},
+                        {"op": "watch", "overlay": "gold"}, {"op": "watch", "planes": ["x"]}, {"op": "watch", "gammatons": 1e12}, {"op": "ack", "update": 1 << 60}, {"op": "save"}, {"op": "save", "path": 3},
+                        {"op": "export", "path": "x", "what": ["everything"]}, {"op": "export", "path": "../x", "what": []}):
+            client.socket.send({**request, "id": 99})
+            client.until(lambda: 99 in client.answers)
+            self.assertEqual(client.answers.pop(99)["type"], "error", request)
+        for garbage in (b"", b"{", b"[]", b"null", b"[" * 5000):
+            client.socket.send(garbage)
+        self.assertEqual(client.scene["exchange"]["ratio"], 0.4)
+        client.step(1)
+
+    def test_what_cannot_run_says_why(self):
+        for place, words in (("ledge/broken.json", "missing.obj"), ("ledge/mesh.obj", "only scenes"), ("nothing", "no place"), ("../x", "no place")):
+            socket = WebSocket(self.server, f"/api/live?place={place}")
+            message = socket.receive()
+            while message and message["type"] == "progress":
+                message = socket.receive()
+            self.assertEqual(message["type"], "error")
+            self.assertIn(words, message["message"])
+            self.assertIsNone(socket.receive(5))
+            socket.close()
+
+    def test_broken_frames_close_one_connection_only(self):
+        for frame in ((3, b"x"), (1, b"\xff\xfe"), (1, b"a" * 2_000_000), (2, b"\x00" * 10), (15, b"")):
+            socket = WebSocket(self.server, "/api/live?place=ledge/scene.json")
+            try:
+                socket.send_frame(*frame)
+                socket.socket.sendall(b"\x00\x01\x02\xff" * 50)
+                while socket.receive(1):
+                    pass
+            except OSError:
+                pass
+            socket.close()
+        self.client().step(1)
+
+    def test_pauses_when_nobody_is_left_and_waits_for_them(self):
+        client = self.client()
+        client.do("run")
+        client.until(lambda: client.status and client.status["iteration"] > 5)
+        client.close()
+        time.sleep(0.5)
+        again = self.client_without_reset()
+        again.settle()
+        first = again.hashes[-1]["iteration"]
+        time.sleep(0.3)
+        self.assertEqual(again.settle()["iteration"], first)
+        self.assertGreater(first, 5)
+
+
+if __name__ == "__main__":
+    unittest.main()

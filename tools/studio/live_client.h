@@ -1,0 +1,35 @@
+/// \file
+/// What a LiveEngine knows of a client. For live_*.cpp.
+#pragma once
+
+#include "tools/studio/live_engine.h"
+
+namespace patinate {
+
+inline constexpr std::int64_t kMostUnacknowledged = 2;
+
+struct LiveEngine::Client {
+  Client(std::shared_ptr<WebSocketPeer> given, ScreenTile num_tiles) : peer(std::move(given)), surface(num_tiles), relief(num_tiles), overlay(num_tiles) {
+    surface.add_all();
+    relief.add_all();
+  }
+  [[nodiscard]] bool has_credit() const { return num_sent - num_acknowledged < kMostUnacknowledged; }
+
+  std::shared_ptr<WebSocketPeer> peer;
+  DirtyTiles surface, relief, overlay;
+  bool wants_surface = true;
+  bool wants_relief = true;
+  std::string overlay_name;             ///< "" = none.
+  std::int64_t num_gammatons = 0;
+  std::int64_t num_sent = 0;            ///< Updates; the number of the last one.
+  std::int64_t num_acknowledged = 0;
+  std::int64_t shown_iteration = -1;    ///< Of the last update.
+  bool wants_hash = false;
+  Clock::time_point last_update{};
+};
+
+/// {"type": "done"} with the id of the request.
+[[nodiscard]] std::string done_text(const Json& id);
+[[nodiscard]] std::string error_text(const Json& id, const std::string& message);
+
+}  // namespace patinate

@@ -1,0 +1,274 @@
+// What clients ask of a running scene: a table from `op` to what it does.
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "simulation/scene/scene_json.h"
+#include "tools/studio/live_client.h"
+#include "tools/studio/scene_text.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::size_t kMostUndoBytes = std::size_t{512} << 20;
+constexpr std::size_t kMostStrokes = 50;
+constexpr std::int64_t kMostGammatons = 100'000;
+
+/// A member of a request, with an error that a person understands.
+const Json& member(const Json& request, const char* key) {
+  if (!request.contains(key)) throw InvalidInput(std::string("/") + key + ": is missing");
+  return request.at(key);
+}
+
+std::string text_member(const Json& request, const char* key) {
+  const Json& value = member(request, key);
+  if (!value.is_string()) throw InvalidInput(std::string("/") + key + ": found " + value.dump() + "; expected text");
+  return value.get<std::string>();
+}
+
+std::int64_t integer_member(const Json& request, const char* key, std::int64_t low, std::int64_t high) {
+  const Json& value = member(request, key);
+  if (!value.is_number_integer() || value.get<std::int64_t>() < low || value.get<std::int64_t>() > high) {
+    throw InvalidInput(std::string("/") + key + ": found " + value.dump() + "; expected a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+  }
+  return value.get<std::int64_t>();
+}
+
+std::vector<std::string> texts_member(const Json& request, const char* key) {
+  const Json& list = member(request, key);
+  std::vector<std::string> texts;
+  for (const Json& element : list.is_array() ? list : Json::array()) {
+    if (element.is_string()) texts.push_back(element.get<std::string>());
+  }
+  if (!list.is_array() || texts.size() != list.size()) throw InvalidInput(std::string("/") + key + ": found " + list.dump() + "; expected a list of names");
+  return texts;
+}
+
+}  // namespace
+
+struct LiveEngine::Commands {
+  struct Call {
+    LiveEngine& engine;
+    Client& client;
+    const Json& request;
+  };
+  struct Command {
+    std::string_view op;
+    void (*run)(const Call& call);
+  };
+
+  static void run(const Call& c) {
+    c.engine.is_running_ = true;
+    c.engine.num_steps_left_ = 0;
+    c.engine.counted_from_ = Clock::now();
+    c.engine.counted_iterations_ = 0;
+  }
+  static void pause(const Call& c) {
+    c.engine.is_running_ = false;
+    c.engine.num_steps_left_ = 0;
+  }
+  static void step(const Call& c) {
+    c.engine.num_steps_left_ = c.request.contains("iterations") ? integer_member(c.request, "iterations", 1, 1'000'000) : 1;
+    c.engine.is_running_ = true;
+  }
+  static void reset(const Call& c) {
+    c.engine.brush_.clear();
+    c.engine.strokes_.clear();
+    c.engine.go_back(c.engine.start_, 0);
+    c.engine.slider_ = c.engine.start_slider_;
+    c.engine.is_running_ = false;
+    c.engine.num_steps_left_ = 0;
+  }
+  static void event(const Call& c) { c.engine.apply(member(c.request, "event")); }
+  static void stroke(const Call& c) {
+    const std::string phase = text_member(c.request, "phase");
+    if (phase == "begin") return c.engine.begin_stroke(text_member(c.request, "emitter"), member(c.request, "position"));
+    if (phase != "move" && phase != "end") throw InvalidInput("/phase: found \"" + phase + "\"; expected begin, move or end");
+    if (c.engine.brush_.empty()) throw InvalidInput("/phase: no stroke has begun");
+    if (c.request.contains("position")) c.engine.apply(Json{{"op", "move"}, {"target", c.engine.brush_}, {"position", c.request.at("position")}});
+    if (phase == "end") c.engine.end_stroke();
+  }
+  static void undo(const Call& c) {
+    LiveEngine& e = c.engine;
+    if (e.strokes_.empty()) throw InvalidInput("there is no stroke to undo");
+    e.brush_.clear();
+    const Stroke stroke = std::move(e.strokes_.back());
+    e.strokes_.pop_back();
+    e.go_back(stroke.before, stroke.mark);
+    e.slider_ = stroke.slider;
+  }
+  static void looks(const Call& c) {
+    const Json& changes = member(c.request, "looks");
+    const Scene& scene = c.engine.simulation_.scene();
+    SceneContext context;
+    context.materials = scene.materials;
+    context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
+    const JsonReader reader("looks", changes);
+    std::vector<MaterialLook> looks = scene.looks;
+    Json cleaned = Json::object();
+    for (const std::string& name : reader.keys()) {
+      const Json said = name;
+      const auto i = static_cast<std::size_t>(material_index(JsonReader("looks", said), name, scene.materials));
+      cleaned[name] = changes.at(name);
+      if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null()) cleaned[name].erase("color");  // a picture, as it was sent
+      looks[i] = read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
+    }
+    c.engine.simulation_.set_looks(std::move(looks));
+    for (const auto& [name, change] : cleaned.items()) c.engine.record_.set_look(name, change);
+    for (const auto& [id, client] : c.engine.clients_) client->shown_iteration = -1;
+  }
+  static void watch(const Call& c) {
+    Client& client = c.client;
+    if (c.request.contains("planes")) {
+      const std::vector<std::string> planes = texts_member(c.request, "planes");
+      const auto wants = [&](const char* name) { return std::find(planes.begin(), planes.end(), name) != planes.end(); };
+      for (const std::string& plane : planes) {
+        if (plane != "surface" && plane != "relief" && plane != "overlay") throw InvalidInput("/planes: found \"" + plane + "\"; expected surface, relief or overlay");
+      }
+      client.wants_surface = wants("surface");
+      client.wants_relief = wants("relief");
+    }
+    if (c.request.contains("overlay")) watch_overlay(c, c.request.at("overlay"));
+    if (c.request.contains("gammatons")) client.num_gammatons = integer_member(c.request, "gammatons", 0, kMostGammatons);
+    client.shown_iteration = -1;
+  }
+  static void watch_overlay(const Call& c, const Json& asked) {
+    LiveEngine& e = c.engine;
+    const std::string name = asked.is_null() ? "" : text_member(c.request, "overlay");
+    if (name == c.client.overlay_name) return;
+    if (!name.empty()) {
+      const auto [overlay, is_new] = e.overlays_.try_emplace(name, name, e.simulation_, e.layout_);
+      (void)overlay->second.update(e.simulation_);
+      c.client.overlay.add_all();
+    }
+    c.client.overlay_name = name;
+    std::erase_if(e.overlays_, [&](const auto& overlay) {
+      return std::none_of(e.clients_.begin(), e.clients_.end(), [&](const auto& other) { return other.second->overlay_name == overlay.first; });
+    });
+  }
+  static void hash(const Call& c) { c.client.wants_hash = true; }
+  static void save(const Call& c) { c.engine.save(text_member(c.request, "path")); }
+  static void export_all(const Call& c) { c.engine.export_to(text_member(c.request, "path"), texts_member(c.request, "what"), c.client.peer); }
+  static void cancel(const Call& c) { c.engine.exporting_.request_stop(); }
+
+  static constexpr std::array kAll{Command{"run", run},     Command{"pause", pause}, Command{"step", step},     Command{"reset", reset},
+                                   Command{"event", event}, Command{"stroke", stroke}, Command{"undo", undo},   Command{"looks", looks},
+                                   Command{"watch", watch}, Command{"hash", hash},   Command{"save", save},     Command{"export", export_all},
+                                   Command{"cancel", cancel}};
+};
+
+void LiveEngine::receive(int id, const std::string& text) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return;
+  Client& client = *found->second;
+  Json request;
+  try {
+    request = Json::parse(text);
+  } catch (const nlohmann::json::exception&) {
+    return client.peer->send_text(error_text(nullptr, "this is no JSON"));
+  }
+  const Json request_id = request.is_object() && request.contains("id") ? request["id"] : Json(nullptr);
+  try {
+    if (!request.is_object()) throw InvalidInput("found no object; expected {\"op\": ...}");
+    const std::string op = text_member(request, "op");
+    if (op == "ack") {
+      client.num_acknowledged = std::max(client.num_acknowledged, integer_member(request, "update", 0, client.num_sent));
+      return;
+    }
+    const auto command = std::find_if(Commands::kAll.begin(), Commands::kAll.end(), [&](const Commands::Command& c) { return c.op == op; });
+    if (command == Commands::kAll.end()) throw InvalidInput("/op: found \"" + op + "\"; expected run, pause, step, reset, event, stroke, undo, looks, watch, ack, hash, save, export or cancel");
+    command->run({*this, client, request});
+    has_news_ = true;
+    client.peer->send_text(done_text(request_id));
+    send_scene();
+  } catch (const std::exception& e) {
+    client.peer->send_text(error_text(request_id, e.what()));
+  }
+}
+
+void LiveEngine::apply(const Json& event_mm) {
+  const Json event = event_of_file(event_mm, file_.mm_per_unit, simulation_.iteration());
+  const SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
+  simulation_.apply(parsed);
+  record_.add_event(event);
+  if (parsed.op == SceneEvent::Op::Behaviour) {
+    slider_ = event["behaviour"].contains("slider") ? std::optional(event["behaviour"]["slider"].get<double>()) : std::nullopt;
+  }
+}
+
+void LiveEngine::begin_stroke(const std::string& emitter, const Json& position) {
+  if (!brush_.empty()) end_stroke();
+  const Scene& scene = simulation_.scene();
+  const auto found = std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == emitter; });
+  if (found == scene.emitters.end() || found->shape != EmitterShape::Surface) {
+    throw InvalidInput("/emitter: found \"" + emitter + "\"; expected an emitter of shape surface");
+  }
+  Stroke stroke{simulation_.snapshot(), record_.mark(), slider_};
+  Json on = emitters_json(scene).at(static_cast<std::size_t>(found - scene.emitters.begin()));
+  on["position"] = position;
+  on["on"] = true;
+  apply(Json{{"op", "emitter"}, {"emitter", on}});
+  brush_ = emitter;
+  strokes_.push_back(std::move(stroke));
+  std::size_t bytes = 0;
+  for (const Stroke& s : strokes_) bytes += s.before.size();
+  while (strokes_.size() > 1 && (bytes > kMostUndoBytes || strokes_.size() > kMostStrokes)) {
+    bytes -= strokes_.front().before.size();
+    strokes_.pop_front();
+  }
+}
+
+void LiveEngine::end_stroke() {
+  const Scene& scene = simulation_.scene();
+  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
+    if (scene.emitters[i].name != brush_) continue;
+    Json off = emitters_json(scene).at(i);
+    off["on"] = false;
+    apply(Json{{"op", "emitter"}, {"emitter", off}});
+    break;
+  }
+  brush_.clear();
+}
+
+void LiveEngine::go_back(std::span<const std::byte> snapshot, std::size_t mark) {
+  simulation_.restore(snapshot);
+  record_.forget_after(mark);
+  for (auto& [name, overlay] : overlays_) overlay.forget();
+  for (const auto& [id, client] : clients_) client->shown_iteration = -1;
+}
+
+/// A scene without a brush gets one, off. It comes last, so that the streams of the others stay.
+void LiveEngine::add_brush() {
+  Scene& scene = file_.scene;
+  if (std::any_of(scene.emitters.begin(), scene.emitters.end(), [](const Emitter& e) { return e.shape == EmitterShape::Surface; })) return;
+  Emitter brush;
+  const auto is_taken = [&](const std::string& name) {
+    return std::any_of(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == name; }) ||
+           std::any_of(scene.objects.begin(), scene.objects.end(), [&](const SceneObject& o) { return o.name == name; });
+  };
+  brush.name = "brush";
+  while (is_taken(brush.name)) brush.name += "+";
+  double size = 0.0;
+  for (const SceneObject& object : scene.objects) size = std::max(size, object.scale * bounding_box(object.mesh).diagonal());
+  brush.shape = EmitterShape::Surface;
+  brush.position_mm = scene.objects.front().translate_mm;
+  brush.size_mm = {rounded(size / 20.0, 3), 0.0};
+  brush.distance_mm = rounded(size / 50.0, 3);
+  brush.speed_mm_s = rounded(size, 3);
+  brush.spread_deg = 10.0;
+  brush.gammatons = 1000;
+  brush.carries[0] = 1.0;
+  brush.is_on = false;
+  const Json json = emitter_of_file(brush, scene.materials, file_.mm_per_unit);
+  record_.add_emitter(json);
+  const Json list = Json::array({json});
+  SceneContext context;
+  context.materials = scene.materials;
+  context.mm_per_unit = file_.mm_per_unit;
+  scene.emitters.push_back(read_emitter(JsonReader("brush", list).elements().front(), context));
+}
+
+}  // namespace patinate

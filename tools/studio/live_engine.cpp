@@ -1,0 +1,224 @@
+#include "tools/studio/live_engine.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/text.h"
+#include "tools/studio/live_client.h"
+#include "tools/studio/mesh_glb.h"
+#include "tools/studio/scene_text.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr double kStatusSeconds = 0.2;
+constexpr std::size_t kMostWaitingBytes = std::size_t{1} << 20;  ///< A client that takes less gets no status meanwhile.
+
+SimulationOptions simulation_options(const SceneFile& file, ColorForm form) {
+  SimulationOptions options{.parameter_maps = file.controls, .color_form = form};
+  if (std::find(options.parameter_maps.begin(), options.parameter_maps.end(), "hits") == options.parameter_maps.end()) options.parameter_maps.push_back("hits");
+  return options;
+}
+
+SceneFile with_resolution(SceneFile file, int resolution) {
+  if (resolution > 0) file.scene.resolution = resolution;
+  return file;
+}
+
+double memory_mb() {
+  std::ifstream in("/proc/self/statm");
+  double total = 0.0, resident = 0.0;
+  in >> total >> resident;
+  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+std::optional<double> slider_of(const std::filesystem::path& file) {
+  const Json root = load_json(file);
+  if (!root.contains("behaviour") || !root["behaviour"].contains("slider")) return std::nullopt;
+  return root["behaviour"]["slider"].get<double>();
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
+
+Json ledger_json(const MassLedger& ledger, const std::vector<std::string>& materials) {
+  constexpr double kUnit = 1.0 / (double{kAmountOne} * SurfaceAtlas::kMedianWeight);
+  Json rows = Json::array();
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const MassAccount& a = ledger.account(static_cast<int>(m));
+    rows.push_back({{"material", materials[m]},
+                    {"emitted", a.emitted.value() * kUnit},
+                    {"surface", a.on_surfaces.value() * kUnit},
+                    {"carried", a.carried.value() * kUnit},
+                    {"left", a.left.value() * kUnit},
+                    {"absorbed", a.absorbed.value() * kUnit},
+                    {"rested", a.rested.value() * kUnit},
+                    {"made", a.made.value() * kUnit},
+                    {"used", a.used.value() * kUnit},
+                    {"residual", a.imbalance().value() * kUnit}});
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::string done_text(const Json& id) { return Json{{"type", "done"}, {"id", id}}.dump(); }
+std::string error_text(const Json& id, const std::string& message) {
+  return Json{{"type", "error"}, {"id", id}, {"message", message}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control)
+    : folder_(folder),
+      options_(options),
+      file_(with_resolution(std::move(file), options.resolution)),
+      record_(file_),
+      simulation_((add_brush(), file_.scene), simulation_options(file_, options.color_form), control),
+      layout_(simulation_.atlas().surface()),
+      planes_(layout_),
+      start_(simulation_.snapshot()),
+      slider_(slider_of(file_.file)),
+      start_slider_(slider_),
+      is_exporting_(std::make_shared<std::atomic<bool>>(false)) {
+  if (options.resolution > 0) record_.set_resolution(options.resolution);
+  relief_.high_mm = simulation_.texel_size_mm();
+  for (const MaterialLook& look : file_.scene.looks) relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
+  relief_.low_mm = -relief_.high_mm;
+  refresh();
+  said_ = std::make_shared<Json>(scene_json());
+}
+
+LiveEngine::~LiveEngine() = default;
+
+void LiveEngine::join(int client, std::shared_ptr<WebSocketPeer> peer) {
+  Json hello = *said_;
+  hello["type"] = "hello";
+  peer->send_text(hello.dump(-1, ' ', false, Json::error_handler_t::replace));
+  clients_[client] = std::make_unique<Client>(std::move(peer), layout_.num_tiles());
+  has_news_ = true;
+}
+
+void LiveEngine::leave(int client) {
+  clients_.erase(client);
+  has_news_ = true;
+  if (!clients_.empty()) return;
+  if (!brush_.empty()) end_stroke();
+  is_running_ = false;
+  num_steps_left_ = 0;
+  overlays_.clear();
+}
+
+void LiveEngine::send_all(const std::string& text) {
+  for (const auto& [id, client] : clients_) client->peer->send_text(text);
+}
+
+Json LiveEngine::scene_json() const {
+  const Scene& scene = simulation_.scene();
+  const Box box = bounding_box(simulation_.mesh());
+  Json overlays = Json::array();
+  for (const std::string& m : scene.materials) overlays.push_back({{"name", m}, {"high", 1.0}, {"unit", "amount"}});
+  for (const std::string& name : simulation_options(file_, options_.color_form).parameter_maps) {
+    if (name.find(".final") != std::string::npos) continue;  // is the amount
+    const auto shown = overlays_.find(name);
+    overlays.push_back({{"name", name}, {"high", shown == overlays_.end() ? 1.0 : shown->second.high()}, {"unit", simulation_.parameter_map(name).unit}});
+  }
+  std::vector<std::string> notes = file_.notes;
+  for (const std::string& note : simulation_.notes()) {
+    if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+  }
+  return {{"type", "scene"},
+          {"name", file_.name},
+          {"width", layout_.width()},
+          {"height", layout_.height()},
+          {"materials", scene.materials},
+          {"looks", looks_json(scene)},
+          {"emitters", emitters_json(scene)},
+          {"objects", objects_json(scene)},
+          {"behaviour", behaviour_json(scene.behaviour)},
+          {"slider", slider_ ? Json(*slider_) : Json(nullptr)},
+          {"exchange", exchange_json(scene)},
+          {"rules", rules_json(scene)},
+          {"time_unit", time_unit_text(file_.time_unit)},
+          {"time_per_iteration", scene.time_per_iteration},
+          {"overlays", std::move(overlays)},
+          {"relief_mm", {relief_.low_mm, relief_.high_mm}},
+          {"bounds_mm", {{box.low.x(), box.low.y(), box.low.z()}, {box.high.x(), box.high.y(), box.high.z()}}},
+          {"notes", notes}};
+}
+
+void LiveEngine::send_scene() {
+  Json now = scene_json(), changed = Json::object();
+  for (const auto& [key, value] : now.items()) {
+    if ((*said_)[key] != value) changed[key] = value;
+  }
+  *said_ = std::move(now);
+  if (changed.empty()) return;
+  changed["type"] = "scene";
+  send_all(changed.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+void LiveEngine::send_status() {
+  if (seconds_since(said_status_) < kStatusSeconds || !(has_news_ || is_running_)) return;
+  if (const double span = seconds_since(counted_from_); span > 1.0) {
+    iterations_per_s_ = static_cast<double>(std::exchange(counted_iterations_, 0)) / span;
+    counted_from_ = Clock::now();
+  }
+  const TraceCounters& c = simulation_.counters();
+  const std::string text = Json{{"type", "status"},
+                                {"running", is_running_},
+                                {"iteration", simulation_.iteration()},
+                                {"time", rounded(simulation_.time(), 12)},
+                                {"iterations_per_s", is_running_ ? iterations_per_s_ : 0.0},
+                                {"counters",
+                                 {{"emitted", c.emitted},
+                                  {"absorbed", c.absorbed},
+                                  {"left", c.left},
+                                  {"rested", c.rested},
+                                  {"alive", c.alive},
+                                  {"segments", c.segments},
+                                  {"contacts", c.contacts}}},
+                                {"ledger", ledger_json(simulation_.ledger(), simulation_.scene().materials)},
+                                {"clients", clients_.size()},
+                                {"can_undo", !strokes_.empty()},
+                                {"exporting", is_exporting_->load()},
+                                {"memory_mb", memory_mb()}}
+                               .dump();
+  for (const auto& [id, client] : clients_) {
+    if (client->peer->num_waiting_bytes() < kMostWaitingBytes) client->peer->send_text(text);
+  }
+  said_status_ = Clock::now();
+  has_news_ = false;
+}
+
+void LiveEngine::step(const std::stop_token& stop) {
+  simulation_.step({.on_progress = {}, .stop = stop, .num_threads = options_.num_threads});
+  ++counted_iterations_;
+  has_news_ = true;
+  if (num_steps_left_ > 0 && --num_steps_left_ == 0) is_running_ = false;
+}
+
+bool LiveEngine::advance(const std::stop_token& stop) {
+  if (is_running_) step(stop);
+  if (std::any_of(clients_.begin(), clients_.end(), [&](const auto& c) { return is_due(*c.second); })) {
+    refresh();
+    for (const auto& [id, client] : clients_) {
+      if (is_due(*client)) send_update(*client);
+    }
+  }
+  send_status();
+  return is_running_;
+}
+
+std::string LiveEngine::mesh_glb() const {
+  const Scene& scene = simulation_.scene();
+  std::vector<MeshPart> parts;
+  for (const SceneObject& object : scene.objects) parts.push_back({object.name, {}});
+  const SurfaceAtlas& surface = simulation_.atlas().surface();
+  for (int t = 0; t < surface.num_triangles(); ++t) parts[static_cast<std::size_t>(surface.object(t))].triangles.push_back(t);
+  return patinate::mesh_glb(simulation_.mesh(), parts, 0.001);
+}
+
+}  // namespace patinate

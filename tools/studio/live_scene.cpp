@@ -1,0 +1,198 @@
+#include "tools/studio/live_scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "simulation/simulation_job.h"
+#include "tools/studio/live_client.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMostTasks = 10'000;
+constexpr std::size_t kMostUnwatched = 2;
+constexpr std::chrono::milliseconds kIdle{20};
+
+/// The scene file of a place, and what it is run with.
+std::pair<fs::path, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads) {
+  LiveOptions options;
+  options.num_threads = num_threads;
+  if (kind == PlaceKind::Scene) return {path, options};
+  const SimulationManifest manifest = read_simulation_manifest(path);
+  options.resolution = manifest.resolution;
+  options.color_form = manifest.color_form;
+  std::error_code error;
+  if (!fs::is_regular_file(manifest.scene, error)) throw IoError(manifest.scene.string(), "is not there any more: the simulation was made of this scene file; put it back to run it again");
+  return {manifest.scene, options};
+}
+
+}  // namespace
+
+LiveScene::LiveScene(const fs::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads)
+    : thread_([this, path, kind, &folder, num_threads](const std::stop_token& stop) { run(path, kind, folder, num_threads, stop); }) {}
+
+LiveScene::~LiveScene() = default;
+
+void LiveScene::tell_all(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [id, peer] : peers_) peer->send_text(text);
+}
+
+void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads, const std::stop_token& stop) {
+  try {
+    const auto [file, options] = source_of(path, kind, num_threads);
+    double said = -1.0;
+    RunControl control{.on_progress = {}, .stop = stop, .num_threads = num_threads};
+    control.on_progress = [&](double f) {
+      if (f - said < 0.02 && f < 1.0) return;
+      said = f;
+      tell_all(Json{{"type", "progress"}, {"text", "Reading the scene"}, {"done", f}, {"total", 1}}.dump());
+    };
+    LiveEngine engine(read_scene(file, control.part(0.0, 0.5)), folder, options, control.part(0.5, 1.0));
+    serve(engine, stop);
+  } catch (const Cancelled&) {
+  } catch (const std::exception& e) {
+    tell_all(error_text(nullptr, e.what()));
+    const std::lock_guard lock(mutex_);
+    problem_ = e.what();
+    tasks_.clear();  // whoever waits for one hears that it will not come
+    for (const auto& [id, peer] : peers_) peer->close();
+  }
+}
+
+void LiveScene::serve(LiveEngine& engine, const std::stop_token& stop) {
+  bool has_more = false;
+  while (!stop.stop_requested()) {
+    std::vector<std::function<void(LiveEngine&)>> tasks;
+    {
+      std::unique_lock lock(mutex_);
+      const auto wait = peers_.empty() ? std::chrono::milliseconds(1000) : kIdle;
+      if (!has_more) has_task_.wait_for(lock, stop, wait, [&] { return !tasks_.empty(); });
+      tasks.swap(tasks_);
+    }
+    for (const auto& task : tasks) task(engine);
+    has_more = engine.advance(stop);
+  }
+}
+
+void LiveScene::post(std::function<void(LiveEngine&)> task) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!problem_.empty()) return;
+    tasks_.push_back(std::move(task));
+  }
+  has_task_.notify_one();
+}
+
+void LiveScene::join(int client, std::shared_ptr<WebSocketPeer> peer) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!problem_.empty()) {
+      peer->send_text(error_text(nullptr, problem_));
+      return peer->close();
+    }
+    peers_[client] = peer;
+  }
+  post([client, peer](LiveEngine& engine) { engine.join(client, peer); });
+}
+
+void LiveScene::leave(int client) {
+  {
+    const std::lock_guard lock(mutex_);
+    peers_.erase(client);
+  }
+  post([client](LiveEngine& engine) { engine.leave(client); });
+}
+
+void LiveScene::receive(int client, std::string text) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (tasks_.size() > kMostTasks) {  // asks faster than anything can be done
+      if (const auto found = peers_.find(client); found != peers_.end()) found->second->close();
+      return;
+    }
+  }
+  post([client, text = std::move(text)](LiveEngine& engine) { engine.receive(client, text); });
+}
+
+int LiveScene::num_clients() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<int>(peers_.size());
+}
+
+bool LiveScene::has_failed() const {
+  const std::lock_guard lock(mutex_);
+  return !problem_.empty();
+}
+
+std::string LiveScene::mesh_glb() {
+  const auto promise = std::make_shared<std::promise<std::string>>();
+  std::future<std::string> mesh = promise->get_future();
+  post([promise](LiveEngine& engine) {
+    try {
+      promise->set_value(engine.mesh_glb());
+    } catch (...) {
+      promise->set_exception(std::current_exception());
+    }
+  });
+  if (mesh.wait_for(std::chrono::minutes(1)) != std::future_status::ready || has_failed()) throw CannotComplete("the scene is still being read; ask again");
+  return mesh.get();
+}
+
+namespace {
+
+/// One client's connection to its scene.
+class LiveConnection : public WebSocketListener {
+ public:
+  LiveConnection(std::shared_ptr<LiveScene> scene, int client) : scene_(std::move(scene)), client_(client) {}
+  void received(std::string text) override { scene_->receive(client_, std::move(text)); }
+  void closed() override { scene_->leave(client_); }
+
+ private:
+  std::shared_ptr<LiveScene> scene_;
+  int client_;
+};
+
+}  // namespace
+
+std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceKind kind, std::shared_ptr<WebSocketPeer> peer) {
+  std::vector<std::shared_ptr<LiveScene>> ended;  // they join their threads without the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; });
+  std::error_code error;
+  const fs::file_time_type changed = fs::last_write_time(kind == PlaceKind::Scene ? path : path / "simulation.json", error);
+  const bool is_kept = found != entries_.end() && !found->scene->has_failed() && (found->changed == changed || found->scene->num_clients() > 0);
+  if (is_kept) {
+    entries_.splice(entries_.begin(), entries_, found);
+  } else {
+    if (found != entries_.end()) {
+      ended.push_back(found->scene);
+      entries_.erase(found);
+    }
+    entries_.push_front({path, changed, std::make_shared<LiveScene>(path, kind, folder_, num_threads_)});
+  }
+  const std::shared_ptr<LiveScene> scene = entries_.front().scene;
+  const int client = ++num_clients_;
+  scene->join(client, std::move(peer));
+  std::size_t num_unwatched = 0;
+  for (auto it = entries_.begin(); it != entries_.end();) {
+    const bool goes = it->scene->num_clients() == 0 && it->scene != scene && ++num_unwatched > kMostUnwatched;
+    if (goes) ended.push_back(it->scene);
+    it = goes ? entries_.erase(it) : std::next(it);
+  }
+  return std::make_shared<LiveConnection>(scene, client);
+}
+
+std::shared_ptr<LiveScene> LiveScenes::find(const fs::path& path) {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; });
+  return found == entries_.end() || found->scene->has_failed() ? nullptr : found->scene;
+}
+
+}  // namespace patinate

@@ -1,0 +1,76 @@
+/// \file
+/// Running scenes: each with a thread of its own, shared by the clients of its place.
+#pragma once
+
+#include <condition_variable>
+#include <filesystem>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tools/studio/live_engine.h"
+#include "tools/studio/place.h"
+#include "tools/studio/served_folder.h"
+#include "tools/studio/server.h"
+
+namespace patinate {
+
+/// A LiveEngine in a thread. Thread-safe; calls but mesh_glb() return at once.
+class LiveScene {
+ public:
+  /// Begins to read the scene; clients that have joined hear how far it is, and why it failed.
+  /// @param path  A scene file, or the folder of a finished simulation. @param folder  Outlives this.
+  LiveScene(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads);
+  ~LiveScene();
+
+  void join(int client, std::shared_ptr<WebSocketPeer> peer);
+  void leave(int client);
+  void receive(int client, std::string text);
+  [[nodiscard]] int num_clients() const;
+  [[nodiscard]] bool has_failed() const;
+  /// Where its objects are now. @throws CannotComplete if it has failed or takes more than a minute to get there.
+  [[nodiscard]] std::string mesh_glb();
+
+ private:
+  void run(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads, const std::stop_token& stop);
+  void serve(LiveEngine& engine, const std::stop_token& stop);
+  void tell_all(const std::string& text);
+  void post(std::function<void(LiveEngine&)> task);
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any has_task_;
+  std::vector<std::function<void(LiveEngine&)>> tasks_;
+  std::map<int, std::shared_ptr<WebSocketPeer>> peers_;  ///< Of all clients.
+  std::string problem_;                                  ///< Why it cannot run; "" while it can.
+  std::jthread thread_;                                  ///< Last: it uses the others.
+};
+
+/// The scenes that run, one a place; of those that nobody watches the last few are kept, unless their file changes. Thread-safe.
+class LiveScenes {
+ public:
+  /// @param folder  Outlives this.
+  LiveScenes(const ServedFolder& folder, int num_threads) : folder_(folder), num_threads_(num_threads) {}
+
+  /// A new client of a place. @returns who hears its messages.
+  [[nodiscard]] std::shared_ptr<WebSocketListener> open(const std::filesystem::path& path, PlaceKind kind, std::shared_ptr<WebSocketPeer> peer);
+  /// The scene of a place; nothing if it does not run.
+  [[nodiscard]] std::shared_ptr<LiveScene> find(const std::filesystem::path& path);
+
+ private:
+  struct Entry {
+    std::filesystem::path path;
+    std::filesystem::file_time_type changed;
+    std::shared_ptr<LiveScene> scene;
+  };
+  const ServedFolder& folder_;
+  int num_threads_;
+  std::mutex mutex_;
+  std::list<Entry> entries_;  ///< Last opened first.
+  int num_clients_ = 0;       ///< Ever: numbers of clients.
+};
+
+}  // namespace patinate

@@ -1,0 +1,127 @@
+#include "tools/studio/scene_text.h"
+
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "simulation/scene/scene_json.h"
+
+namespace patinate {
+
+namespace {
+
+Json array_of(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json amounts_json(const MaterialValues& values, const std::vector<std::string>& materials) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < materials.size(); ++i) json[materials[i]] = values[i];
+  return json;
+}
+
+/// Divides lengths: a number, or numbers in an array.
+void to_unit(Json& object, const char* key, double mm_per_unit) {
+  if (!object.contains(key)) return;
+  Json& value = object[key];
+  if (value.is_number()) value = value.get<double>() / mm_per_unit;
+  if (!value.is_array()) return;
+  for (Json& element : value) {
+    if (element.is_number()) element = element.get<double>() / mm_per_unit;
+  }
+}
+
+void emitter_to_unit(Json& emitter, double mm_per_unit) {
+  for (const char* key : {"position", "size", "speed", "distance"}) to_unit(emitter, key, mm_per_unit);
+}
+
+Json emitter_json(const Emitter& e, const std::vector<std::string>& materials) {
+  Json json{{"name", e.name}, {"shape", kEmitterShapeNames[static_cast<std::size_t>(e.shape)]}};
+  if (e.shape != EmitterShape::Sky) json["position"] = array_of(e.position_mm);
+  json["direction"] = array_of(e.direction);
+  json["size"] = e.size_mm;
+  json["spread_deg"] = e.spread_deg;
+  json["speed"] = e.speed_mm_s;
+  json["distance"] = e.distance_mm;
+  json["gammatons"] = e.gammatons;
+  json["carries"] = amounts_json(e.carries, materials);
+  json["on"] = e.is_on;
+  return json;
+}
+
+}  // namespace
+
+Json emitters_json(const Scene& scene) {
+  Json list = Json::array();
+  for (const Emitter& e : scene.emitters) list.push_back(emitter_json(e, scene.materials));
+  return list;
+}
+
+Json objects_json(const Scene& scene) {
+  Json list = Json::array();
+  for (const SceneObject& o : scene.objects) {
+    list.push_back({{"name", o.name}, {"translate", array_of(o.translate_mm)}, {"rotate", array_of(o.rotate_deg)}, {"scale", o.scale}});
+  }
+  return list;
+}
+
+Json looks_json(const Scene& scene) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    const MaterialLook& l = scene.looks[i];
+    json[scene.materials[i]] = {{"strength", l.strength},
+                                {"variation", l.variation},
+                                {"specular", l.specular},
+                                {"specular_variation", l.specular_variation},
+                                {"height", l.height_mm},
+                                {"height_variation", l.height_variation},
+                                {"color", l.color.image.empty() ? array_of(l.color.color) : Json(nullptr)}};
+  }
+  return json;
+}
+
+Json behaviour_json(const Behaviour& b) {
+  return {{"bounce", b.bounce},
+          {"float", b.floating},
+          {"absorb", b.absorb},
+          {"deceleration_bounce", b.deceleration_bounce},
+          {"deceleration_float", b.deceleration_float}};
+}
+
+Json exchange_json(const Scene& scene) { return {{"ratio", scene.exchange.ratio}, {"rates", amounts_json(scene.exchange.rates, scene.materials)}}; }
+
+Json rules_json(const Scene& scene) {
+  Json list = Json::array();
+  for (const Rule& rule : scene.rules) list.push_back({{"name", rule.name}, {"driver", rule.driver}, {"alpha", rule.alpha}});
+  return list;
+}
+
+Json emitter_of_file(const Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit) {
+  Json json = emitter_json(emitter, materials);
+  emitter_to_unit(json, mm_per_unit);
+  return json;
+}
+
+Json event_of_file(const Json& event, double mm_per_unit, std::int64_t iteration) {
+  if (!event.is_object()) throw InvalidInput("/event: found no object; expected an event as scene files have them");
+  if (event.contains("iteration")) throw InvalidInput("/event/iteration: an event happens now; leave it out");
+  Json json{{"iteration", iteration}};
+  json.update(event);
+  to_unit(json, "position", mm_per_unit);
+  if (json.contains("emitter") && json["emitter"].is_object()) emitter_to_unit(json["emitter"], mm_per_unit);
+  return json;
+}
+
+SceneEvent parse_event(const Json& event_of_file, const Scene& scene, double mm_per_unit) {
+  const Json list = Json::array({event_of_file});
+  SceneContext context;
+  context.materials = scene.materials;
+  context.mm_per_unit = mm_per_unit;
+  context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
+  try {
+    return read_events(JsonReader("event", list, ""), context, scene).front();
+  } catch (const InvalidInput& e) {
+    constexpr std::string_view kPlace = "event: /0";  // there is no file, and one event
+    const std::string_view what = e.what();
+    throw InvalidInput("event: " + std::string(what.substr(0, kPlace.size()) == kPlace ? what.substr(kPlace.size()) : what));
+  }
+}
+
+}  // namespace patinate

@@ -1,0 +1,30 @@
+/// \file
+/// A scene as the browser gets it (docs/studio_protocol.md, "What a scene looks like") and its events as scene files have them.
+#pragma once
+
+#include <optional>
+
+#include "libcommon/core/json.h"
+#include "simulation/scene/scene.h"
+
+namespace patinate {
+
+/// Lengths in mm, everything written out.
+[[nodiscard]] Json emitters_json(const Scene& scene);
+[[nodiscard]] Json objects_json(const Scene& scene);
+[[nodiscard]] Json looks_json(const Scene& scene);
+[[nodiscard]] Json behaviour_json(const Behaviour& behaviour);
+[[nodiscard]] Json exchange_json(const Scene& scene);
+[[nodiscard]] Json rules_json(const Scene& scene);
+
+/// An emitter as a scene file with this unit has it.
+[[nodiscard]] Json emitter_of_file(const Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit);
+
+/// What a client sends (lengths in mm) as an element of a scene file's "events": lengths in its unit, with the iteration.
+/// Numbers are not checked here. @throws InvalidInput if it is no object or has an iteration.
+[[nodiscard]] Json event_of_file(const Json& event, double mm_per_unit, std::int64_t iteration);
+/// Reads such an element, with all checks that a scene file gets. What is recorded and what happens is so the same to the last bit.
+/// @throws InvalidInput
+[[nodiscard]] SceneEvent parse_event(const Json& event_of_file, const Scene& scene, double mm_per_unit);
+
+}  // namespace patinate

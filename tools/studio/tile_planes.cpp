@@ -1,0 +1,138 @@
+#include "tools/studio/tile_planes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "libcommon/atlas/dilate.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::uint32_t kWhole = 0xFFFFFFFFu;
+
+/// For every texel the nearest covered one, as dilate() finds it: it copies all channels of a texel, here the number of one.
+ImageU8 nearest_covered(const SurfaceAtlas& surface) {
+  const TileGrid& grid = surface.grid();
+  ImageU8 index(grid.width, grid.height, 4), coverage(grid.width, grid.height);
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      const TexelIndex t = grid.index(x, y);
+      if (!surface.is_covered(t)) continue;
+      coverage.at(x, y) = 255;
+      std::memcpy(&index.at(x, y), &t, sizeof(t));
+    }
+  }
+  dilate(index, coverage, -1);
+  return index;
+}
+
+}  // namespace
+
+ScreenLayout::ScreenLayout(const SurfaceAtlas& surface) : grid_(surface.grid()), width_(surface.grid().width), height_(surface.grid().height) {
+  const ImageU8 nearest = nearest_covered(surface);
+  std::vector<std::pair<TileIndex, ScreenTile>> shown;
+  first_source_.assign(num_tiles(), kWhole);
+  for (ScreenTile tile = 0; tile < num_tiles(); ++tile) {
+    std::array<TexelIndex, 64> sources{};
+    const int x0 = static_cast<int>(tile) % columns() * 8, y0 = static_cast<int>(tile) / columns() * 8;
+    bool is_whole = true;
+    for (int i = 0; i < 64; ++i) {
+      const int x = x0 + i % 8, y = y0 + i / 8;
+      TexelIndex& source = sources[static_cast<std::size_t>(i)];
+      source = kNoTexel;
+      if (x < width_ && y < height_) std::memcpy(&source, nearest.pixel(x, y).data(), sizeof(source));
+      is_whole = is_whole && source == grid_.index(x, y);
+      const TileIndex from = TileGrid::tile_of(source);
+      if (source != kNoTexel && from != TileGrid::tile_of(grid_.index(x0, y0)) && (shown.empty() || shown.back() != std::pair(from, tile))) shown.emplace_back(from, tile);
+    }
+    if (is_whole) continue;
+    first_source_[tile] = static_cast<std::uint32_t>(sources_.size());
+    sources_.insert(sources_.end(), sources.begin(), sources.end());
+  }
+  std::sort(shown.begin(), shown.end());
+  shown.erase(std::unique(shown.begin(), shown.end()), shown.end());
+  gutter_begin_.assign(grid_.num_tiles() + 1, 0);
+  for (const auto& [from, tile] : shown) {
+    ++gutter_begin_[from + 1];
+    gutter_tiles_.push_back(tile);
+  }
+  for (std::size_t i = 1; i < gutter_begin_.size(); ++i) gutter_begin_[i] += gutter_begin_[i - 1];
+}
+
+std::array<TexelIndex, 64> ScreenLayout::sources(ScreenTile tile) const {
+  std::array<TexelIndex, 64> out{};
+  if (first_source_[tile] != kWhole) {
+    std::copy_n(sources_.begin() + first_source_[tile], 64, out.begin());
+    return out;
+  }
+  const TexelIndex first = grid_.index(static_cast<int>(tile) % columns() * 8, static_cast<int>(tile) / columns() * 8);
+  for (TexelIndex i = 0; i < 64; ++i) out[i] = first + i;
+  return out;
+}
+
+std::vector<ScreenTile> ScreenLayout::showing(std::span<const TileIndex> changed) const {
+  std::vector<ScreenTile> tiles;
+  for (const TileIndex t : changed) {
+    const int x = grid_.x(t * TileGrid::kTileTexels), y = grid_.y(t * TileGrid::kTileTexels);
+    if (x < width_ && y < height_) tiles.push_back(tile_at(x, y));
+    tiles.insert(tiles.end(), gutter_tiles_.begin() + gutter_begin_[t], gutter_tiles_.begin() + gutter_begin_[t + 1]);
+  }
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  return tiles;
+}
+
+std::size_t ScreenLayout::memory() const { return (first_source_.size() + sources_.size() + gutter_begin_.size() + gutter_tiles_.size()) * sizeof(std::uint32_t); }
+
+std::uint8_t ReliefRange::code(double height_mm) const {
+  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp((height_mm - low_mm) / (high_mm - low_mm), 0.0, 1.0)));
+}
+
+TilePlanes::TilePlanes(const ScreenLayout& layout) : layout_(&layout) {
+  for (std::vector<std::uint8_t>& plane : planes_) plane.assign(layout.num_tiles() * kTileBytes, 0);
+}
+
+TilePlanes::Changes TilePlanes::update(const Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range) {
+  Changes changes;
+  const std::span<const std::uint32_t> codes = composer.codes();
+  const std::span<const std::uint8_t> normals = composer.normals();
+  for (const ScreenTile tile : tiles) {
+    const std::array<TexelIndex, 64> sources = layout_->sources(tile);
+    std::array<std::uint8_t, kTileBytes> surface{}, relief{};
+    for (std::size_t i = 0; i < 64; ++i) {
+      const TexelIndex t = sources[i];
+      if (t == kNoTexel) continue;
+      for (std::size_t c = 0; c < 4; ++c) surface[4 * i + c] = static_cast<std::uint8_t>(codes[t] >> (8 * c));
+      const std::uint8_t* normal = &normals[std::size_t{TileGrid::tile_of(t)} * 192 + t % 64];
+      for (std::size_t c = 0; c < 3; ++c) relief[4 * i + c] = normal[64 * c];
+      relief[4 * i + 3] = range.code(composer.height_mm(t));
+    }
+    const auto replace = [&](Plane plane, const std::array<std::uint8_t, kTileBytes>& bytes, std::vector<ScreenTile>& changed) {
+      std::uint8_t* old = &planes_[plane][tile * kTileBytes];
+      if (std::equal(bytes.begin(), bytes.end(), old)) return;
+      std::copy(bytes.begin(), bytes.end(), old);
+      changed.push_back(tile);
+    };
+    replace(Surface, surface, changes.surface);
+    replace(Relief, relief, changes.relief);
+  }
+  return changes;
+}
+
+std::span<const std::uint8_t> TilePlanes::tile(Plane plane, ScreenTile tile) const { return {&planes_[plane][tile * kTileBytes], kTileBytes}; }
+
+std::string TilePlanes::rows(Plane plane) const {
+  const auto width = static_cast<std::size_t>(layout_->width()), height = static_cast<std::size_t>(layout_->height());
+  std::string out(width * height * 4, '\0');
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; x += 8) {
+      const std::size_t tile = y / 8 * static_cast<std::size_t>(layout_->columns()) + x / 8;
+      std::memcpy(&out[4 * (y * width + x)], &planes_[plane][tile * kTileBytes + y % 8 * 32], 4 * std::min<std::size_t>(8, width - x));
+    }
+  }
+  return out;
+}
+
+}  // namespace patinate

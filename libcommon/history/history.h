@@ -44,6 +44,7 @@ struct HistoryFrame {
   /// More than colour, in the order of kFrameExtraNames, each at most once: `stddev` (of the albedo; R, G, B), `specular` (strength,
   /// roughness), `normal` (X, Y, Z, unit), `height` (Y, mm); float; 0 where not known.
   std::vector<HistoryImage> extras = {};
+  bool is_extrapolated = false;      ///< Nobody saw it: a model goes on from where the frames end.
 };
 inline constexpr std::array<std::string_view, 4> kFrameExtraNames{"stddev", "specular", "normal", "height"};
 

@@ -22,7 +22,7 @@ SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
-         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json"}
+         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -39,7 +39,7 @@ def setUpModule():
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"],
                       ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
-                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
+                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorise", "history", "--times", "24", "-o", "factors"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
     # Three photographs of the plate, as if lamps stood around it.
     (WORK / "stereo").mkdir()
@@ -101,6 +101,8 @@ BROKEN = {
                        put("steps", 0, "albedo", "a.exr"), put("steps", 0, "surplus", 1), put("frames", []), put("kind", "fixed")],
     "transfer": COMMON + [put("width", 0), put("subpixel", True), put("mesh", "mm_per_mesh_unit", 0), drop("history", "key"), drop("coordinates"),
                           put("energy", {}), drop("energy", "used_share"), put("controls", 5), drop("key"), put("mesh", "colour", "red"), put("history", 1)],
+    "factorization": COMMON + [put("width", 0), put("curves", []), put("curves", 0, "noise", [0, 1, 1]), put("curves", 0, "coefficients", 0, ["a"]), put("frames", 0, "time", "now"),
+                               put("frames", 0, "rmse", -1), put("maps", {}), drop("maps", "rate"), drop("history"), drop("key"), put("curves", 0, "correlation", 2)],
 }
 
 

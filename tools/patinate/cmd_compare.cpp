@@ -4,6 +4,7 @@
 #include "libcommon/core/text.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/path_kind.h"
+#include "tools/patinate/repeating_command.h"
 
 namespace patinate {
 
@@ -11,27 +12,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A word as a shell takes it.
-std::string quoted(const std::string& word) {
-  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._/-=:,+@%") == std::string::npos) return word;
-  std::string out = "'";
-  for (char c : word) out += c == '\'' ? "'\\''" : std::string(1, c);
-  return out + "'";
-}
-
 /// What repeats the comparison: options that are not the default, and nothing that changes no byte.
 std::string command_of(const CompareTask& task, const fs::path& output) {
-  std::string text = "patinate compare " + quoted(task.a.string()) + " " + quoted(task.b.string());
-  if (!task.through.empty()) text += " --through " + quoted(task.through.string());
-  const auto values = option_values(task.options), defaults = option_values(CompareOptions{});
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (values[i].second == defaults[i].second) continue;
-    std::string name = values[i].first;
-    for (char& c : name) c = c == '_' ? '-' : c;
-    text += " --" + name + (values[i].second == "true" ? "" : " " + values[i].second);
-  }
+  std::string text = "patinate compare " + shell_word(task.a.string()) + " " + shell_word(task.b.string());
+  if (!task.through.empty()) text += " --through " + shell_word(task.through.string());
+  text += changed_options(option_values(task.options), option_values(CompareOptions{}));
   if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.options.seed);
-  return text + " -o " + quoted(output.string());
+  return text + " -o " + shell_word(output.string());
 }
 
 void require_comparable(const fs::path& path) {

@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "analysis/factorization/factorization_job.h"
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/relit_project.h"
 #include "libcommon/atlas/uv_layout.h"
@@ -29,11 +30,18 @@ Facts history_facts(const std::filesystem::path& path) {
   facts.add("name", m.name);
   facts.add("origin", m.origin);
   facts.add("size", Json{m.width, m.height}, size_text(m.width, m.height));
-  Json times = Json::array(), controls = Json::array();
-  for (const HistoryFrame& frame : m.frames) times.push_back(frame.time);
+  Json times = Json::array(), controls = Json::array(), extrapolated = Json::array();
+  std::string unseen;
+  for (const HistoryFrame& frame : m.frames) {
+    times.push_back(frame.time);
+    if (!frame.is_extrapolated) continue;
+    extrapolated.push_back(frame.time);
+    unseen += (unseen.empty() ? "" : ", ") + short_number_text(frame.time);
+  }
   facts.add("times", times,
             std::to_string(m.frames.size()) + " frames, " + short_number_text(m.frames.front().time) + " to " +
                 short_number_text(m.frames.back().time) + " " + unit);
+  if (!extrapolated.empty()) facts.add("extrapolated", extrapolated, unseen + " " + unit + ": seen by nobody");
   facts.add("time_unit", unit, "");
   if (m.texel_size_mm) facts.add("texel_size_mm", *m.texel_size_mm, short_number_text(*m.texel_size_mm));
   std::string shown;
@@ -84,6 +92,21 @@ Facts simulation_facts(const std::filesystem::path& path) {
   };
   facts.add("materials", m.materials, joined(m.materials));
   facts.add("controls", m.controls, joined(m.controls));
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts factorization_facts(const std::filesystem::path& path) {
+  const FactorizationManifest m = read_factorization(path);
+  Facts facts("factorization");
+  facts.add("name", m.name);
+  facts.add("size", Json{m.width, m.height}, size_text(m.width, m.height));
+  const TemporalCurve& curve = m.models.front().curve;
+  facts.add("clock", Json{curve.low, curve.high}, short_number_text(rounded(curve.low, 4)) + " to " + short_number_text(rounded(curve.high, 4)) + " " + time_unit_text(m.time_unit) + ", " + (m.models.size() == 1 ? "one for all channels" : "red; others for green and blue"));
+  facts.add("frames", m.num_frames);
+  facts.add("extrapolated", m.num_extrapolated, m.num_extrapolated == 0 ? "none" : std::to_string(m.num_extrapolated) + ", seen by nobody");
+  for (const auto& [name, value] : m.figures) facts.add(name, value);
+  facts.add("history", m.history.string());
   facts.add("key", m.key);
   return facts;
 }
@@ -175,6 +198,7 @@ Facts facts_of(const std::filesystem::path& path) {
     case PathKind::Unlit: return unlit_facts(path);
     case PathKind::Calibration: return calibration_facts(path);
     case PathKind::Simulation: return simulation_facts(path);
+    case PathKind::Factorization: return factorization_facts(path);
     case PathKind::Mesh: return mesh_facts(path);
     case PathKind::Image: return image_facts(path);
   }
@@ -185,7 +209,7 @@ Facts facts_of(const std::filesystem::path& path) {
 
 int cmd_info(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, registration or unlit folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
   CurvesArgument curves;
   curves.declare(run.line);
   StatsArgument stats;

@@ -1,6 +1,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "analysis/factorization/factorization_job.h"
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/relit_project.h"
 #include "libcommon/core/error.h"
@@ -105,6 +106,12 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
       for (const std::string& name : m.controls) checks.run([&] { (void)read_gray(folder / "controls" / (name + ".exr")); });
       return check_history(folder / "history", checks, control);
     }
+    case PathKind::Factorization: {
+      const FactorizationManifest m = read_factorization(path);
+      for (const auto& [name, file] : m.maps) checks.run([&file = file] { (void)(file.extension() == ".png" ? read_mask(file).width() : static_cast<int>(probe_image(file).channels.size())); });
+      for (const char* name : {"base", "gain"}) checks.run([&] { (void)read_channels(manifest_folder(path, kFactorizationManifestFile) / "maps" / (std::string(name) + ".exr"), {"R", "G", "B"}); });
+      return check_history(m.history, checks, control);
+    }
     case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
     case PathKind::Image: return checks.run([&] { (void)read_color(path); });
   }
@@ -114,7 +121,7 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 
 int cmd_validate(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, simulation, registration or unlit folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, simulation, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
   run.line.without({"seed", "force", "dry_run"});
   run.line.example("validate copper");
   if (!run.parse()) return 0;

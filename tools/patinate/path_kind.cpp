@@ -28,6 +28,7 @@ constexpr std::array kManifests{Manifest{"history.json", "patinate.history", Pat
                                 Manifest{"simulation.json", "patinate.simulation", PathKind::Simulation},
                                 Manifest{"registration.json", "patinate.registration", PathKind::Registration},
                                 Manifest{"unlight.json", "patinate.unlit", PathKind::Unlit},
+                                Manifest{"factorization.json", "patinate.factorization", PathKind::Factorization},
                                 Manifest{"", "patinate.calibration", PathKind::Calibration}};
 constexpr std::array<std::string_view, 4> kMeshExtensions{".obj", ".ply", ".gltf", ".glb"};
 
@@ -40,7 +41,7 @@ PathKind kind_of_json(const fs::path& path) {
     if (m.format == format) return m.kind;
   }
   throw IoError(path.string(), "/format: found \"" + format +
-                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", \"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\" or \"patinate.calibration\"");
+                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", \"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\", \"patinate.factorization\" or \"patinate.calibration\"");
 }
 
 /// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
@@ -79,7 +80,7 @@ PathKind kind_of(const fs::path& path) {
     for (const Manifest& m : kManifests) {
       if (!m.file.empty() && fs::exists(path / m.file, error)) return m.kind;
     }
-    throw IoError(path.string(), "holds no history.json, transfer.json, capture.json, simulation.json, registration.json or unlight.json");
+    throw IoError(path.string(), "holds no history.json, transfer.json, capture.json, simulation.json, registration.json, unlight.json or factorization.json");
   }
   const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);
@@ -98,8 +99,11 @@ void require_transfer(const fs::path& path) {
 
 fs::path history_place(const fs::path& path) {
   std::error_code error;
-  const fs::path folder = path.filename() == "simulation.json" ? path.parent_path() : path;
-  return fs::is_regular_file(folder / "simulation.json", error) ? folder / "history" : path;
+  for (const char* manifest : {"simulation.json", "factorization.json"}) {
+    const fs::path folder = path.filename() == manifest ? path.parent_path() : path;
+    if (fs::is_regular_file(folder / manifest, error)) return folder / "history";
+  }
+  return path;
 }
 
 fs::path capture_file(const fs::path& path) {

@@ -7,7 +7,7 @@
 
 namespace patinate {
 
-enum class PathKind { History, Transfer, Capture, Simulation, Registration, Unlit, Calibration, Mesh, Image };
+enum class PathKind { History, Transfer, Capture, Simulation, Registration, Unlit, Calibration, Factorization, Mesh, Image };
 
 /// A folder or manifest by its `"format"`, a file by its extension. Its content is not checked.
 /// @throws IoError if it does not exist or is none of these.
@@ -22,7 +22,7 @@ void require_exists(const std::filesystem::path& path);
 /// @throws InvalidInput unless `path` is a transfer; of a history it says what makes one of it.
 void require_transfer(const std::filesystem::path& path);
 
-/// The history that a path stands for: its own `history` for a simulation, else the path itself.
+/// The history that a path stands for: its own `history` for a simulation or factorisation, else the path itself.
 [[nodiscard]] std::filesystem::path history_place(const std::filesystem::path& path);
 
 /// The capture.json in a folder, or the file itself.

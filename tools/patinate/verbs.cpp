@@ -24,6 +24,7 @@ constexpr std::array kVerbs{
     Verb{"evaluate", "Says how good the texture of a transfer, or of another tool, is.", cmd_evaluate},
     Verb{"export", "Writes a transfer or simulation as GLB, or a history too as images or a movie.", cmd_export},
     Verb{"compare", "Says how alike two histories age: figures, maps and curves on one page.", cmd_compare},
+    Verb{"factorise", "Takes a history apart: one curve over time, and maps of gain, base, rate and offset.", cmd_factorise},
     Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
     Verb{"recompose", "Gives a simulation another look without simulating again.", cmd_recompose},
     Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},

@@ -1,0 +1,103 @@
+#include "analysis/factorization/factorization_job.h"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "analysis/compare/texture_series.h"
+#include "analysis/factorization/factorization_work.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/job/job_inputs.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other figures.
+constexpr int kMostFrames = 1'000'000;
+constexpr double kMaxSide = 65536;
+
+/// What curve and maps depend on: not the times that are asked for.
+JobInputs model_inputs(const FactorizationTask& task) {
+  JobInputs inputs("factorise", kStageVersion);
+  inputs.add_content("history", "the history", TextureSeries(task.history).key());
+  inputs.add_options(option_values(task.options));
+  return inputs;
+}
+
+std::string frame_key(const std::string& model_key, int index, const FactoredFrame& frame) {
+  ContentHash hash;
+  return hash.add(model_key).add(std::int64_t{index}).add(frame.time).hex();
+}
+
+}  // namespace
+
+JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
+  JobInputs inputs = model_inputs(task);
+  const std::string model_key = inputs.key();
+  const auto work = std::make_shared<FactorizationWork>(std::move(task));
+  for (const FactoredFrame& f : work->frames) {
+    if (f.source < 0) inputs.add_value("--times " + number_text(f.time), number_text(f.time));
+  }
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = kFactorizationManifestFile;
+  plan.key = work->key = inputs.key();
+  plan.depends_on = inputs.list();
+  plan.parallel_items = false;
+  plan.items.push_back({.name = "curve", .outputs = {work_file("curve.json")}, .run = [work](const fs::path& folder, const RunControl& control) { make_curve(*work, folder, control); }, .key = model_key});
+  for (int band = 0; band < work->num_bands(); ++band) {
+    const std::string name = "rows." + std::to_string(band);
+    plan.items.push_back({.name = name, .outputs = {work_file(name + ".exr")}, .run = [work, band](const fs::path& folder, const RunControl& control) { make_rows(*work, band, folder, control); }, .key = model_key, .stage = 1});
+  }
+  plan.items.push_back({.name = "maps", .outputs = map_outputs(*work), .run = [work](const fs::path& folder, const RunControl&) { make_maps(*work, folder); }, .key = model_key, .stage = 2});
+  for (int i = 0; i < static_cast<int>(work->frames.size()); ++i) {
+    const FactoredFrame& frame = work->frames[static_cast<std::size_t>(i)];
+    const std::string name = "frame." + std::to_string(i);
+    std::vector<fs::path> outputs{work_file(name + ".json"), "history" / HistoryWriter::frame_file(i)};
+    if (frame.is_extrapolated) outputs.push_back("history" / HistoryWriter::frame_mask_file(i));
+    plan.items.push_back({.name = name, .outputs = std::move(outputs), .run = [work, i](const fs::path& folder, const RunControl& control) { make_frame(*work, i, folder, control); }, .key = frame_key(model_key, i, frame), .stage = 3});
+  }
+  plan.join = [work](const fs::path& folder, const RunControl& control) { write_factorization(*work, folder, control); };
+  return plan;
+}
+
+FactorizationManifest read_factorization(const fs::path& path) {
+  const fs::path folder = manifest_folder(path, kFactorizationManifestFile), file = folder / kFactorizationManifestFile;
+  const Json content = load_json(file);
+  JsonReader json(file.string(), content);
+  json.expect_format("patinate.factorization", 1);
+  FactorizationManifest m;
+  m.name = json.member("name").string();
+  m.width = static_cast<int>(json.member("width").integer(between(1, kMaxSide)));
+  m.height = static_cast<int>(json.member("height").integer(between(1, kMaxSide)));
+  m.time_unit = parse_time_unit(json.member("time_unit").string());
+  m.models = read_models(json.member("curves"));
+  for (JsonReader& frame : json.member("frames").elements(kMostFrames)) {
+    (void)frame.member("time").number();
+    const bool is_extrapolated = frame.has("extrapolated") && frame.member("extrapolated").boolean();
+    for (const char* name : {"pixels", "rmse", "ciede2000_mean", "ciede2000_p95", "covered_share"}) {
+      if (frame.has(name)) (void)frame.member(name).number(at_least(0));
+    }
+    frame.finish();
+    ++(is_extrapolated ? m.num_extrapolated : m.num_frames);
+  }
+  for (JsonReader& f : json.member("figures").elements(1000)) {
+    const JsonReader value = f.member("value");
+    m.figures.emplace_back(f.member("name").string(), value.is_null() ? "undefined: " + f.member("undefined").string() : short_number_text(rounded(value.number(), 4)) + " " + f.member("unit").string());
+  }
+  JsonReader maps = json.member("maps");
+  for (const auto& [name, where] : factor_maps()) m.maps.emplace_back(name, maps.member(name).path());
+  maps.finish();
+  m.history = json.member("history").path();
+  m.key = json.member("key").string();
+  for (const char* name : {"origin", "clock", "csv", "options", "command"}) (void)json.member(name);
+  json.finish();
+  return m;
+}
+
+}  // namespace patinate

@@ -36,6 +36,8 @@ export class App {
     on_busy((num) => this.busy.classList.toggle("on", num > 0));
     window.addEventListener("hashchange", () => void this.open());
     window.addEventListener("keydown", (event) => this.key(event));
+    // After a click with the mouse, Space plays again, and does not press the same button once more.
+    window.addEventListener("click", (event) => { if (event.detail > 0 && document.activeElement?.matches("button, summary, input[type=checkbox]")) (document.activeElement as HTMLElement).blur(); });
     void this.open();
   }
 

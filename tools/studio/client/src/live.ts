@@ -14,6 +14,8 @@ export interface LiveEvents {
   hash(hash: { iteration: number; surface: string; relief: string }): void;
   progress(text: string, done: number, total: number): void;
   notice(text: string): void;
+  /// Something went wrong that no command waits for.
+  problem(message: string): void;
   connection(state: Connection, why?: string): void;
 }
 
@@ -55,7 +57,7 @@ export class Live {
 
   set_watch(change: Partial<Watch>): void {
     Object.assign(this.watch, change);
-    if (this.is_open) void this.send("watch", { ...this.watch }).catch((error: Error) => this.events.notice(error.message));
+    if (this.is_open) void this.send("watch", { ...this.watch }).catch((error: Error) => this.events.problem(error.message));
   }
 
   acknowledge(update: number): void {
@@ -115,7 +117,7 @@ export class Live {
         this.waiting.delete(message["id"] as number);
         if (message.type === "done") waiting?.resolve();
         else if (waiting) waiting.reject(new StudioError(String(message["message"])));
-        else this.events.notice(String(message["message"]));
+        else this.events.problem(String(message["message"]));
         break;
       }
       case "hello": this.events.hello(message as unknown as SceneState); break;

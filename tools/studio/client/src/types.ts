@@ -144,6 +144,7 @@ export interface LedgerRow {
   carried: number;
   left: number;
   absorbed: number;
+  rested?: number;
   made: number;
   used: number;
   residual: number;
@@ -157,6 +158,8 @@ export interface Status {
   counters: Record<string, number>;
   ledger: LedgerRow[];
   clients: number;
+  can_undo?: boolean;
+  exporting?: boolean;
   memory_mb: number;
 }
 

@@ -24,3 +24,25 @@ export function ramp_gradient(): string {
 export const kRampShader = /* glsl */ `
 vec3 ramp_color(float x) { return clamp(linear_from_lab(mix(vec3(${kNight.map((v) => v.toFixed(1)).join()}), vec3(${kYellow.map((v) => v.toFixed(1)).join()}), clamp(x, 0.0, 1.0))), 0.0, 1.0); }
 `;
+
+/// Linear colour of a place in a picture, x and y in [0, 1]: the plane of CIELAB at one lightness.
+export function plane_color(x: number, y: number): Vec3 {
+  return linear_from_lab([66, 130 * (x - 0.5), 130 * (y - 0.5)]).map((c) => Math.min(Math.max(c, 0), 1)) as Vec3;
+}
+
+/// A square of all these colours.
+export function plane_legend(side: number): HTMLCanvasElement {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = side;
+  const context = canvas.getContext("2d");
+  const picture = context?.createImageData(side, side);
+  if (!context || !picture) return canvas;
+  for (let y = 0; y < side; ++y) {
+    for (let x = 0; x < side; ++x) {
+      const color = plane_color((x + 0.5) / side, (y + 0.5) / side).map((c) => 255 * srgb_from_linear(c));
+      picture.data.set([...color, 255], 4 * (y * side + x));
+    }
+  }
+  context.putImageData(picture, 0, 0);
+  return canvas;
+}

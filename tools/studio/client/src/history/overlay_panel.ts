@@ -1,7 +1,7 @@
 // A control, map or the source coordinates as colours over the surface, with what the colours stand for.
 import type { Texture as ThreeTexture } from "three";
 import { get_map, type FloatMap } from "../api";
-import { ramp_gradient } from "../color/ramp";
+import { plane_legend, ramp_gradient } from "../color/ramp";
 import { float_texture, type SurfaceLook } from "../scene/material";
 import type { HistoryPlace } from "../types";
 import { number_text, select, slider } from "../ui/controls";
@@ -28,7 +28,7 @@ export class OverlayPanel {
   readonly element: HTMLElement;
   private texture: ThreeTexture | undefined;
   private asked: AbortController | undefined;
-  private amount = 0.85;
+  private amount = 1;
 
   constructor(private readonly place: HistoryPlace, private readonly look: SurfaceLook, private readonly legend_box: HTMLElement, private readonly redraw: () => void) {
     const options: [string, string][] = [["", "nothing"], ...(place.controls ?? []).map((c) => [`control:${c.name}`, c.name] as [string, string]),
@@ -54,7 +54,7 @@ export class OverlayPanel {
       const map = await get_map(this.place.place, name, size, this.asked.signal);
       if (is_coordinates) this.normalise(map);
       this.texture?.dispose();
-      this.texture = float_texture(map.width, map.height, map.channels, map.values);
+      this.texture = float_texture(map.width, map.height, map.channels, map.values, !is_coordinates);
       const control = this.place.controls?.find((c) => name === `control:${c.name}`);
       const [low, high] = control ? [0, 1] : range_of(map);
       this.look.uniforms.overlay.value = this.texture;
@@ -62,7 +62,7 @@ export class OverlayPanel {
       this.look.uniforms.overlay_kind.value = is_coordinates ? 1 : 0;
       this.set_amount(this.amount || 1, true);
       const unit = control?.unit && control.unit !== "1" ? ` ${control.unit}` : "";
-      replace(this.legend_box, is_coordinates ? h("div", { class: "legend" }, h("b", {}, "position in the photograph"), h("i", { class: "plane-ramp", "aria-hidden": "true" }))
+      replace(this.legend_box, is_coordinates ? h("div", { class: "legend plane" }, h("b", {}, "place in the photograph"), plane_legend(84))
         : legend(control?.name ?? name.replace(/^map:/, ""), `${number_text(control?.low ?? low)}${unit}`, `${number_text(control?.high ?? high)}${unit}`));
       this.redraw();
     } catch (error) {

@@ -15,8 +15,8 @@ export interface LightChoice {
 }
 
 export const kLights: LightChoice[] = [
-  { name: "studio", text: "Studio", zenith: 0x8d9094, horizon: 0x6c6f73, ground: 0x3b3835, lamp: { color: 0xfff3e4, strength: 1.7, height_deg: 46, around_deg: 35 }, ambient: 0.8, panels: [[40, 45, 16, 4.5], [-60, 30, 22, 1.8], [165, 38, 14, 3]] },
-  { name: "overcast", text: "Overcast sky", zenith: 0xe2e8ee, horizon: 0xc2c8cc, ground: 0x4c4a44, lamp: { color: 0xffffff, strength: 0.7, height_deg: 75, around_deg: 20 }, ambient: 0.95, panels: [] },
+  { name: "studio", text: "Studio", zenith: 0x8d9094, horizon: 0x7c7f83, ground: 0x6b6661, lamp: { color: 0xfff3e4, strength: 1.7, height_deg: 46, around_deg: 35 }, ambient: 0.8, panels: [[40, 45, 16, 4.5], [-60, 30, 22, 1.8], [165, 38, 14, 3]] },
+  { name: "overcast", text: "Overcast sky", zenith: 0xe2e8ee, horizon: 0xc2c8cc, ground: 0x77736b, lamp: { color: 0xffffff, strength: 0.7, height_deg: 75, around_deg: 20 }, ambient: 0.95, panels: [] },
   { name: "sun", text: "Sun", zenith: 0x5d8fcc, horizon: 0xbfd4e6, ground: 0x59503f, lamp: { color: 0xfff0d2, strength: 2.6, height_deg: 52, around_deg: -40 }, ambient: 0.7, panels: [[-40, 52, 5, 12]] },
   { name: "evening", text: "Evening", zenith: 0x2d3f66, horizon: 0xe2955a, ground: 0x2c2522, lamp: { color: 0xffb06a, strength: 2.4, height_deg: 14, around_deg: 60 }, ambient: 0.6, panels: [[60, 12, 7, 12]] },
   { name: "raking", text: "Raking light (relief)", zenith: 0x2a2b2d, horizon: 0x242527, ground: 0x18181a, lamp: { color: 0xffffff, strength: 3.6, height_deg: 9, around_deg: 75 }, ambient: 0.5, panels: [[75, 12, 10, 6]] },

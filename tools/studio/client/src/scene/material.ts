@@ -55,12 +55,18 @@ if (comparison == 2) seen = ramp_color(ciede2000(lab_from_linear(now.rgb), lab_f
 if (overlay_amount > 0.0) {
   vec4 value = texture2D(overlay, vMapUv);
   if (overlay_kind == 1) {
-    if (value.r >= 0.0) seen = mix(seen, vec3(value.r, 0.25 + 0.5 * (1.0 - value.r) * value.g, value.g) * 0.9, overlay_amount);
+    if (value.r >= 0.0) seen = mix(seen, clamp(linear_from_lab(vec3(66.0, 130.0 * (value.xy - 0.5))), 0.0, 1.0), overlay_amount);
   } else if (value.r >= -0.5 && value.r == value.r) {
     seen = mix(seen, ramp_color((value.r - overlay_range.x) / (overlay_range.y - overlay_range.x)), overlay_amount);
   }
 }
 diffuseColor.rgb *= seen;
+#ifdef STANDARD
+// Maps are read by their colours: light shapes them, and no more.
+float as_map = comparison == 2 ? 1.0 : overlay_amount;
+totalEmissiveRadiance += 0.6 * as_map * seen;
+diffuseColor.rgb *= 1.0 - 0.6 * as_map;
+#endif
 `;
 
 /// Roughness as exported GLB files have it: what the specular value leaves, mirrors of 8 bit flicker.
@@ -123,14 +129,14 @@ export function color_texture(width: number, height: number, bytes: Uint8Array):
 }
 
 /// One or two floats a texel.
-export function float_texture(width: number, height: number, channels: number, values: Float32Array): THREE.DataTexture {
+export function float_texture(width: number, height: number, channels: number, values: Float32Array, is_smooth = true): THREE.DataTexture {
   // Half floats are filtered everywhere; three and four channels keep their first two.
   const half = new Uint16Array(2 * width * height);
   for (let i = 0; i < width * height; ++i) {
     for (let c = 0; c < 2; ++c) half[2 * i + c] = THREE.DataUtils.toHalfFloat(values[channels * i + Math.min(c, channels - 1)]!);
   }
   const texture = new THREE.DataTexture(half, width, height, THREE.RGFormat, THREE.HalfFloatType);
-  texture.magFilter = texture.minFilter = THREE.LinearFilter;
+  texture.magFilter = texture.minFilter = is_smooth ? THREE.LinearFilter : THREE.NearestFilter;
   texture.needsUpdate = true;
   return texture;
 }

@@ -11,10 +11,15 @@ export interface Rect {
 const kMostRects = 96;
 const kGap = 3;
 
+function is_sorted(tiles: Uint32Array): boolean {
+  for (let i = 1; i < tiles.length; ++i) if (tiles[i - 1]! > tiles[i]!) return false;
+  return true;
+}
+
 /// Few rectangles (in tiles) that cover all tiles: runs along rows, with small gaps closed, joined downwards; where there are too many, whole bands.
 /// @param tiles  Numbers, row by row over `columns`; any order.
 export function merge_tiles(tiles: Uint32Array, columns: number): Rect[] {
-  const sorted = tiles.slice().sort();
+  const sorted = is_sorted(tiles) ? tiles : tiles.slice().sort();
   for (let gap = kGap; ; gap = 4 * gap + 4) {
     const rects: Rect[] = [];
     let open = new Map<string, Rect>();
@@ -52,6 +57,7 @@ export class TilePlane {
   readonly data: Uint8Array;
   readonly texture: THREE.DataTexture;
   num_uploads = 0;
+  private readonly texels: Uint32Array | Uint8Array;
   private dirty: Rect[] = [];
   private mips_timer: number | undefined;
   private are_mips_stale = false;
@@ -59,6 +65,7 @@ export class TilePlane {
 
   constructor(readonly width: number, readonly height: number, readonly bytes_per_texel: 1 | 4, is_color: boolean, private readonly on_calm: () => void) {
     this.data = new Uint8Array(width * height * bytes_per_texel);
+    this.texels = bytes_per_texel === 4 ? new Uint32Array(this.data.buffer) : this.data;
     this.texture = new THREE.DataTexture(this.data, width, height, bytes_per_texel === 4 ? THREE.RGBAFormat : THREE.RedFormat, THREE.UnsignedByteType);
     if (is_color) this.texture.colorSpace = THREE.SRGBColorSpace;
     this.texture.magFilter = THREE.LinearFilter;
@@ -71,15 +78,16 @@ export class TilePlane {
   /// Tiles as they come: `count` numbers, then their texels, row by row.
   apply(message: ArrayBuffer, offset: number, count: number, side: number): void {
     const numbers = new Uint32Array(message, offset, count);
-    const texels = new Uint8Array(message, offset + 4 * count);
     const columns = Math.ceil(this.width / side);
-    const row_bytes = side * this.bytes_per_texel;
+    // Texels of four bytes are copied as one number each; the message is aligned for that.
+    const from = this.bytes_per_texel === 4 ? new Uint32Array(message, offset + 4 * count, count * side * side) : new Uint8Array(message, offset + 4 * count, count * side * side);
+    const to = this.texels;
     for (let i = 0; i < count; ++i) {
       const x = (numbers[i]! % columns) * side, y = Math.floor(numbers[i]! / columns) * side;
-      const rows = Math.min(side, this.height - y), bytes = Math.min(side, this.width - x) * this.bytes_per_texel;
+      const rows = Math.min(side, this.height - y), width = Math.min(side, this.width - x);
       for (let r = 0; r < rows; ++r) {
-        const from = (i * side + r) * row_bytes;
-        this.data.set(texels.subarray(from, from + bytes), ((y + r) * this.width + x) * this.bytes_per_texel);
+        let a = (i * side + r) * side, b = (y + r) * this.width + x;
+        for (const end = a + width; a < end; ++a, ++b) to[b] = from[a]!;
       }
     }
     for (const rect of merge_tiles(numbers, columns)) {

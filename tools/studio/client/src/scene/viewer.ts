@@ -13,6 +13,8 @@ export interface Hit {
 
 const kShadowTexels = 1024;
 const kClick_px = 5;
+const kLook_ms = 4;
+const kSlow_ms = 45, kLeastScale = 0.5, kRest_ms = 350;
 
 export class Viewer {
   readonly scene = new THREE.Scene();
@@ -28,24 +30,34 @@ export class Viewer {
   on_click: ((hit: Hit | undefined, event: PointerEvent) => void) | undefined;
   on_resize: (() => void) | undefined;
   num_frames = 0;
+  /// Of fit(), times the least distance.
+  margin = 1.06;
 
   private readonly lamp = new THREE.DirectionalLight(0xffffff, 1);
   private readonly floor: THREE.Mesh;
   private readonly environments: Environments;
   private readonly observer: ResizeObserver;
   private readonly stop_theme: () => void;
+  private readonly is_software: boolean;
   private is_asked = false;
   private is_fit_due = false;
+  private is_drawing = false;
+  private is_disposed = false;
+  private scale = 1;
+  private next_scale = 1;
+  private is_rest_frame = false;
+  private rest_timer: number | undefined;
   private light = "studio";
   private light_turn_deg = 0;
   private readonly raycaster = new THREE.Raycaster();
   private down: { x: number; y: number } | undefined;
 
   constructor(readonly element: HTMLElement, readonly is_flat: boolean) {
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: "high-performance", preserveDrawingBuffer: false });
+    this.is_software = draws_in_software();
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.is_software, powerPreference: "high-performance" });
     this.renderer.toneMapping = THREE.NeutralToneMapping;  // Keeps colours as they are below 0.8.
     this.renderer.shadowMap.enabled = !is_flat;
-    this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    this.renderer.shadowMap.type = this.is_software ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
@@ -83,16 +95,21 @@ export class Viewer {
     this.resize();
   }
 
+  /// A frame is drawn soon; one at a time, so that a slow machine skips frames and never queues them.
   invalidate(): void {
     if (this.is_asked) return;
     this.is_asked = true;
-    requestAnimationFrame(() => {
-      this.is_asked = false;
-      this.before_frame?.();
-      this.renderer.render(this.scene, this.camera);
-      ++this.num_frames;
-      this.after_frame?.();
-    });
+    if (!this.is_drawing) requestAnimationFrame(() => this.draw());
+  }
+
+  /// Everything that was asked for is on screen, with all pixels.
+  get is_at_rest(): boolean {
+    return !this.is_asked && !this.is_drawing && this.scale === this.full_scale;
+  }
+
+  // Multisampling costs four times as much in software: there, pictures at rest have more pixels instead.
+  private get full_scale(): number {
+    return this.is_software ? 1.5 : 1;
   }
 
   /// Objects or light have moved: shadows are drawn again.
@@ -130,7 +147,7 @@ export class Viewer {
         const reach = Math.max(Math.abs(corner.dot(up)) / half, Math.abs(corner.dot(right)) / (half * aspect));
         distance = Math.max(distance, corner.dot(way) + reach);
       }
-      distance *= 1.08;
+      distance *= this.margin;
       this.camera.position.copy(center).addScaledVector(way, distance);
       this.camera.near = distance / 200;
       this.camera.far = distance * 40;
@@ -177,6 +194,8 @@ export class Viewer {
   /// A ray through a point of the window.
   aim(client_x: number, client_y: number): THREE.Ray {
     const box = this.canvas.getBoundingClientRect();
+    this.camera.updateMatrixWorld();  // It may have moved since the last frame, and there may be none yet.
+    this.content.updateMatrixWorld();
     this.raycaster.setFromCamera(new THREE.Vector2((2 * (client_x - box.left)) / box.width - 1, 1 - (2 * (client_y - box.top)) / box.height), this.camera);
     return this.raycaster.ray;
   }
@@ -184,11 +203,14 @@ export class Viewer {
   /// Where a point of the scene is in the window.
   project(point: THREE.Vector3): { x: number; y: number } {
     const box = this.canvas.getBoundingClientRect();
+    this.camera.updateMatrixWorld();
     const p = point.clone().project(this.camera);
     return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
   }
 
   dispose(): void {
+    this.is_disposed = true;
+    window.clearTimeout(this.rest_timer);
     this.observer.disconnect();
     this.stop_theme();
     this.controls.dispose();
@@ -201,6 +223,57 @@ export class Viewer {
     this.canvas.remove();
   }
 
+  private draw(): void {
+    this.is_asked = false;
+    if (this.is_disposed) return;
+    const scale = this.is_rest_frame ? this.full_scale : this.next_scale;
+    if (scale !== this.scale) this.set_scale(scale);
+    this.before_frame?.();
+    const begin = performance.now();
+    this.renderer.render(this.scene, this.camera);
+    ++this.num_frames;
+    this.is_drawing = true;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = (): void => {
+      if (this.is_disposed) return;
+      if (fence && !gl.isContextLost() && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
+        window.setTimeout(look, kLook_ms);
+        return;
+      }
+      if (fence) gl.deleteSync(fence);
+      this.is_drawing = false;
+      this.after_frame?.();
+      this.adapt(performance.now() - begin);
+      if (this.is_asked) requestAnimationFrame(() => this.draw());
+    };
+    window.setTimeout(look, 0);
+  }
+
+  // Where frames take long, as in software, the next ones have fewer pixels while the picture moves; all of them once it is at rest.
+  private adapt(cost_ms: number): void {
+    window.clearTimeout(this.rest_timer);
+    if (this.is_rest_frame) {
+      this.is_rest_frame = false;
+      return;
+    }
+    if (cost_ms > kSlow_ms) this.next_scale = Math.max(kLeastScale, 0.75 * this.next_scale);
+    if (this.scale === this.full_scale) return;
+    this.rest_timer = window.setTimeout(() => {
+      this.is_rest_frame = this.scale !== this.full_scale;
+      if (this.is_rest_frame) this.invalidate();
+    }, kRest_ms);
+  }
+
+  private set_scale(scale: number): void {
+    this.scale = scale;
+    const { clientWidth: width, clientHeight: height } = this.element;
+    this.renderer.setPixelRatio(scale * Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(width, height);
+    this.on_resize?.();
+  }
+
   private release(event: PointerEvent): void {
     if (!this.down || Math.hypot(event.clientX - this.down.x, event.clientY - this.down.y) > kClick_px) return;
     this.down = undefined;
@@ -210,12 +283,10 @@ export class Viewer {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.element;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    this.renderer.setSize(width, height);
+    this.set_scale(this.scale);
     if (this.camera instanceof THREE.OrthographicCamera) [this.camera.left, this.camera.right] = [-width / height, width / height];
     else this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.on_resize?.();
     if (this.is_fit_due) this.fit();
     this.invalidate();
   }
@@ -239,4 +310,13 @@ export class Viewer {
     this.scene.background = new THREE.Color(current_theme() === "dark" ? 0x1b1d1f : 0xe9e6e0);
     this.invalidate();
   }
+}
+
+/// Whether the browser has no graphics card: asked once, of a canvas of its own.
+function draws_in_software(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }

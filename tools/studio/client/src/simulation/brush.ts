@@ -17,6 +17,7 @@ export class Brush {
   private is_on = false;
   private is_down = false;
   private was_running = true;
+  private pointer: { x: number; y: number } | undefined;
   private readonly ring: THREE.LineSegments;
   private readonly move: (at: Vec3) => void;
   private readonly send_emitter: (emitter: Emitter) => void;
@@ -89,9 +90,19 @@ export class Brush {
     if (!this.was_running) void this.context.send("run");
   }
 
-  private hover(event: PointerEvent): void {
+  // Once a frame: looking for the surface under the pointer costs milliseconds on large meshes.
+  private hover(event: { clientX: number; clientY: number }): void {
     if (!this.is_on) return;
-    const hit = this.context.viewer.pick(event.clientX, event.clientY);
+    const is_asked = this.pointer !== undefined;
+    this.pointer = { x: event.clientX, y: event.clientY };
+    if (!is_asked) requestAnimationFrame(() => this.follow());
+  }
+
+  private follow(): void {
+    const at = this.pointer;
+    this.pointer = undefined;
+    if (!at || !this.is_on) return;
+    const hit = this.context.viewer.pick(at.x, at.y);
     this.show_ring(hit);
     if (this.is_down && hit) this.move(rounded(hit.point));
   }
@@ -118,7 +129,7 @@ export class Brush {
     const factor = kWheelFactor ** -(event.deltaY || event.deltaX);
     if (event.shiftKey) this.change({ size: Math.max(0.01, size_of(emitter)[0] * factor) });
     else this.change({ distance: Math.max(0.01, (emitter.distance ?? 10) * factor) });
-    this.hover(event as unknown as PointerEvent);
+    this.hover(event);
   }
 
   // A circle as wide as the brush on the surface, another where the emitter is, and a line between.

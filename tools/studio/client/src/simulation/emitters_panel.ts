@@ -13,7 +13,7 @@ const kShapes: Record<Emitter["shape"], string> = { point: "point", disk: "disk"
 export class EmittersPanel {
   readonly elements: HTMLElement[];
   readonly mode: Choice<HandleMode>;
-  private readonly list = h("div", { class: "things", role: "listbox", "aria-label": "Emitters and objects" });
+  private readonly list = h("div", { class: "things", role: "list", "aria-label": "Emitters and objects" });
   private readonly details = h("div", { class: "stack" });
   private readonly brush_body = h("div", { class: "stack" });
   private readonly send: (emitter: Emitter) => void;
@@ -36,8 +36,8 @@ export class EmittersPanel {
     const { chosen } = this.handles;
     const row = (kind: Chosen["kind"], name: string, detail: string, on?: HTMLElement): HTMLElement => {
       const is_chosen = chosen?.kind === kind && chosen.name === name;
-      return h("div", { class: "thing", role: "option", "aria-selected": String(is_chosen) },
-        h("button", { type: "button", class: "quiet", onclick: () => this.choose(is_chosen ? undefined : { kind, name }) }, h("b", {}, name), h("small", {}, detail)), on);
+      return h("div", { class: `thing ${is_chosen ? "chosen" : ""}`, role: "listitem" },
+        h("button", { type: "button", class: "quiet", "aria-pressed": String(is_chosen), onclick: () => this.choose(is_chosen ? undefined : { kind, name }) }, h("b", {}, name), h("small", {}, detail)), on);
     };
     const focused = (document.activeElement as HTMLElement | null)?.closest(".thing");
     const at = focused ? [...this.list.children].indexOf(focused) : -1;

@@ -56,12 +56,7 @@ export class FlowPanel {
       make("ratio", "Ratio r: washes or deposits", scene.exchange.ratio, "0 only picks up, 1 only drops", (v) => this.context.event({ op: "ratio", ratio: v })));
     replace(this.rates, h("p", { class: "hint" }, "Share of a material that changes sides at a contact."), scene.materials.map((m) =>
       make(`rate ${m}`, m, scene.exchange.rates[m] ?? 0, `Exchange rate of ${m}`, (v) => this.context.event({ op: "rate", target: m, rate: v }))));
-    replace(this.rules, scene.rules.length === 0 ? h("p", { class: "hint" }, "This scene has no rules.") : scene.rules.map((rule) => {
-      const s = slider({ label: rule.name, low: 0.0001, high: Math.max(1, 10 * rule.alpha), value: rule.alpha, logarithmic: true, hint: rule.driver ? `Driven by ${rule.driver}` : "",
-        text: (v) => `${number_text(v, 2)} / ${scene.time_unit}`, on_input: throttle(kSend_ms, (v: number) => this.context.event({ op: "rule", target: rule.name, alpha: v })) });
-      this.sliders.set(`rule ${rule.name}`, s);
-      return h("div", {}, s.element, rule.driver && h("p", { class: "hint formula" }, rule.driver));
-    }));
+    this.show_rules(scene);
     this.chart_absorb = -1;
     this.draw();
   }
@@ -71,8 +66,13 @@ export class FlowPanel {
     this.sliders.get("absorb")?.set(scene.behaviour.absorb);
     this.sliders.get("ratio")?.set(scene.exchange.ratio);
     for (const m of scene.materials) this.sliders.get(`rate ${m}`)?.set(scene.exchange.rates[m] ?? 0);
-    for (const rule of scene.rules) this.sliders.get(`rule ${rule.name}`)?.set(rule.alpha);
+    this.show_rules(scene);
     this.draw();
+  }
+
+  private show_rules(scene: SceneState): void {
+    replace(this.rules, scene.rules.length === 0 ? h("p", { class: "hint" }, "This scene has no rules.") : scene.rules.map((rule) =>
+      h("div", { class: "rule" }, h("b", {}, rule.name), h("span", {}, `${number_text(rule.alpha)} / ${scene.time_unit}`), rule.driver && h("small", { class: "formula" }, rule.driver))));
   }
 
   private value(key: string): number {

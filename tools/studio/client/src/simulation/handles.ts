@@ -195,3 +195,17 @@ export function place_object(shown: THREE.Object3D, object: SceneObject): void {
   shown.rotation.set(x, y, z, "ZYX");
   shown.scale.setScalar(object.scale ?? 1);
 }
+
+/// A mesh whose vertices lie where the object is now gets them in the object's own coordinates, and is placed by its node instead.
+export function own_coordinates(node: THREE.Object3D, object: SceneObject): void {
+  const placed = new THREE.Object3D();
+  place_object(placed, object);
+  placed.updateMatrix();
+  node.updateMatrix();
+  const is_placed_by_node = !node.matrix.equals(new THREE.Matrix4());
+  if (!is_placed_by_node) {
+    const inverse = placed.matrix.clone().invert();
+    node.traverse((o) => { if (o instanceof THREE.Mesh) (o.geometry as THREE.BufferGeometry).applyMatrix4(inverse); });
+  }
+  place_object(node, object);
+}

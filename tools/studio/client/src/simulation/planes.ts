@@ -11,6 +11,7 @@ export class Planes {
   relief: TilePlane;
   overlay: TilePlane;
   num_updates = 0;
+  num_tiles = 0;
   iteration = 0;
   /// When the first tile has come.
   is_filled = false;
@@ -36,6 +37,7 @@ export class Planes {
     const plane = this[header.plane];
     if (header.width !== plane.width || header.height !== plane.height) return;
     plane.apply(message, offset, header.count, header.tile);
+    this.num_tiles += header.count;
     this.is_filled = true;
     this.iteration = header.iteration;
     if (!header.last) return;

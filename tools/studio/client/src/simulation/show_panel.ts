@@ -20,7 +20,7 @@ export class ShowPanel {
   readonly legend_box = h("div", { class: "legends" });
   readonly shown: ShowOptions = { overlay: "", plantlets: false, gammatons: 0 };
   private readonly body = h("div", { class: "stack" });
-  private amount = 0.85;
+  private amount = 1;
 
   constructor(private readonly look: SurfaceLook, private readonly redraw: () => void, private readonly changed: () => void) {
     this.element = section("What is shown", true, this.body);
@@ -51,11 +51,17 @@ export class ShowPanel {
 
   private choose(name: string, scene: SceneState): void {
     this.shown.overlay = name;
+    this.show(scene);
+    this.apply();
+    this.changed();
+  }
+
+  /// The top of a counter grows while it runs.
+  show(scene: SceneState): void {
+    const { overlay: name } = this.shown;
     const overlay = scene.overlays.map(overlay_of).find((o) => o.name === name);
     const high = overlay?.high ?? 1, unit = overlay?.unit && overlay.unit !== "1" && overlay.unit !== "amount" ? ` ${overlay.unit}` : "";
     replace(this.legend_box, overlay && legend(name, "0", `${number_text(high)}${unit}`));
-    this.apply();
-    this.changed();
   }
 
   private apply(): void {

@@ -3,7 +3,7 @@ import type { Status } from "../types";
 import { number_text, section } from "../ui/controls";
 import { h, replace } from "../ui/dom";
 
-const kColumns = ["emitted", "made", "surface", "carried", "left", "absorbed", "used"] as const;
+const kColumns = ["emitted", "made", "surface", "carried", "left", "absorbed", "rested", "used"] as const;
 
 export class StatusPanel {
   readonly element: HTMLDetailsElement;

@@ -32,7 +32,7 @@ export function ask_path(title: string, label: string, value: string, extra: Chi
 
 const kKeys: [string, string][] = [
   ["Space", "play or pause"], ["F", "fit the view"], ["← →", "a frame back or on"], ["1 2 3", "one time, wipe, difference"],
-  ["P", "paint on the surface (Alt and wheel: distance of the brush)"], ["G R S", "handles: move, rotate, scale"], ["Ctrl Z", "undo the last stroke"],
+  ["P", "paint on the surface; then the wheel is the brush's distance, Shift and wheel its size, Ctrl and wheel comes closer"], ["G R S", "handles: move, rotate, scale"], ["Ctrl Z", "undo the last stroke"],
   ["Shift F", "full screen"], ["T", "dark or light"], ["Esc", "let go"], ["?", "this page"],
 ];
 

@@ -9,6 +9,7 @@ export function h<K extends keyof HTMLElementTagNameMap>(tag: K, props: Props = 
   for (const [name, value] of Object.entries(props)) {
     if (value === undefined || value === null || value === false) continue;
     if (name === "class") element.className = String(value);
+    else if (name === "style") element.style.cssText = String(value);  // The attribute is forbidden by the page's security policy.
     else if (typeof value === "function" || name === "value" || name === "checked" || name === "disabled") (element as unknown as Props)[name] = value;
     else element.setAttribute(name, value === true ? "" : String(value));
   }

@@ -10,6 +10,16 @@ import { show_error } from "../ui/notices";
 import type { View } from "./view";
 import { facts_table } from "./workspace";
 
+interface NumberedStep {
+  step: StepsPlace["steps"][number];
+  number: number;
+}
+
+/// The first of a sheet has its heading to jump to, the others their picture.
+function anchor_of(number: number, group: NumberedStep[]): string | undefined {
+  return number === group[0]!.number ? undefined : `step-${number}`;
+}
+
 const kTileWidth = 420, kLargeWidth = 1800;
 
 export class CaptureView implements View {
@@ -27,7 +37,10 @@ export class CaptureView implements View {
     const stage = h("div", { class: "mesh-stage", hidden: true });
     const body = h("div", { class: "steps" }, stage,
       steps.length === 0 && h("p", { class: "empty" }, "Nothing was kept of its steps."),
-      steps.map((s, i) => h("section", { id: `step-${i}` }, h("h2", {}, h("span", { class: "number" }, i + 1), s.name), h("p", {}, s.text), h("div", { class: "pictures" }, s.pictures.map((p) => this.tile(p))))));
+      this.groups().map((group) => h("section", {}, group.map(({ step, number }, i) => [
+        i === 0 && h("h2", { id: `step-${number}` }, h("span", { class: "number" }, number + 1), group.length > 1 ? `${step.name} to ${group[group.length - 1]!.step.name}` : step.name),
+        i === 0 && h("p", {}, step.text)]).flat(),
+        h("div", { class: "pictures" }, group.map(({ step, number }) => step.pictures.map((p) => this.tile(p, group.length > 1 ? step.name : p.caption, anchor_of(number, group)))).flat()))));
     this.element = h("main", { class: "capture" }, h("aside", { class: "panel", "aria-label": "Steps" },
       h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)), h("nav", { "aria-label": "Steps" }, list), facts_table(place.facts ?? [])), body, this.large);
     this.large.addEventListener("click", (e) => { if (e.target === this.large) this.large.close(); });
@@ -43,10 +56,23 @@ export class CaptureView implements View {
     this.viewer?.dispose();
   }
 
-  private tile(picture: StepPicture): HTMLElement {
+  // Steps of one photograph and no words, one after the other, are one sheet.
+  private groups(): NumberedStep[][] {
+    const groups: NumberedStep[][] = [];
+    const is_plain = ({ step }: NumberedStep): boolean => step.text === "" && step.pictures.length <= 1;
+    (this.place.steps ?? []).forEach((step, number) => {
+      const last = groups[groups.length - 1];
+      const numbered = { step, number };
+      if (last && is_plain(last[0]!) && is_plain(numbered)) last.push(numbered);
+      else groups.push([numbered]);
+    });
+    return groups;
+  }
+
+  private tile(picture: StepPicture, caption: string, id: string | undefined): HTMLElement {
     const number = this.pictures.indexOf(picture);
-    return h("figure", {}, h("button", { type: "button", onclick: () => this.show(number), "aria-label": `Enlarge: ${picture.caption}` },
-      h("img", { src: preview_url(this.place.place, picture.path, kTileWidth), alt: picture.caption, loading: "lazy", decoding: "async" })), h("figcaption", {}, picture.caption));
+    return h("figure", { id }, h("button", { type: "button", onclick: () => this.show(number), "aria-label": `Enlarge: ${picture.caption}` },
+      h("img", { src: preview_url(this.place.place, picture.path, kTileWidth), alt: picture.caption, loading: "lazy", decoding: "async" })), h("figcaption", {}, caption));
   }
 
   private show(number: number): void {

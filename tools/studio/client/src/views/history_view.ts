@@ -57,7 +57,10 @@ export class HistoryView implements View {
     this.loader_a = new FrameLoader(query, (texture) => this.show_texture("a", texture), show_error);
     this.loader_b = new FrameLoader(query, (texture) => this.show_texture("b", texture), show_error);
     this.timebar = new Timebar({ times: place.times, unit: place.unit, only: window.PATINATE_SESSION ? stored_times(window.PATINATE_SESSION) : undefined, on_time: (which, time) => this.go(which, time) });
-    this.wipe = new Wipe(this.frame.stage, () => this.place_wipe());
+    this.wipe = new Wipe(this.frame.stage, () => {
+      this.place_wipe();
+      this.viewer.invalidate();
+    });
     this.curve = new CurvePanel(place, (time) => this.timebar.set_time(time));
     this.compare_choice = segmented<Comparison>("Compare", [["one", "One time"], ["wipe", "Wipe"], ["difference", "Difference"]], "one", (c) => this.compare(c));
     this.build_panel(has_mesh);
@@ -126,7 +129,7 @@ export class HistoryView implements View {
 
   private async load(has_mesh: boolean): Promise<void> {
     const stop = new AbortController();
-    const work = progress(this.frame.stage, "Reading the mesh and the first frame ...", () => { stop.abort(); history.back(); });
+    const work = progress(this.frame.stage, "Reading the mesh and the first frame ...", () => { stop.abort(); location.hash = "#/"; });
     try {
       if (has_mesh) {
         const group = await read_glb(await get_mesh(this.place.place, stop.signal));
@@ -209,7 +212,6 @@ export class HistoryView implements View {
 
   private place_wipe(): void {
     this.look.uniforms.wipe_px.value = this.wipe ? this.wipe.share * this.viewer.renderer.domElement.width : 0;
-    this.viewer.invalidate();
   }
 
   private pick(hit: Hit | undefined): void {

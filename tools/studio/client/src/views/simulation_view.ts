@@ -11,8 +11,9 @@ import { EmittersPanel } from "../simulation/emitters_panel";
 import { open_export, open_save } from "../simulation/files";
 import { FlowPanel } from "../simulation/flow_panel";
 import { GammatonPoints } from "../simulation/gammaton_points";
-import { Handles, type HandleMode } from "../simulation/handles";
+import { Handles, own_coordinates, type HandleMode } from "../simulation/handles";
 import { LooksPanel } from "../simulation/looks_panel";
+import { Pace } from "../simulation/pace";
 import { Planes } from "../simulation/planes";
 import { Plantlets } from "../simulation/plantlets";
 import { RunBar } from "../simulation/run_bar";
@@ -26,7 +27,15 @@ import type { View } from "./view";
 import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
 
 const kPlantlets_ms = 500;
-const kCalm_ms = 250;
+
+interface Hashes {
+  surface: string;
+  relief: string;
+}
+interface HashPair {
+  server: Hashes;
+  here: Hashes;
+}
 
 export class SimulationView implements View, SceneContext {
   readonly element: HTMLElement;
@@ -46,6 +55,7 @@ export class SimulationView implements View, SceneContext {
   private readonly status_panel = new StatusPanel();
   private readonly run_bar: RunBar;
   private readonly paint_button: HTMLButtonElement;
+  private readonly undo_button = icon_button("undo", "Undo the last stroke", () => void this.send("undo"), "Ctrl Z");
   private readonly banner = h("div", { class: "banner", role: "alert", hidden: true });
   private work: Progress | undefined;
   private planes: Planes | undefined;
@@ -55,7 +65,9 @@ export class SimulationView implements View, SceneContext {
   private has_object_nodes = false;
   private status: Status | undefined;
   private is_disposed = false;
-  private hash_waiting: ((hash: { iteration: number; surface: string; relief: string }) => void)[] = [];
+  private readonly pace = new Pace({ run: () => void this.send("run"), pause: () => void this.send("pause"), step: (iterations) => void this.send("step", { iterations }) });
+  private hash_expected: Hashes | undefined;
+  private hash_waiting: ((pair: HashPair) => void)[] = [];
   private readonly grow = throttle(kPlantlets_ms, () => this.update_plantlets());
   private readonly reload_mesh = throttle(1000, () => void this.load_mesh());
 
@@ -63,6 +75,7 @@ export class SimulationView implements View, SceneContext {
     this.element = this.frame.element;
     this.viewer = new Viewer(this.frame.stage, false);
     this.viewer.canvas.setAttribute("aria-label", `${place.name}: the scene; drag to turn`);
+    this.viewer.margin = 1.25;  // Emitters stand around the scene.
     this.gammatons = new GammatonPoints(this.viewer.scene);
     this.handles = new Handles(this);
     this.brush = new Brush(this, this.frame.stage);
@@ -70,23 +83,31 @@ export class SimulationView implements View, SceneContext {
     this.flow = new FlowPanel(this);
     this.looks = new LooksPanel(this);
     this.shown = new ShowPanel(this.look, () => this.viewer.invalidate(), () => this.watch());
-    this.run_bar = new RunBar({ run: () => this.toggle_run(), step: () => void this.send("step", { iterations: 1 }), reset: () => void this.send("reset") });
+    this.run_bar = new RunBar({ run: () => this.toggle_run(), step: () => void this.send("step", { iterations: 1 }), reset: () => this.reset(), pace: (n) => this.set_pace(n) });
     this.paint_button = button("Paint", () => this.set_painting(!this.brush.is_active), { icon: "brush", hint: "Paint with an emitter on the surface", key: "P" });
     this.paint_button.setAttribute("aria-pressed", "false");
     this.build();
     this.viewer.before_frame = () => this.planes?.before_frame();
     this.viewer.after_frame = () => this.planes?.after_frame((update) => this.live.acknowledge(update));
     this.viewer.on_click = (_, event) => { if (!this.brush.is_active) this.handles.click(event.clientX, event.clientY); };
-    this.work = progress(this.frame.stage, "Opening the scene ...", () => history.back());
+    this.work = progress(this.frame.stage, "Opening the scene ...", () => location.hash = "#/");
     this.live = new Live(place.place, {
       hello: (scene) => this.hello(scene),
       scene: (change) => this.changed(change),
       status: (status) => this.show_status(status),
-      tiles: (header, message, offset) => { this.planes?.apply(header, message, offset); if (header.plane === "overlay") this.grow(); },
+      tiles: (header, message, offset) => {
+        this.planes?.apply(header, message, offset);
+        if (header.plane === "overlay") this.grow();
+        if (header.last) {
+          this.compare_hash();
+          this.pace.picture();
+        }
+      },
       gammatons: (positions) => { this.gammatons.show(this.shown.shown.gammatons > 0 ? positions : new Float32Array()); this.viewer.invalidate(); },
-      hash: (hash) => { for (const resolve of this.hash_waiting.splice(0)) resolve(hash); },
+      hash: (hash) => { this.hash_expected = hash; },
       progress: (text, done, total) => this.show_progress(text, done, total),
       notice: (text) => notice(text),
+      problem: (message) => notice(message, "error"),
       connection: (state, why) => this.show_connection(state, why),
     });
     this.tell_tests();
@@ -145,7 +166,7 @@ export class SimulationView implements View, SceneContext {
   private build(): void {
     const { tools, panel, bar, stage } = this.frame;
     view_tools(this.viewer, tools, this.element);
-    tools.append(h("span", { class: "divider" }), this.paint_button, icon_button("undo", "Undo the last stroke", () => void this.send("undo"), "Ctrl Z"));
+    tools.append(h("span", { class: "divider" }), this.paint_button, this.undo_button);
     stage.append(this.banner, h("div", { class: "legend-area" }, this.shown.legend_box));
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
@@ -170,9 +191,11 @@ export class SimulationView implements View, SceneContext {
     this.flow.build(scene);
     this.looks.build(scene);
     this.shown.build(scene);
+    this.shown.show(scene);
     this.handles.show(scene);
     this.emitters.show(scene);
     for (const text of scene.notes ?? []) notice(text);
+    this.run_bar.show_state("paused");
     if (is_first) void this.load_mesh();
   }
 
@@ -180,6 +203,7 @@ export class SimulationView implements View, SceneContext {
     Object.assign(this.scene, change);
     if (change.relief_mm) this.look.uniforms.relief_mm.value.set(...change.relief_mm);
     if (change.behaviour || change.exchange || change.rules || change.slider !== undefined) this.flow.show(this.scene);
+    if (change.overlays) this.shown.show(this.scene);
     if (change.looks) this.looks.show(this.scene);
     if (change.emitters || change.objects) {
       this.handles.show(this.scene);
@@ -196,7 +220,9 @@ export class SimulationView implements View, SceneContext {
       const objects = new Map<string, THREE.Object3D>();
       for (const { name } of this.scene.objects) {
         const node = group.children.find((child) => (child.userData["name"] ?? child.name) === name);
-        if (node) objects.set(name, node);
+        if (!node) continue;
+        own_coordinates(node, this.scene.objects.find((o) => o.name === name)!);
+        objects.set(name, node);
       }
       this.has_object_nodes = objects.size === this.scene.objects.length;
       dress(group, this.material);
@@ -220,7 +246,20 @@ export class SimulationView implements View, SceneContext {
   }
 
   private toggle_run(): void {
-    void this.send(this.is_running ? "pause" : "run");
+    if (this.is_running) this.pace.stop();
+    else this.pace.start();
+  }
+
+  private set_pace(iterations: number): void {
+    const was_running = this.is_running;
+    if (was_running) this.pace.stop();
+    this.pace.iterations = iterations;
+    if (was_running) this.pace.start();
+  }
+
+  private reset(): void {
+    if (this.is_running) this.pace.stop();
+    void this.send("reset");
   }
 
   private set_painting(is_on: boolean): void {
@@ -251,9 +290,10 @@ export class SimulationView implements View, SceneContext {
 
   private show_status(status: Status): void {
     this.status = status;
-    this.is_running = status.running;
-    this.run_bar.show(status, this.scene?.time_unit ?? "", this.planes?.num_updates ?? 0);
+    this.is_running = status.running || this.pace.is_pacing;
+    this.run_bar.show(status, this.is_running, this.scene?.time_unit ?? "", this.planes?.num_updates ?? 0);
     this.status_panel.show(status);
+    this.undo_button.disabled = status.can_undo === false;
   }
 
   private show_progress(text: string, done: number, total: number): void {
@@ -264,7 +304,11 @@ export class SimulationView implements View, SceneContext {
       }
       return;
     }
-    this.work ??= progress(this.frame.stage, text);
+    this.work ??= progress(this.frame.stage, text, () => {
+      this.work = undefined;
+      if (this.model) void this.send("cancel");
+      else location.hash = "#/";
+    });
     this.work.set(text, total > 0 ? done / total : undefined);
   }
 
@@ -273,21 +317,26 @@ export class SimulationView implements View, SceneContext {
     if (state !== "lost") return;
     this.banner.textContent = `The connection is lost; trying again. ${why ?? ""}`;
     this.banner.hidden = false;
-    this.run_bar.show_lost();
+    this.run_bar.show_state("no connection");
+    if (this.pace.is_pacing) this.pace.stop();
     this.is_running = false;
   }
 
-  // What this client has against what the server says it should have, once nothing is on its way.
-  private async check_hash(): Promise<{ server: { surface: string; relief: string }; here: { surface: string; relief: string } }> {
-    const server = await new Promise<{ surface: string; relief: string }>((resolve) => {
+  // The hash is that of the state which the next update completes.
+  private compare_hash(): void {
+    const server = this.hash_expected;
+    if (!server || !this.planes) return;
+    this.hash_expected = undefined;
+    const here = this.planes.hashes();
+    for (const resolve of this.hash_waiting.splice(0)) resolve({ server, here });
+  }
+
+  /// What this client has, and what the server says it should have.
+  private check_hash(): Promise<HashPair> {
+    return new Promise((resolve) => {
       this.hash_waiting.push(resolve);
       void this.send("hash");
     });
-    for (let seen = -1; this.planes && seen !== this.planes.num_updates;) {
-      seen = this.planes.num_updates;
-      await new Promise((resolve) => window.setTimeout(resolve, kCalm_ms));
-    }
-    return { server, here: this.planes?.hashes() ?? { surface: "", relief: "" } };
   }
 
   private tell_tests(): void {
@@ -295,6 +344,7 @@ export class SimulationView implements View, SceneContext {
       view: "simulation", viewer: this.viewer, live: this.live, brush: this.brush, handles: this.handles,
       scene: () => this.scene, status: () => this.status, planes: () => this.planes, plantlets: () => this.plantlets?.num_shown ?? 0,
       is_ready: () => this.model !== undefined && this.planes?.is_filled === true,
+      set_pace: (iterations: number) => this.set_pace(iterations), toggle_run: () => this.toggle_run(),
       check_hash: () => this.check_hash(),
       send: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields),
     };

@@ -1,0 +1,264 @@
+// node browser_test.mjs PATINATE: the studio in a real browser, on data made by `synth` and a real simulation. Exit code 77: skipped.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync } from "node:fs";
+import { mkdtemp, rm, stat } from "node:fs/promises";
+import { request } from "node:http";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { history_is_ready, make_wall, missing, new_page, open_browser, open_place, patinate, scene_is_ready, serve, until } from "./support.mjs";
+
+const program = process.argv[2];
+const why = missing();
+if (why) {
+  console.log(`skipped: ${why}`);
+  process.exit(77);
+}
+
+const folder = await mkdtemp(join(tmpdir(), "patinate-studio-"));
+let server, browser, context, page;
+
+before(async () => {
+  const make = (...parameters) => patinate(program, folder, ...parameters);
+  await Promise.all([
+    (async () => {
+      await make("synth", "crackle", "-o", "crackle", "--width", "160", "--height", "160", "--num-frames", "6");
+      await make("ingest", "crackle/capture.json", "-o", "history");
+      await make("synth", "sculpture", "-o", "urn", "--resolution", "30");
+      await make("transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "256", "-o", "aged");
+    })(),
+    (async () => {
+      await make_wall(program, folder);
+      await make("simulate", "wall/scene.json", "-o", "wet");
+    })(),
+  ]);
+  server = await serve(program, folder);
+  ({ browser, context } = await open_browser());
+  page = await new_page(context);
+  await page.goto(server.address);
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.close();
+  await rm(folder, { recursive: true, force: true });
+});
+
+const in_page = (f, argument) => page.evaluate(f, argument);
+const iteration = () => in_page(() => window.patinate.status()?.iteration ?? 0);
+const overlay_at = (uv) => in_page(({ x, y }) => {
+  const plane = window.patinate.planes().overlay;
+  return plane.data[Math.floor(y * plane.height) * plane.width + Math.floor(x * plane.width)];
+}, uv);
+/// What the browser holds equals what the server has; @returns the hash of both.
+async function same_planes(p = page) {
+  const { server: there, here } = await p.evaluate(() => window.patinate.check_hash());
+  assert.equal(here.surface, there.surface);
+  assert.equal(here.relief, there.relief);
+  return here.surface + here.relief;
+}
+async function run_for(iterations) {
+  const from = await iteration();
+  await in_page(() => window.patinate.send("run"));
+  await until(page, (end) => window.patinate.status().iteration >= end, from + iterations);
+  await in_page(() => window.patinate.send("pause"));
+  await until(page, () => window.patinate.status().running === false);
+}
+
+test("wrong tokens, foreign hosts and origins, and ways out of the folder are refused", async () => {
+  const ask = (path, headers) => new Promise((resolve, reject) => {
+    request({ host: "127.0.0.1", port: server.port, path, headers }, (answer) => { answer.resume(); resolve(answer.statusCode); }).on("error", reject).end();
+  });
+  const token = { Authorization: `Bearer ${server.token}` };
+  assert.equal(await ask("/api/places", token), 200);
+  assert.equal(await ask("/api/places", {}), 403);
+  assert.equal(await ask("/api/places", { Authorization: "Bearer 00" }), 403);
+  assert.equal(await ask("/api/places", { ...token, Host: "elsewhere.example" }), 403);
+  assert.equal(await ask("/api/places", { ...token, Origin: "http://elsewhere.example" }), 403);
+  assert.equal(await ask("/api/file?place=..%2F..%2Fetc&path=passwd", token), 404);
+  const stranger = await browser.newContext();
+  const other = await stranger.newPage();
+  assert.equal((await other.goto(`${server.base}/?token=00`)).status(), 403);
+  await stranger.close();
+});
+
+test("the start page has a card for every place, with pictures where there are some", async () => {
+  await page.waitForSelector(".card");
+  const kinds = await in_page(() => [...document.querySelectorAll(".card .kind")].map((e) => e.textContent));
+  for (const kind of ["scene", "transfer", "simulation", "history", "ingest", "mesh"]) assert.ok(kinds.includes(kind), kind);
+  await until(page, () => document.querySelectorAll(".card.transfer img, .card.simulation img").length === 2);
+});
+
+test("the time slider shows the texture whose hash the server gives", async () => {
+  for (const place of ["history", "aged", "wet"]) {
+    await open_place(page, server, place);
+    await history_is_ready(page);
+    const { times } = await (await server.get(`/api/place?place=${place}`)).json();
+    for (const share of [0.37, 1]) {
+      await page.locator(".time input").first().evaluate((input, s) => {
+        input.value = String(Number(input.min) + s * (Number(input.max) - Number(input.min)));
+        input.dispatchEvent(new Event("input", { bubbles: true }));
+      }, share);
+      const time = await page.locator(".time input").first().inputValue();
+      assert.ok(Number(time) <= times.at(-1));
+      await in_page(() => window.patinate.settled());
+      const answer = await server.get(`/api/texture?place=${place}&time=${time}&format=raw`);
+      await answer.arrayBuffer();
+      assert.equal(await in_page(() => window.patinate.texture_hash()), answer.headers.get("X-Hash"), `${place} at ${time}`);
+    }
+  }
+});
+
+test("a click on a transfer shows its curve and the photograph it comes from; keys compare two times", async () => {
+  await open_place(page, server, "aged");
+  await history_is_ready(page);
+  await page.mouse.click(470, 330);
+  await page.waitForSelector(".curve-panel .chart");
+  await until(page, () => document.querySelector(".source img")?.naturalWidth > 0);
+  assert.match(await page.locator(".texel").textContent(), /comes from pixel/);
+  await page.keyboard.press("2");
+  assert.ok(await page.locator(".wipe").isVisible());
+  await page.keyboard.press("3");
+  await page.waitForSelector(".legend");
+  assert.ok(!(await page.locator(".wipe").isVisible()));
+  await page.locator("select", { hasText: "nothing" }).selectOption({ label: "where it comes from" });
+  await until(page, () => document.querySelectorAll(".legend").length === 2);
+});
+
+test("a saved session opens without a server, at the time it was saved", async (t) => {
+  const answer = await fetch(`${server.base}/api/session`, { method: "POST", headers: { Authorization: `Bearer ${server.token}` }, body: "{}" });
+  if (answer.status === 404) return t.skip("this server saves no sessions");
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save as one HTML file" }).click()]);
+  const file = join(folder, "session.html");
+  await download.saveAs(file);
+  const alone = await new_page(await browser.newContext());
+  await alone.goto(pathToFileURL(file).href);
+  await history_is_ready(alone);
+  assert.equal(await alone.locator(".time input").count(), 2);
+  const first = await alone.evaluate(() => window.patinate.texture_hash());
+  await alone.keyboard.press("ArrowRight");
+  await alone.evaluate(() => window.patinate.settled());
+  assert.notEqual(await alone.evaluate(() => window.patinate.texture_hash()), first);
+  assert.deepEqual(alone.problems, []);
+  await alone.context().close();
+});
+
+test("a capture shows its photographs", async () => {
+  await open_place(page, server, "crackle");
+  await until(page, () => document.querySelector(".pictures img")?.naturalWidth > 0);
+  await page.locator(".pictures button").first().click();
+  await until(page, () => document.querySelector(".light-box img")?.naturalWidth > 0);
+  await page.keyboard.press("Escape");
+});
+
+test("a running scene arrives to the bit", async () => {
+  await open_place(page, server, "wall/scene.json");
+  await scene_is_ready(page);
+  const start = await same_planes();
+  await run_for(10);
+  assert.notEqual(await same_planes(), start);
+});
+
+test("a dragged emitter wets other texels", async () => {
+  await page.locator("select", { hasText: "nothing" }).selectOption("water");
+  await page.locator(".thing button", { hasText: "spout" }).click();
+  // Where the spout will be after the drag, on the wall.
+  const ways = await in_page(() => {
+    const { viewer, handles } = window.patinate;
+    const spout = handles.shapes.get("spout").position;
+    const at = viewer.project(spout), right = viewer.project(spout.clone().setX(spout.x + 10));
+    const mm_px = Math.hypot(right.x - at.x, right.y - at.y) / 10;
+    const way = { x: (right.x - at.x) / 10 / mm_px, y: (right.y - at.y) / 10 / mm_px };
+    const foot = viewer.project(spout.clone().set(spout.x + 300, spout.y, 5));
+    const hit = viewer.pick(foot.x, foot.y);
+    return { at, way, mm_px, uv: { x: hit.uv.x, y: hit.uv.y } };
+  });
+  const { at, way, mm_px, uv } = ways;
+  await page.waitForTimeout(300);
+  assert.equal(await overlay_at(uv), 0);
+  const kGrip_px = 45;
+  await page.mouse.move(at.x + kGrip_px * way.x, at.y + kGrip_px * way.y);
+  await page.mouse.down();
+  const far = kGrip_px + 300 * mm_px;
+  await page.mouse.move(at.x + (far / 2) * way.x, at.y + (far / 2) * way.y, { steps: 3 });
+  await page.mouse.move(at.x + far * way.x, at.y + far * way.y, { steps: 3 });
+  await page.mouse.up();
+  await until(page, () => Math.abs(window.patinate.scene().emitters.find((e) => e.name === "spout").position[0] - 100) < 40);
+  await run_for(20);
+  await same_planes();
+  assert.ok((await overlay_at(uv)) > 0, "the wall under the new place is wet");
+  await page.keyboard.press("Escape");
+});
+
+test("a stroke of the brush leaves material where it went, and undo takes it away", async () => {
+  const start = await same_planes();
+  const from = await iteration();
+  await page.keyboard.press("p");
+  const spot = { x: 560, y: 470 };
+  const uv = await in_page(({ x, y }) => { const { uv } = window.patinate.viewer.pick(x, y); return { x: uv.x, y: uv.y }; }, spot);
+  await page.locator("select", { hasText: "spout" }).selectOption("brush");
+  await page.mouse.move(spot.x, spot.y);
+  await page.mouse.down();
+  await until(page, (end) => window.patinate.status().iteration >= end, from + 15);
+  await page.mouse.move(spot.x + 30, spot.y, { steps: 3 });
+  await page.mouse.up();
+  await until(page, () => window.patinate.status().running === false);
+  assert.notEqual(await same_planes(), start);
+  assert.ok((await overlay_at(uv)) > 0, "painted");
+  await page.keyboard.press("p");
+  await page.keyboard.press("Control+z");
+  await until(page, (end) => window.patinate.status().iteration === end, from);
+  assert.equal(await same_planes(), start);
+});
+
+test("post-controls recompose at once and simulate nothing", async () => {
+  const start = await same_planes();
+  const from = await iteration();
+  await in_page(() => window.patinate.send("looks", { looks: { water: { strength: 2.5 } } }));
+  assert.notEqual(await same_planes(), start);
+  assert.equal(await iteration(), from);
+});
+
+test("two browsers see the same scene", async () => {
+  const second = await new_page(context);
+  await open_place(second, server, "wall/scene.json");
+  await scene_is_ready(second);
+  await until(second, () => window.patinate.status()?.clients === 2);
+  await run_for(5);
+  assert.equal(await same_planes(second), await same_planes(page));
+  assert.deepEqual(second.problems, []);
+  await second.close();
+});
+
+test("an export has a GLB that the Khronos validator accepts", async () => {
+  await page.getByRole("button", { name: "Export" }).click();
+  await page.locator("dialog input[type=text]").fill("exported");
+  await page.locator("dialog").getByRole("button", { name: "Save" }).click();
+  await page.waitForSelector("dialog", { state: "detached" });
+  const { glb } = Object.fromEntries(await Promise.all(["model.glb"].map(async (f) => ["glb", join(folder, "exported", f)])));
+  assert.ok((await stat(glb)).size > 1000);
+  const validator = fileURLToPath(new URL("../gltf/", import.meta.url));
+  if (existsSync(join(validator, "node_modules"))) execFileSync(process.execPath, [join(validator, "validate.mjs"), glb]);
+});
+
+test("when the server was killed and started again, the page comes back", async () => {
+  const { port } = server;
+  await server.kill();
+  await page.waitForSelector(".banner:not([hidden])");
+  assert.match(await page.locator(".banner").textContent(), /connection is lost/);
+  server = await serve(program, folder, port);
+  // A new start has a new token: opening its address gives this browser the new cookie.
+  const other = await new_page(context);
+  await other.goto(server.address);
+  await other.close();
+  await page.waitForSelector(".banner", { state: "hidden" });
+  await until(page, () => window.patinate.status()?.iteration === 0);
+  await run_for(5);
+  await same_planes();
+});
+
+test("nothing went wrong unseen", () => {
+  assert.deepEqual(page.problems, []);
+});

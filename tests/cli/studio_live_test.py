@@ -343,7 +343,7 @@ class Live(unittest.TestCase):
             client.socket.send({**request, "id": 99})
             client.until(lambda: 99 in client.answers)
             self.assertEqual(client.answers.pop(99)["type"], "error", request)
-        for garbage in (b"", b"{", b"[]", b"null", b"[" * 5000):
+        for garbage in (b"", b"{", b"[]", b"null", b"[" * 5000, b'{"op":"x","id":' + b"[" * 200_000 + b"]" * 200_000 + b"}"):
             client.socket.send(garbage)
         self.assertEqual(client.scene["exchange"]["ratio"], 0.4)
         client.step(1)

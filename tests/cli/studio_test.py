@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """patinate studio as a browser sees it: who may ask, places, histories and transfers. Usage: studio_test.py PATINATE [unittest arguments]"""
+import base64
 import json
 import pathlib
 import shutil
@@ -232,6 +233,56 @@ class Studio(unittest.TestCase):
         self.assertEqual((status, json.loads(data)["format"]), (200, "patinate.history"))
         self.assertIn("sandbox", headers["content-security-policy"])
         self.assertEqual(self.status("/api/file?place=urn/mesh.obj&path=mesh.obj"), 200)
+
+    # Without a server.
+
+    def session_of(self, page):
+        text = page.split("window.PATINATE_SESSION=", 1)[1].split(";\n</script>", 1)[0]
+        self.assertNotIn("<", text)  # nothing in it ends or begins an element of the page
+        return json.loads(text)
+
+    def test_a_session_is_one_page_with_the_servers_answers(self):
+        if b"studio.js" not in self.server.request("/")[2]:
+            self.skipTest("built without the client")
+        body = json.dumps({"place": "aged", "times": [0, 11], "size": 32, "view": {"time": 11, "note": "</script><script>alert(1)"}})
+        status, headers, page = self.server.request("/api/session", method="POST", body=body)
+        self.assertEqual((status, headers["content-type"]), (200, "text/html; charset=utf-8"))
+        page = page.decode()
+        self.assertNotIn("src=\"/", page)
+        self.assertNotIn("href=\"/", page)
+        session = self.session_of(page)
+        self.assertEqual((session["place"], session["view"]["time"]), ("aged", 11))
+        for time_ in (0, 11):
+            url = f"/api/texture?place=aged&time={time_}&size=32&format=png"
+            _, asked, png = self.server.request(url)
+            self.assertEqual(base64.b64decode(session["responses"][url]["base64"]), png)
+            self.assertEqual(session["responses"][url]["headers"]["X-Hash"], asked["x-hash"])
+        self.assertEqual(base64.b64decode(session["responses"]["/api/mesh?place=aged"]["base64"]), self.server.request("/api/mesh?place=aged")[2])
+        self.assertEqual(json.loads(base64.b64decode(session["responses"]["/api/place?place=aged"]["base64"]))["kind"], "transfer")
+        self.assertIn("/api/map?place=aged&name=control:thickness&size=16", session["responses"])
+        coordinates = session["responses"]["/api/map?place=aged&name=coordinates"]
+        self.assertEqual((coordinates["headers"]["X-Width"], len(base64.b64decode(coordinates["base64"]))), ("16", 16 * 16 * 8))
+
+    def test_a_session_is_saved_without_serving(self):
+        if b"studio.js" not in self.server.request("/")[2]:
+            self.skipTest("built without the client")
+        file = self.outside / "aged.html"
+        result = self.run_in("studio", ".", "--save", str(file), "--place", "history", "--size", "24")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        session = self.session_of(file.read_text())
+        self.assertEqual(len([u for u in session["responses"] if u.startswith("/api/texture")]), 4)  # the history's frames
+        self.assertEqual(self.run_in("studio", ".", "--save", str(file), "--place", "history").returncode, 1)  # it exists
+        self.assertEqual(self.run_in("studio", "history", "--save", str(file), "--times", "3", "--force").returncode, 0)  # the folder itself
+        for wrong in (["--place", "nothing"], ["--place", "ledge/mesh.obj"], ["--place", "../secret.json"]):
+            self.assertEqual(self.run_in("studio", ".", "--save", str(self.outside / "x.html"), *wrong).returncode, 3, wrong)
+        self.assertEqual(self.run_in("studio", ".", "--save", "x.txt", "--place", "history").returncode, 2)
+        self.assertFalse((self.outside / "x.html").exists())
+
+    def test_wrong_sessions_get_a_sentence(self):
+        for body, status in (("{", 400), ("[]", 400), ("{}", 400), ('{"place": 3}', 400), ('{"place": "nothing"}', 404), ('{"place": "history", "size": 0}', 400),
+                             ('{"place": "history", "times": ["x"]}', 400), ('{"place": "ledge/mesh.obj"}', 400), ('{"place": "history", "more": 1}', 400), ("[" * 100_000, 400),
+                             ("x" * 2_000_000, 413)):
+            self.assertEqual(self.status("/api/session", method="POST", body=body), status, body[:60])
 
     # It ends.
 

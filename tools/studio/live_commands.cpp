@@ -7,6 +7,7 @@
 #include "libcommon/core/text.h"
 #include "simulation/scene/scene_json.h"
 #include "tools/studio/live_client.h"
+#include "tools/studio/outside_json.h"
 #include "tools/studio/scene_text.h"
 
 namespace patinate {
@@ -15,6 +16,7 @@ namespace {
 
 constexpr std::size_t kMostUndoBytes = std::size_t{512} << 20;
 constexpr std::size_t kMostStrokes = 50;
+constexpr std::size_t kMostUnread = std::size_t{512} << 20;
 constexpr std::int64_t kMostGammatons = 100'000;
 
 /// A member of a request, with an error that a person understands.
@@ -165,10 +167,11 @@ void LiveEngine::receive(int id, const std::string& text) {
   if (found == clients_.end()) return;
   Client& client = *found->second;
   Json request;
+  if (client.peer->num_waiting_bytes() > kMostUnread) return client.peer->close();  // asks, and does not listen
   try {
-    request = Json::parse(text);
-  } catch (const nlohmann::json::exception&) {
-    return client.peer->send_text(error_text(nullptr, "this is no JSON"));
+    request = parse_outside_json(text);
+  } catch (const InvalidInput& e) {
+    return client.peer->send_text(error_text(nullptr, e.what()));
   }
   const Json request_id = request.is_object() && request.contains("id") ? request["id"] : Json(nullptr);
   try {

@@ -16,6 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMostTasks = 10'000;
+constexpr std::size_t kMostTaskBytes = std::size_t{32} << 20;
 constexpr std::size_t kMostUnwatched = 2;
 constexpr std::chrono::milliseconds kIdle{20};
 
@@ -75,6 +76,7 @@ void LiveScene::serve(LiveEngine& engine, const std::stop_token& stop) {
       const auto wait = peers_.empty() ? std::chrono::milliseconds(1000) : kIdle;
       if (!has_more) has_task_.wait_for(lock, stop, wait, [&] { return !tasks_.empty(); });
       tasks.swap(tasks_);
+      num_task_bytes_ = 0;
     }
     for (const auto& task : tasks) task(engine);
     has_more = engine.advance(stop);
@@ -113,7 +115,8 @@ void LiveScene::leave(int client) {
 void LiveScene::receive(int client, std::string text) {
   {
     const std::lock_guard lock(mutex_);
-    if (tasks_.size() > kMostTasks) {  // asks faster than anything can be done
+    num_task_bytes_ += text.size();
+    if (tasks_.size() > kMostTasks || num_task_bytes_ > kMostTaskBytes) {  // asks faster than anything can be done
       if (const auto found = peers_.find(client); found != peers_.end()) found->second->close();
       return;
     }

@@ -44,6 +44,7 @@ class LiveScene {
   mutable std::mutex mutex_;
   std::condition_variable_any has_task_;
   std::vector<std::function<void(LiveEngine&)>> tasks_;
+  std::size_t num_task_bytes_ = 0;                       ///< Of messages that wait in them.
   std::map<int, std::shared_ptr<WebSocketPeer>> peers_;  ///< Of all clients.
   std::string problem_;                                  ///< Why it cannot run; "" while it can.
   std::jthread thread_;                                  ///< Last: it uses the others.

@@ -11,6 +11,8 @@ namespace patinate {
 
 namespace {
 
+constexpr std::size_t kMostWaitingBytes = std::size_t{16} << 20;  ///< A client that has acknowledged what it has not read yet waits.
+
 /// The range that holds all covered heights of some tiles, widened by doubling.
 ReliefRange widened(ReliefRange range, const Composer& composer, const SurfaceAtlas& surface, std::span<const TileIndex> tiles) {
   double most = 0.0;
@@ -55,7 +57,7 @@ void LiveEngine::refresh() {
 }
 
 bool LiveEngine::is_due(const Client& c) const {
-  if (!c.has_credit() || Clock::now() - c.last_update < std::chrono::duration<double>(1.0 / options_.most_updates_s)) return false;
+  if (!c.has_credit() || c.peer->num_waiting_bytes() > kMostWaitingBytes || Clock::now() - c.last_update < std::chrono::duration<double>(1.0 / options_.most_updates_s)) return false;
   if (c.wants_hash || c.shown_iteration != simulation_.iteration()) return true;
   return (c.wants_surface && !c.surface.empty()) || (c.wants_relief && !c.relief.empty()) || (!c.overlay_name.empty() && !c.overlay.empty());
 }

@@ -9,6 +9,7 @@
 #include "tools/studio/client/assets.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/routes.h"
+#include "tools/studio/session.h"
 
 namespace patinate {
 
@@ -108,6 +109,9 @@ struct Studio::Routes {
       return {.type = std::string(asset->type), .body = std::string(asset->bytes)};
     }
     if (request.method == "GET" && target.path == "/api/places") return answer_places(asked, studio.options_.version);
+    if (request.method == "POST" && target.path == "/api/session") {
+      return {.type = "text/html; charset=utf-8", .body = make_session(asked, parse_session_options(request.body))};
+    }
     if (request.method == "POST" && target.path == "/api/quit") {
       studio.quit_();
       return json_response(Json::object());
@@ -133,6 +137,11 @@ HttpResponse Studio::answer(const HttpRequest& request, const std::stop_token& g
   } catch (const std::exception& e) {
     return secured(error_response(500, e.what()));
   }
+}
+
+std::string Studio::session(const SessionOptions& options, const RunControl& control) {
+  const RequestTarget target;
+  return make_session(Asked{folder_, opened_, live_, target, control}, options);
 }
 
 std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request, std::shared_ptr<WebSocketPeer> peer) noexcept {

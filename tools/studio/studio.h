@@ -16,6 +16,8 @@
 
 namespace patinate {
 
+struct SessionOptions;
+
 struct StudioOptions {
   std::string version;
   std::string token;
@@ -34,6 +36,8 @@ class Studio {
   [[nodiscard]] HttpResponse admit(const HttpRequest& request) const;
   /// Never throws: what is wrong is an answer too.
   [[nodiscard]] HttpResponse answer(const HttpRequest& request, const std::stop_token& gone) noexcept;
+  /// POST /api/session without a server. @throws as make_session().
+  [[nodiscard]] std::string session(const SessionOptions& options, const RunControl& control);
   /// A WebSocket at /api/live. @returns nothing, after it has been told why, if its place cannot run.
   [[nodiscard]] std::shared_ptr<WebSocketListener> open(const HttpRequest& request, std::shared_ptr<WebSocketPeer> peer) noexcept;
 

@@ -1,0 +1,14 @@
+/// \file
+/// JSON that comes from a browser.
+#pragma once
+
+#include <string>
+
+#include "libcommon/core/json.h"
+
+namespace patinate {
+
+/// At most 32 levels deep: what is made of it later may recurse. @throws InvalidInput if it is no JSON, or deeper.
+[[nodiscard]] Json parse_outside_json(const std::string& text);
+
+}  // namespace patinate

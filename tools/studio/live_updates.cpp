@@ -29,7 +29,8 @@ ReliefRange widened(ReliefRange range, const Composer& composer, const SurfaceAt
 
 /// Composes what has changed and tells every client's dirty tiles.
 void LiveEngine::refresh() {
-  const Composer& composer = simulation_.compose({.on_progress = {}, .stop = {}, .num_threads = options_.num_threads});
+  const RunControl control{.on_progress = {}, .stop = {}, .num_threads = options_.num_threads};
+  const Composer& composer = simulation_.compose(control);
   const SurfaceAtlas& surface = simulation_.atlas().surface();
   std::span<const TileIndex> composed = simulation_.composed_tiles();
   const ReliefRange range = widened(relief_, composer, surface, composed);
@@ -40,7 +41,7 @@ void LiveEngine::refresh() {
     for (TileIndex t = 0; t < surface.grid().num_tiles(); ++t) all.push_back(t);
     composed = all;
   }
-  const TilePlanes::Changes changes = planes_.update(composer, layout_.showing(composed), relief_);
+  const TilePlanes::Changes changes = planes_.update(composer, layout_.showing(composed), relief_, control);
   for (const auto& [id, client] : clients_) {
     client->surface.add(changes.surface);
     client->relief.add(changes.relief);

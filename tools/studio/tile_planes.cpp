@@ -1,10 +1,11 @@
 #include "tools/studio/tile_planes.h"
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
 #include <cstring>
 
 #include "libcommon/atlas/dilate.h"
+#include "libcommon/core/parallel.h"
 
 namespace patinate {
 
@@ -87,36 +88,64 @@ std::vector<ScreenTile> ScreenLayout::showing(std::span<const TileIndex> changed
 std::size_t ScreenLayout::memory() const { return (first_source_.size() + sources_.size() + gutter_begin_.size() + gutter_tiles_.size()) * sizeof(std::uint32_t); }
 
 std::uint8_t ReliefRange::code(double height_mm) const {
-  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp((height_mm - low_mm) / (high_mm - low_mm), 0.0, 1.0)));
+  return static_cast<std::uint8_t>(255.0 * std::clamp((height_mm - low_mm) / (high_mm - low_mm), 0.0, 1.0) + 0.5);
 }
 
 TilePlanes::TilePlanes(const ScreenLayout& layout) : layout_(&layout) {
   for (std::vector<std::uint8_t>& plane : planes_) plane.assign(layout.num_tiles() * kTileBytes, 0);
 }
 
-TilePlanes::Changes TilePlanes::update(const Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range) {
-  Changes changes;
+namespace {
+
+using TileBytes = std::array<std::uint8_t, TilePlanes::kTileBytes>;
+
+/// Codes are R, G, B, specular from the lowest byte, which is how they travel.
+void read_surface(const Composer& composer, const std::array<TexelIndex, 64>& sources, TileBytes& out) {
+  static_assert(std::endian::native == std::endian::little);
   const std::span<const std::uint32_t> codes = composer.codes();
+  for (std::size_t i = 0; i < 64; ++i) {
+    const std::uint32_t code = sources[i] == kNoTexel ? 0 : codes[sources[i]];
+    std::memcpy(&out[4 * i], &code, 4);
+  }
+}
+
+void read_relief(const Composer& composer, const std::array<TexelIndex, 64>& sources, const ReliefRange& range, TileBytes& out) {
   const std::span<const std::uint8_t> normals = composer.normals();
-  for (const ScreenTile tile : tiles) {
-    const std::array<TexelIndex, 64> sources = layout_->sources(tile);
-    std::array<std::uint8_t, kTileBytes> surface{}, relief{};
-    for (std::size_t i = 0; i < 64; ++i) {
-      const TexelIndex t = sources[i];
-      if (t == kNoTexel) continue;
-      for (std::size_t c = 0; c < 4; ++c) surface[4 * i + c] = static_cast<std::uint8_t>(codes[t] >> (8 * c));
-      const std::uint8_t* normal = &normals[std::size_t{TileGrid::tile_of(t)} * 192 + t % 64];
-      for (std::size_t c = 0; c < 3; ++c) relief[4 * i + c] = normal[64 * c];
-      relief[4 * i + 3] = range.code(composer.height_mm(t));
+  for (std::size_t i = 0; i < 64; ++i) {
+    const TexelIndex t = sources[i];
+    if (t == kNoTexel) continue;
+    const std::uint8_t* normal = &normals[std::size_t{TileGrid::tile_of(t)} * 192 + t % 64];
+    for (std::size_t c = 0; c < 3; ++c) out[4 * i + c] = normal[64 * c];
+    out[4 * i + 3] = range.code(composer.height_mm(t));
+  }
+}
+
+/// @returns whether they differed.
+bool replace(std::uint8_t* old, const TileBytes& now) {
+  if (std::memcmp(old, now.data(), now.size()) == 0) return false;
+  std::memcpy(old, now.data(), now.size());
+  return true;
+}
+
+}  // namespace
+
+TilePlanes::Changes TilePlanes::update(const Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range, const RunControl& control) {
+  constexpr std::int64_t kChunk = 512;
+  std::vector<std::uint8_t> changed(tiles.size());  // bit 0: surface, bit 1: relief
+  parallel_for(static_cast<std::int64_t>(tiles.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const std::array<TexelIndex, 64> sources = layout_->sources(tiles[i]);
+      TileBytes surface{}, relief{};
+      read_surface(composer, sources, surface);
+      read_relief(composer, sources, range, relief);
+      const bool has_surface = replace(&planes_[Surface][tiles[i] * kTileBytes], surface), has_relief = replace(&planes_[Relief][tiles[i] * kTileBytes], relief);
+      changed[i] = static_cast<std::uint8_t>((has_surface ? 1 : 0) | (has_relief ? 2 : 0));
     }
-    const auto replace = [&](Plane plane, const std::array<std::uint8_t, kTileBytes>& bytes, std::vector<ScreenTile>& changed) {
-      std::uint8_t* old = &planes_[plane][tile * kTileBytes];
-      if (std::equal(bytes.begin(), bytes.end(), old)) return;
-      std::copy(bytes.begin(), bytes.end(), old);
-      changed.push_back(tile);
-    };
-    replace(Surface, surface, changes.surface);
-    replace(Relief, relief, changes.relief);
+  });
+  Changes changes;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    if ((changed[i] & 1) != 0) changes.surface.push_back(tiles[i]);
+    if ((changed[i] & 2) != 0) changes.relief.push_back(tiles[i]);
   }
   return changes;
 }

@@ -62,8 +62,8 @@ class TilePlanes {
   struct Changes {
     std::vector<ScreenTile> surface, relief;  ///< In order.
   };
-  /// Brings `tiles` up to date. Only those whose bytes have changed count.
-  [[nodiscard]] Changes update(const Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range);
+  /// Brings `tiles`, each given once, up to date. Only those whose bytes have changed count.
+  [[nodiscard]] Changes update(const Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range, const RunControl& control = {});
   [[nodiscard]] std::span<const std::uint8_t> tile(Plane plane, ScreenTile tile) const;
   /// Row by row, as a texture: width x height x 4.
   [[nodiscard]] std::string rows(Plane plane) const;

@@ -14,8 +14,8 @@ namespace patinate {
 
 namespace {
 
-constexpr std::size_t kMostUndoBytes = std::size_t{512} << 20;
-constexpr std::size_t kMostStrokes = 50;
+constexpr std::size_t kMostUndoBytes = std::size_t{192} << 20;
+constexpr std::size_t kMostStrokes = 20;
 constexpr std::size_t kMostUnread = std::size_t{512} << 20;
 constexpr std::int64_t kMostGammatons = 100'000;
 

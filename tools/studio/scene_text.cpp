@@ -116,7 +116,9 @@ SceneEvent parse_event(const Json& event_of_file, const Scene& scene, double mm_
   context.mm_per_unit = mm_per_unit;
   context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
   try {
-    return read_events(JsonReader("event", list, ""), context, scene).front();
+    std::vector<SceneEvent> events = read_events(JsonReader("event", list, ""), context, scene);
+    if (events.size() != 1) throw InvalidInput("stands for " + std::to_string(events.size()) + " events; send one at a time");
+    return std::move(events.front());
   } catch (const InvalidInput& e) {
     constexpr std::string_view kPlace = "event: /0";  // there is no file, and one event
     const std::string_view what = e.what();

@@ -280,8 +280,7 @@ class Studio(unittest.TestCase):
 
     def test_wrong_sessions_get_a_sentence(self):
         for body, status in (("{", 400), ("[]", 400), ("{}", 400), ('{"place": 3}', 400), ('{"place": "nothing"}', 404), ('{"place": "history", "size": 0}', 400),
-                             ('{"place": "history", "times": ["x"]}', 400), ('{"place": "ledge/mesh.obj"}', 400), ('{"place": "history", "more": 1}', 400), ("[" * 100_000, 400),
-                             ("x" * 2_000_000, 413)):
+                             ('{"place": "history", "times": ["x"]}', 400), ('{"place": "ledge/mesh.obj"}', 400), ('{"place": "history", "more": 1}', 400), ("[" * 100_000, 400)):
             self.assertEqual(self.status("/api/session", method="POST", body=body), status, body[:60])
 
     # It ends.

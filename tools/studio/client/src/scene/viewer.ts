@@ -33,6 +33,7 @@ export class Viewer {
   /// Of fit(), times the least distance.
   margin = 1.06;
 
+  private keeps_moving = false;
   private readonly lamp = new THREE.DirectionalLight(0xffffff, 1);
   private readonly floor: THREE.Mesh;
   private readonly environments: Environments;
@@ -100,6 +101,12 @@ export class Viewer {
     if (this.is_asked) return;
     this.is_asked = true;
     if (!this.is_drawing) requestAnimationFrame(() => this.draw());
+  }
+
+  /// While pictures keep coming, however slowly, none of them is drawn once more with all pixels.
+  set_moving(keeps_moving: boolean): void {
+    if (this.keeps_moving && !keeps_moving) this.invalidate();
+    this.keeps_moving = keeps_moving;
   }
 
   /// Everything that was asked for is on screen, with all pixels.
@@ -259,7 +266,7 @@ export class Viewer {
       return;
     }
     if (cost_ms > kSlow_ms) this.next_scale = Math.max(kLeastScale, 0.75 * this.next_scale);
-    if (this.scale === this.full_scale) return;
+    if (this.scale === this.full_scale || this.keeps_moving) return;
     this.rest_timer = window.setTimeout(() => {
       this.is_rest_frame = this.scale !== this.full_scale;
       if (this.is_rest_frame) this.invalidate();

@@ -64,6 +64,7 @@ export class SimulationView implements View, SceneContext {
   private plantlets: Plantlets | undefined;
   private has_object_nodes = false;
   private status: Status | undefined;
+  private num_steering = 0;
   private is_disposed = false;
   private readonly pace = new Pace({ run: () => void this.send("run"), pause: () => void this.send("pause"), step: (iterations) => void this.send("step", { iterations }) });
   private hash_expected: Hashes | undefined;
@@ -114,10 +115,17 @@ export class SimulationView implements View, SceneContext {
   }
 
   async send(op: string, fields: Record<string, unknown> = {}): Promise<void> {
+    const is_steering = ["run", "pause", "reset"].includes(op);
+    if (is_steering) {  // What counts is what the user wants; a status that was sent before says otherwise.
+      this.is_running = op === "run";
+      ++this.num_steering;
+    }
     try {
       await this.live.send(op, fields);
     } catch (error) {
       show_error(error);
+    } finally {
+      if (is_steering) --this.num_steering;
     }
   }
 
@@ -290,7 +298,8 @@ export class SimulationView implements View, SceneContext {
 
   private show_status(status: Status): void {
     this.status = status;
-    this.is_running = status.running || this.pace.is_pacing;
+    if (this.num_steering === 0) this.is_running = status.running || this.pace.is_pacing;
+    this.viewer.set_moving(this.is_running);
     this.run_bar.show(status, this.is_running, this.scene?.time_unit ?? "", this.planes?.num_updates ?? 0);
     this.status_panel.show(status);
     this.undo_button.disabled = status.can_undo === false;
@@ -320,6 +329,7 @@ export class SimulationView implements View, SceneContext {
     this.run_bar.show_state("no connection");
     if (this.pace.is_pacing) this.pace.stop();
     this.is_running = false;
+    this.viewer.set_moving(false);
   }
 
   // The hash is that of the state which the next update completes.

@@ -2,12 +2,21 @@
 /// A wall with sills: where rain runs off, and what it carries, makes streaks. For simulations.
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 
 #include "libcommon/core/options.h"
 #include "libcommon/geometry/mesh.h"
 
 namespace patinate {
+
+/// What happens to the wall in ledge_scene().
+enum class LedgeWeather {
+  Dust,  ///< Dust settles on the sills, and rain takes it round their edges and down the wall.
+  Soot   ///< Soot darkens everything; then it rains, and what the rain reaches is washed clean.
+};
+inline constexpr std::array<std::string_view, 2> kWeatherNames{"dust", "soot"};
 
 /// Settings of ledge().
 struct LedgeOptions {
@@ -16,6 +25,8 @@ struct LedgeOptions {
   double thickness_mm = 30.0;  ///< Of a sill's front; > 0, at most a tenth of the width.
   int num_sills = 3;           ///< [1, 6].
   int cells = 24;              ///< Squares along the wall; [1, 400].
+  int num_charts = 1;          ///< Charts that a face is cut into along its longer side, each turned by an angle of its own; [1, 24].
+  LedgeWeather weather = LedgeWeather::Dust;
 };
 
 void describe(OptionVisitor& v, LedgeOptions& o);
@@ -26,7 +37,7 @@ void describe(OptionVisitor& v, LedgeOptions& o);
 /// @throws InvalidInput
 [[nodiscard]] Mesh ledge(const LedgeOptions& options = {});
 
-/// A scene file for it (`patinate.scene`): rain from the front and above carries dirt from the ledge down the wall.
+/// A scene file for it (`patinate.scene`), by options.weather.
 [[nodiscard]] std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_file);
 
 }  // namespace patinate

@@ -120,7 +120,7 @@ double Simulation::texel_size_mm() const { return state_->surface.median_texel_s
 std::size_t Simulation::memory() const {
   const State& s = *state_;
   constexpr std::size_t kGammaton = sizeof(GammatonState) + 1 + 2 + 4 + 4 + 2 * sizeof(double) + 2 * sizeof(Vec3) + sizeof(s.cargo.mass[0]);
-  return s.atlas.memory() + s.composer.memory() + std::size_t{s.surface.grid().num_texels()} * sizeof(std::int32_t) + s.gammatons.size() * kGammaton;
+  return s.atlas.memory() + s.composer.memory() + std::size_t{s.surface.grid().num_texels()} * (sizeof(std::int32_t) + sizeof(std::uint16_t)) + s.gammatons.size() * kGammaton;
 }
 
 std::string Simulation::audit(const RunControl& control) const {

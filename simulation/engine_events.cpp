@@ -42,6 +42,12 @@ bool apply_event(const SceneEvent& event, Scene& scene) {
       *emitter = *event.emitter;
       return false;
     }
+    case Op::Switch: {
+      Emitter* emitter = find_named(scene.emitters, event.target);
+      if (!emitter) throw InvalidInput("the scene has no emitter called '" + event.target + "'");
+      emitter->is_on = event.value[0] != 0.0;
+      return false;
+    }
     case Op::Ratio: scene.exchange.ratio = event.value[0]; return false;
     case Op::Rate: {
       const auto found = std::find(scene.materials.begin(), scene.materials.end(), event.target);

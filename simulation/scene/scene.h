@@ -126,11 +126,11 @@ struct Rule {
 
 /// What an artist does while it runs.
 struct SceneEvent {
-  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behaviour };
+  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behaviour, Switch };
   std::int64_t iteration = 0;  ///< Before this one.
   Op op = Op::Move;
   std::string target;          ///< Of an object or emitter; a material for Rate.
-  Vec3 value{0, 0, 0};         ///< Position (mm), angles (deg), or a number in [0].
+  Vec3 value{0, 0, 0};         ///< Position (mm), angles (deg), or a number in [0]; Switch: 0 = off.
   std::optional<Emitter> emitter;      ///< Emitter: all of it.
   std::optional<Behaviour> behaviour;  ///< Behaviour.
 };

@@ -21,7 +21,10 @@ Vec3 read_direction(const JsonReader& json) {
   return v.normalized();
 }
 
-constexpr std::array<std::string_view, 7> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behaviour"};
+/// In the order of SceneEvent::Op; a stroke stands for several events.
+constexpr std::array<std::string_view, 9> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behaviour", "switch", "stroke"};
+constexpr int kStroke = 8;
+constexpr std::int64_t kLongestStroke = 1'000'000;
 
 std::vector<std::string> names_of(const auto& items) {
   std::vector<std::string> names;
@@ -31,6 +34,37 @@ std::vector<std::string> names_of(const auto& items) {
 
 void check_target(const JsonReader& json, const std::string& name, const std::vector<std::string>& names, const std::string& kind) {
   if (std::find(names.begin(), names.end(), name) == names.end()) json.fail("the name of " + kind + did_you_mean(name, names));
+}
+
+/// A brush's way: on at the first point, one point every `every` iterations and even steps between them, off after the last.
+void read_stroke(JsonReader json, const SceneContext& context, const Scene& scene, std::vector<SceneEvent>& events) {
+  SceneEvent event;
+  event.iteration = json.member("iteration").integer(at_least(0));
+  (void)json.member("op");
+  event.target = json.member("target").string();
+  check_target(json.member("target"), event.target, names_of(scene.emitters), "an emitter");
+  const std::int64_t every = json.has("every") ? json.member("every").integer(between(1, 1e6)) : 1;
+  std::vector<Vec3> points;
+  for (const JsonReader& point : json.member("points").elements(100'000)) points.push_back(read_vector(point) * context.mm_per_unit);
+  if (points.empty()) json.member("points").fail("at least one position");
+  if (static_cast<std::int64_t>(points.size()) * every > kLongestStroke) json.fail("at most " + std::to_string(kLongestStroke) + " iterations");
+  json.finish();
+  event.op = SceneEvent::Op::Switch;
+  event.value = Vec3(1, 0, 0);
+  events.push_back(event);
+  event.op = SceneEvent::Op::Move;
+  const std::int64_t begin = event.iteration, steps = static_cast<std::int64_t>(points.size() - 1) * every;
+  for (std::int64_t i = 0; i <= steps; ++i) {
+    const auto k = static_cast<std::size_t>(i / every);
+    const double share = static_cast<double>(i % every) / static_cast<double>(every);
+    event.iteration = begin + i;
+    event.value = share == 0.0 ? points[k] : Vec3((1.0 - share) * points[k] + share * points[k + 1]);
+    events.push_back(event);
+  }
+  event.op = SceneEvent::Op::Switch;
+  event.iteration = begin + steps + every;
+  event.value = Vec3::Zero();
+  events.push_back(event);
 }
 
 SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene& scene) {
@@ -66,6 +100,11 @@ SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene&
           json.member("emitter").fail("the same number of gammatons as before (" + std::to_string(e.gammatons) + "): the streams of the others would shift");
         }
       }
+      break;
+    case Op::Switch:
+      event.target = json.member("target").string();
+      check_target(json.member("target"), event.target, emitters, "an emitter");
+      event.value[0] = json.member("on").boolean() ? 1.0 : 0.0;
       break;
     case Op::Ratio: event.value[0] = json.member("ratio").number(between(0, 1)); break;
     case Op::Rate:
@@ -180,7 +219,10 @@ ExchangeOptions read_exchange(JsonReader json, const SceneContext& context) {
 
 std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context, const Scene& scene) {
   std::vector<SceneEvent> events;
-  for (const JsonReader& element : json.elements(1'000'000)) events.push_back(read_event(element, context, scene));
+  for (const JsonReader& element : json.elements(1'000'000)) {
+    if (JsonReader(element).member("op").choice(kOpNames) == kStroke) read_stroke(element, context, scene, events);
+    else events.push_back(read_event(element, context, scene));
+  }
   std::stable_sort(events.begin(), events.end(), [](const SceneEvent& a, const SceneEvent& b) { return a.iteration < b.iteration; });
   return events;
 }

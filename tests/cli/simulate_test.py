@@ -142,6 +142,37 @@ class Simulate(unittest.TestCase):
             self.write(f"ledge/{name}.json", scene)
             self.assertIn(said, self.run_in(["simulate", f"ledge/{name}.json", "-o", name], check=True).stderr)
 
+    def test_a_stroke_is_the_moves_that_it_stands_for(self):
+        brush = {"name": "brush", "shape": "surface", "position": [0, 500, 0], "size": [60, 60], "distance": 20, "speed": 1000, "gammatons": 100,
+                 "carries": {"dirt": 2}, "on": False}
+        a, b, middle = [-200, 600, 0], [100, 500, 0], [-50, 550, 0]
+        stroke = [{"iteration": 3, "op": "stroke", "target": "brush", "points": [a, b], "every": 2}]
+        moves = [{"iteration": 3, "op": "switch", "target": "brush", "on": True}, {"iteration": 3, "op": "move", "target": "brush", "position": a},
+                 {"iteration": 4, "op": "move", "target": "brush", "position": middle}, {"iteration": 5, "op": "move", "target": "brush", "position": b},
+                 {"iteration": 7, "op": "switch", "target": "brush", "on": False}]
+        made = {}
+        for name, events in (("stroke", stroke), ("moves", moves), ("nothing", [])):
+            scene = dict(self.scene, emitters=self.scene["emitters"] + [brush], events=events, run={"iterations": 12})
+            self.write(f"ledge/{name}.json", scene)
+            made[name] = json.loads(self.run_in(["simulate", f"ledge/{name}.json", "-o", f"painted_{name}", "--json"], check=True).stdout)
+        self.assertEqual(made["stroke"]["atlas_hash"], made["moves"]["atlas_hash"])
+        self.assertNotEqual(made["stroke"]["atlas_hash"], made["nothing"]["atlas_hash"])
+        point = {"iteration": 3, "op": "stroke", "target": "brush"}
+        for wrong, said in (({"points": []}, "points"), ({"points": [a], "every": 0}, "/every"), ({"points": [a], "target": "wall"}, "/target"),
+                            ({"points": [[1, 2]]}, "/points/0"), ({"points": [a, b], "every": 1000000}, "iterations"), ({}, "points")):
+            self.refused(lambda s: (s["emitters"].append(brush), s.update(events=[{**point, **wrong}])), 3, "/events/0", said)
+        self.refused(lambda s: s.update(events=[{"iteration": 1, "op": "switch", "target": "rain"}]), 3, "/events/0", "on")
+
+    def test_paint_fades_where_the_sky_is_open(self):
+        scene = dict(self.scene, materials=["water", "wood", "pigment", "bleached"], appearance={}, rules=[{"name": "fading", "alpha": 0.5}], run={"iterations": 24})
+        scene["objects"] = [dict(scene["objects"][0], preset="painted_wood")]
+        scene["emitters"] = [dict(scene["emitters"][0], carries={"water": 0.5})]
+        scene["exchange"] = {"rates": {"water": 0.3}}
+        self.write("ledge/paint.json", scene)
+        said = json.loads(self.run_in(["simulate", "ledge/paint.json", "-o", "faded", "--json"], check=True).stdout)
+        self.assertGreater(said["ledger"]["bleached"]["made"], 0)
+        self.assertAlmostEqual(said["ledger"]["bleached"]["made"], said["ledger"]["pigment"]["used"], places=6)
+
     def refused(self, change, code, *words):
         scene = json.loads(json.dumps(self.scene))
         change(scene)

@@ -180,6 +180,24 @@ TEST(Simulation, EventsOfTheSceneAreWhatAnArtistWouldDo) {
               "no object called 'plat'"));
 }
 
+TEST(Simulation, AnEmitterThatIsSwitchedOffEmitsNoMore) {
+  SceneEvent off;
+  off.op = SceneEvent::Op::Switch;
+  off.target = "rain";
+  Simulation simulation(plate());
+  run(simulation, 10);
+  simulation.apply(off);
+  const std::int64_t emitted = simulation.counters().emitted;
+  run(simulation, 10);
+  EXPECT_EQ(simulation.counters().emitted, emitted);
+  off.value[0] = 1.0;
+  simulation.apply(off);
+  run(simulation, 10);
+  EXPECT_GT(simulation.counters().emitted, emitted);
+  off.target = "rian";
+  EXPECT_TRUE(has(error_of([&] { simulation.apply(off); }), "no emitter called 'rian'"));
+}
+
 TEST(Simulation, DirtyTilesAreThoseThatChanged) {
   Simulation simulation(plate());
   run(simulation, 20);

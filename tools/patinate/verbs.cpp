@@ -28,7 +28,7 @@ constexpr std::array kVerbs{
     Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
     Verb{"recompose", "Gives a simulation another look without simulating again.", cmd_recompose},
     Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},
-    Verb{"synth", "Makes test data with known truth: crackle, ledge, mould, sculpture.", cmd_synth, {"crackle", "ledge", "mould", "sculpture"}},
+    Verb{"synth", "Makes test data with known truth: crackle, fence, ledge, mould, sculpture.", cmd_synth, {"crackle", "fence", "ledge", "mould", "sculpture"}},
     Verb{"info", "Says what a file or folder is.", cmd_info},
     Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
     Verb{"completion", "Prints a completion script for a shell.", cmd_completion},

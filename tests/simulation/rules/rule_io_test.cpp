@@ -34,7 +34,8 @@ TEST(RuleIo, EveryBuiltInRuleCanBeReadAndSaysWhatItIs) {
     EXPECT_EQ(asset.name, name);
     EXPECT_FALSE(asset.about.empty());
     std::vector<std::string> scene = materials;
-    if (name == "dust" || name == "fading") scene.back() = name == "dust" ? "dust" : "pigment";
+    if (name == "dust") scene.back() = "dust";
+    if (name == "fading") scene = {"pigment", "bleached"};
     EXPECT_EQ(resolve_rule(asset, scene).driver, asset.driver);
   }
 }

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "datasets_synthetic/crackle_relax.h"
 #include "datasets_synthetic/smooth_noise.h"
 #include "libcommon/core/random.h"
 
@@ -167,7 +168,7 @@ class Network {
     const double wander = static_cast<double>(field_.unsteadiness.at(x, y));
     double change = (0.022 + 0.13 * wander * wander) * std::sqrt(kStep) * random.normal();
     change -= (0.012 + 0.05 * wander) * kStep * wrapped(heading - base);
-    const double radius = 0.42 * spacing(x, y);
+    const double radius = (0.2 + 0.22 * wander * wander) * spacing(x, y);  // Thick paint: straight, and turning late.
     if (distance < radius && distance > 0.0) {
       const double gx = slope(x + 1, y, x - 1, y), gy = slope(x, y + 1, x, y - 1);
       const double toward = -(gx * std::cos(heading) + gy * std::sin(heading));
@@ -301,7 +302,10 @@ std::vector<Crack> grow_cracks(const CrackleField& field, double grain, std::uin
   }
   const double first = ratios.empty() ? 1.0 : std::log(ratios.front());
   for (const double r : ratios) onset.push_back(first > 0.0 ? 1.0 - std::log(r) / first : 1.0);
-  add_dead_ends(network, seed, cracks, ends_on);
+  relax_junctions(field, seed, ends_on, cracks);
+  Network relaxed(field, grain, seed);
+  for (std::size_t k = 0; k < cracks.size(); ++k) relaxed.add(cracks[k].points_px, static_cast<int>(k));
+  add_dead_ends(relaxed, seed, cracks, ends_on);
   onset.resize(cracks.size(), 1.0);
   return cracks;
 }

@@ -12,6 +12,7 @@ namespace patinate {
 struct CrackleField {
   ImageF spacing_px;    ///< Crack spacing that the local thickness asks for; > 0.
   ImageF unsteadiness;  ///< [0, 1]; 1 = cracks wander most.
+  ImageF at_once;       ///< [0, 1]; 0 = cracks come one by one, 1 = at once.
 };
 
 /// Grows cracks until none fits any more; start times are left at 0, `onset` gets the time of each as a share of the

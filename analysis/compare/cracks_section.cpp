@@ -83,6 +83,46 @@ void add_side(const Cracks& c, const std::string& side, const std::string& unit,
   add("junction_angle", "Mean angle between cracks (90: one ends on another; 120: three meet evenly)", "degrees", mean(c.angles), "no junction can be followed");
 }
 
+/// The same figures where a control is below and above its median: does the pattern follow it?
+void add_halves(const TextureSeries& series, const ColorStack& stack, const Cracks& c, const std::string& side, const std::string& unit, Section& section) {
+  for (const ControlParameter& control : series.manifest().controls) {
+    const std::vector<float> values = control_at(series, control.name, stack);
+    if (values.empty()) continue;
+    ImageF at(stack.width, stack.height);
+    std::vector<float> sorted = values;
+    for (std::size_t i = 0; i < values.size(); ++i) at.data()[stack.texels[i]] = values[i];
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    for (const bool is_high : {false, true}) {
+      const auto is_here = [&](const auto& part) { return (at.at(static_cast<int>(std::lround(part.x)), static_cast<int>(std::lround(part.y))) >= *middle) == is_high; };
+      std::vector<double> cells, angles, waves;
+      for (const CrackCell& cell : c.network.cells) {
+        if (is_here(cell)) cells.push_back(cell.area_px * c.pixel * c.pixel);
+      }
+      for (const CrackJunction& j : c.network.junctions) {
+        if (is_here(j)) angles.push_back(j.angle_deg());
+      }
+      for (const CrackSegment& s : c.network.segments) {
+        if (is_here(s)) waves.push_back(s.waviness);
+      }
+      std::sort(cells.begin(), cells.end());
+      const auto mean = [](const std::vector<double>& list) -> std::optional<double> {
+        if (list.empty()) return std::nullopt;
+        double sum = 0.0;
+        for (const double v : list) sum += v;
+        return sum / static_cast<double>(list.size());
+      };
+      const std::string suffix = "_" + control.name + (is_high ? "_high_" : "_low_") + (side == "A" ? "a" : "b"), where = " of " + side + " where " + control.name + " is " + (is_high ? "high" : "low");
+      const auto add = [&](const std::string& name, const std::string& title, const std::string& of, std::optional<double> value, const std::string& why) {
+        section.figures.push_back({.name = name + suffix, .title = title + where, .unit = of, .value = value, .undefined = value ? "" : why});
+      };
+      add("cell_area", "Median cell", unit + "^2", cells.empty() ? std::nullopt : std::optional(cells[cells.size() / 2]), "no closed cell has its middle there");
+      add("junction_angle", "Mean angle between cracks", "degrees", mean(angles), "no junction there can be followed");
+      add("waviness", "Mean distance of cracks from their chords, as a share of those", "", mean(waves), "no crack there is long enough");
+    }
+  }
+}
+
 }  // namespace
 
 Section cracks_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
@@ -93,6 +133,8 @@ Section cracks_section(const ComparedPair& pair, const CompareOptions& options, 
   section.paragraphs.push_back("Dark lines at the last common time, at the compared size; cracks narrower than a pixel of it are not seen (--size).");
   add_side(a, "A", unit, section);
   add_side(b, "B", unit, section);
+  add_halves(pair.series_a, pair.a, a, "A", unit, section);
+  add_halves(pair.series_b, pair.b, b, "B", unit, section);
   const auto of = [](const Cracks& one, const Cracks& other, const std::vector<BlockValue> Cracks::*list) {
     return [&one, &other, list](const std::vector<int>& wa, const std::vector<int>& wb) {
       const std::optional<double> d = (one.*list).empty() || (other.*list).empty() ? std::nullopt : quantile_distance(one.*list, wa, other.*list, wb, 1);

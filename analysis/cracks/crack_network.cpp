@@ -12,6 +12,7 @@ namespace patinate {
 namespace {
 
 constexpr int kDx[8] = {0, 1, 1, 1, 0, -1, -1, -1}, kDy[8] = {-1, -1, 0, 1, 1, 1, 0, -1};  // Clockwise from above.
+constexpr int kJunctionReach = 2;        ///< Pixels around a junction in which its arms touch each other.
 constexpr double kSmallestCell = 16.0;
 constexpr double kRadians = std::numbers::pi / 180.0;
 
@@ -135,6 +136,25 @@ CrackJunction junction_at(const ImageU8& lines, const ImageU8& others, const std
   return junction;
 }
 
+/// @returns nothing for what is shorter than `least_px`, or closed.
+std::optional<CrackSegment> segment_of(const std::vector<Place>& pixels, double least_px) {
+  const auto farthest = [&](const Place& from) {
+    return *std::max_element(pixels.begin(), pixels.end(), [&](const Place& a, const Place& b) { return std::hypot(a.x - from.x, a.y - from.y) < std::hypot(b.x - from.x, b.y - from.y); });
+  };
+  const Place a = farthest(pixels.front()), b = farthest(a);
+  const double chord = std::hypot(b.x - a.x, b.y - a.y);
+  if (chord < least_px || static_cast<double>(pixels.size()) > 2.0 * chord) return std::nullopt;
+  CrackSegment segment{.chord_px = chord};
+  double squares = 0.0;
+  const auto n = static_cast<double>(pixels.size());
+  for (const Place& p : pixels) {
+    const double off = ((p.x - a.x) * static_cast<double>(b.y - a.y) - (p.y - a.y) * static_cast<double>(b.x - a.x)) / chord;
+    squares += off * off, segment.x += p.x / n, segment.y += p.y / n;
+  }
+  segment.waviness = std::sqrt(squares / n) / chord;
+  return segment;
+}
+
 /// Largest (or smallest) value in a square around every pixel, inside the mask.
 ImageF extreme(const ImageF& in, const ImageU8& mask, int reach, bool is_largest) {
   const float none = is_largest ? -1e30f : 1e30f;
@@ -255,6 +275,21 @@ CrackNetwork measure_cracks(const ImageU8& cracks, const ImageU8& mask, double a
   for (std::size_t k = 0; k < centres.size(); ++k) {
     CrackJunction junction = junction_at(lines, junctions, groups[k], centres[k], arm_px);
     if (junction.arms_deg.size() >= 3) network.junctions.push_back(std::move(junction));
+  }
+  // Around a junction its arms touch each other.
+  ImageU8 between = lines;
+  for (int y = 0; y < lines.height(); ++y) {
+    for (int x = 0; x < lines.width(); ++x) {
+      if (junctions.at(x, y) == 0) continue;
+      for (int j = -kJunctionReach; j <= kJunctionReach; ++j) {
+        for (int i = -kJunctionReach; i <= kJunctionReach; ++i) {
+          if (between.contains(x + i, y + j)) between.at(x + i, y + j) = 0;
+        }
+      }
+    }
+  }
+  for (const std::vector<Place>& part : parts_of(between, true)) {
+    if (const std::optional<CrackSegment> segment = segment_of(part, 2.0 * arm_px)) network.segments.push_back(*segment);
   }
   return network;
 }

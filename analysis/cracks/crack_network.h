@@ -25,12 +25,21 @@ struct CrackCell {
   double area_px = 0.0;
 };
 
+/// A crack from one junction or end to the next.
+struct CrackSegment {
+  double x = 0.0, y = 0.0;  ///< Its middle, pixels.
+  double chord_px = 0.0;    ///< From end to end.
+  double waviness = 0.0;    ///< Root mean square distance from the chord, as a share of it: 0 = straight; an arc of a sixth of a circle has 0.098.
+};
+
 struct CrackNetwork {
   double share = 0.0;                         ///< Of the surface.
   double area_px = 0.0;                       ///< Of the cracks.
   double length_px = 0.0;                     ///< Of the centre lines.
   std::vector<CrackCell> cells = {};          ///< Those that touch neither border nor outside.
   std::vector<CrackJunction> junctions = {};  ///< Those whose arms can be followed without meeting another junction.
+
+  std::vector<CrackSegment> segments = {};    ///< Those at least twice as long as an arm.
 
   /// Mean; nothing without cracks.
   [[nodiscard]] std::optional<double> width_px() const { return length_px > 0.0 ? std::optional(area_px / length_px) : std::nullopt; }

@@ -158,6 +158,54 @@ ImageU8 where(const ImageF& values, const std::function<bool(float)>& condition)
   return out;
 }
 
+TEST(CrackNetwork, WavinessOfASineIsItsAmplitudeOverTheRootOfTwo) {
+  for (const double amplitude : {0.0, 6.0, 12.0}) {
+    ImageU8 cracks(240, 80);
+    for (double x = 20.0; x <= 220.0; x += 0.2) cracks.at(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(40.0 + amplitude * std::sin((x - 20.0) * 2.0 * M_PI / 100.0)))) = 255;
+    const CrackNetwork network = measure_cracks(cracks, {}, 8.0);
+    ASSERT_EQ(network.segments.size(), 1u);
+    EXPECT_NEAR(network.segments[0].chord_px, 200.0, 1.0 + amplitude);  // Ends are where the line is farthest apart, not where it is drawn to.
+    // Pixels are 1 px wide and stand closer together where the line is steep: a tenth.
+    EXPECT_NEAR(network.segments[0].waviness, amplitude / std::sqrt(2.0) / 200.0, 0.15 * amplitude / 200.0 + 0.002);
+  }
+}
+
+struct HalfOfCracks {
+  double cell = 0.0, angle = 0.0, waviness = 0.0;
+};
+HalfOfCracks half_of(const CrackNetwork& n) {
+  HalfOfCracks half{.cell = mean_cell(n), .angle = mean_angle(n)};
+  for (const CrackSegment& s : n.segments) half.waviness += s.waviness / static_cast<double>(n.segments.size());
+  return half;
+}
+
+TEST(CrackNetwork, PaintCrackleMeetsAtOneHundredAndTwentyDegreesWhereItIsThinAndAtNinetyWhereThick) {
+  // The paper's other claim: thin paint has wavy cracks that meet evenly, thick paint straight ones that end on each other. At 0.06 mm a pixel, arms of 10 px.
+  CrackleOptions options{.width = 700, .height = 700, .texel_size_mm = 0.06, .thickness_max_mm = 0.30};
+  for (const double simultaneity : {1.0, 0.0}) {
+    options.simultaneity = simultaneity;
+    const CrackleDataset data = crackle(options);
+    ImageU8 cracks(700, 700);
+    for (const Crack& crack : data.cracks) {
+      for (const auto& p : crack.points_px) {
+        const int x = static_cast<int>(std::lround(p[0])), y = static_cast<int>(std::lround(p[1]));
+        if (cracks.contains(x, y) && !crack.is_dead_end) cracks.at(x, y) = 255;
+      }
+    }
+    const HalfOfCracks thin = half_of(measure_cracks(cracks, where(data.thickness_mm, [](float h) { return h < 0.16f; }), 10.0));
+    const HalfOfCracks thick = half_of(measure_cracks(cracks, where(data.thickness_mm, [](float h) { return h > 0.24f; }), 10.0));
+    EXPECT_GT(thick.cell, 2.0 * thin.cell);
+    EXPECT_NEAR(thick.angle, 90.0, 6.0);
+    if (simultaneity == 0.0) {
+      EXPECT_LT(thin.angle, 100.0);
+      continue;
+    }
+    // Evenly meeting cracks lose some of their 120 degrees to noise, as the mean leaves out the largest angle: borders of random Voronoi cells have 106.
+    EXPECT_NEAR(thin.angle, 106.0, 4.0);
+    EXPECT_GT(thin.waviness, 1.1 * thick.waviness);
+  }
+}
+
 TEST(CrackNetwork, PaintCrackleIsLargeAndSquareWhereItIsThickAndSmallWhereThin) {
   // The paper's claim, on the generator's own cracks: cell size goes with thickness squared, later cracks end on earlier ones.
   CrackleOptions options;

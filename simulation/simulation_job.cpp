@@ -56,10 +56,6 @@ struct SimulationWork {
   }
 };
 
-[[nodiscard]] bool is_frame(const SceneFile& file, std::int64_t iteration) {
-  return iteration % file.history_every == 0 || iteration == file.iterations;
-}
-
 [[nodiscard]] int frame_index(const SceneFile& file, std::int64_t iteration) {
   return static_cast<int>((iteration + file.history_every - 1) / file.history_every);
 }
@@ -85,19 +81,13 @@ HistoryManifest history_manifest(const SimulationWork& work, const Simulation& s
   return m;
 }
 
-[[nodiscard]] double time_of(const SceneFile& file, std::int64_t iteration) {
-  // An instant scene still has frames in order.
-  const double per_iteration = file.scene.time_per_iteration > 0.0 ? file.scene.time_per_iteration : 1.0;
-  return rounded(static_cast<double>(iteration) * per_iteration, 12);
-}
-
 JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begin, std::int64_t end, int stage) {
   JobItem item;
   std::string number = std::to_string(end);
   number.insert(0, number.size() < 8 ? 8 - number.size() : 0, '0');
   item.name = "iterations-" + number;
   item.stage = stage;
-  const bool has_frame = is_frame(work->file, end);
+  const bool has_frame = work->file.is_frame(end);
   if (has_frame) item.outputs = {fs::path("history") / HistoryWriter::frame_file(frame_index(work->file, end))};
   item.run = [work, begin, end, has_frame](const fs::path& folder, const RunControl& control) {
     Simulation& simulation = work->at(begin, end, folder, control);
@@ -110,7 +100,7 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
     }
     if (has_frame) {
       HistoryWriter writer(folder / "history", history_manifest(*work, simulation));
-      writer.write_frame(frame_index(work->file, end), time_of(work->file, end), simulation.compose(quiet).color_linear());
+      writer.write_frame(frame_index(work->file, end), work->file.frame_time(end), simulation.compose(quiet).color_linear());
     }
     work->save(folder);
     control.report(1.0);
@@ -140,7 +130,7 @@ void write_history(const SimulationWork& work, const Simulation& simulation, con
                    const std::vector<ParameterControl>& controls) {
   HistoryWriter writer(folder / "history", history_manifest(work, simulation));
   for (const std::int64_t end : item_ends(work.file)) {
-    if (is_frame(work.file, end)) writer.add_written_frame(frame_index(work.file, end), time_of(work.file, end));
+    if (work.file.is_frame(end)) writer.add_written_frame(frame_index(work.file, end), work.file.frame_time(end));
   }
   for (const ParameterControl& c : controls) {
     ImageF physical = c.values;
@@ -178,7 +168,7 @@ void join(SimulationWork& work, const fs::path& folder, const fs::path& output, 
             {"name", file.name},
             {"scene", scene.string()},
             {"iterations", file.iterations},
-            {"time", time_of(file, file.iterations)},
+            {"time", file.frame_time(file.iterations)},
             {"time_unit", time_unit_text(file.time_unit)},
             {"resolution", file.scene.resolution},
             {"texel_size_mm", simulation.texel_size_mm()},

@@ -76,35 +76,34 @@ ImageF ColorStack::rgb_image(std::size_t time, float outside) const {
   return out;
 }
 
-StackSize stack_size(const TextureSeries& series, int size) {
-  const int longer = std::max(series.width(), series.height());
-  if (size <= 0 || longer <= size) return {series.width(), series.height()};
+StackSize stack_size(int width, int height, int size) {
+  const int longer = std::max(width, height);
+  if (size <= 0 || longer <= size) return {width, height};
   const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(static_cast<double>(side) * size / longer))); };
-  return {scaled(series.width()), scaled(series.height())};
+  return {scaled(width), scaled(height)};
 }
 
-ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size, const RunControl& control) {
+StackSize stack_size(const TextureSeries& series, int size) { return stack_size(series.width(), series.height(), size); }
+
+ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled, const RunControl& control) {
   if (times.empty()) throw InvalidInput("colour stack: there is no time");
-  const StackSize scaled = stack_size(series, size);
-  const ImageU8 mask = common_mask(series, times), whole = series.mask(times.front());
+  const ImageU8& mask = source.mask;
   const ImageF coverage = coverage_of(mask, scaled);
   ColorStack stack;
   stack.width = scaled.width;
   stack.height = scaled.height;
   stack.times = times;
-  if (series.pixel_mm()) stack.pixel_mm = *series.pixel_mm() * series.width() / scaled.width;
+  if (source.pixel_mm) stack.pixel_mm = *source.pixel_mm * mask.width() / scaled.width;
   for (std::int64_t i = 0; i < coverage.num_pixels(); ++i) {
     if (coverage.data()[i] >= 0.5f) stack.texels.push_back(static_cast<std::uint32_t>(i));
   }
-  if (stack.texels.empty()) throw InvalidInput(series.name() + ": no texel shows the surface at all of the compared times");
-  const auto inside = [](const ImageU8& m) { return static_cast<double>(std::count_if(m.values().begin(), m.values().end(), [](std::uint8_t v) { return v != 0; })); };
-  stack.seen_share = inside(mask) / std::max(1.0, inside(whole));
+  if (stack.texels.empty()) throw InvalidInput(source.name + ": no texel shows the surface at all of the compared times");
   const std::size_t n = stack.num_texels();
   stack.rgb.resize(3 * n * times.size());
   stack.lab.resize(stack.rgb.size());
   parallel_for(static_cast<std::int64_t>(times.size()), 1, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-      const ImageF frame = reduced(series.sample(times[t]), mask, coverage);
+      const ImageF frame = reduced(source.sample(times[t]), mask, coverage);
       for (std::size_t i = 0; i < n; ++i) {
         const float* from = frame.data() + 3 * std::size_t{stack.texels[i]};
         float* rgb = stack.rgb.data() + 3 * (t * n + i);
@@ -118,13 +117,25 @@ ColorStack load_stack(const TextureSeries& series, const std::vector<double>& ti
   return stack;
 }
 
-std::vector<float> control_at(const TextureSeries& series, const std::string& name, const ColorStack& stack) {
-  const ImageU8 mask = common_mask(series, stack.times);
-  const ImageF values = reduced(series.control(name), mask, coverage_of(mask, {stack.width, stack.height}));
+ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size, const RunControl& control) {
+  if (times.empty()) throw InvalidInput("colour stack: there is no time");
+  SurfaceSource source{.name = series.name(), .mask = common_mask(series, times), .pixel_mm = series.pixel_mm(), .sample = [&series](double time) { return series.sample(time); }};
+  ColorStack stack = make_stack(source, times, stack_size(series, size), control);
+  const auto inside = [](const ImageU8& m) { return static_cast<double>(std::count_if(m.values().begin(), m.values().end(), [](std::uint8_t v) { return v != 0; })); };
+  stack.seen_share = inside(source.mask) / std::max(1.0, inside(series.mask(times.front())));
+  return stack;
+}
+
+std::vector<float> values_at(const ImageF& values, const ImageU8& mask, const ColorStack& stack) {
+  const ImageF scaled = reduced(values, mask, coverage_of(mask, {stack.width, stack.height}));
   std::vector<float> out;
   out.reserve(stack.num_texels());
-  for (std::uint32_t t : stack.texels) out.push_back(values.data()[t]);
+  for (std::uint32_t t : stack.texels) out.push_back(scaled.data()[t]);
   return out;
+}
+
+std::vector<float> control_at(const TextureSeries& series, const std::string& name, const ColorStack& stack) {
+  return values_at(series.control(name), common_mask(series, stack.times), stack);
 }
 
 ColorStack restricted(const ColorStack& stack, const std::vector<std::uint32_t>& kept) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -48,6 +49,20 @@ struct StackSize {
 /// @param times  Not empty, of the series' unit; clamped to its ends.
 /// @throws InvalidInput if no texel is left. Cost: two frames read a time; memory 24 B x T x N. Same bits for any number of threads.
 [[nodiscard]] ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size, const RunControl& control = {});
+
+/// A surface whose colours come from anywhere.
+struct SurfaceSource {
+  std::string name = {};
+  ImageU8 mask = {};                                    ///< 255 where all of the times show it.
+  std::optional<double> pixel_mm = {};
+  std::function<ImageF(double time)> sample = {};       ///< H x W x 3, linear, of the mask's size; called by several threads.
+};
+/// The same of any source. @param scaled  Of the stack.
+[[nodiscard]] ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled, const RunControl& control = {});
+/// Size of a stack whose longer side has at most `size` pixels (0: as it is).
+[[nodiscard]] StackSize stack_size(int width, int height, int size);
+/// A map of a source's size at the stack's texels. @param mask  The source's.
+[[nodiscard]] std::vector<float> values_at(const ImageF& values, const ImageU8& mask, const ColorStack& stack);
 
 /// A control of the series at the stack's texels, in [0, 1]. @throws InvalidInput if there is no such control.
 [[nodiscard]] std::vector<float> control_at(const TextureSeries& series, const std::string& name, const ColorStack& stack);

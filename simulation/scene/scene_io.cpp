@@ -68,10 +68,22 @@ std::vector<MaterialLook> read_looks(JsonReader& json, const Json& root, const S
   return looks;
 }
 
+/// What `read` gives, or gave before under this key.
+template <class T, class Read>
+T asset(std::mutex& mutex, std::map<std::string, T>& assets, const std::string& key, Read&& read) {
+  {
+    const std::scoped_lock lock(mutex);
+    if (const auto found = assets.find(key); found != assets.end()) return found->second;
+  }
+  T value = read();
+  const std::scoped_lock lock(mutex);
+  return assets.try_emplace(key, std::move(value)).first->second;
+}
+
 class ObjectReader {
  public:
-  ObjectReader(SceneFile& file, const SceneContext& context, std::map<std::string, Preset> presets, AtlasMethod method)
-      : file_(file), context_(context), presets_(std::move(presets)), method_(method) {}
+  ObjectReader(SceneFile& file, const SceneContext& context, std::map<std::string, Preset> presets, AtlasMethod method, SceneAssets& assets)
+      : file_(file), context_(context), presets_(std::move(presets)), method_(method), assets_(assets) {}
 
   [[nodiscard]] SceneObject read(JsonReader json, const RunControl& control) {
     SceneObject object;
@@ -108,6 +120,12 @@ class ObjectReader {
     file_.inputs.emplace_back("mesh of " + name, path);
     const std::string node = json.has("node") ? json.member("node").string() : "";
     const std::string material = json.has("material") ? json.member("material").string() : "";
+    const std::string key = path.string() + "|" + node + "|" + material + "|" + std::to_string(static_cast<int>(method_)) + "|" + std::to_string(file_.scene.resolution) + "|" +
+                            number_text(context_.mm_per_unit);
+    return asset(assets_.mutex, assets_.meshes, key, [&] { return laid_out_mesh(path, name, node, material, control); });
+  }
+
+  [[nodiscard]] Mesh laid_out_mesh(const fs::path& path, const std::string& name, const std::string& node, const std::string& material, const RunControl& control) {
     try {
       Mesh mesh = read_mesh(path);
       if (!node.empty() || !material.empty()) mesh = select_surfaces(mesh, node, material);
@@ -137,6 +155,7 @@ class ObjectReader {
   const SceneContext& context_;
   std::map<std::string, Preset> presets_;
   AtlasMethod method_;
+  SceneAssets& assets_;
 };
 
 AtlasMethod read_atlas(JsonReader json, Scene& scene) {
@@ -194,11 +213,20 @@ std::vector<std::string> parameter_map_names(const std::vector<std::string>& mat
   return names;
 }
 
+double SceneFile::frame_time(std::int64_t iteration) const {
+  const double per_iteration = scene.time_per_iteration > 0.0 ? scene.time_per_iteration : 1.0;
+  return rounded(static_cast<double>(iteration) * per_iteration, 12);
+}
+
 SceneFile read_scene(const fs::path& path, const RunControl& control) {
+  SceneAssets assets;
+  return read_scene(path, load_json(path), assets, control);
+}
+
+SceneFile read_scene(const fs::path& path, const Json& root, SceneAssets& assets, const RunControl& control) {
   SceneFile file;
   file.file = path;
   file.name = path.stem().string();
-  const Json root = load_json(path);
   JsonReader json(path.string(), root);
   json.expect_format("patinate.scene", 1);
   Scene& scene = file.scene;
@@ -207,10 +235,10 @@ SceneFile read_scene(const fs::path& path, const RunControl& control) {
   SceneContext context;
   context.materials = scene.materials;
   context.mm_per_unit = file.mm_per_unit;
-  context.read_picture = [&file](const JsonReader& reader, int num_channels) {
+  context.read_picture = [&file, &assets](const JsonReader& reader, int num_channels) {
     const fs::path picture = reader.path();
     file.inputs.emplace_back(reader.pointer(), picture);
-    return num_channels == 3 ? read_color(picture) : read_gray(picture);
+    return asset(assets.mutex, assets.pictures, std::to_string(num_channels) + picture.string(), [&] { return num_channels == 3 ? read_color(picture) : read_gray(picture); });
   };
   if (json.has("gravity")) {
     const std::vector<double> g = json.member("gravity").numbers(3);
@@ -222,7 +250,7 @@ SceneFile read_scene(const fs::path& path, const RunControl& control) {
   std::map<std::string, Preset> presets = library_presets(context);
   for (auto& [name, member] : read_members(json, root, "presets")) presets[name] = read_preset(member, context, false);
 
-  ObjectReader objects(file, context, std::move(presets), method);
+  ObjectReader objects(file, context, std::move(presets), method, assets);
   const JsonReader object_list = json.member("objects");
   const std::vector<JsonReader> elements = object_list.elements(kMaxObjects);
   for (std::size_t i = 0; i < elements.size(); ++i) {

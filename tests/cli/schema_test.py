@@ -22,7 +22,7 @@ SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
-         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json"}
+         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -41,6 +41,13 @@ def setUpModule():
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
                       ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorise", "history", "--times", "24", "-o", "factors"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
+    (WORK / "ranges.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}],
+                                                  "objective": {"mean_color": 1}}))
+    subprocess.run([PATINATE, "simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "fitted_to"], cwd=WORK, capture_output=True, check=True)
+    scene = json.loads((WORK / "ledge/scene.json").read_text())
+    scene["atlas"], scene["run"] = {"resolution": 64}, {"iterations": 4}
+    (WORK / "ledge/short.json").write_text(json.dumps(scene))
+    subprocess.run([PATINATE, "fit", "ledge/short.json", "fitted_to", "--parameters", "ranges.json", "--evaluations", "13", "--scan", "2", "--seeds", "1", "-o", "fitted"], cwd=WORK, capture_output=True, check=True)
     # Three photographs of the plate, as if lamps stood around it.
     (WORK / "stereo").mkdir()
     (WORK / "stereo/step.json").write_text(json.dumps({

@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_job.h"
+#include "analysis/fit/fit_job.h"
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/relit_project.h"
 #include "libcommon/atlas/uv_layout.h"
@@ -111,6 +112,22 @@ Facts factorization_facts(const std::filesystem::path& path) {
   return facts;
 }
 
+Facts fit_facts(const std::filesystem::path& path) {
+  const FitManifest m = read_fit_manifest(path);
+  Facts facts("fit");
+  facts.add("model", m.model);
+  facts.add("history", m.history);
+  facts.add("objective", Json{m.objective_before, m.objective_after}, short_number_text(rounded(m.objective_before, 4)) + " before, " + short_number_text(rounded(m.objective_after, 4)) + " after");
+  facts.add("evaluations", static_cast<std::int64_t>(m.evaluations));
+  facts.add("converged", m.is_converged, m.is_converged ? "yes" : "no");
+  for (std::size_t i = 0; i < m.parameters.size(); ++i) {
+    facts.add(m.parameters[i], Json{{"initial", m.initial[i]}, {"best", m.best[i]}, {"verdict", m.verdicts[i]}},
+              short_number_text(rounded(m.initial[i], 4)) + " -> " + short_number_text(rounded(m.best[i], 4)) + "; " + m.verdicts[i]);
+  }
+  facts.add("key", m.key);
+  return facts;
+}
+
 Facts relit_facts(const RelitProject& project) {
   Facts facts("capture");
   facts.add("name", project.name);
@@ -199,6 +216,7 @@ Facts facts_of(const std::filesystem::path& path) {
     case PathKind::Calibration: return calibration_facts(path);
     case PathKind::Simulation: return simulation_facts(path);
     case PathKind::Factorization: return factorization_facts(path);
+    case PathKind::Fit: return fit_facts(path);
     case PathKind::Mesh: return mesh_facts(path);
     case PathKind::Image: return image_facts(path);
   }
@@ -209,7 +227,7 @@ Facts facts_of(const std::filesystem::path& path) {
 
 int cmd_info(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
   CurvesArgument curves;
   curves.declare(run.line);
   StatsArgument stats;

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_job.h"
+#include "analysis/fit/fit_job.h"
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/relit_project.h"
 #include "libcommon/core/error.h"
@@ -112,6 +113,13 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
       for (const char* name : {"base", "gain"}) checks.run([&] { (void)read_channels(manifest_folder(path, kFactorizationManifestFile) / "maps" / (std::string(name) + ".exr"), {"R", "G", "B"}); });
       return check_history(m.history, checks, control);
     }
+    case PathKind::Fit: {
+      const std::filesystem::path folder = manifest_folder(path, kFitReportFile);
+      (void)read_fit_manifest(path);
+      checks.run([&] { (void)read_scene(folder / "scene.json", control); });
+      checks.run([&] { check_history(folder / "before", checks, control); });
+      return checks.run([&] { check_history(folder / "after", checks, control); });
+    }
     case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
     case PathKind::Image: return checks.run([&] { (void)read_color(path); });
   }
@@ -121,7 +129,7 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 
 int cmd_validate(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, simulation, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
   run.line.without({"seed", "force", "dry_run"});
   run.line.example("validate copper");
   if (!run.parse()) return 0;

@@ -29,6 +29,7 @@ constexpr std::array kManifests{Manifest{"history.json", "patinate.history", Pat
                                 Manifest{"registration.json", "patinate.registration", PathKind::Registration},
                                 Manifest{"unlight.json", "patinate.unlit", PathKind::Unlit},
                                 Manifest{"factorization.json", "patinate.factorization", PathKind::Factorization},
+                                Manifest{"report.json", "patinate.fit", PathKind::Fit},
                                 Manifest{"", "patinate.calibration", PathKind::Calibration}};
 constexpr std::array<std::string_view, 4> kMeshExtensions{".obj", ".ply", ".gltf", ".glb"};
 
@@ -41,7 +42,7 @@ PathKind kind_of_json(const fs::path& path) {
     if (m.format == format) return m.kind;
   }
   throw IoError(path.string(), "/format: found \"" + format +
-                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", \"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\", \"patinate.factorization\" or \"patinate.calibration\"");
+                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", \"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\", \"patinate.factorization\", \"patinate.fit\" or \"patinate.calibration\"");
 }
 
 /// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
@@ -78,9 +79,10 @@ PathKind kind_of(const fs::path& path) {
   require_exists(path);
   if (fs::is_directory(path, error)) {
     for (const Manifest& m : kManifests) {
-      if (!m.file.empty() && fs::exists(path / m.file, error)) return m.kind;
+      if (m.file.empty() || !fs::exists(path / m.file, error)) continue;
+      return m.kind == PathKind::Fit ? kind_of_json(path / m.file) : m.kind;  // Others write a report.json too.
     }
-    throw IoError(path.string(), "holds no history.json, transfer.json, capture.json, simulation.json, registration.json, unlight.json or factorization.json");
+    throw IoError(path.string(), "holds no history.json, transfer.json, capture.json, simulation.json, registration.json, unlight.json, factorization.json or report.json");
   }
   const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);

@@ -26,6 +26,7 @@ constexpr std::array kVerbs{
     Verb{"compare", "Says how alike two histories age: figures, maps and curves on one page.", cmd_compare},
     Verb{"factorise", "Takes a history apart: one curve over time, and maps of gain, base, rate and offset.", cmd_factorise},
     Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
+    Verb{"fit", "Finds a scene's numbers that age it as a history does.", cmd_fit},
     Verb{"recompose", "Gives a simulation another look without simulating again.", cmd_recompose},
     Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},
     Verb{"synth", "Makes test data with known truth: crackle, fence, ledge, mould, sculpture.", cmd_synth, {"crackle", "fence", "ledge", "mould", "sculpture"}},

@@ -1,0 +1,408 @@
+#include "analysis/fit/fit_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "analysis/compare/sections.h"
+#include "analysis/fit/determined.h"
+#include "analysis/fit/fit_report.h"
+#include "analysis/fit/fit_search.h"
+#include "analysis/report/report_page.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kStageVersion = 1;        ///< Raised when the same input gives other values.
+constexpr int kEvaluationsPerParameter = 60;
+constexpr double kFlatness = 1e-3;               ///< Delta E or per cent: smaller differences are not searched for.
+constexpr double kSmallestLookStep = 0.05;       ///< Of the search for a look, however narrow the outer one has become.
+constexpr double kScanLookStep = 0.1;             ///< Of the search for a look beside the best.
+constexpr std::uint64_t kScanItems = 1u << 18;   ///< Random numbers of scans, apart from those of the search.
+constexpr double kThresholdWithoutSeeds = 0.01;  ///< Share of the objective.
+
+fs::path record_file(const std::string& name) { return fs::path("evaluations") / (name + ".json"); }
+
+std::string numbered(const std::string& word, int k) {
+  std::string number = std::to_string(k);
+  number.insert(0, number.size() < 5 ? 5 - number.size() : 0, '0');
+  return word + "-" + number;
+}
+
+/// What items share; finished evaluations are read once.
+class Work {
+ public:
+  explicit Work(FitTask given) : task(std::move(given)) {
+    model.parameters = task.parameters;
+    model.age = task.age;
+    model.repeats = task.options.repeats;
+    model.flatness = kFlatness;
+    model.tolerance = task.options.tolerance;
+    model.seed = task.seed;
+    aged = model.indices(false);
+    looks = model.indices(true);
+    budget = fit_budget(task.options, aged.size(), looks.size());
+    for (const FitParameter& p : task.parameters) start.push_back(p.start);
+  }
+
+  FitTask task;
+  FitModel model;
+  std::vector<std::size_t> aged, looks;
+  FitBudget budget;
+  std::vector<double> start;
+
+  [[nodiscard]] const FitModel& ready(const RunControl& control) {
+    const std::scoped_lock lock(mutex_);
+    if (!objective_) {
+      objective_.emplace(TextureSeries(task.history), task.outline, task.terms, task.objective, control);
+      model.objective = &*objective_;
+    }
+    return model;
+  }
+
+  [[nodiscard]] int num_generations() const { return aged.empty() ? 0 : (budget.evaluations - 1) / budget.population; }
+  [[nodiscard]] std::string candidate_name(int generation, int k) const { return numbered("evaluation", 1 + generation * budget.population + k); }
+
+  /// Of a finished item.
+  FitEvaluation record(const fs::path& folder, const std::string& name) {
+    {
+      const std::scoped_lock lock(mutex_);
+      if (const auto found = records_.find(name); found != records_.end()) return found->second;
+    }
+    FitEvaluation e = read_evaluation(folder / record_file(name), task.parameters.size(), task.terms.size());
+    const std::scoped_lock lock(mutex_);
+    return records_.try_emplace(name, std::move(e)).first->second;
+  }
+
+  /// The search as it stands before a generation, from the records of those before; and the best looks up to there.
+  struct Standing {
+    Evolution evolution;
+    std::vector<double> best;  ///< Values of all parameters.
+  };
+  Standing standing(const fs::path& folder, int generation) {
+    const std::scoped_lock lock(search_mutex_);
+    if (!search_) {
+      std::vector<double> unit;
+      for (const std::size_t i : aged) unit.push_back(unit_at(task.parameters[i], start[i]));
+      search_ = Standing{Evolution(unit, {.population = budget.population, .step = task.options.step, .tolerance = task.options.tolerance, .flatness = kFlatness,
+                                          .restarts = task.options.restarts, .seed = task.seed, .purpose = 0}),
+                         start};
+      keep(record(folder, "initial"));
+    }
+    while (search_->evolution.generation() < generation && !search_->evolution.is_done()) {
+      std::vector<double> values;
+      const int g = search_->evolution.generation();
+      for (int k = 0; k < budget.population; ++k) values.push_back(keep(record(folder, candidate_name(g, k))));
+      search_->evolution.tell(values);
+    }
+    return *search_;
+  }
+
+  /// Everything that the search tried, in its order.
+  std::vector<FitEvaluation> searched(const fs::path& folder) {
+    std::vector<FitEvaluation> list{record(folder, "initial")};
+    for (int g = 0; g < num_generations(); ++g) {
+      for (int k = 0; k < budget.population; ++k) list.push_back(record(folder, candidate_name(g, k)));
+    }
+    return list;
+  }
+
+  [[nodiscard]] BoxPoint box_point(const FitPoint& p) const {
+    BoxPoint out{.at = {}, .objective = p.result.objective.value_or(std::numeric_limits<double>::infinity())};
+    for (std::size_t i = 0; i < p.values.size(); ++i) out.at.push_back(unit_at(task.parameters[i], p.values[i]));
+    return out;
+  }
+
+  /// Where the search has been, and how it slopes there.
+  struct Ground {
+    std::vector<BoxPoint> tried;
+    std::optional<Valley> valley;
+    std::string no_valley;
+  };
+  const Ground& ground(const fs::path& folder) {
+    const BoxPoint at = box_point(best(folder));
+    const std::vector<FitEvaluation> list = searched(folder);
+    const std::scoped_lock lock(search_mutex_);
+    if (ground_) return *ground_;
+    ground_.emplace();
+    for (const FitEvaluation& e : list) {
+      for (const FitPoint& p : e.points) ground_->tried.push_back(box_point(p));
+    }
+    ground_->valley = valley_of(at, ground_->tried, ground_->no_valley);
+    return *ground_;
+  }
+
+  FitPoint best(const fs::path& folder) {
+    std::optional<FitPoint> best;
+    for (const FitEvaluation& e : searched(folder)) {
+      const std::optional<std::size_t> i = e.best();
+      if (i && (!best || *e.points[*i].result.objective < *best->result.objective)) best = e.points[*i];
+    }
+    if (!best) throw InvalidInput("fit: no values give a surface that can be compared: " + record(folder, "initial").points.front().result.problem);
+    return *best;
+  }
+
+ private:
+  /// Its least objective; remembers the best.
+  double keep(const FitEvaluation& e) {
+    const std::optional<std::size_t> i = e.best();
+    const double value = i ? *e.points[*i].result.objective : std::numeric_limits<double>::infinity();
+    if (value < best_value_) {
+      best_value_ = value;
+      search_->best = e.points[*i].values;
+    }
+    return value;
+  }
+
+  std::mutex mutex_, search_mutex_;
+  std::optional<FitObjective> objective_;
+  std::map<std::string, FitEvaluation> records_;
+  std::optional<Standing> search_;
+  std::optional<Ground> ground_;
+  double best_value_ = std::numeric_limits<double>::infinity();
+};
+
+using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
+
+JobItem record_item(const std::string& name, int stage, const std::string& key, MakeRecord make) {
+  return {.name = name, .outputs = {record_file(name)}, .run = [name, make = std::move(make)](const fs::path& folder, const RunControl& control) {
+            save_json(folder / record_file(name), evaluation_json(make(folder, control)));
+          }, .key = key, .stage = stage};
+}
+
+FitEvaluation evaluate_candidate(const std::shared_ptr<Work>& work, const std::string& name, int generation, int k, const fs::path& folder, const RunControl& control) {
+  const Work::Standing standing = work->standing(folder, generation);
+  if (standing.evolution.is_done()) return {.name = name, .points = {}, .is_skipped = true};
+  std::vector<double> values = standing.best;
+  const std::vector<double> unit = standing.evolution.candidate(k);
+  for (std::size_t i = 0; i < work->aged.size(); ++i) values[work->aged[i]] = value_at(work->task.parameters[work->aged[i]], unit[i]);
+  const LookSearch search{.num_looks = work->looks.empty() ? 1 : work->task.options.looks, .step = std::clamp(standing.evolution.spread(), kSmallestLookStep, work->task.options.step),
+                          .item = static_cast<std::uint64_t>(1 + generation * work->budget.population + k)};
+  return evaluate(work->ready(control), name, values, search, 0, control);
+}
+
+/// Places along a parameter, the others as at the best.
+std::vector<std::vector<double>> scan_values(const Work& work, const std::vector<double>& best, std::size_t i) {
+  std::vector<std::vector<double>> list;
+  for (const double place : scan_places(unit_at(work.task.parameters[i], best[i]), work.task.options.scan)) {
+    std::vector<double> values = best;
+    values[i] = value_at(work.task.parameters[i], place);
+    list.push_back(std::move(values));
+  }
+  return list;
+}
+
+/// The parameter at one of its places: the others held, their looks searched again, and the others moved along the valley.
+FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std::size_t k, const fs::path& folder, const RunControl& control) {
+  const std::vector<double> best = work.best(folder).values;
+  const std::vector<std::vector<double>> places = scan_values(work, best, i);
+  if (k >= places.size()) return {.name = name, .points = {}, .is_skipped = true};
+  const std::vector<double>& held = places[k];
+  const FitModel& model = work.ready(control);
+  LookSearch search{.num_looks = work.looks.empty() ? 1 : work.task.options.looks, .step = kScanLookStep, .item = kScanItems + i * 64 + k};
+  FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.5));
+  const Work::Ground& ground = work.ground(folder);
+  if (!ground.valley) return evaluation;
+  std::vector<double> moved = held;
+  const double way = unit_at(work.task.parameters[i], held[i]) - unit_at(work.task.parameters[i], best[i]);
+  bool is_moved = false;
+  for (std::size_t j = 0; j < moved.size(); ++j) {
+    if (j == i) continue;
+    const FitParameter& p = work.task.parameters[j];
+    moved[j] = value_at(p, std::clamp(unit_at(p, best[j]) + way * ground.valley->slopes[i][j], 0.0, 1.0));
+    is_moved = is_moved || (!p.is_look && moved[j] != held[j]);
+  }
+  if (!is_moved) return evaluation;
+  search.item += kScanItems;
+  const FitEvaluation along = evaluate(model, name, moved, search, 0, control.part(0.5, 1.0));
+  evaluation.points.insert(evaluation.points.end(), along.points.begin(), along.points.end());
+  return evaluation;
+}
+
+/// Items after the search: the best with other seeds, and along every parameter.
+void add_scans(const std::shared_ptr<Work>& work, int stage, JobPlan& plan) {
+  const FitOptions& options = work->task.options;
+  for (int s = 1; s <= options.seeds; ++s) {
+    plan.items.push_back(record_item("seed-" + std::to_string(s), stage, "", [work, s](const fs::path& folder, const RunControl& control) {
+      const auto shift = static_cast<std::uint64_t>(s) * static_cast<std::uint64_t>(work->task.options.repeats);
+      return evaluate(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values, {}, shift, control);
+    }));
+  }
+  for (const std::size_t i : work->aged) {
+    for (int k = 0; k < options.scan; ++k) {
+      const std::string name = "scan-" + std::to_string(i) + "-" + std::to_string(k);
+      plan.items.push_back(record_item(name, stage, "", [work, i, k, name](const fs::path& folder, const RunControl& control) { return scan_place(*work, name, i, static_cast<std::size_t>(k), folder, control); }));
+    }
+  }
+  if (work->looks.empty() || options.scan == 0) return;
+  plan.items.push_back(record_item("scan-looks", stage, "", [work](const fs::path& folder, const RunControl& control) {
+    std::vector<std::vector<double>> all;
+    for (const std::size_t i : work->looks) {
+      for (std::vector<double>& values : scan_values(*work, work->best(folder).values, i)) all.push_back(std::move(values));
+    }
+    return evaluate_looks(work->ready(control), "scan-looks", all, 0, control);
+  }));
+}
+
+/// Writes the history with some values; gives what a comparison says of it.
+Json compared(const Work& work, const std::string& name, const std::vector<double>& values, const fs::path& folder, const std::string& key, const RunControl& control) {
+  const LookAt look = work.task.age(values, 0, control.part(0.0, 0.6));
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  write_surface(folder / name, look(values, quiet), key + "-" + name);
+  const CompareOptions options = compare_options(work.task.objective);
+  const ComparedPair pair = load_pair(TextureSeries(work.task.history), TextureSeries(folder / name), options, control.part(0.6, 0.7));
+  Json sections = Json::array();
+  for (const Section& section : {look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)), controls_section(pair, options, control.part(0.9, 1.0))}) {
+    Json json = section_json(section);
+    for (std::size_t i = 0; i < section.pictures.size(); ++i) json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
+    sections.push_back(std::move(json));
+  }
+  return sections;
+}
+
+FitOutcome outcome_of(Work& work, const fs::path& folder) {
+  FitOutcome outcome;
+  outcome.searched = work.searched(folder);
+  outcome.best = work.best(folder);
+  outcome.initial = outcome.searched.front().points.front();
+  outcome.num_planned = work.budget.evaluations;
+  // Looks end on their own when another generation of them would have been within the budget.
+  outcome.is_converged = work.aged.empty() ? outcome.searched.front().points.size() + static_cast<std::size_t>(work.budget.population) <= static_cast<std::size_t>(work.budget.evaluations)
+                                           : work.standing(folder, work.num_generations()).evolution.is_done();
+  double squares = 0.0;
+  int num_seeds = 0;
+  for (int s = 1; s <= work.task.options.seeds; ++s) {
+    outcome.seeds.push_back(work.record(folder, "seed-" + std::to_string(s)));
+    const std::optional<double>& value = outcome.seeds.back().points.front().result.objective;
+    if (!value) continue;
+    squares += (*value - *outcome.best.result.objective) * (*value - *outcome.best.result.objective);
+    ++num_seeds;
+  }
+  outcome.threshold = num_seeds > 0 ? std::sqrt(squares / num_seeds) : kThresholdWithoutSeeds * *outcome.best.result.objective;
+
+  const Work::Ground& ground = work.ground(folder);
+  std::vector<BoxPoint> tried = ground.tried;
+  outcome.valley = ground.valley;
+  outcome.no_valley = ground.no_valley;
+  outcome.scans.resize(work.task.parameters.size());
+  outcome.profiles.resize(work.task.parameters.size());
+  const auto add = [&](std::size_t i, const FitPoint& p, BoxScans& lists) {
+    lists[i].push_back(work.box_point(p));
+    tried.push_back(lists[i].back());
+  };
+  if (work.task.options.scan > 0) {
+    for (const std::size_t i : work.aged) {
+      for (int k = 0; k < work.task.options.scan; ++k) {
+        const FitEvaluation e = work.record(folder, "scan-" + std::to_string(i) + "-" + std::to_string(k));
+        for (std::size_t q = 0; q < e.points.size(); ++q) add(i, e.points[q], q == 0 ? outcome.scans : outcome.profiles);
+      }
+    }
+    if (!work.looks.empty()) {
+      const FitEvaluation e = work.record(folder, "scan-looks");
+      std::size_t next = 0;
+      for (const std::size_t i : work.looks) {
+        const std::size_t count = scan_values(work, outcome.best.values, i).size();
+        for (std::size_t k = 0; k < count && next < e.points.size(); ++k) add(i, e.points[next++], outcome.scans);
+      }
+    }
+  }
+  outcome.verdicts = determine(work.box_point(outcome.best), tried, outcome.scans, outcome.profiles, outcome.threshold);
+  return outcome;
+}
+
+void add_search_inputs(const FitTask& task, const TextureSeries& series, JobInputs& inputs) {
+  inputs.add_content("history", "HISTORY", series.key());
+  task.add_inputs(inputs);
+  for (const FitParameter& p : task.parameters) {
+    inputs.add_value("--vary " + p.range.name, number_text(p.range.low) + ":" + number_text(p.range.high) + ":" + std::string(kFitScaleNames[static_cast<std::size_t>(p.range.scale)]));
+  }
+  for (const FitTerm& t : task.terms) inputs.add_value("--objective " + std::string(kFitFigureNames[static_cast<std::size_t>(t.figure)]), number_text(t.weight));
+  inputs.add_options(option_values(task.objective));
+  inputs.add_value("--seed", std::to_string(task.seed));
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, FitOptions& o) {
+  v.visit({"evaluations", "Budget of the search; 0 = 60 for each parameter that is searched", "", between(0, 1e6)}, o.evaluations);
+  v.visit({"looks", "Looks for each ageing at most, where some parameters need no ageing", "", between(1, 1e5)}, o.looks);
+  v.visit({"repeats", "Seeds over which the objective is averaged", "", between(1, 100)}, o.repeats);
+  v.visit({"population", "Candidates a generation, >= 4; 0 = by the number of parameters", "", between(0, 1000)}, o.population);
+  v.visit({"step", "First standard deviation of candidates, share of a range", "", {.low = 0, .high = 1, .is_low_open = true}}, o.step);
+  v.visit({"tolerance", "Converged when the candidates' spread is below this share of every range", "", {.low = 0, .high = 1, .is_low_open = true}}, o.tolerance);
+  v.visit({"restarts", "When converged, begin so often again from a random place", "", between(0, 100)}, o.restarts);
+  v.visit({"scan", "Evaluations a parameter for what the data determine", "", between(0, 64)}, o.scan);
+  v.visit({"seeds", "Other seeds that the best is tried with: by how much chance alone differs", "", between(0, 100)}, o.seeds);
+}
+
+FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_looks) {
+  const std::size_t n = num_aged > 0 ? num_aged : num_looks;
+  FitBudget budget;
+  budget.population = Evolution::population_of(std::max<std::size_t>(n, 1), {.population = options.population});
+  budget.least = 1 + 2 * budget.population;
+  budget.evaluations = options.evaluations > 0 ? options.evaluations : std::max(budget.least, 1 + kEvaluationsPerParameter * static_cast<int>(n));
+  return budget;
+}
+
+JobPlan plan_fit(FitTask task, const fs::path& output) {
+  check_ranges(task.options);
+  for (const FitParameter& p : task.parameters) {
+    if (!(p.start >= p.range.low && p.start <= p.range.high)) {
+      throw InvalidInput(p.range.name + ": starts at " + number_text(p.start) + ", outside " + number_text(p.range.low) + " to " + number_text(p.range.high));
+    }
+  }
+  const TextureSeries series(task.history);
+  (void)FitObjective(TextureSeries(task.history), task.outline, task.terms, task.objective);  // Says what is wrong before work starts.
+  JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
+  add_search_inputs(task, series, search_inputs);
+  add_search_inputs(task, series, inputs);
+  const auto work = std::make_shared<Work>(std::move(task));
+  if (work->budget.evaluations < work->budget.least) {
+    throw InvalidInput("fit: a budget of " + std::to_string(work->budget.evaluations) + " evaluations is too small; use at least " + std::to_string(work->budget.least));
+  }
+  for (const auto& [name, value] : option_values(work->task.options)) {
+    const bool is_of_search = name != "evaluations" && name != "scan" && name != "seeds";
+    if (is_of_search || work->aged.empty()) search_inputs.add_value("--" + name, value);
+    inputs.add_value("--" + name, value);
+  }
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = kFitReportFile;
+  plan.key = inputs.key();
+  plan.depends_on = inputs.list();
+  const std::string search_key = search_inputs.key();
+  plan.items.push_back(record_item("initial", 0, search_key, [work](const fs::path&, const RunControl& control) {
+    const int looks = work->looks.empty() ? 1 : work->aged.empty() ? work->budget.evaluations : work->task.options.looks;
+    return evaluate(work->ready(control), "initial", work->start, {.num_looks = looks, .step = work->task.options.step, .item = 0}, 0, control);
+  }));
+  for (int g = 0; g < work->num_generations(); ++g) {
+    for (int k = 0; k < work->budget.population; ++k) {
+      const std::string name = work->candidate_name(g, k);
+      plan.items.push_back(record_item(name, 1 + g, search_key, [work, name, g, k](const fs::path& folder, const RunControl& control) {
+        return evaluate_candidate(work, name, g, k, folder, control);
+      }));
+    }
+  }
+  add_scans(work, 1 + work->num_generations(), plan);
+  plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
+    const FitOutcome outcome = outcome_of(*work, folder);
+    const Json before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
+    const Json after = compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+    work->task.write_model(folder, outcome.best.values);
+    write_fit_report(folder, work->task, outcome, before, after, key);
+  };
+  return plan;
+}
+
+}  // namespace patinate

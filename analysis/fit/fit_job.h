@@ -1,0 +1,73 @@
+/// \file
+/// Finding a model's parameters as a job: every evaluation is an item, so that a killed search goes on, and a larger budget begins where a smaller ended.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "analysis/fit/fit_objective.h"
+#include "analysis/fit/fit_parameter.h"
+#include "libcommon/job/job_inputs.h"
+
+namespace patinate {
+
+inline constexpr const char* kFitReportFile = "report.json";
+inline constexpr const char* kFitPageFile = "report.html";
+inline constexpr const char* kFitTableFile = "evaluations.csv";
+
+struct FitOptions {
+  int evaluations = 0;      ///< Budget of the search; 0 = 60 for each parameter that is searched. When all parameters are looks, it counts looks.
+  int looks = 30;           ///< For each ageing at most, where some parameters need none; [1, 100000].
+  int repeats = 1;          ///< Seeds over which an objective is averaged; [1, 100].
+  int population = 0;       ///< Candidates a generation; 0 = by the number of parameters.
+  double step = 0.3;        ///< First standard deviation, share of a range; (0, 1].
+  double tolerance = 1e-3;  ///< Converged when the candidates' spread is below this share of every range.
+  int restarts = 0;         ///< When converged, as often again from a random place.
+  int scan = 8;             ///< Evaluations a parameter for what the data determine; 0 = none.
+  int seeds = 4;            ///< Other seeds that the best is tried with: what differences mean nothing; 0 = none.
+};
+void describe(OptionVisitor& v, FitOptions& o);
+/// Evaluations that the search may use, and the least that make sense (the start and two generations).
+/// @param num_aged, num_looks  Parameters that need ageing, and that need none.
+struct FitBudget {
+  int evaluations = 0;
+  int least = 0;
+  int population = 0;
+};
+[[nodiscard]] FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_looks);
+
+struct FitTask {
+  std::filesystem::path history;         ///< Or a transfer.
+  std::string model_name;                ///< For the report.
+  std::vector<FitParameter> parameters;  ///< At least one; names differ.
+  SurfaceOutline outline;
+  AgeWith age;
+  std::vector<FitTerm> terms;
+  ObjectiveOptions objective;
+  FitOptions options;
+  std::uint64_t seed = 0;                                   ///< Of the search.
+  std::function<void(JobInputs& inputs)> add_inputs;        ///< All that the model depends on beside its parameters' values.
+  std::function<void(const std::filesystem::path& folder, const std::vector<double>& values)> write_model;  ///< The model's own file with these values.
+  std::string command;                                      ///< What repeats it, for the report; no part of the key.
+};
+
+/// report.html, report.json, evaluations.csv, evaluations/*.json, the model's file, and `before` and `after`: histories with the starting and the best values.
+/// @throws InvalidInput if the history cannot be compared with the outline (FitObjective), a start lies outside its range or the budget is below the least; IoError.
+[[nodiscard]] JobPlan plan_fit(FitTask task, const std::filesystem::path& output);
+
+/// What `report.json` says of a finished folder, as far as others need it.
+struct FitManifest {
+  std::string history, model;
+  std::vector<std::string> parameters, verdicts;
+  std::vector<double> initial, best;
+  double objective_before = 0.0, objective_after = 0.0;
+  int evaluations = 0;
+  bool is_converged = false;
+  std::string key;
+};
+/// @throws IoError
+[[nodiscard]] FitManifest read_fit_manifest(const std::filesystem::path& path);
+
+}  // namespace patinate

@@ -1,0 +1,284 @@
+#include "analysis/fit/fit_objective.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include "analysis/compare/aging.h"
+#include "analysis/compare/control_figures.h"
+#include "analysis/compare/pixel_difference.h"
+#include "analysis/compare/sections.h"
+#include "analysis/compare/sliced_distance.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::size_t kMostTimes = 13;  // As in the comparison's section of colours.
+constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
+const std::vector<int> kOneBlock{1};
+
+std::vector<SortedColors> sorted_colors(const ColorStack& stack, std::span<const std::uint16_t> block_of, const ObjectiveOptions& options) {
+  std::vector<std::uint32_t> all(stack.num_texels());
+  std::iota(all.begin(), all.end(), 0u);
+  std::vector<SortedColors> out;
+  for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes)) out.emplace_back(stack, t, all, block_of, static_cast<std::size_t>(options.samples), options.seed);
+  return out;
+}
+
+std::vector<double> mean_lab(const ColorStack& stack) {
+  std::vector<double> means(3 * stack.num_times());
+  for (std::size_t t = 0; t < stack.num_times(); ++t) {
+    for (std::size_t i = 0; i < stack.num_texels(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) means[3 * t + c] += static_cast<double>(stack.lab_of(t, i)[c]);
+    }
+    for (std::size_t c = 0; c < 3; ++c) means[3 * t + c] /= static_cast<double>(stack.num_texels());
+  }
+  return means;
+}
+
+/// Share of the texels that have changed visibly by each time.
+std::vector<double> covered_share(const TexelAging& aging, std::size_t num_times) {
+  std::vector<double> share(num_times);
+  for (const std::uint16_t t : aging.covered_at) {
+    if (t < num_times) share[t] += 1.0 / static_cast<double>(aging.covered_at.size());
+  }
+  std::partial_sum(share.begin(), share.end(), share.begin());
+  return share;
+}
+
+std::vector<BlockValue> times_of(const TexelAging& aging, const std::vector<float>& values) {
+  std::vector<BlockValue> out;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (aging.ages[i] != 0) out.push_back({values[i], 0});
+  }
+  sort_values(out);
+  return out;
+}
+
+bool uses(const std::vector<FitTerm>& terms, std::initializer_list<FitFigure> figures) {
+  return std::any_of(terms.begin(), terms.end(), [&](const FitTerm& t) { return std::find(figures.begin(), figures.end(), t.figure) != figures.end(); });
+}
+
+HistoryManifest manifest_of(const SurfaceOutline& outline) {
+  HistoryManifest m;
+  m.time_unit = outline.time_unit;
+  for (double t : outline.times) m.frames.push_back({.time = t, .file = {}});
+  return m;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+FitTerm parse_fit_term(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::string name = text.substr(0, equals);
+  const auto found = std::find(kFitFigureNames.begin(), kFitFigureNames.end(), name);
+  if (found == kFitFigureNames.end()) {
+    const std::vector<std::string> names(kFitFigureNames.begin(), kFitFigureNames.end());
+    throw UsageError("--objective: found `" + name + "`; expected one of " + joined(names) + did_you_mean(name, names));
+  }
+  FitTerm term{.figure = static_cast<FitFigure>(found - kFitFigureNames.begin())};
+  if (equals == std::string::npos) return term;
+  const std::optional<double> weight = parse_number(text.substr(equals + 1));
+  if (!weight || !(*weight > 0.0)) throw UsageError("--objective: found `" + text + "`; expected NAME=WEIGHT with a weight > 0");
+  term.weight = *weight;
+  return term;
+}
+
+void describe(OptionVisitor& v, ObjectiveOptions& o) {
+  v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
+  v.visit({"num_times", "Times at which they are compared, at most", "", between(2, 1024)}, o.num_times);
+  v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
+  v.visit({"visible_delta_e", "A change of colour from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
+  v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
+  v.visit({"samples", "Places of a time whose colours color_distribution compares, at most", "", between(64, 65536)}, o.samples);
+}
+
+CompareOptions compare_options(const ObjectiveOptions& o) {
+  CompareOptions c;
+  c.size = o.size;
+  c.num_times = o.num_times;
+  c.clock = o.clock;
+  c.visible_delta_e = o.visible_delta_e;
+  c.num_classes = o.num_classes;
+  c.seed = o.seed;
+  return c;
+}
+
+struct FitObjective::State {
+  TextureSeries series;
+  std::vector<FitTerm> terms;
+  ObjectiveOptions options;
+  CommonTimes times;
+  ColorStack stack;
+  std::vector<std::uint16_t> block_of;  ///< All in one.
+  std::vector<SortedColors> colors;
+  std::vector<double> means;
+  std::optional<TexelAging> aging;
+  std::vector<std::vector<float>> controls;  ///< At the stack's texels, in the manifest's order.
+
+  [[nodiscard]] double span() const { return times.clock.back() - times.clock.front(); }
+  [[nodiscard]] std::optional<double> figure(FitFigure which, const SurfaceFrames& frames, const ColorStack& other, const std::optional<TexelAging>& other_aging, const RunControl& control,
+                                             std::string& problem) const;
+  [[nodiscard]] std::optional<double> by_control(bool is_rate, const SurfaceFrames& frames, const ColorStack& other, const RunControl& control, std::string& problem) const;
+  [[nodiscard]] std::optional<double> place_by_place(const ColorStack& other, const RunControl& control, std::string& problem) const;
+};
+
+FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms, const ObjectiveOptions& options, const RunControl& control) {
+  check_ranges(options);
+  const std::string name = captured.history().folder().string();
+  const HistoryManifest& m = captured.manifest();
+  if (terms.empty()) throw InvalidInput("fit: there is no figure to fit");
+  if (m.frames.size() < 2) throw InvalidInput(name + ": has one frame; nothing ages in it");
+  CommonTimes times = common_times(m, manifest_of(outline), compare_options(options));
+  if (times.clock.size() < 2) throw InvalidInput(name + ": has only one time in common with the scene; --clock span compares by shares of each span");
+  if (uses(terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
+    std::vector<std::string> names;
+    for (const ControlParameter& c : m.controls) names.push_back(c.name);
+    const bool has_common = std::any_of(names.begin(), names.end(), [&](const std::string& n) { return std::find(outline.control_names.begin(), outline.control_names.end(), n) != outline.control_names.end(); });
+    if (!has_common && !(names.size() == 1 && outline.control_names.size() == 1)) {
+      throw InvalidInput(name + ": has no control in common with the scene (history: " + joined(names) + "; scene's run.controls: " + joined(outline.control_names) + "), which color_by_control and rate_by_control need");
+    }
+  }
+  if (uses(terms, {FitFigure::Ciede2000}) && (captured.width() != outline.width || captured.height() != outline.height)) {
+    throw InvalidInput(name + ": has " + size_text(captured.width(), captured.height()) + " pixels, the scene's atlas " + size_text(outline.width, outline.height) + ": ciede2000 goes place by place");
+  }
+  ColorStack stack = load_stack(captured, times.times_a, options.size, control);
+  stack.times = times.clock;
+  auto state = std::make_unique<State>(State{.series = std::move(captured), .terms = std::move(terms), .options = options, .times = std::move(times), .stack = std::move(stack), .block_of = {}, .colors = {},
+                                             .means = {}, .aging = {}, .controls = {}});
+  State& s = *state;
+  s.block_of.assign(s.stack.num_texels(), 0);
+  if (uses(s.terms, {FitFigure::ColorDistribution})) s.colors = sorted_colors(s.stack, s.block_of, options);
+  s.means = mean_lab(s.stack);
+  if (uses(s.terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation})) {
+    s.aging = texel_aging(s.stack, options.visible_delta_e, control);
+    if (std::none_of(s.aging->ages.begin(), s.aging->ages.end(), [](std::uint8_t a) { return a != 0; })) {
+      throw InvalidInput(name + ": does not age visibly anywhere (--visible-delta-e " + short_number_text(options.visible_delta_e) + "); covered, onset and saturation say nothing about it");
+    }
+  }
+  if (uses(s.terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
+    for (const ControlParameter& c : s.series.manifest().controls) s.controls.push_back(control_at(s.series, c.name, s.stack));
+  }
+  state_ = std::move(state);
+}
+
+FitObjective::~FitObjective() = default;
+FitObjective::FitObjective(FitObjective&&) noexcept = default;
+
+const std::vector<FitTerm>& FitObjective::terms() const { return state_->terms; }
+
+std::optional<double> FitObjective::State::by_control(bool is_rate, const SurfaceFrames& frames, const ColorStack& other, const RunControl& control, std::string& problem) const {
+  HistoryManifest simulated;
+  for (const SurfaceControl& c : frames.controls) simulated.controls.push_back(c.parameter);
+  const std::vector<std::uint16_t> blocks(other.num_texels(), 0);
+  double sum = 0.0;
+  int count = 0;
+  for (const SharedControl& shared : shared_controls(series.manifest(), simulated)) {
+    if (!shared.undefined.empty()) {
+      problem = shared.name_a + ": " + shared.undefined;
+      continue;
+    }
+    const auto by_name = [](const std::string& name) { return [&name](const ControlParameter& c) { return c.name == name; }; };
+    const auto& list_a = series.manifest().controls;
+    const auto ia = std::find_if(list_a.begin(), list_a.end(), by_name(shared.name_a));
+    const auto ib = std::find_if(simulated.controls.begin(), simulated.controls.end(), by_name(shared.name_b));
+    const ImageF& values = frames.controls[static_cast<std::size_t>(ib - simulated.controls.begin())].values;
+    const ClassedSurface a(stack, block_of, controls[static_cast<std::size_t>(ia - list_a.begin())], *ia, shared, options.num_classes, options.seed, control);
+    const ClassedSurface b(other, blocks, values_at(values, frames.mask, other), *ib, shared, options.num_classes, options.seed, control);
+    const std::optional<double> d = is_rate ? rate_distance(a, kOneBlock, b, kOneBlock) : conditional_distance(a, kOneBlock, b, kOneBlock);
+    if (!d) continue;
+    sum += is_rate ? *d * span() : *d;
+    ++count;
+  }
+  if (count > 0) return sum / count;
+  if (problem.empty()) problem = "the two sides share no class of a control";
+  return std::nullopt;
+}
+
+std::optional<double> FitObjective::State::place_by_place(const ColorStack& other, const RunControl& control, std::string& problem) const {
+  std::vector<std::uint32_t> shared;
+  std::set_intersection(stack.texels.begin(), stack.texels.end(), other.texels.begin(), other.texels.end(), std::back_inserter(shared));
+  if (shared.empty()) {
+    problem = "the masks have no texel in common";
+    return std::nullopt;
+  }
+  double sum = 0.0;
+  for (const PixelDifference& d : pixel_differences(restricted(stack, shared), restricted(other, shared), control)) sum += d.ciede2000_mean;
+  return sum / static_cast<double>(stack.num_times());
+}
+
+std::optional<double> FitObjective::State::figure(FitFigure which, const SurfaceFrames& frames, const ColorStack& other, const std::optional<TexelAging>& other_aging, const RunControl& control,
+                                                  std::string& problem) const {
+  constexpr double kAll = 100.0;  // As far as can be: a side does not age visibly.
+  const auto distance_of = [&](std::vector<float> TexelAging::*member) -> double {
+    const std::optional<double> d = quantile_distance(times_of(*aging, (*aging).*member), kOneBlock, times_of(*other_aging, (*other_aging).*member), kOneBlock, 1);
+    return d ? 100.0 * *d / span() : kAll;
+  };
+  switch (which) {
+    case FitFigure::ColorDistribution: {
+      const std::vector<std::uint16_t> blocks(other.num_texels(), 0);
+      const std::vector<SortedColors> list = sorted_colors(other, blocks, options);
+      double sum = 0.0;
+      for (std::size_t t = 0; t < list.size(); ++t) sum += *sliced_distance(colors[t], kOneBlock, list[t], kOneBlock);
+      return sum / static_cast<double>(list.size());
+    }
+    case FitFigure::MeanColor: {
+      const std::vector<double> means_b = mean_lab(other);
+      double sum = 0.0;
+      for (std::size_t i = 0; i < means.size(); ++i) sum += (means[i] - means_b[i]) * (means[i] - means_b[i]);
+      return std::sqrt(sum / static_cast<double>(stack.num_times()));
+    }
+    case FitFigure::Covered: {
+      const std::vector<double> x = covered_share(*aging, stack.num_times()), y = covered_share(*other_aging, stack.num_times());
+      double sum = 0.0;
+      for (std::size_t t = 0; t < x.size(); ++t) sum += std::abs(x[t] - y[t]);
+      return 100.0 * sum / static_cast<double>(x.size());
+    }
+    case FitFigure::Onset: return distance_of(&TexelAging::onset);
+    case FitFigure::Saturation: return distance_of(&TexelAging::saturation);
+    case FitFigure::ColorByControl: return by_control(false, frames, other, control, problem);
+    case FitFigure::RateByControl: return by_control(true, frames, other, control, problem);
+    case FitFigure::Ciede2000: return place_by_place(other, control, problem);
+  }
+  return std::nullopt;
+}
+
+ObjectiveValue FitObjective::operator()(const SurfaceFrames& frames, const RunControl& control) const {
+  const State& s = *state_;
+  std::vector<double> times = s.times.times_b;
+  if (s.options.clock == Clock::Span) {  // Shares of its own span, whatever an iteration stands for.
+    for (std::size_t i = 0; i < times.size(); ++i) times[i] = s.times.clock[i] == 1.0 ? frames.times.back() : frames.times.front() + s.times.clock[i] * (frames.times.back() - frames.times.front());
+  }
+  ColorStack other = stack_of(frames, times, s.options.size, control);
+  other.times = s.times.clock;
+  std::optional<TexelAging> aging;
+  if (s.aging) aging = texel_aging(other, s.options.visible_delta_e, control);
+  ObjectiveValue out;
+  double sum = 0.0, weights = 0.0;
+  for (const FitTerm& term : s.terms) {
+    out.figures.push_back(s.figure(term.figure, frames, other, aging, control, out.problem));
+    if (out.figures.back()) {
+      sum += term.weight * *out.figures.back();
+      weights += term.weight;
+    } else {
+      out.problem = std::string(kFitFigureNames[static_cast<std::size_t>(term.figure)]) + ": " + out.problem;
+    }
+  }
+  if (std::all_of(out.figures.begin(), out.figures.end(), [](const auto& f) { return f.has_value(); })) {
+    out.objective = sum / weights;
+    out.problem.clear();
+  }
+  return out;
+}
+
+}  // namespace patinate

@@ -1,0 +1,39 @@
+/// \file
+/// A number of a model that is to be found: its name, its range, and where in it a value lies.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libcommon/core/json.h"
+
+namespace patinate {
+
+enum class FitScale { Linear, Log };
+inline constexpr std::array<std::string_view, 2> kFitScaleNames{"linear", "log"};
+
+/// What may vary, as a user says it.
+struct FitRange {
+  std::string name;  ///< JSON pointer: "/rules/2/alpha".
+  double low = 0.0;
+  double high = 1.0;  ///< > low.
+  FitScale scale = FitScale::Linear;  ///< Log: low > 0.
+};
+/// "/rules/2/alpha=0.001:0.1:log". @throws UsageError naming what is wrong.
+[[nodiscard]] FitRange parse_fit_range(const std::string& text);
+/// {"pointer": "/rules/2/alpha", "low": 0.001, "high": 0.1, "scale": "log"}. @throws IoError
+[[nodiscard]] FitRange read_fit_range(JsonReader json);
+
+struct FitParameter {
+  FitRange range;
+  double start = 0.0;     ///< In the range.
+  bool is_whole = false;  ///< Only whole numbers.
+  bool is_look = false;   ///< Another value needs no new ageing, only another look at what has aged.
+};
+
+/// The value at a share of the range, with six significant digits (whole if it must be). @param unit  In [0, 1].
+[[nodiscard]] double value_at(const FitParameter& parameter, double unit);
+/// The inverse, but for rounding; in [0, 1].
+[[nodiscard]] double unit_at(const FitParameter& parameter, double value);
+
+}  // namespace patinate

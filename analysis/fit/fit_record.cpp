@@ -1,0 +1,84 @@
+#include "analysis/fit/fit_record.h"
+
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::size_t kMostPoints = 1'000'000;
+
+Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
+
+std::optional<double> read_optional(const JsonReader& json) { return json.is_null() ? std::nullopt : std::optional(json.number()); }
+
+/// As a cell of a CSV.
+std::string cell(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c == '\n' ? ' ' : c);
+  return out + "\"";
+}
+
+}  // namespace
+
+std::optional<std::size_t> FitEvaluation::best() const {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (points[i].result.objective && (!best || *points[i].result.objective < *points[*best].result.objective)) best = i;
+  }
+  return best;
+}
+
+Json evaluation_json(const FitEvaluation& evaluation) {
+  Json points = Json::array();
+  for (const FitPoint& p : evaluation.points) {
+    Json figures = Json::array();
+    for (const std::optional<double>& f : p.result.figures) figures.push_back(optional_json(f));
+    Json point{{"values", p.values}, {"objective", optional_json(p.result.objective)}, {"figures", figures}};
+    if (!p.result.problem.empty()) point["problem"] = p.result.problem;
+    points.push_back(std::move(point));
+  }
+  return Json{{"name", evaluation.name}, {"skipped", evaluation.is_skipped}, {"points", points}};
+}
+
+FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num_parameters, std::size_t num_terms) {
+  const Json root = load_json(file);
+  JsonReader json(file.string(), root);
+  FitEvaluation evaluation{.name = json.member("name").string(), .points = {}, .is_skipped = json.member("skipped").boolean()};
+  for (JsonReader& point : json.member("points").elements(kMostPoints)) {
+    FitPoint p{.values = point.member("values").numbers(num_parameters), .result = {}};
+    p.result.objective = read_optional(point.member("objective"));
+    const JsonReader figures = point.member("figures");
+    for (const JsonReader& f : figures.elements(num_terms)) p.result.figures.push_back(read_optional(f));
+    if (p.result.figures.size() != num_terms) figures.fail("an array of " + std::to_string(num_terms));
+    if (point.has("problem")) p.result.problem = point.member("problem").string();
+    point.finish();
+    evaluation.points.push_back(std::move(p));
+  }
+  json.finish();
+  return evaluation;
+}
+
+std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters, std::span<const FitTerm> terms) {
+  std::string text = "evaluation,look";
+  for (const FitParameter& p : parameters) text += "," + cell(p.range.name);
+  text += ",objective";
+  for (const FitTerm& t : terms) text += "," + std::string(kFitFigureNames[static_cast<std::size_t>(t.figure)]);
+  text += ",problem\n";
+  const auto number = [](const std::optional<double>& v) { return v ? number_text(*v) : std::string(); };
+  for (const FitEvaluation& e : evaluations) {
+    for (std::size_t i = 0; i < e.points.size(); ++i) {
+      text += e.name + "," + std::to_string(i);
+      for (double v : e.points[i].values) text += "," + number_text(v);
+      text += "," + number(e.points[i].result.objective);
+      for (const std::optional<double>& f : e.points[i].result.figures) text += "," + number(f);
+      text += "," + cell(e.points[i].result.problem) + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace patinate

@@ -1,0 +1,40 @@
+/// \file
+/// What was tried and what came of it, as data and as files.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/fit/fit_objective.h"
+#include "analysis/fit/fit_parameter.h"
+#include "libcommon/core/json.h"
+
+namespace patinate {
+
+/// One set of values and how far the surface was.
+struct FitPoint {
+  std::vector<double> values;  ///< Of all parameters, in order.
+  ObjectiveValue result;
+};
+
+/// One ageing and the looks at it: at least one, all with the same values of what needs ageing.
+struct FitEvaluation {
+  std::string name;
+  std::vector<FitPoint> points;
+  bool is_skipped = false;  ///< The search had come to its end before; there are no points then.
+
+  /// The least objective, the first of equal ones; nothing when all are undefined.
+  [[nodiscard]] std::optional<std::size_t> best() const;
+};
+
+[[nodiscard]] Json evaluation_json(const FitEvaluation& evaluation);
+/// @param num_parameters, num_terms  What it must have. @throws IoError
+[[nodiscard]] FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num_parameters, std::size_t num_terms);
+
+/// A header and a line a point: evaluation, look, every parameter, objective, every figure, problem. Undefined ones are empty.
+[[nodiscard]] std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters, std::span<const FitTerm> terms);
+
+}  // namespace patinate

@@ -1,0 +1,109 @@
+#include "analysis/fit/fit_search.h"
+
+#include <cmath>
+#include <limits>
+
+#include "libcommon/core/error.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::uint32_t kLookPurpose = 1u << 20;  ///< Plus the evaluation's number.
+
+/// The means over several seeds.
+class AgedModel {
+ public:
+  AgedModel(const FitModel& model, const std::vector<double>& values, std::uint64_t seed_shift, const RunControl& control) : model_(model) {
+    for (int r = 0; r < model.repeats; ++r) {
+      const double n = model.repeats;
+      looks_.push_back(model.age(values, seed_shift + static_cast<std::uint64_t>(r), control.part(r / n, (r + 1) / n)));
+    }
+  }
+
+  [[nodiscard]] FitPoint look(const std::vector<double>& values, const RunControl& control) const {
+    FitPoint point{.values = values, .result = {}};
+    for (const LookAt& look : looks_) {
+      ObjectiveValue v = (*model_.objective)(look(values, control), control);
+      if (point.result.figures.empty()) {
+        point.result = std::move(v);
+        continue;
+      }
+      const auto add = [](std::optional<double>& sum, const std::optional<double>& x) { sum = sum && x ? std::optional(*sum + *x) : std::nullopt; };
+      add(point.result.objective, v.objective);
+      for (std::size_t i = 0; i < v.figures.size(); ++i) add(point.result.figures[i], v.figures[i]);
+      if (point.result.problem.empty()) point.result.problem = v.problem;
+    }
+    if (looks_.size() > 1) {
+      const auto n = static_cast<double>(looks_.size());
+      if (point.result.objective) *point.result.objective /= n;
+      for (std::optional<double>& f : point.result.figures) {
+        if (f) *f /= n;
+      }
+    }
+    return point;
+  }
+
+ private:
+  const FitModel& model_;
+  std::vector<LookAt> looks_;
+};
+
+FitPoint undefined_point(const FitModel& model, const std::vector<double>& values, const std::string& problem) {
+  return {values, {.objective = std::nullopt, .figures = std::vector<std::optional<double>>(model.objective->terms().size()), .problem = problem}};
+}
+
+RunControl silent(RunControl control) {
+  control.on_progress = {};
+  return control;
+}
+
+}  // namespace
+
+std::vector<std::size_t> FitModel::indices(bool is_look) const {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (parameters[i].is_look == is_look) out.push_back(i);
+  }
+  return out;
+}
+
+FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values, const LookSearch& search, std::uint64_t seed_shift, const RunControl& control) try {
+  FitEvaluation evaluation{.name = name, .points = {}};
+  const AgedModel aged(model, values, seed_shift, control.part(0.0, search.num_looks > 1 ? 0.6 : 0.95));
+  evaluation.points.push_back(aged.look(values, silent(control)));
+  const std::vector<std::size_t> looks = model.indices(true);
+  if (looks.empty() || search.num_looks <= 1) return evaluation;
+  std::vector<double> start;
+  for (const std::size_t i : looks) start.push_back(unit_at(model.parameters[i], values[i]));
+  bool is_first = true;
+  const auto f = [&](const std::vector<double>& unit) {
+    if (!is_first) {
+      std::vector<double> tried = values;
+      for (std::size_t k = 0; k < looks.size(); ++k) tried[looks[k]] = value_at(model.parameters[looks[k]], unit[k]);
+      evaluation.points.push_back(aged.look(tried, silent(control)));
+      control.report(0.6 + 0.4 * static_cast<double>(evaluation.points.size()) / static_cast<double>(search.num_looks + 1));
+    }
+    is_first = false;  // The start itself has been looked at.
+    return evaluation.points.back().result.objective.value_or(std::numeric_limits<double>::infinity());
+  };
+  const EvolutionOptions options{.step = search.step, .tolerance = model.tolerance, .flatness = model.flatness, .seed = model.seed,
+                                 .purpose = kLookPurpose + static_cast<std::uint32_t>(search.item)};
+  (void)minimise(f, start, search.num_looks, options);
+  return evaluation;
+} catch (const InvalidInput& e) {
+  return {.name = name, .points = {undefined_point(model, values, e.what())}};
+}
+
+FitEvaluation evaluate_looks(const FitModel& model, const std::string& name, std::span<const std::vector<double>> values, std::uint64_t seed_shift, const RunControl& control) try {
+  FitEvaluation evaluation{.name = name, .points = {}};
+  const AgedModel aged(model, values.front(), seed_shift, control.part(0.0, 0.7));
+  for (const std::vector<double>& v : values) evaluation.points.push_back(aged.look(v, silent(control)));
+  return evaluation;
+} catch (const InvalidInput& e) {
+  FitEvaluation evaluation{.name = name, .points = {}};
+  for (const std::vector<double>& v : values) evaluation.points.push_back(undefined_point(model, v, e.what()));
+  return evaluation;
+}
+
+}  // namespace patinate

@@ -1,0 +1,199 @@
+#include "analysis/fit/fit_job.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
+#include "tests/analysis/fit/fit_model.h"
+#include "tests/support/errors.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing_support;
+
+/// A captured history of the truth.
+fs::path captured(const TempFolder& folder) {
+  write_surface(folder.path() / "captured", green_plate(kGreenTruth), "0123456789abcdef");
+  return folder.path() / "captured";
+}
+
+Json run(FitTask task, const fs::path& output, int num_threads = 0, std::stop_token stop = {}) {
+  RunControl control;
+  control.num_threads = num_threads;
+  control.stop = std::move(stop);
+  (void)run_job(plan_fit(std::move(task), output), {.force = true}, control);
+  return load_json(output / kFitReportFile);
+}
+
+/// Every file with its bytes, but for job.json, which names what was made anew.
+std::string tree_of(const fs::path& folder) {
+  std::vector<std::string> lines;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file() && entry.path().filename() != "job.json") lines.push_back(fs::relative(entry.path(), folder).string() + " " + hash_file(entry.path()));
+  }
+  std::sort(lines.begin(), lines.end());
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+TEST(FitJob, FindsKnownValuesAgainAndSaysWhichOneDoesNothing) {
+  const TempFolder folder;
+  FitTask task = green_task(captured(folder));
+  const Json report = run(std::move(task), folder.path() / "fit");
+  const Json& p = report.at("parameters");
+  // Two significant digits: the search ends at a thousandth of the range, a factor of 1.005 in the rate, and frames are half floats.
+  EXPECT_NEAR(p[0].at("best").get<double>(), kGreenTruth[0], 0.02 * kGreenTruth[0]);
+  EXPECT_NEAR(p[1].at("best").get<double>(), kGreenTruth[1], 0.02 * kGreenTruth[1]);
+  EXPECT_EQ(p[0].at("determination"), "determined");
+  EXPECT_EQ(p[1].at("determination"), "determined");
+  EXPECT_EQ(p[2].at("determination"), "without_effect");
+  EXPECT_LT(report.at("objective").at("after").get<double>(), 0.02 * report.at("objective").at("before").get<double>());
+  for (const Json& f : report.at("figures")) {
+    if (f.at("name") == "color_distribution") {
+      EXPECT_LT(f.at("after").get<double>(), f.at("before").get<double>());
+    }
+  }
+}
+
+TEST(FitJob, AnIntervalHoldsTheTruthWhenOtherSeedsDiffer) {
+  const TempFolder folder;
+  const fs::path history = captured(folder);
+  int num_held = 0;
+  constexpr int kRuns = 3;
+  for (int k = 0; k < kRuns; ++k) {
+    FitTask task = green_task(history, 0.05);
+    task.parameters.resize(2);
+    task.age = [inner = task.age, k](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) { return inner({v[0], v[1], 0.0}, shift + 100 * static_cast<std::uint64_t>(k), c); };
+    task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
+      return [look = inner(v, shift, c)](const std::vector<double>& l, const RunControl& lc) { return look({l[0], l[1], 0.0}, lc); };
+    };
+    task.options.evaluations = 25;
+    task.options.looks = 13;
+    task.seed = static_cast<std::uint64_t>(k);
+    const Json report = run(std::move(task), folder.path() / ("fit" + std::to_string(k)));
+    const Json interval = report.at("parameters")[0].at("interval");
+    num_held += interval[0].get<double>() <= kGreenTruth[0] && kGreenTruth[0] <= interval[1].get<double>();
+  }
+  // Another seed moves the optimum by z - z', the truth lies z away, and E (z - z')^2 = 1 + z^2: with four seeds the root mean square is rarely below |z|.
+  EXPECT_GE(num_held, 2);
+}
+
+TEST(FitJob, HasTheSameBytesForAnyNumberOfThreads) {
+  const TempFolder folder;
+  const fs::path history = captured(folder);
+  std::string first;
+  for (const int threads : {1, 3}) {
+    FitTask task = green_task(history, 0.02);
+    task.options.evaluations = 19;
+    (void)run(std::move(task), folder.path() / std::to_string(threads), threads);
+    const std::string tree = tree_of(folder.path() / std::to_string(threads));
+    if (first.empty()) first = tree;
+    EXPECT_EQ(tree, first) << threads << " threads";
+  }
+}
+
+TEST(FitJob, StoppedAnywhereItGoesOnAndEndsInTheSameBytes) {
+  const TempFolder folder;
+  const fs::path history = captured(folder);
+  const auto task_of = [&](int* count) {
+    FitTask task = green_task(history, 0.02, count);
+    task.options.evaluations = 19;
+    return task;
+  };
+  int num_whole = 0, num_pieces = 0;
+  (void)run(task_of(&num_whole), folder.path() / "whole", 1);
+  for (const int after : {3, 16}) {
+    std::stop_source stop;
+    FitTask task = task_of(&num_pieces);
+    int calls = 0;
+    task.age = [inner = task.age, &calls, after, &stop](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) {
+      if (++calls == after) stop.request_stop();
+      return inner(v, shift, c);
+    };
+    EXPECT_THROW(run(std::move(task), folder.path() / "pieces", 1, stop.get_token()), Cancelled);
+  }
+  (void)run(task_of(&num_pieces), folder.path() / "pieces", 1);
+  EXPECT_EQ(tree_of(folder.path() / "pieces"), tree_of(folder.path() / "whole"));
+  EXPECT_LE(num_pieces, num_whole + 2 * 2);  // A stop loses at most what was under way.
+}
+
+TEST(FitJob, ALargerBudgetGoesOnFromASmallerOne) {
+  const TempFolder folder;
+  const fs::path history = captured(folder);
+  const auto task_of = [&](int evaluations, int* count) {
+    FitTask task = green_task(history, 0.0, count);
+    task.options.evaluations = evaluations;
+    task.options.scan = 2;
+    task.options.seeds = 1;
+    return task;
+  };
+  int num_ageings = 0;
+  (void)run(task_of(13, nullptr), folder.path() / "fit");
+  (void)run(task_of(19, &num_ageings), folder.path() / "fit");
+  // One more generation of six, then as after any search: a seed, scans of two parameters (each again along the valley at most), one of the look, before and after.
+  EXPECT_GE(num_ageings, 6 + 1 + 2 * 2 + 1 + 2);
+  EXPECT_LE(num_ageings, 6 + 1 + 2 * 2 * 2 + 1 + 2);
+  (void)run(task_of(19, nullptr), folder.path() / "at_once");
+  EXPECT_EQ(tree_of(folder.path() / "fit"), tree_of(folder.path() / "at_once"));
+}
+
+TEST(FitJob, LooksAloneNeedOneAgeing) {
+  const TempFolder folder;
+  int num_ageings = 0;
+  FitTask task = green_task(captured(folder), 0.0, &num_ageings);
+  task.parameters[0].start = kGreenTruth[0];
+  task.parameters = {task.parameters[1]};
+  task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
+    return [look = inner({kGreenTruth[0], v[0], 0.0}, shift, c)](const std::vector<double>& l, const RunControl& lc) { return look({kGreenTruth[0], l[0], 0.0}, lc); };
+  };
+  task.options.seeds = 0;
+  const Json report = run(std::move(task), folder.path() / "fit");
+  EXPECT_NEAR(report.at("parameters")[0].at("best").get<double>(), kGreenTruth[1], 0.01);
+  EXPECT_EQ(num_ageings, 1 + 1 + 2);  // the search; the scan; before and after
+  EXPECT_GT(report.at("evaluations").at("looks").get<int>(), 20);
+}
+
+TEST(FitJob, ValuesThatTheModelRefusesAreRankedLastAndNamed) {
+  const TempFolder folder;
+  FitTask task = green_task(captured(folder));
+  task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
+    if (v[0] > 1.0) throw InvalidInput("the rate and the strength do not go together");
+    return inner(v, shift, c);
+  };
+  task.options.evaluations = 37;
+  const Json report = run(std::move(task), folder.path() / "fit");
+  EXPECT_NEAR(report.at("parameters")[0].at("best").get<double>(), kGreenTruth[0], 0.1 * kGreenTruth[0]);
+  EXPECT_TRUE(has(read_file(folder.path() / "fit/evaluations.csv"), "do not go together"));
+}
+
+TEST(FitJob, SaysBeforeAnyWorkWhatCannotBeFitted) {
+  const TempFolder folder;
+  const fs::path history = captured(folder);
+  const auto message = [&](const std::function<void(FitTask&)>& change) {
+    FitTask task = green_task(history);
+    change(task);
+    return error_of([&] { (void)plan_fit(std::move(task), folder.path() / "fit"); });
+  };
+  EXPECT_TRUE(has(message([](FitTask& t) { t.options.evaluations = 5; }), "too small"));
+  EXPECT_TRUE(has(message([](FitTask& t) { t.parameters[0].start = 3.0; }), "/rate: starts at 3"));
+  EXPECT_TRUE(has(message([](FitTask& t) { t.outline.times = {100, 101}; }), "no time in common"));
+  EXPECT_TRUE(has(message([](FitTask& t) { t.outline.times = {8, 9}; }), "only one time in common"));
+  EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::ColorByControl}}; t.outline.control_names = {"hits", "y"}; }), "no control in common"));
+  EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::Ciede2000}}; t.outline.width = 64; }), "place by place"));
+  EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::Covered}}; t.objective.visible_delta_e = 500; }), "does not age visibly"));
+  SurfaceFrames one = green_plate(kGreenTruth);
+  one.times.resize(1);
+  one.colors.resize(1);
+  write_surface(folder.path() / "one", one, "0123456789abcdef");
+  EXPECT_TRUE(has(message([&](FitTask& t) { t.history = folder.path() / "one"; }), "has one frame"));
+}
+
+}  // namespace
+}  // namespace patinate

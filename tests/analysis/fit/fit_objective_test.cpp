@@ -1,0 +1,132 @@
+#include "analysis/fit/fit_objective.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "analysis/compare/sections.h"
+#include "analysis/fit/fit_parameter.h"
+#include "tests/analysis/fit/fit_model.h"
+#include "tests/support/errors.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+using namespace testing_support;
+using Figures = std::vector<std::pair<FitFigure, std::string>>;
+
+std::vector<FitTerm> all_terms() {
+  std::vector<FitTerm> terms;
+  for (std::size_t i = 0; i < kFitFigureNames.size(); ++i) terms.push_back({.figure = static_cast<FitFigure>(i)});
+  return terms;
+}
+
+SurfaceOutline outline_of(const SurfaceFrames& frames) {
+  return {.name = frames.name, .width = frames.mask.width(), .height = frames.mask.height(), .time_unit = frames.time_unit, .times = frames.times, .control_names = {"x"}};
+}
+
+/// Half floats of the file against floats in memory.
+constexpr double kHalfDeltaE = 0.05;
+
+TEST(FitObjective, IsZeroForTheSameSurfaceInEveryFigure) {
+  const TempFolder folder;
+  const SurfaceFrames frames = green_plate(kGreenTruth);
+  write_surface(folder.path() / "a", frames, "0123456789abcdef");
+  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(frames), all_terms(), {});
+  const ObjectiveValue value = objective(frames);
+  ASSERT_EQ(value.figures.size(), kFitFigureNames.size());
+  for (std::size_t i = 0; i < value.figures.size(); ++i) EXPECT_NEAR(value.figures[i].value(), 0.0, kHalfDeltaE) << kFitFigureNames[i];
+}
+
+TEST(FitObjective, EqualsTheFiguresOfAComparison) {
+  const TempFolder folder;
+  const SurfaceFrames a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
+  write_surface(folder.path() / "a", a, "0123456789abcdef");
+  write_surface(folder.path() / "b", b, "0123456789abcdee");
+  const ObjectiveOptions options;
+  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(b), all_terms(), options);
+  const ObjectiveValue value = objective(b);
+  CompareOptions compare = compare_options(options);
+  compare.num_resamples = 0;
+  const ComparedPair pair = load_pair(TextureSeries(folder.path() / "a"), TextureSeries(folder.path() / "b"), compare);
+  std::vector<Figure> figures;
+  for (const Section& s : {colors_section(pair, compare), controls_section(pair, compare), places_section(pair, compare)}) figures.insert(figures.end(), s.figures.begin(), s.figures.end());
+  const auto compared = [&](const std::string& name) {
+    for (const Figure& f : figures) {
+      if (f.name == name) return f.value.value();
+    }
+    ADD_FAILURE() << name;
+    return 0.0;
+  };
+  const auto fitted = [&](FitFigure figure) { return value.figures[static_cast<std::size_t>(figure)].value(); };
+  const double span = 8.0;
+  EXPECT_NEAR(fitted(FitFigure::ColorDistribution), compared("color_distribution"), kHalfDeltaE);
+  EXPECT_NEAR(fitted(FitFigure::Covered), 100.0 * compared("covered_distance"), 0.5);  // Texels at the border of being visible: half a per cent of them.
+  EXPECT_NEAR(fitted(FitFigure::Onset), 100.0 * compared("onset_distance") / span, 0.2);
+  EXPECT_NEAR(fitted(FitFigure::Saturation), 100.0 * compared("saturation_distance") / span, 0.2);
+  EXPECT_NEAR(fitted(FitFigure::ColorByControl), compared("color_by_x"), kHalfDeltaE);
+  EXPECT_NEAR(fitted(FitFigure::RateByControl), span * compared("rate_by_x"), kHalfDeltaE);
+  EXPECT_NEAR(fitted(FitFigure::Ciede2000), compared("ciede2000_mean"), kHalfDeltaE);
+}
+
+TEST(FitObjective, IsTheWeightedMeanOfItsFigures) {
+  const TempFolder folder;
+  const SurfaceFrames a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
+  write_surface(folder.path() / "a", a, "0123456789abcdef");
+  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(b), {{FitFigure::MeanColor, 3.0}, {FitFigure::Covered, 0.5}}, {});
+  const ObjectiveValue v = objective(b);
+  EXPECT_DOUBLE_EQ(v.objective.value(), (3.0 * v.figures[0].value() + 0.5 * v.figures[1].value()) / 3.5);
+}
+
+TEST(FitObjective, OnTheClockOfSpansTheSpeedOfTheClockDoesNotMatter) {
+  const TempFolder folder;
+  const SurfaceFrames a = green_plate(kGreenTruth);
+  SurfaceFrames slow = a;
+  for (double& t : slow.times) t = 100.0 + 50.0 * t;
+  slow.time_unit = TimeUnit::Hours;
+  write_surface(folder.path() / "a", a, "0123456789abcdef");
+  ObjectiveOptions options;
+  options.clock = Clock::Span;
+  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(a), {{FitFigure::Ciede2000}}, options);
+  EXPECT_NEAR(objective(slow).objective.value(), 0.0, kHalfDeltaE);
+}
+
+TEST(FitObjective, ASurfaceThatEndsEarlierIsHeldAtItsEnd) {
+  const TempFolder folder;
+  const SurfaceFrames a = green_plate(kGreenTruth);
+  SurfaceFrames still = a;  // All of it happens in a tenth of the time, then nothing.
+  for (double& t : still.times) t *= 0.1;
+  write_surface(folder.path() / "a", a, "0123456789abcdef");
+  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(a), {{FitFigure::Ciede2000}}, {});
+  EXPECT_GT(objective(still).objective.value(), 2.0);
+}
+
+TEST(FitParameter, RangesAreReadAndRefused) {
+  const FitRange r = parse_fit_range("/rules/2/alpha=0.001:0.1:log");
+  EXPECT_EQ(r.name, "/rules/2/alpha");
+  EXPECT_EQ(r.low, 0.001);
+  EXPECT_EQ(r.high, 0.1);
+  EXPECT_EQ(r.scale, FitScale::Log);
+  for (const auto& [text, part] : {std::pair{"rules/0=1:2", "JSON pointer"}, {"/a", "LOW:HIGH"}, {"/a=2:1", "upside down"}, {"/a=1:1", "upside down"}, {"/a=0:1:log", "above 0"}, {"/a=x:1", "two numbers"},
+                                   {"/a=0:1:lag", "did you mean `log`"}, {"/a=1", "LOW:HIGH"}}) {
+    EXPECT_TRUE(has(error_of<UsageError>([&text = text] { (void)parse_fit_range(text); }), part)) << text;
+  }
+  EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("colour_distribution"); }), "did you mean `color_distribution`"));
+  EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("covered=-1"); }), "weight > 0"));
+}
+
+TEST(FitParameter, ValuesAndSharesOfTheRangeAreInverse) {
+  const FitParameter linear{.range = {.name = "/a", .low = -2.0, .high = 6.0}, .start = 0.0}, log{.range = {.name = "/b", .low = 0.01, .high = 100.0, .scale = FitScale::Log}, .start = 1.0};
+  EXPECT_EQ(value_at(linear, 0.5), 2.0);
+  EXPECT_EQ(value_at(log, 0.5), 1.0);
+  for (const double u : {0.0, 0.1, 0.37, 0.9, 1.0}) {
+    EXPECT_NEAR(unit_at(linear, value_at(linear, u)), u, 1e-6);  // Six digits.
+    EXPECT_NEAR(unit_at(log, value_at(log, u)), u, 1e-6);
+  }
+  const FitParameter whole{.range = {.name = "/n", .low = 1.0, .high = 10.0}, .start = 5.0, .is_whole = true};
+  EXPECT_EQ(value_at(whole, 0.42), 5.0);
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,158 @@
+#!/usr/bin/env python3
+"""A scene fitted to a history, as a user would. Usage: fit_test.py PATINATE [unittest arguments]"""
+import hashlib
+import json
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_fit_"))
+
+PLATE = "v -50 0 0\nv 50 0 0\nv 50 86 -50\nv -50 86 -50\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"  # leans back by 30 degrees
+SCENE = {
+    "format": "patinate.scene", "version": 1, "unit": "mm", "seed": 1, "atlas": {"resolution": 32},
+    "materials": ["water", "metal", "patina"],
+    "appearance": {"water": {"strength": 0.2}, "patina": {"strength": 0.5, "variation": 0.1}},
+    "objects": [{"name": "plate", "mesh": "plate.obj", "preset": "copper"}],
+    "emitters": [{"name": "rain", "shape": "sky", "speed": 300, "spread_deg": 5, "gammatons": 100, "carries": {"water": 0.8, "patina": 0.0}}],
+    "behaviour": {"slider": 0.5}, "exchange": {"rates": {"water": 0.3, "patina": 0.0}},
+    "rules": ["patina", {"name": "evaporation", "alpha": 0.5}],
+    "time": {"unit": "h", "per_iteration": 0.2},
+    "run": {"iterations": 30, "history_every": 5, "controls": ["hits"]}}
+TRUTH = {"/rules/0/alpha": 2.0, "/appearance/patina/strength": 1.2}
+VARY = ["--vary", "/rules/0/alpha=0.1:20:log", "--vary", "/appearance/patina/strength=0.1:3"]
+SHORT = ["--evaluations", "25", "--looks", "13", "--scan", "2", "--seeds", "1"]
+
+
+def patinate(*arguments, **more):
+    return subprocess.run([PATINATE, *map(str, arguments)], cwd=WORK, capture_output=True, text=True, timeout=600, **more)
+
+
+def tree_hash(folder):
+    """Of every file but run.json and job.json, which tell of the run."""
+    digest = hashlib.sha256()
+    for path in sorted(p for p in (WORK / folder).rglob("*") if p.is_file() and p.name not in ("run.json", "job.json")):
+        content = path.read_bytes().replace(str(folder).encode(), b"FOLDER")
+        digest.update(str(path.relative_to(WORK / folder)).encode() + b"\0" + content)
+    return digest.hexdigest()
+
+
+def changed(**parts):
+    scene = json.loads(json.dumps(SCENE))
+    scene.update(parts)
+    return scene
+
+
+def setUpModule():
+    (WORK / "scenes").mkdir()
+    (WORK / "scenes/plate.obj").write_text(PLATE)
+    (WORK / "scenes/start.json").write_text(json.dumps(SCENE))
+    truth = changed(rules=[{"name": "patina", "alpha": TRUTH["/rules/0/alpha"]}, SCENE["rules"][1]])
+    truth["appearance"]["patina"]["strength"] = TRUTH["/appearance/patina/strength"]
+    (WORK / "scenes/truth.json").write_text(json.dumps(truth))
+    result = patinate("simulate", "scenes/truth.json", "-o", "captured")
+    assert result.returncode == 0, result.stderr
+
+
+def tearDownModule():
+    shutil.rmtree(WORK)
+
+
+class Fit(unittest.TestCase):
+    def test_finds_known_parameters_again_and_says_which_one_does_nothing(self):
+        # No metal is ever added to the plate, so its strength does nothing.
+        scene = changed()
+        scene["appearance"]["metal"] = {"strength": 1.0}
+        (WORK / "scenes/three.json").write_text(json.dumps(scene))
+        result = patinate("fit", "scenes/three.json", "captured", *VARY, "--vary", "/appearance/metal/strength=0.1:4", "--evaluations", 43, "-o", "three", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        found = {p["pointer"]: p for p in json.loads(result.stdout)["parameters"]}
+        for pointer, value in TRUTH.items():
+            self.assertAlmostEqual(found[pointer]["best"] / value, 1, delta=0.05, msg=pointer)
+            self.assertEqual(found[pointer]["determination"], "determined", pointer)
+            self.assertTrue(found[pointer]["interval"][0] <= value <= found[pointer]["interval"][1], found[pointer])
+        self.assertEqual(found["/appearance/metal/strength"]["determination"], "without_effect")
+        self.assertIn("no figure changes", result.stderr)
+        self.assertLess(json.loads(result.stdout)["objective"]["after"], 0.1 * json.loads(result.stdout)["objective"]["before"])
+
+    def test_the_best_scene_runs_from_its_folder_and_gives_the_history_after(self):
+        self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "run").returncode, 0)
+        result = patinate("simulate", "run/scene.json", "-o", "again")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for k in (0, 3, 6):
+            self.assertEqual((WORK / f"again/history/frames/{k:04d}.exr").read_bytes(), (WORK / f"run/after/frames/{k:04d}.exr").read_bytes())
+        self.assertEqual(patinate("validate", "run").returncode, 0)
+        self.assertRegex(patinate("info", "run").stdout, "/rules/0/alpha: *0.1 -> ")
+        page = (WORK / "run/report.html").read_text()
+        self.assertFalse("http:" in page)
+        self.assertIn("<svg", page)
+        rows = (WORK / "run/evaluations.csv").read_text().splitlines()
+        self.assertEqual(rows[0], "evaluation,look,/rules/0/alpha,/appearance/patina/strength,objective,color_distribution,problem")
+        self.assertGreater(len(rows), 100)
+        self.assertIn("up to date", patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "run").stderr)
+
+    def test_same_bytes_for_any_number_of_threads_and_after_kills(self):
+        for threads in (1, 2):
+            self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", f"out{threads}", "--threads", threads).returncode, 0)
+        num_killed = 0
+        for wait in (0.3, 0.5, 0.8):
+            process = subprocess.Popen([PATINATE, "fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "out3"], cwd=WORK, stderr=subprocess.DEVNULL)
+            time.sleep(wait)
+            if process.poll() is None:
+                process.send_signal(signal.SIGKILL)
+                num_killed += 1
+            process.wait()
+        self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "out3").returncode, 0)
+        self.assertGreater(num_killed, 0)
+        self.assertEqual(tree_hash("out2"), tree_hash("out1"))
+        self.assertEqual(tree_hash("out3"), tree_hash("out1"))
+
+    def test_ranges_and_figures_come_from_a_file_too(self):
+        (WORK / "parameters.json").write_text(json.dumps({
+            "format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/appearance/patina/strength", "low": 0.1, "high": 3}],
+            "objective": {"mean_color": 1, "rate_by_control": 0.5}}))
+        result = patinate("fit", "scenes/truth.json", "captured", "--parameters", "parameters.json", "--scan", 2, "--seeds", 0, "-o", "from_file", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(result.stdout)
+        self.assertAlmostEqual(report["parameters"][0]["best"], 1.2, delta=0.02)
+        self.assertEqual(report["evaluations"]["ageings"], 1)
+        self.assertEqual([t["figure"] for t in report["objective"]["terms"]], ["mean_color", "rate_by_control"])
+
+    def test_bad_input_is_one_line(self):
+        (WORK / "bad.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/rules/0/alpha", "low": 2, "high": 1}]}))
+        start, alpha = "scenes/start.json", "/rules/0/alpha=0.1:20:log"
+        for arguments, code, words in (
+                ((start, "captured"), 2, "--vary"),
+                ((start, "captured", "--vary", "/rules/0/alfa=0.1:1"), 2, "/rules/0/alfa: is not in scenes/start.json"),
+                ((start, "captured", "--vary", "/emitters/0/carries/watr=0.1:1"), 2, "did you mean `/emitters/0/carries/water`"),
+                ((start, "captured", "--vary", "/emitters/0/name=0.1:1"), 2, "expected a number"),
+                ((start, "captured", "--vary", "/seed=1:10"), 2, "cannot be varied"),
+                ((start, "captured", "--vary", alpha, "--vary", alpha), 2, "is given twice"),
+                ((start, "captured", "--vary", "/rules/0/alpha=1:0.5"), 2, "upside down"),
+                ((start, "captured", "--vary", "/rules/0/alpha=0.1:none"), 2, "two numbers"),
+                ((start, "captured", "--vary", "/behaviour/slider=0:2"), 3, "/behaviour/slider: found 2"),
+                ((start, "captured", "--vary", "/exchange/rates/water=-1:0.5"), 3, "/exchange/rates/water: found -1"),
+                ((start, "captured", "--vary", "/rules/0/alpha=0.5:1"), 3, "starts at 0.1"),
+                ((start, "captured", "--vary", alpha, "--evaluations", 5), 2, "expected at least 13"),
+                ((start, "captured", "--vary", alpha, "--objective", "colour"), 2, "expected one of color_distribution"),
+                ((start, "captured", "--vary", alpha, "--objective", "covered", "--objective", "covered=2"), 2, "is given twice"),
+                ((start, "captured", "--parameters", "bad.json"), 3, "/vary/0: the range 2 to 1 is upside down"),
+                ((start, "scenes/plate.obj", "--vary", alpha), 3, "is no history or transfer"),
+                ((start, "nowhere", "--vary", alpha), 3, "nowhere")):
+            result = patinate("fit", *arguments, "-o", "bad")
+            with self.subTest(arguments=arguments):
+                self.assertEqual(result.returncode, code, result.stderr)
+                self.assertIn(words, result.stderr)
+                self.assertEqual(len([line for line in result.stderr.splitlines() if "error" in line]), 1, result.stderr)
+                self.assertFalse((WORK / "bad").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

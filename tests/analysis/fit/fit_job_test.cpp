@@ -76,6 +76,7 @@ TEST(FitJob, AnIntervalHoldsTheTruthWhenOtherSeedsDiffer) {
     };
     task.options.evaluations = 25;
     task.options.looks = 13;
+    task.options.scan = 4;
     task.seed = static_cast<std::uint64_t>(k);
     const Json report = run(std::move(task), folder.path() / ("fit" + std::to_string(k)));
     const Json interval = report.at("parameters")[0].at("interval");
@@ -91,7 +92,9 @@ TEST(FitJob, HasTheSameBytesForAnyNumberOfThreads) {
   std::string first;
   for (const int threads : {1, 3}) {
     FitTask task = green_task(history, 0.02);
-    task.options.evaluations = 19;
+    task.options.evaluations = 13;
+    task.options.scan = 2;
+    task.options.seeds = 1;
     (void)run(std::move(task), folder.path() / std::to_string(threads), threads);
     const std::string tree = tree_of(folder.path() / std::to_string(threads));
     if (first.empty()) first = tree;
@@ -104,7 +107,9 @@ TEST(FitJob, StoppedAnywhereItGoesOnAndEndsInTheSameBytes) {
   const fs::path history = captured(folder);
   const auto task_of = [&](int* count) {
     FitTask task = green_task(history, 0.02, count);
-    task.options.evaluations = 19;
+    task.options.evaluations = 13;
+    task.options.scan = 2;
+    task.options.seeds = 1;
     return task;
   };
   int num_whole = 0, num_pieces = 0;

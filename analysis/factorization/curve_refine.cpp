@@ -1,35 +1,17 @@
 #include "analysis/factorization/curve_refine.h"
 
 #include <ceres/ceres.h>
-#include <glog/logging.h>
 
 #include <cmath>
-#include <mutex>
 
 #include "analysis/factorization/place_fit.h"
+#include "libcommon/core/silent_log.h"
 
 namespace patinate {
 
 namespace {
 
 constexpr double kBending = 1.0;  ///< Weight of a second difference of coefficients against one residual of one standard deviation.
-
-/// Ceres tells its log, which is stderr, what it also returns. The level is global: one at a time.
-class SilentLog {
- public:
-  SilentLog() : lock_(mutex()), before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::FATAL; }
-  ~SilentLog() { FLAGS_minloglevel = before_; }
-  SilentLog(const SilentLog&) = delete;
-  SilentLog& operator=(const SilentLog&) = delete;
-
- private:
-  static std::mutex& mutex() {
-    static std::mutex instance;
-    return instance;
-  }
-  std::lock_guard<std::mutex> lock_;
-  int before_;
-};
 
 /// One channel of one place: parameters (log rate, delay, gain and base of every channel) and the channel's coefficients. Residuals are
 /// sign(z) sqrt(rho(z^2)), so that every value has a loss of its own; after them, in the first channel, what is expected of a clock.

@@ -1,33 +1,16 @@
 #include "capture/calibration/ceres_solve.h"
 
 #include <ceres/ceres.h>
-#include <glog/logging.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+
+#include "libcommon/core/silent_log.h"
 
 namespace patinate {
 
 namespace {
-
-/// Ceres tells its log, which is stderr, what it also returns. The level is global: one at a time.
-class SilentLog {
- public:
-  SilentLog() : lock_(mutex()), before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::FATAL; }
-  ~SilentLog() { FLAGS_minloglevel = before_; }
-  SilentLog(const SilentLog&) = delete;
-  SilentLog& operator=(const SilentLog&) = delete;
-
- private:
-  static std::mutex& mutex() {
-    static std::mutex instance;
-    return instance;
-  }
-  std::lock_guard<std::mutex> lock_;
-  int before_;
-};
 
 constexpr double kMinCondition = 1e-13;
 

@@ -93,6 +93,7 @@ class Evaluate(unittest.TestCase):
                                       (("tiles.nnf", "--history", "crackle", "--picture", "same16.png", "--control", "crackle/controls/nothing.exr"), 3, "nothing.exr: "),
                                       (("beyond.nnf", "--history", "crackle", "--picture", "same16.png"), 3, "texel 95, 0 comes from 96, 0, which is not in the source of 96 x 80"),
                                       (("same.nnf", "--history", "crackle", "--control", "crackle/controls/thickness.exr:2"), 2, "weight and mapping are the tool's own"),
+                                      (("crackle", "--history", "crackle"), 3, "transfer"),
                                       (("aged", "aged"), 3, "two maps are called `aged`"),
                                       (("urn/mesh.obj", "--history", "crackle"), 3, "mesh.obj")):
             result = patinate("evaluate", *arguments, "-o", "bad")

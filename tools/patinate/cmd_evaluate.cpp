@@ -12,7 +12,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool is_transfer(const fs::path& path) { return (fs::is_directory(path) || lower_extension(path) == ".json") && kind_of(path) == PathKind::Transfer; }
+/// A folder or manifest is a transfer, or a mistake; other files are coordinate maps.
+bool is_transfer(const fs::path& path) {
+  if (!fs::is_directory(path) && lower_extension(path) != ".json") return false;
+  require_transfer(path);
+  return true;
+}
 
 }  // namespace
 

@@ -1,16 +1,12 @@
+set(patinate_embed_template "${CMAKE_CURRENT_LIST_DIR}/embedded.cpp.in")
+
 # patinate_embed(TARGET SYMBOL FILE): the text of FILE as `extern const std::string_view SYMBOL` of namespace patinate, so that an installed
 # program looks for no file. Declare it in a header of the target.
 function(patinate_embed target symbol file)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
   file(READ "${file}" text)
   set(source "${CMAKE_CURRENT_BINARY_DIR}/embedded_${symbol}.cpp")
-  file(CONFIGURE OUTPUT "${source}" @ONLY CONTENT [=[
-#include <string_view>
-namespace patinate {
-extern const std::string_view @symbol@;
-const std::string_view @symbol@ = R"embedded(@text@)embedded";
-}  // namespace patinate
-]=])
+  configure_file("${patinate_embed_template}" "${source}" @ONLY)
   target_sources(${target} PRIVATE "${source}")
 endfunction()
 
@@ -20,7 +16,7 @@ function(patinate_embed_built target symbol file)
   set(source "${CMAKE_CURRENT_BINARY_DIR}/embedded_${symbol}.cpp")
   add_custom_command(OUTPUT "${source}"
     COMMAND "${CMAKE_COMMAND}" -Dsymbol=${symbol} "-Dfile=${file}" "-Dsource=${source}" -P "${patinate_embed_script}"
-    DEPENDS "${file}" "${patinate_embed_script}"
+    DEPENDS "${file}" "${patinate_embed_script}" "${patinate_embed_template}"
     COMMENT "Embedding ${symbol}" VERBATIM)
   target_sources(${target} PRIVATE "${source}")
 endfunction()

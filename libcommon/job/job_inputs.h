@@ -32,6 +32,15 @@ class JobInputs {
 
   [[nodiscard]] std::string key() const { return hash_.hex(); }
   [[nodiscard]] const std::vector<JobDependency>& list() const { return list_; }
+  /// A plan without items that depends on all that was added so far. @param manifest  As JobPlan's.
+  [[nodiscard]] JobPlan plan(const std::filesystem::path& output, const std::string& manifest) const {
+    JobPlan plan;
+    plan.output = output;
+    plan.manifest = manifest;
+    plan.key = key();
+    plan.depends_on = list_;
+    return plan;
+  }
 
  private:
   /// Equal names get numbers: "a.jpg", "a.jpg (2)".

@@ -1,16 +1,6 @@
-#include <nlohmann/json.hpp>
-
 #include "datasets_synthetic/crackle_io.h"
-#include "datasets_synthetic/fence.h"
-#include "datasets_synthetic/ledge.h"
 #include "datasets_synthetic/mould_io.h"
-#include "datasets_synthetic/sculpture.h"
-#include "libcommon/core/error.h"
-#include "libcommon/core/files.h"
-#include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
-#include "libcommon/job/job_inputs.h"
+#include "datasets_synthetic/object_io.h"
 #include "tools/patinate/commands.h"
 
 namespace patinate {
@@ -18,66 +8,6 @@ namespace patinate {
 namespace {
 
 const std::vector<std::string> kKinds{"crackle", "fence", "ledge", "mould", "sculpture"};
-
-JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output) {
-  check_ranges(options);
-  JobInputs inputs("synth sculpture", 1);
-  inputs.add_options(option_values(options));
-  Json values;
-  for (const auto& [name, value] : option_values(options)) values[name] = value;
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "sculpture.json";
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
-  plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj"}, .run = [options](const auto& folder, const RunControl&) {
-                          write_obj(folder / "mesh.obj", sculpture(options));
-                        }});
-  plan.join = [values, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
-    save_json(folder / "sculpture.json",
-              Json{{"mesh", "mesh.obj"}, {"unit", "mm"}, {"options", values}, {"key", key}});
-  };
-  return plan;
-}
-
-JobPlan plan_ledge(const LedgeOptions& options, const std::filesystem::path& output) {
-  check_ranges(options);
-  JobInputs inputs("synth ledge", 2);
-  inputs.add_options(option_values(options));
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "ledge.json";
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
-  plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj", "scene.json"}, .run = [options](const auto& folder, const RunControl&) {
-                          write_obj(folder / "mesh.obj", ledge(options));
-                          write_atomically(folder / "scene.json", ledge_scene(options, "mesh.obj"));
-                        }});
-  plan.join = [key = plan.key](const std::filesystem::path& folder, const RunControl&) {
-    save_json(folder / "ledge.json", Json{{"mesh", "mesh.obj"}, {"scene", "scene.json"}, {"unit", "mm"}, {"key", key}});
-  };
-  return plan;
-}
-
-JobPlan plan_fence(const FenceOptions& options, const std::filesystem::path& output) {
-  check_ranges(options);
-  JobInputs inputs("synth fence", 1);
-  inputs.add_options(option_values(options));
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "fence.json";
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
-  plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj", "grain.png", "scene.json"}, .run = [options](const auto& folder, const RunControl& control) {
-                          write_obj(folder / "mesh.obj", fence(options));
-                          write_srgb8(folder / "grain.png", fence_grain(options, control));
-                          write_atomically(folder / "scene.json", fence_scene(options, "mesh.obj", "grain.png"));
-                        }});
-  plan.join = [key = plan.key](const std::filesystem::path& folder, const RunControl&) {
-    save_json(folder / "fence.json", Json{{"mesh", "mesh.obj"}, {"scene", "scene.json"}, {"unit", "mm"}, {"key", key}});
-  };
-  return plan;
-}
 
 }  // namespace
 

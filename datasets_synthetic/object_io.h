@@ -1,0 +1,21 @@
+/// \file
+/// Synthetic objects as folders: a mesh to age with a transfer, or a mesh with the scene that ages it.
+#pragma once
+
+#include <filesystem>
+
+#include "datasets_synthetic/fence.h"
+#include "datasets_synthetic/ledge.h"
+#include "datasets_synthetic/sculpture.h"
+#include "libcommon/job/job.h"
+
+namespace patinate {
+
+/// `mesh.obj` (mm); `sculpture.json` is the manifest: mesh, unit, options, key. All of these @throws InvalidInput if an option is out of range.
+[[nodiscard]] JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output);
+/// `mesh.obj` (mm), `scene.json` for `patinate simulate`; `ledge.json` is the manifest: mesh, scene, unit, key.
+[[nodiscard]] JobPlan plan_ledge(const LedgeOptions& options, const std::filesystem::path& output);
+/// The same, with `grain.png` (sRGB), the colour of new wood; `fence.json` is the manifest.
+[[nodiscard]] JobPlan plan_fence(const FenceOptions& options, const std::filesystem::path& output);
+
+}  // namespace patinate

@@ -76,6 +76,7 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       exchanger(static_cast<int>(scene.materials.size()), scene.seed),
       composer(scene, scene_mesh, surface, options.color_form, control.part(0.6, 0.9)),
       changed_in(surface.grid().num_tiles(), -1) {
+  for (const SceneObject& object : scene.objects) start_places.emplace_back(object);
   cargo.mass.resize(gammatons.size());
   check_emitters(scene, scene_mesh, tracer.rays());
   notes = describe_meshes(scene_mesh);
@@ -132,6 +133,7 @@ void Simulation::apply(const SceneEvent& event) {
   Scene changed = s.scene;
   const bool moves_objects = apply_event(event, changed);
   check_scene(changed);
+  if (event.op == SceneEvent::Op::Rule) s.set_rules(changed.rules);
   if (moves_objects) {
     SceneMesh moved = s.scene_mesh;
     place_objects(moved, changed);

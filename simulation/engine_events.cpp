@@ -19,6 +19,25 @@ SceneObject& object_named(Scene& scene, const std::string& name) {
   throw InvalidInput("the scene has no object called '" + name + "'");
 }
 
+void change_rule(const SceneEvent& event, std::vector<Rule>& rules) {
+  if (!event.rule) throw InvalidInput("a rule event says nothing of a rule");
+  const RuleChange& change = *event.rule;
+  if (std::count_if(rules.begin(), rules.end(), [&](const Rule& rule) { return rule.name == event.target; }) > 1) {
+    throw InvalidInput("two rules are called '" + event.target + "': give each a name of its own to change one");
+  }
+  Rule* rule = find_named(rules, event.target);
+  if (!rule && !change.begins) throw InvalidInput("the scene has no rule called '" + event.target + "'");
+  if (!rule) {
+    if (rules.size() >= kMaxRules) throw InvalidInput("the scene has " + std::to_string(rules.size()) + " rules; more cannot come to it");
+    rules.push_back(*change.begins);
+    return;
+  }
+  if (change.driver) rule->driver = *change.driver;
+  if (change.alpha) rule->alpha = *change.alpha;
+  if (change.makes) rule->makes = *change.makes;
+  if (change.uses) rule->uses = *change.uses;
+}
+
 }  // namespace
 
 bool apply_event(const SceneEvent& event, Scene& scene) {
@@ -58,6 +77,7 @@ bool apply_event(const SceneEvent& event, Scene& scene) {
     case Op::Behaviour:
       if (event.behaviour) scene.behaviour = *event.behaviour;
       return false;
+    case Op::Rule: change_rule(event, scene.rules); return false;
   }
   return false;
 }

@@ -8,9 +8,9 @@ namespace patinate {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x31304E5354415050ull;  // "PPATSN01": raised with every change of what follows
+constexpr std::uint64_t kMagic = 0x32304E5354415050ull;  // "PPATSN02": raised with every change of what follows
 
-/// Emitters, places, behaviour and exchange: what events change.
+/// Emitters, places, behaviour, exchange and rules: what events change.
 void write_scene(ByteWriter& out, const Scene& scene) {
   for (const SceneObject& o : scene.objects) {
     for (const Vec3& v : {o.translate_mm, o.rotate_deg}) {
@@ -30,6 +30,28 @@ void write_scene(ByteWriter& out, const Scene& scene) {
   const Behaviour& b = scene.behaviour;
   for (const double x : {b.bounce, b.floating, b.absorb, b.deceleration_bounce, b.deceleration_float, scene.exchange.ratio}) out.value(x);
   for (const double x : scene.exchange.rates) out.value(x);
+  out.value(static_cast<std::uint64_t>(scene.rules.size()));
+  for (const Rule& rule : scene.rules) {
+    out.text(rule.name);
+    out.text(rule.driver);
+    out.value(rule.alpha);
+    for (const double x : rule.makes) out.value(x);
+    for (const double x : rule.uses) out.value(x);
+  }
+}
+
+std::vector<Rule> read_rules(ByteReader& in) {
+  const auto count = in.value<std::uint64_t>();
+  if (count > kMaxRules) throw InvalidInput("the snapshot is damaged");
+  std::vector<Rule> rules(static_cast<std::size_t>(count));
+  for (Rule& rule : rules) {
+    rule.name = in.text();
+    rule.driver = in.text();
+    in.value(rule.alpha);
+    for (double& x : rule.makes) in.value(x);
+    for (double& x : rule.uses) in.value(x);
+  }
+  return rules;
 }
 
 void read_scene_values(ByteReader& in, Scene& scene) {
@@ -54,6 +76,7 @@ void read_scene_values(ByteReader& in, Scene& scene) {
   Behaviour& b = scene.behaviour;
   for (double* x : {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio}) in.value(*x);
   for (double& x : scene.exchange.rates) in.value(x);
+  scene.rules = read_rules(in);
 }
 
 void write_atlas(ByteWriter& out, const MaterialAtlas& atlas) {
@@ -199,6 +222,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   const auto counters = in.value<TraceCounters>();
   expect(kMagic);
   in.finish();
+  s.set_rules(scene.rules);
   s.scene = std::move(scene);
   s.atlas = std::move(atlas);
   s.ledger = ledger;

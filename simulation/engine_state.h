@@ -18,6 +18,18 @@
 
 namespace patinate {
 
+/// Where an object stands.
+struct ObjectPlace {
+  explicit ObjectPlace(const SceneObject& o) : translate_mm(o.translate_mm), rotate_deg(o.rotate_deg), scale(o.scale) {}
+  void put(SceneObject& o) const {
+    o.translate_mm = translate_mm;
+    o.rotate_deg = rotate_deg;
+    o.scale = scale;
+  }
+  Vec3 translate_mm, rotate_deg;
+  double scale;
+};
+
 struct Simulation::State {
   State(Scene given, SimulationOptions given_options, const RunControl& control);
 
@@ -25,6 +37,9 @@ struct Simulation::State {
   void begin_lives_and_end_them();
   void mark(std::span<const TileIndex> tiles);
   [[nodiscard]] std::unique_ptr<RuleEngine> make_rules(const RunControl& control) const;
+  /// Other rules from now on; maps that they need are made of the objects where they stood at the start.
+  /// @throws InvalidInput; nothing is changed then.
+  void set_rules(std::span<const Rule> changed);
   /// @param touched  Tiles whose amounts the exchange has changed.
   void apply_rules(std::span<const TileIndex> touched, const RunControl& control);
   /// After amounts have come from elsewhere: every tile is looked at again.
@@ -41,6 +56,7 @@ struct Simulation::State {
   Exchanger exchanger;
   std::unique_ptr<ParameterMaps> maps;
   MassLedger ledger;
+  std::vector<ObjectPlace> start_places;  ///< By object.
   std::unique_ptr<RuleEngine> rules;
   Composer composer;
   TraceResult trace;

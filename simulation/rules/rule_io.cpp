@@ -44,7 +44,6 @@ void read_fields(JsonReader& json, RuleAsset& asset) {
   if (json.has("alpha")) asset.alpha = json.member("alpha").number(kAlphaRange);
   if (json.has("makes")) asset.makes = read_shares(json.member("makes"));
   if (json.has("uses")) asset.uses = read_shares(json.member("uses"));
-  if (json.has("about")) asset.about = json.member("about").string();
 }
 
 RuleAsset read_rule(JsonReader json) {
@@ -53,6 +52,7 @@ RuleAsset read_rule(JsonReader json) {
   asset.name = json.member("name").string();
   (void)json.member("driver");
   read_fields(json, asset);
+  if (json.has("about")) asset.about = json.member("about").string();
   json.finish();
   if (asset.makes.empty() && asset.uses.empty()) json.fail("a rule that makes or uses something");
   return asset;
@@ -85,8 +85,21 @@ RuleAsset read_asset(JsonReader& json) {
     }
   }
   read_fields(json, asset);
+  if (json.has("about")) asset.about = json.member("about").string();
   json.finish();
   return asset;
+}
+
+/// What `make` gives; what is wrong is said of this place.
+template <class Make>
+auto at_place(const JsonReader& json, Make&& make) {
+  try {
+    return make();
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(json.file(), json.pointer() + ": " + e.what());
+  }
 }
 
 }  // namespace
@@ -128,13 +141,52 @@ Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials
 
 Rule read_scene_rule(JsonReader json, std::span<const std::string> materials) {
   const RuleAsset asset = read_asset(json);
-  try {
-    return resolve_rule(asset, materials);
-  } catch (const IoError&) {
-    throw;
-  } catch (const InvalidInput& e) {
-    throw IoError(json.file(), json.pointer() + ": " + e.what());
+  return at_place(json, [&] { return resolve_rule(asset, materials); });
+}
+
+RuleChange read_rule_change(JsonReader& json, const std::string& target, std::span<const std::string> materials, std::span<const Rule> rules) {
+  RuleAsset given{.name = target, .about = {}, .driver = {}, .alpha = 0.1, .makes = {}, .uses = {}};
+  read_fields(json, given);
+  const Rule rule = at_place(json, [&] { return resolve_rule(given.driver.empty() ? RuleAsset{given.name, {}, "0", given.alpha, given.makes, given.uses} : given, materials); });
+  RuleChange change;
+  if (json.has("driver")) change.driver = rule.driver;
+  if (json.has("alpha")) change.alpha = rule.alpha;
+  if (json.has("makes")) change.makes = rule.makes;
+  if (json.has("uses")) change.uses = rule.uses;
+  const auto num_known = std::count_if(rules.begin(), rules.end(), [&](const Rule& r) { return r.name == target; });
+  if (num_known > 1) json.member("target").fail("a name that one rule has: " + std::to_string(num_known) + " are called so");
+  const bool is_empty = !change.driver && !change.alpha && !change.makes && !change.uses;
+  if (num_known == 1) {
+    if (is_empty) json.fail("any of \"alpha\", \"driver\", \"makes\", \"uses\"");
+    return change;
   }
+  const std::vector<std::string> names = built_in_rule_names();
+  if (std::find(names.begin(), names.end(), target) != names.end()) {
+    RuleAsset asset = built_in_rule(target);
+    if (json.has("driver")) asset.driver = given.driver;
+    if (json.has("alpha")) asset.alpha = given.alpha;
+    if (json.has("makes")) asset.makes = given.makes;
+    if (json.has("uses")) asset.uses = given.uses;
+    change.begins = at_place(json, [&] { return resolve_rule(asset, materials); });
+  } else if (change.driver && (change.makes || change.uses)) {
+    change.begins = rule;
+  }
+  return change;
+}
+
+std::vector<RuleAsset> built_in_rules_for(std::span<const std::string> materials) {
+  std::vector<RuleAsset> fitting;
+  for (const std::string& name : built_in_rule_names()) {
+    RuleAsset asset = built_in_rule(name);
+    try {
+      (void)resolve_rule(asset, materials);
+    } catch (const InvalidInput&) {
+      continue;  // it is about other materials
+    }
+    fitting.push_back(std::move(asset));
+  }
+  std::sort(fitting.begin(), fitting.end(), [](const RuleAsset& a, const RuleAsset& b) { return a.name < b.name; });
+  return fitting;
 }
 
 }  // namespace patinate

@@ -39,4 +39,14 @@ struct RuleAsset {
 /// @throws IoError with the scene's file and the JSON pointer.
 [[nodiscard]] Rule read_scene_rule(JsonReader json, std::span<const std::string> materials);
 
+/// Members "alpha", "driver", "makes", "uses" of an event that changes rule `target`. Where the scene has no rule of that name, it begins: a
+/// built-in one with what is given, or a new one of "driver" and "makes" or "uses".
+/// @param json  Its other members are read by who calls.
+/// @param rules  The scene's; a rule that events alone bring is in none of them.
+/// @throws IoError with the scene's file and the JSON pointer.
+[[nodiscard]] RuleChange read_rule_change(JsonReader& json, const std::string& target, std::span<const std::string> materials, std::span<const Rule> rules);
+
+/// Built-in rules whose materials the scene has, in alphabetical order.
+[[nodiscard]] std::vector<RuleAsset> built_in_rules_for(std::span<const std::string> materials);
+
 }  // namespace patinate

@@ -93,16 +93,74 @@ std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::st
   return out;
 }
 
-struct RuleEngine::State {
+namespace {
+
+/// All rules, and which slot is whose.
+struct CompiledRules {
+  std::vector<CompiledRule> rules;
+  std::vector<int> materials;  ///< Those that occur in a rule: slots 0, 1, ... Slots of the parameters follow, then age.
+  int num_slots = 0;
+  bool uses_age = false;
+
+  [[nodiscard]] int slot_of_material(int material) const { return static_cast<int>(std::find(materials.begin(), materials.end(), material) - materials.begin()); }
+};
+
+CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::string> names, std::span<const SurfaceParameter> parameters) {
+  CompiledRules out;
+  std::vector<Expression> drivers;
+  std::array<bool, kMaxMaterials> occurs{};
+  for (const Rule& rule : all) {
+    drivers.push_back(driver_of(rule, names));
+    for (const ExpressionName& name : drivers.back().names) {
+      const auto m = static_cast<std::size_t>(std::find(names.begin(), names.end(), name.text) - names.begin());
+      if (m < names.size()) {
+        occurs[m] = true;
+      } else if (name.text == "age") {
+        out.uses_age = true;
+      } else if (std::none_of(parameters.begin(), parameters.end(), [&](const SurfaceParameter& p) { return p.name == name.text; })) {
+        throw InvalidInput("rule '" + rule.name + "' asks for `" + name.text + "`, of which there is no map here");
+      }
+    }
+    for (std::size_t m = 0; m < names.size(); ++m) occurs[m] = occurs[m] || rule.makes[m] > 0.0 || rule.uses[m] > 0.0;
+  }
+  for (std::size_t m = 0; m < names.size(); ++m) {
+    if (occurs[m]) out.materials.push_back(static_cast<int>(m));
+  }
+  const auto age_slot = static_cast<int>(out.materials.size() + parameters.size());
+  const auto slot_of = [&](const ExpressionName& name) {
+    const auto m = std::find(names.begin(), names.end(), name.text) - names.begin();
+    if (m < static_cast<std::ptrdiff_t>(names.size())) return out.slot_of_material(static_cast<int>(m));
+    if (name.text == "age") return age_slot;
+    const auto p = std::find_if(parameters.begin(), parameters.end(), [&](const SurfaceParameter& q) { return q.name == name.text; });
+    return static_cast<int>(out.materials.size()) + static_cast<int>(p - parameters.begin());
+  };
+  out.num_slots = age_slot + 1;
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    CompiledRule rule;
+    rule.alpha = all[r].alpha;
+    rule.driver = compile_expression(drivers[r], slot_of, out.num_slots);
+    out.num_slots = std::max(out.num_slots, rule.driver.num_slots);
+    const auto add_terms = [&](const MaterialValues& shares) {
+      for (std::size_t m = 0; m < names.size(); ++m) {
+        if (shares[m] > 0.0) rule.form.terms[rule.form.num_terms++] = {out.slot_of_material(static_cast<int>(m)), static_cast<float>(shares[m])};
+      }
+    };
+    add_terms(all[r].makes);
+    rule.form.num_makes = rule.form.num_terms;
+    add_terms(all[r].uses);
+    out.rules.push_back(std::move(rule));
+  }
+  return out;
+}
+
+}  // namespace
+
+struct RuleEngine::State : CompiledRules {
   InstructionSet set;
   const RuleKernel* kernel;
   double time_per_iteration;
   std::uint64_t seed;
-  std::vector<CompiledRule> rules;
-  std::vector<int> materials;  ///< Those that occur in a rule: slots 0, 1, ...
   std::vector<SurfaceParameter> parameters;  ///< Slots after the materials; then age.
-  int num_slots = 0;
-  bool uses_age = false;
   TileFacts facts;
   std::vector<std::uint64_t> awake;  ///< By page: a bit for each tile.
   std::vector<Worker> workers;
@@ -110,8 +168,6 @@ struct RuleEngine::State {
   std::vector<std::size_t> num_dirty;  ///< By chunk.
 
   [[nodiscard]] int age_slot() const { return static_cast<int>(materials.size() + parameters.size()); }
-  int slot_of_material(int material);
-  void compile(std::span<const Rule> all, std::span<const std::string> names);
   [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
   void load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
   /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor guesses.
@@ -125,55 +181,6 @@ struct RuleEngine::State {
   }
 };
 
-int RuleEngine::State::slot_of_material(int material) {
-  return static_cast<int>(std::find(materials.begin(), materials.end(), material) - materials.begin());
-}
-
-void RuleEngine::State::compile(std::span<const Rule> all, std::span<const std::string> names) {
-  std::vector<Expression> drivers;
-  std::array<bool, kMaxMaterials> occurs{};
-  for (const Rule& rule : all) {
-    drivers.push_back(driver_of(rule, names));
-    for (const ExpressionName& name : drivers.back().names) {
-      const auto m = static_cast<std::size_t>(std::find(names.begin(), names.end(), name.text) - names.begin());
-      if (m < names.size()) {
-        occurs[m] = true;
-      } else if (name.text == "age") {
-        uses_age = true;
-      } else if (std::none_of(parameters.begin(), parameters.end(), [&](const SurfaceParameter& p) { return p.name == name.text; })) {
-        throw InvalidInput("rule '" + rule.name + "' asks for `" + name.text + "`, of which there is no map here");
-      }
-    }
-    for (std::size_t m = 0; m < names.size(); ++m) occurs[m] = occurs[m] || rule.makes[m] > 0.0 || rule.uses[m] > 0.0;
-  }
-  for (std::size_t m = 0; m < names.size(); ++m) {
-    if (occurs[m]) materials.push_back(static_cast<int>(m));
-  }
-  const auto slot_of = [&](const ExpressionName& name) {
-    const auto m = std::find(names.begin(), names.end(), name.text) - names.begin();
-    if (m < static_cast<std::ptrdiff_t>(names.size())) return slot_of_material(static_cast<int>(m));
-    if (name.text == "age") return age_slot();
-    const auto p = std::find_if(parameters.begin(), parameters.end(), [&](const SurfaceParameter& q) { return q.name == name.text; });
-    return static_cast<int>(materials.size()) + static_cast<int>(p - parameters.begin());
-  };
-  num_slots = age_slot() + 1;
-  for (std::size_t r = 0; r < all.size(); ++r) {
-    CompiledRule rule;
-    rule.alpha = all[r].alpha;
-    rule.driver = compile_expression(drivers[r], slot_of, num_slots);
-    num_slots = std::max(num_slots, rule.driver.num_slots);
-    const auto add_terms = [&](const MaterialValues& shares) {
-      for (std::size_t m = 0; m < names.size(); ++m) {
-        if (shares[m] > 0.0) rule.form.terms[rule.form.num_terms++] = {slot_of_material(static_cast<int>(m)), static_cast<float>(shares[m])};
-      }
-    };
-    add_terms(all[r].makes);
-    rule.form.num_makes = rule.form.num_terms;
-    add_terms(all[r].uses);
-    rules.push_back(std::move(rule));
-  }
-}
-
 RuleEngine::RuleEngine(std::span<const Rule> rules, std::span<const std::string> materials, const SurfaceAtlas& surface,
                        double time_per_iteration, std::uint64_t seed, std::vector<SurfaceParameter> parameters, InstructionSet set)
     : state_(std::make_unique<State>()) {
@@ -184,15 +191,27 @@ RuleEngine::RuleEngine(std::span<const Rule> rules, std::span<const std::string>
   s.kernel = &kernel_of(set);
   s.time_per_iteration = time_per_iteration;
   s.seed = seed;
-  s.parameters = std::move(parameters);
-  s.compile(rules, materials);
   s.facts = TileFacts(surface);
-  if (!s.rules.empty()) s.awake = s.facts.covered_tiles();
+  set_rules(rules, materials, std::move(parameters));
 }
 
 RuleEngine::~RuleEngine() = default;
 RuleEngine::RuleEngine(RuleEngine&&) noexcept = default;
 RuleEngine& RuleEngine::operator=(RuleEngine&&) noexcept = default;
+
+void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::string> materials, std::vector<SurfaceParameter> more_parameters) {
+  State& s = *state_;
+  std::vector<SurfaceParameter> parameters = s.parameters;
+  for (SurfaceParameter& parameter : more_parameters) parameters.push_back(std::move(parameter));
+  static_cast<CompiledRules&>(s) = compile_rules(rules, materials, parameters);
+  s.parameters = std::move(parameters);
+  s.awake = s.rules.empty() ? std::vector<std::uint64_t>() : s.facts.covered_tiles();
+  s.workers.clear();  // their slots are others'
+}
+
+bool RuleEngine::has_parameter(std::string_view name) const {
+  return std::any_of(state_->parameters.begin(), state_->parameters.end(), [&](const SurfaceParameter& p) { return p.name == name; });
+}
 
 void RuleEngine::wake(std::span<const TileIndex> tiles) {
   if (state_->awake.empty()) return;

@@ -16,6 +16,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libcommon/core/instruction_set.h"
@@ -52,6 +53,12 @@ class RuleEngine {
   ~RuleEngine();
   RuleEngine(RuleEngine&&) noexcept;
   RuleEngine& operator=(RuleEngine&&) noexcept;
+
+  /// Other rules from the next step on, with all tiles awake. A tile that was not due since is aged by the new ones for all the time since
+  /// it was, at most kEpoch - 1 iterations: what a change means depends only on the iteration that it comes before.
+  /// @param more_parameters  What the drivers ask for and has_parameter() denies. @throws InvalidInput as the constructor; nothing is changed then.
+  void set_rules(std::span<const Rule> rules, std::span<const std::string> materials, std::vector<SurfaceParameter> more_parameters = {});
+  [[nodiscard]] bool has_parameter(std::string_view name) const;
 
   /// Amounts of these tiles were changed by others (ExchangeReport::dirty_tiles), so that rules may have something to do there. At first
   /// all tiles are awake; one falls asleep when no rule has an extent at any of its texels, and never while a driver asks for the age.

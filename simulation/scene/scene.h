@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 namespace patinate {
 
 inline constexpr int kMaxMaterials = 8;  ///< [Guenther et al. 2012, sec. 4.4].
+inline constexpr std::size_t kMaxRules = 100;
 
 /// One value for each material of the scene; entries beyond Scene::materials are 0.
 using MaterialValues = std::array<double, kMaxMaterials>;
@@ -124,15 +126,25 @@ struct Rule {
   MaterialValues uses{};     ///< Amount used up per the same; never more than there is.
 };
 
+/// What becomes of a rule while it runs: what is not given stays.
+struct RuleChange {
+  std::optional<std::string> driver;
+  std::optional<double> alpha;         ///< 0 = off.
+  std::optional<MaterialValues> makes;
+  std::optional<MaterialValues> uses;
+  std::optional<Rule> begins;          ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
+};
+
 /// What an artist does while it runs.
 struct SceneEvent {
-  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behaviour, Switch };
+  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behaviour, Switch, Rule };
   std::int64_t iteration = 0;  ///< Before this one.
   Op op = Op::Move;
-  std::string target;          ///< Of an object or emitter; a material for Rate.
+  std::string target;          ///< Of an object or emitter; a material for Rate, a rule for Rule.
   Vec3 value{0, 0, 0};         ///< Position (mm), angles (deg), or a number in [0]; Switch: 0 = off.
   std::optional<Emitter> emitter;      ///< Emitter: all of it.
   std::optional<Behaviour> behaviour;  ///< Behaviour.
+  std::optional<RuleChange> rule;      ///< Rule.
 };
 
 struct Scene {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
+#include "simulation/rules/rule_io.h"
 
 namespace patinate {
 
@@ -22,8 +23,8 @@ Vec3 read_direction(const JsonReader& json) {
 }
 
 /// In the order of SceneEvent::Op; a stroke stands for several events.
-constexpr std::array<std::string_view, 9> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behaviour", "switch", "stroke"};
-constexpr int kStroke = 8;
+constexpr std::array<std::string_view, 10> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behaviour", "switch", "rule", "stroke"};
+constexpr int kStroke = 9;
 constexpr std::int64_t kLongestStroke = 1'000'000;
 
 std::vector<std::string> names_of(const auto& items) {
@@ -113,9 +114,29 @@ SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene&
       event.value[0] = json.member("rate").number(between(0, 1));
       break;
     case Op::Behaviour: event.behaviour = read_behaviour(json.member("behaviour")); break;
+    case Op::Rule:
+      event.target = json.member("target").string();
+      event.rule = read_rule_change(json, event.target, context.materials, scene.rules);
+      break;
   }
   json.finish();
   return event;
+}
+
+/// A rule that an event changes is one of the scene's, or an event at that time or before has begun it.
+void check_changed_rules(const std::vector<std::pair<JsonReader, SceneEvent>>& changes, const Scene& scene) {
+  std::vector<std::string> names = names_of(scene.rules);
+  for (const auto& [place, event] : changes) {
+    if (event.rule->begins) names.push_back(event.target);
+  }
+  for (const auto& [place, change] : changes) {
+    const auto& event = change;
+    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(), [&](const Rule& rule) { return rule.name == event.target; }) ||
+                          std::any_of(changes.begin(), changes.end(), [&](const auto& other) {
+                            return other.second.rule->begins && other.second.target == event.target && other.second.iteration <= event.iteration;
+                          });
+    if (!is_there) JsonReader(place).member("target").fail("the name of a rule of the scene, a built-in one, or a new one with \"driver\" and \"makes\" or \"uses\"" + did_you_mean(event.target, names));
+  }
 }
 
 }  // namespace
@@ -219,10 +240,16 @@ ExchangeOptions read_exchange(JsonReader json, const SceneContext& context) {
 
 std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context, const Scene& scene) {
   std::vector<SceneEvent> events;
+  std::vector<std::pair<JsonReader, SceneEvent>> rule_changes;
   for (const JsonReader& element : json.elements(1'000'000)) {
-    if (JsonReader(element).member("op").choice(kOpNames) == kStroke) read_stroke(element, context, scene, events);
-    else events.push_back(read_event(element, context, scene));
+    if (JsonReader(element).member("op").choice(kOpNames) == kStroke) {
+      read_stroke(element, context, scene, events);
+      continue;
+    }
+    events.push_back(read_event(element, context, scene));
+    if (events.back().op == SceneEvent::Op::Rule) rule_changes.emplace_back(element, events.back());
   }
+  check_changed_rules(rule_changes, scene);
   std::stable_sort(events.begin(), events.end(), [](const SceneEvent& a, const SceneEvent& b) { return a.iteration < b.iteration; });
   return events;
 }

@@ -42,7 +42,7 @@ struct SceneContext {
 /// @param t  What is not given: lengths that fit the scene.
 [[nodiscard]] TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t);
 [[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context);
-/// "events", by iteration. @param scene  With its objects and emitters.
+/// "events", by iteration. @param scene  With its objects, emitters and rules.
 [[nodiscard]] std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context, const Scene& scene);
 
 }  // namespace patinate

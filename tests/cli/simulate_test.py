@@ -163,6 +163,38 @@ class Simulate(unittest.TestCase):
             self.refused(lambda s: (s["emitters"].append(brush), s.update(events=[{**point, **wrong}])), 3, "/events/0", said)
         self.refused(lambda s: s.update(events=[{"iteration": 1, "op": "switch", "target": "rain"}]), 3, "/events/0", "on")
 
+    def test_rules_change_while_it_runs(self):
+        def made_by(name, rules, events):
+            self.write(f"ledge/{name}.json", dict(self.scene, materials=["water", "dirt", "organic"], rules=rules, events=events, run={"iterations": 24}))
+            said = json.loads(self.run_in(["simulate", f"ledge/{name}.json", "-o", name, "--json"], check=True).stdout)
+            return said["atlas_hash"], said["ledger"]["organic"]["made"]
+        new = {"driver": "min(water, dirt)", "makes": {"organic": 1}}
+        early = {"iteration": 8, "op": "rule", "target": "growth"}
+        at_once = made_by("at_once", [{"name": "growth", "alpha": 0.5}], [])
+        self.assertGreater(at_once[1], 0)
+        # Off until iteration 0 changes it: as if it had been so.
+        self.assertEqual(made_by("changed", [{"name": "growth", "alpha": 3}], [dict(early, iteration=0, alpha=0.5)]), at_once)
+        self.assertEqual(made_by("off", [{"name": "growth", "alpha": 3}], [dict(early, iteration=0, alpha=0)])[1], 0)
+        # A rule that comes later: a built-in one by its name, a new one in full; with alpha 0 before it is the same.
+        late = made_by("late", [], [dict(early, alpha=0.5)])
+        self.assertGreater(late[1], 0)
+        self.assertLess(late[1], at_once[1])
+        self.assertEqual(made_by("in_full", [], [dict(early, alpha=0.5, **new)]), late)
+        self.assertEqual(made_by("waited", [{"name": "growth", "alpha": 0}], [dict(early, alpha=0.5)]), late)
+        again = [dict(early, target="greening", alpha=0.2, **new), dict(early, target="greening", iteration=12, makes={"organic": 0.5})]
+        self.assertGreater(made_by("new", [], again)[1], 0)
+
+        def refused(event, *words):
+            self.refused(lambda s: s.update(rules=["evaporation"], events=[dict(early, **event)]), 3, "/events/0", *words)
+        refused({"target": "evaporatoin"}, "/target", "evaporation")
+        refused({"target": "evaporation"}, "alpha", "driver")
+        refused({"target": "evaporation", "alpha": -1}, "/alpha")
+        refused({"target": "evaporation", "driver": "watr"}, "watr")
+        refused({"target": "evaporation", "uses": {"gold": 1}}, "gold")
+        refused({"target": "rust"}, "makes `rust`")
+        refused({"target": "mine", "alpha": 1}, "/target", "driver")
+        self.refused(lambda s: s.update(rules=["evaporation", "evaporation"], events=[dict(early, target="evaporation", alpha=1)]), 3, "/target", "2 are called so")
+
     def test_paint_fades_where_the_sky_is_open(self):
         scene = dict(self.scene, materials=["water", "wood", "pigment", "bleached"], appearance={}, rules=[{"name": "fading", "alpha": 0.5}], run={"iterations": 24})
         scene["objects"] = [dict(scene["objects"][0], preset="painted_wood")]

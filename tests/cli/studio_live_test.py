@@ -239,8 +239,13 @@ class Live(unittest.TestCase):
         glb = self.server.request("/api/mesh?place=ledge/scene.json")[2]
         gltf = json.loads(glb[20:20 + struct.unpack("<I", glb[12:16])[0]])
         self.assertEqual([n["name"] for n in gltf["nodes"]], ["wall"])
+        rules = one.scene["rules"]
+        self.assertIn("growth", [r["name"] for r in one.scene["more_rules"]])
+        one.do("event", event={"op": "rule", "target": "growth", "makes": {"moss": 0.25}})
+        two.until(lambda: two.scene["rules"][len(rules):] == [{"name": "growth", "driver": "min(water, dirt)", "alpha": 0.1, "makes": {"moss": 0.25}, "uses": {}}])
+        self.assertNotIn("growth", [r["name"] for r in two.scene["more_rules"]])
         two.do("reset")
-        one.until(lambda: one.scene["objects"][0]["translate"] == [0, 0, 0] and one.scene["slider"] is None)
+        one.until(lambda: one.scene["objects"][0]["translate"] == [0, 0, 0] and one.scene["slider"] is None and one.scene["rules"] == rules)
 
     def test_undo_goes_back_to_before_the_stroke(self):
         client = self.client()
@@ -273,6 +278,9 @@ class Live(unittest.TestCase):
         client.do("event", event={"op": "ratio", "ratio": 0.1})  # before the file's own event of iteration 5, which then wins
         client.step(4)
         client.do("event", event={"op": "rate", "target": "dirt", "rate": 0.3})
+        client.do("event", event={"op": "rule", "target": "evaporation", "alpha": 0.4})
+        client.do("event", event={"op": "rule", "target": "evaporation", "alpha": 0.5})  # of those with the same members in one iteration the last
+        client.do("event", event={"op": "rule", "target": "growing", "driver": "exposure * dirt", "makes": {"moss": 0.5}, "alpha": 2})
         client.do("stroke", emitter="brush", position=middle, phase="begin")
         client.step(5)
         for i in range(5):
@@ -280,6 +288,7 @@ class Live(unittest.TestCase):
         client.step(5)
         client.do("stroke", emitter="brush", position=middle, phase="end")
         client.do("event", event={"op": "move", "target": "wall", "position": [0.1, 0.2, 0.3]})
+        client.do("event", event={"op": "rule", "target": "growing", "driver": "slope * dirt"})  # its map is of the wall where it stood
         client.do("looks", looks={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}, "moss": {"height": 0.25}})
         client.do("run")
         client.until(lambda: client.status["iteration"] > 40)
@@ -291,6 +300,7 @@ class Live(unittest.TestCase):
         saved = json.loads((self.folder / "saved/painted.json").read_text())
         self.assertEqual(saved["objects"][0]["mesh"], "../ledge/mesh.obj")
         self.assertEqual(len([e for e in saved["events"] if e["op"] == "move" and e["target"] == "brush"]), 2)  # of those in one iteration the last
+        self.assertEqual([e["alpha"] for e in saved["events"] if e["op"] == "rule" and e["target"] == "evaporation"], [0.5])
         self.run_in("simulate", "saved/painted.json", "-o", "painted")
         for file in ("color.png", "normal.png", "specular.png", "height.exr"):
             self.assertEqual((self.folder / "painted" / file).read_bytes(), (self.folder / "painted_look" / file).read_bytes(), file)
@@ -335,7 +345,7 @@ class Live(unittest.TestCase):
         client = self.client()
         client.settle()
         for request in ({"op": "fly"}, {}, {"op": "event"}, {"op": "event", "event": {"op": "ratio", "ratio": 7}}, {"op": "event", "event": {"op": "move", "target": "nobody", "position": [0, 0, 0]}},
-                        {"op": "event", "event": {"iteration": 3, "op": "ratio", "ratio": 0.5}}, {"op": "event", "event": [1]}, {"op": "step", "iterations": -1}, {"op": "step", "iterations": "x"},
+                        {"op": "event", "event": {"iteration": 3, "op": "ratio", "ratio": 0.5}}, {"op": "event", "event": [1]}, {"op": "event", "event": {"op": "rule", "target": "nothing", "alpha": 1}}, {"op": "event", "event": {"op": "rule", "target": "evaporation", "driver": "gold"}}, {"op": "step", "iterations": -1}, {"op": "step", "iterations": "x"},
                         {"op": "stroke", "phase": "move"}, {"op": "stroke", "phase": "begin", "emitter": "rain", "position": [0, 0, 0]}, {"op": "undo"}, {"op": "looks", "looks": {"gold": {}}},
                         {"op": "looks", "looks": {"dirt": {"color": "/etc/passwd"}}}, {"op": "looks", "looks": {"dirt": {"strength": -1}}}, {"op": "looks", "looks": 3},
                         {"op": "watch", "overlay": "gold"}, {"op": "watch", "planes": ["x"]}, {"op": "watch", "gammatons": 1e12}, {"op": "ack", "update": 1 << 60}, {"op": "save"}, {"op": "save", "path": 3},

@@ -180,6 +180,90 @@ TEST(Simulation, EventsOfTheSceneAreWhatAnArtistWouldDo) {
               "no object called 'plat'"));
 }
 
+SceneEvent rule_event(std::int64_t iteration, const std::string& name, RuleChange change) {
+  SceneEvent event;
+  event.op = SceneEvent::Op::Rule;
+  event.iteration = iteration;
+  event.target = name;
+  event.rule = std::move(change);
+  return event;
+}
+
+/// Dust settles where it is level and open: asks for two maps that no rule of plate() does.
+Rule settling_rule() {
+  Rule rule{.name = "settling", .driver = "exposure * max(0, 1 - slope)", .alpha = 0.3};
+  rule.makes[2] = 0.5;
+  return rule;
+}
+
+TEST(Simulation, ChangedRulesAreTheSameAtOnceFromAFileAndAcrossSnapshots) {
+  MaterialValues half{}, some{};
+  half[2] = 0.5;
+  some[0] = 0.2;
+  SceneEvent moved;
+  moved.target = "plate";
+  moved.value = Vec3(20, 0, 0);
+  moved.iteration = 12;
+  Scene written = plate();
+  written.events = {rule_event(11, "rust", {.driver = {}, .alpha = 2.0, .makes = half, .uses = some, .begins = {}}), moved,
+                    rule_event(21, "settling", {.driver = {}, .alpha = {}, .makes = {}, .uses = {}, .begins = settling_rule()}),
+                    rule_event(30, "settling", {.driver = "slope", .alpha = {}, .makes = {}, .uses = {}, .begins = {}})};
+  Simulation replayed(written), live(plate());
+  std::vector<std::byte> half_way;
+  for (int i = 0; i < 45; ++i) {
+    for (const SceneEvent& event : written.events) {
+      if (event.iteration == i) live.apply(event);
+    }
+    run(live, 1);
+    run(replayed, 1);
+    if (i == 25) half_way = replayed.snapshot();
+  }
+  EXPECT_EQ(live.atlas().hash(), replayed.atlas().hash());
+  ASSERT_EQ(live.scene().rules.size(), 2U);
+  EXPECT_EQ(live.scene().rules[0].alpha, 2.0);
+  EXPECT_EQ(live.scene().rules[1].driver, "slope");
+  Simulation resumed(written);  // its plate stands elsewhere when the maps of the new rule are made again
+  resumed.restore(half_way);
+  run(resumed, 19);
+  EXPECT_TRUE(resumed.snapshot() == replayed.snapshot());
+  EXPECT_EQ(resumed.audit(), "");
+  Simulation back(written);
+  const std::vector<std::byte> start = back.snapshot();
+  run(back, 45);
+  back.restore(start);
+  EXPECT_EQ(back.scene().rules.size(), 1U);
+  run(back, 45);
+  EXPECT_EQ(back.atlas().hash(), replayed.atlas().hash());
+}
+
+TEST(Simulation, ARuleOfAlphaZeroMakesNothingMore) {
+  Simulation simulation(plate());
+  run(simulation, 30);
+  const MassSum made = simulation.ledger().account(2).made;
+  EXPECT_GT(made.value(), 0.0);
+  simulation.apply(rule_event(0, "rust", {.driver = {}, .alpha = 0.0, .makes = {}, .uses = {}, .begins = {}}));
+  run(simulation, 30);
+  EXPECT_EQ(simulation.ledger().account(2).made.value(), made.value());
+  simulation.apply(rule_event(0, "rust", {.driver = {}, .alpha = 0.5, .makes = {}, .uses = {}, .begins = {}}));
+  run(simulation, 10);
+  EXPECT_GT(simulation.ledger().account(2).made.value(), made.value());
+}
+
+TEST(Simulation, ARuleThatCannotBeIsRefusedAndChangesNothing) {
+  Simulation simulation(plate());
+  run(simulation, 10);
+  const std::vector<std::byte> before = simulation.snapshot();
+  const auto refused = [&](const std::string& name, RuleChange change) { return error_of([&] { simulation.apply(rule_event(0, name, std::move(change))); }); };
+  EXPECT_TRUE(has(refused("rusty", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}}), "no rule called 'rusty'"));
+  EXPECT_TRUE(has(refused("rust", {.driver = "min(water, gold)", .alpha = {}, .makes = {}, .uses = {}, .begins = {}}), "gold"));
+  EXPECT_TRUE(has(refused("rust", {.driver = {}, .alpha = -1.0, .makes = {}, .uses = {}, .begins = {}}), "alpha of rule 'rust'"));
+  EXPECT_TRUE(simulation.snapshot() == before);
+  Scene twins = plate();
+  twins.rules.push_back(rust_rule());
+  Simulation two(twins);
+  EXPECT_TRUE(has(error_of([&] { two.apply(rule_event(0, "rust", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}})); }), "two rules are called 'rust'"));
+}
+
 TEST(Simulation, AnEmitterThatIsSwitchedOffEmitsNoMore) {
   SceneEvent off;
   off.op = SceneEvent::Op::Switch;

@@ -221,6 +221,32 @@ test("post-controls recompose at once and simulate nothing", async () => {
   assert.equal(await iteration(), from);
 });
 
+/// Moves the slider with this label as a hand does, to a value.
+const slide = (label, value) => in_page(([text, v]) => {
+  const input = document.getElementById([...document.querySelectorAll(".panel label")].find((l) => l.textContent === text).htmlFor);
+  input.value = String(v);
+  input.dispatchEvent(new Event("input", { bubbles: true }));
+}, [label, value]);
+
+test("rules and the flow change while the scene runs", async () => {
+  await in_page(() => window.patinate.send("reset"));
+  await page.locator("summary", { hasText: "Rules of aging" }).click();
+  await in_page(() => window.patinate.send("run"));
+  await page.locator("select", { hasText: "another rule" }).selectOption("wetting");
+  await until(page, () => window.patinate.scene().rules.at(-1).name === "wetting");
+  await slide("Rate alpha", 1.5);  // Of the first rule, evaporation.
+  await slide("From bouncing to creeping", 0.9);
+  await slide("Absorbed at a hit", 0.25);
+  await until(page, () => { const s = window.patinate.scene(); return s.rules[0].alpha === 1.5 && s.slider === 0.9 && s.behaviour.absorb === 0.25 && s.behaviour.bounce === 0; });
+  assert.ok(await in_page(() => window.patinate.status().running));
+  const from = await iteration();
+  await until(page, (end) => window.patinate.status().iteration >= end, from + 40);
+  await in_page(() => window.patinate.send("pause"));
+  await same_planes();
+  assert.ok((await in_page(() => window.patinate.status().ledger.find((row) => row.material === "water").made)) > 0, "the new rule makes water");
+  await page.locator("summary", { hasText: "Rules of aging" }).click();
+});
+
 test("two browsers see the same scene", async () => {
   const second = await new_page(context);
   await open_place(second, server, "wall/scene.json");

@@ -82,6 +82,7 @@ LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOpt
       start_(simulation_.snapshot()),
       slider_(slider_of(file_.file)),
       start_slider_(slider_),
+      fitting_rules_(built_in_rules_for(file_.scene.materials)),
       is_exporting_(std::make_shared<std::atomic<bool>>(false)) {
   if (options.resolution > 0) record_.set_resolution(options.resolution);
   relief_.high_mm = simulation_.texel_size_mm();
@@ -141,6 +142,7 @@ Json LiveEngine::scene_json() const {
           {"slider", slider_ ? Json(*slider_) : Json(nullptr)},
           {"exchange", exchange_json(scene)},
           {"rules", rules_json(scene)},
+          {"more_rules", more_rules_json(scene, fitting_rules_)},
           {"time_unit", time_unit_text(file_.time_unit)},
           {"time_per_iteration", scene.time_per_iteration},
           {"overlays", std::move(overlays)},

@@ -16,6 +16,7 @@
 
 #include "libcommon/core/json.h"
 #include "simulation/engine.h"
+#include "simulation/rules/rule_io.h"
 #include "simulation/scene/scene_io.h"
 #include "tools/studio/overlay_plane.h"
 #include "tools/studio/scene_record.h"
@@ -101,6 +102,7 @@ class LiveEngine {
   std::deque<Stroke> strokes_;
   std::string brush_;        ///< The emitter of the stroke that goes on; "" = none.
   std::optional<double> slider_, start_slider_;  ///< Of Figure 10, unless the behaviour was set otherwise.
+  std::vector<RuleAsset> fitting_rules_;         ///< Built-in ones whose materials the scene has.
   std::shared_ptr<Json> said_;  ///< scene_json() as clients know it.
   bool is_running_ = false;
   std::int64_t num_steps_left_ = 0;  ///< Of a `step`.

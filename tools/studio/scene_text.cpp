@@ -1,5 +1,6 @@
 #include "tools/studio/scene_text.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
@@ -89,7 +90,25 @@ Json exchange_json(const Scene& scene) { return {{"ratio", scene.exchange.ratio}
 
 Json rules_json(const Scene& scene) {
   Json list = Json::array();
-  for (const Rule& rule : scene.rules) list.push_back({{"name", rule.name}, {"driver", rule.driver}, {"alpha", rule.alpha}});
+  const auto shares = [&](const MaterialValues& values) {
+    Json json = Json::object();
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+      if (values[i] > 0.0) json[scene.materials[i]] = values[i];
+    }
+    return json;
+  };
+  for (const Rule& rule : scene.rules) {
+    list.push_back({{"name", rule.name}, {"driver", rule.driver}, {"alpha", rule.alpha}, {"makes", shares(rule.makes)}, {"uses", shares(rule.uses)}});
+  }
+  return list;
+}
+
+Json more_rules_json(const Scene& scene, std::span<const RuleAsset> fitting) {
+  Json list = Json::array();
+  for (const RuleAsset& asset : fitting) {
+    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(), [&](const Rule& rule) { return rule.name == asset.name; });
+    if (!is_there) list.push_back({{"name", asset.name}, {"about", asset.about}});
+  }
   return list;
 }
 

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "libcommon/core/json.h"
+#include "simulation/rules/rule_io.h"
 #include "simulation/scene/scene.h"
 
 namespace patinate {
@@ -16,6 +18,9 @@ namespace patinate {
 [[nodiscard]] Json behaviour_json(const Behaviour& behaviour);
 [[nodiscard]] Json exchange_json(const Scene& scene);
 [[nodiscard]] Json rules_json(const Scene& scene);
+/// Those of `fitting` that the scene does not have: [{"name", "about"}].
+/// @param fitting  built_in_rules_for() its materials.
+[[nodiscard]] Json more_rules_json(const Scene& scene, std::span<const RuleAsset> fitting);
 
 /// An emitter as a scene file with this unit has it.
 [[nodiscard]] Json emitter_of_file(const Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit);

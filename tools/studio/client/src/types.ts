@@ -106,8 +106,16 @@ export interface Behaviour {
 
 export interface Rule {
   name: string;
-  driver?: string;
+  driver: string;
   alpha: number;
+  makes: Record<string, number>;
+  uses: Record<string, number>;
+}
+
+/// A rule that the scene does not have and could.
+export interface MoreRule {
+  name: string;
+  about: string;
 }
 
 export interface Overlay {
@@ -129,6 +137,7 @@ export interface SceneState {
   slider?: number | null;
   exchange: { ratio: number; rates: Record<string, number> };
   rules: Rule[];
+  more_rules: MoreRule[];
   time_unit: string;
   time_per_iteration: number;
   overlays: (string | Overlay)[];

@@ -1,7 +1,7 @@
-// How material travels: behaviour, exchange, rules.
+// How material travels: behaviour and exchange.
 import type { SceneState } from "../types";
 import type { Chart } from "../ui/chart";
-import { number_text, section, select, slider, type Slider } from "../ui/controls";
+import { section, select, slider, type Slider } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
 import type { SceneContext } from "./context";
 import { figure10 } from "./figure10";
@@ -26,19 +26,18 @@ export class FlowPanel {
   readonly elements: HTMLElement[];
   private readonly behaviour = h("div", { class: "stack" });
   private readonly rates = h("div", { class: "stack" });
-  private readonly rules = h("div", { class: "stack" });
   private readonly sliders = new Map<string, Slider>();
   private chart: Chart | undefined;
   private chart_absorb = -1;
   private readonly chart_box = h("div", {});
-  private readonly send_behaviour = throttle(kSend_ms, () => this.context.event({ op: "behaviour", behaviour: { slider: this.value("slider"), absorb: this.value("absorb") } }));
+  private readonly own = h("p", { class: "hint" }, "The scene has probabilities of its own; moving the slider replaces them.");
+  private readonly send_behaviour = throttle(kSend_ms, (slider: number, absorb: number) => this.context.event({ op: "behaviour", behaviour: { slider, absorb } }));
 
   constructor(private readonly context: SceneContext) {
     const preset = select("Like", [["", "as it is"], ...Object.entries(kPresets).map(([k, p]) => [k, p.text] as [string, string])], "", (name) => this.apply(name));
     this.elements = [
       section("How it flows", true, preset.element, this.behaviour),
       section("Exchange with the surface", false, this.rates),
-      section("Rules of aging", false, this.rules),
     ];
   }
 
@@ -46,33 +45,34 @@ export class FlowPanel {
   build(scene: SceneState): void {
     this.sliders.clear();
     const make = (key: string, label: string, value: number, hint: string, send: (v: number) => void): HTMLElement => {
-      const s = slider({ label, low: 0, high: 1, step: 0.005, value, hint, on_input: throttle(kSend_ms, send) });
+      const s = slider({ label, low: 0, high: 1, step: 0.005, value, hint, on_input: send });
       this.sliders.set(key, s);
       return s.element;
     };
     replace(this.behaviour,
-      make("slider", "From bouncing to creeping", scene.slider ?? 0.5, "Figure 10: left all bounce, right all float ever more slowly", () => { this.draw(); this.send_behaviour(); }), this.chart_box,
-      make("absorb", "Absorbed at a hit", scene.behaviour.absorb, "Share of gammatons that end in the surface", () => { this.draw(); this.send_behaviour(); }),
-      make("ratio", "Ratio r: washes or deposits", scene.exchange.ratio, "0 only picks up, 1 only drops", (v) => this.context.event({ op: "ratio", ratio: v })));
+      make("slider", "From bouncing to creeping", scene.slider ?? 0.5, "Figure 10: left all bounce, right all float ever more slowly", () => this.flow()), this.own, this.chart_box,
+      make("absorb", "Absorbed at a hit", scene.behaviour.absorb, "Share of gammatons that end in the surface", () => this.flow()),
+      make("ratio", "Ratio r: washes or deposits", scene.exchange.ratio, "0 only picks up, 1 only drops", throttle(kSend_ms, (v: number) => this.context.event({ op: "ratio", ratio: v }))));
     replace(this.rates, h("p", { class: "hint" }, "Share of a material that changes sides at a contact."), scene.materials.map((m) =>
-      make(`rate ${m}`, m, scene.exchange.rates[m] ?? 0, `Exchange rate of ${m}`, (v) => this.context.event({ op: "rate", target: m, rate: v }))));
-    this.show_rules(scene);
+      make(`rate ${m}`, m, scene.exchange.rates[m] ?? 0, `Exchange rate of ${m}`, throttle(kSend_ms, (v: number) => this.context.event({ op: "rate", target: m, rate: v })))));
+    this.own.hidden = typeof scene.slider === "number";
     this.chart_absorb = -1;
     this.draw();
   }
 
   show(scene: SceneState): void {
     if (typeof scene.slider === "number") this.sliders.get("slider")?.set(scene.slider);
+    this.own.hidden = typeof scene.slider === "number";
     this.sliders.get("absorb")?.set(scene.behaviour.absorb);
     this.sliders.get("ratio")?.set(scene.exchange.ratio);
     for (const m of scene.materials) this.sliders.get(`rate ${m}`)?.set(scene.exchange.rates[m] ?? 0);
-    this.show_rules(scene);
     this.draw();
   }
 
-  private show_rules(scene: SceneState): void {
-    replace(this.rules, scene.rules.length === 0 ? h("p", { class: "hint" }, "This scene has no rules.") : scene.rules.map((rule) =>
-      h("div", { class: "rule" }, h("b", {}, rule.name), h("span", {}, `${number_text(rule.alpha)} / ${scene.time_unit}`), rule.driver && h("small", { class: "formula" }, rule.driver))));
+  // What is sent later is what was seen now: the server's answer to the one before may move a slider meanwhile.
+  private flow(): void {
+    this.draw();
+    this.send_behaviour(this.value("slider"), this.value("absorb"));
   }
 
   private value(key: string): number {
@@ -85,8 +85,7 @@ export class FlowPanel {
       this.chart_absorb = absorb;
       this.chart = figure10(absorb, (s) => {
         this.sliders.get("slider")?.set(s);
-        this.chart?.mark(s);
-        this.send_behaviour();
+        this.flow();
       });
       replace(this.chart_box, this.chart.element);
     }

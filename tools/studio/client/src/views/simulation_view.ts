@@ -16,6 +16,7 @@ import { LooksPanel } from "../simulation/looks_panel";
 import { Pace } from "../simulation/pace";
 import { Planes } from "../simulation/planes";
 import { Plantlets } from "../simulation/plantlets";
+import { RulesPanel } from "../simulation/rules_panel";
 import { RunBar } from "../simulation/run_bar";
 import { ShowPanel } from "../simulation/show_panel";
 import { StatusPanel } from "../simulation/status_panel";
@@ -50,6 +51,7 @@ export class SimulationView implements View, SceneContext {
   private readonly gammatons: GammatonPoints;
   private readonly emitters: EmittersPanel;
   private readonly flow: FlowPanel;
+  private readonly rules: RulesPanel;
   private readonly looks: LooksPanel;
   private readonly shown: ShowPanel;
   private readonly status_panel = new StatusPanel();
@@ -82,6 +84,7 @@ export class SimulationView implements View, SceneContext {
     this.brush = new Brush(this, this.frame.stage);
     this.emitters = new EmittersPanel(this, this.handles, this.brush);
     this.flow = new FlowPanel(this);
+    this.rules = new RulesPanel(this);
     this.looks = new LooksPanel(this);
     this.shown = new ShowPanel(this.look, () => this.viewer.invalidate(), () => this.watch());
     this.run_bar = new RunBar({ run: () => this.toggle_run(), step: () => void this.send("step", { iterations: 1 }), reset: () => this.reset(), pace: (n) => this.set_pace(n) });
@@ -179,7 +182,7 @@ export class SimulationView implements View, SceneContext {
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
     panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, "running scene")),
-      ...this.emitters.elements, ...this.flow.elements, this.looks.element, this.shown.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
+      ...this.emitters.elements, ...this.flow.elements, this.rules.element, this.looks.element, this.shown.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
         button("Export", () => open_export(sender, this), { icon: "download", hint: "Textures, GLB, parameter maps, history" })));
@@ -197,6 +200,7 @@ export class SimulationView implements View, SceneContext {
     }
     this.look.uniforms.relief_mm.value.set(...scene.relief_mm);
     this.flow.build(scene);
+    this.rules.build(scene);
     this.looks.build(scene);
     this.shown.build(scene);
     this.shown.show(scene);
@@ -210,7 +214,8 @@ export class SimulationView implements View, SceneContext {
   private changed(change: Partial<SceneState>): void {
     Object.assign(this.scene, change);
     if (change.relief_mm) this.look.uniforms.relief_mm.value.set(...change.relief_mm);
-    if (change.behaviour || change.exchange || change.rules || change.slider !== undefined) this.flow.show(this.scene);
+    if (change.behaviour || change.exchange || change.slider !== undefined) this.flow.show(this.scene);
+    if (change.rules || change.more_rules) this.rules.show(this.scene);
     if (change.overlays) this.shown.show(this.scene);
     if (change.looks) this.looks.show(this.scene);
     if (change.emitters || change.objects) {

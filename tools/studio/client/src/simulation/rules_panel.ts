@@ -1,0 +1,84 @@
+// Rules of aging: how fast each is, what it makes and uses, its formula, and rules that come to the scene. Every change is an event of the run.
+import type { Rule, SceneState } from "../types";
+import { number_text, section, select, slider, type Slider } from "../ui/controls";
+import { h, replace, throttle } from "../ui/dom";
+import type { SceneContext } from "./context";
+
+const kSend_ms = 80;
+/// A slider's end, times the value that it shows when it is made: room for both ways.
+const kRoom = 4;
+const kLeastAlpha = 0.5, kLeastShare = 1;
+
+interface RuleControls {
+  element: HTMLElement;
+  /// Whether there is a slider for everything that the rule makes and uses; what it does not any more stays at 0.
+  fits(rule: Rule): boolean;
+  show(rule: Rule): void;
+}
+
+export class RulesPanel {
+  readonly element: HTMLDetailsElement;
+  private readonly body = h("div", { class: "stack" });
+  private controls: RuleControls[] = [];
+  private more = "";
+
+  constructor(private readonly context: SceneContext) {
+    this.element = section("Rules of aging", false, this.body);
+  }
+
+  /// After hello: all controls anew; `show` keeps those that fit.
+  build(scene: SceneState): void {
+    this.controls = [];
+    this.more = "";
+    this.show(scene);
+  }
+
+  show(scene: SceneState): void {
+    const more = JSON.stringify(scene.more_rules);
+    const is_same = this.more === more && this.controls.length === scene.rules.length && scene.rules.every((rule, i) => this.controls[i]!.fits(rule));
+    if (!is_same) {
+      this.more = more;
+      this.controls = scene.rules.map((rule) => this.controls.find((c) => c.fits(rule)) ?? this.make(rule, scene));
+      this.fill(scene);
+    }
+    scene.rules.forEach((rule, i) => this.controls[i]!.show(rule));
+  }
+
+  private fill(scene: SceneState): void {
+    const begin = select("Begin", [["", "another rule"], ...scene.more_rules.map(({ name }) => [name, name] as [string, string])], "", (name) => {
+      if (name) this.context.event({ op: "rule", target: name });
+    });
+    begin.element.title = "It ages the scene from now on";
+    const about = h("dl", { class: "more-rules" }, scene.more_rules.map((r) => [h("dt", {}, r.name), h("dd", {}, r.about)]).flat());
+    replace(this.body, scene.rules.length === 0 && h("p", { class: "hint" }, "This scene has no rules yet."), this.controls.map((c) => c.element), scene.more_rules.length > 0 && [begin.element, about]);
+  }
+
+  private make(rule: Rule, scene: SceneState): RuleControls {
+    const change = (members: Record<string, unknown>): void => this.context.event({ op: "rule", target: rule.name, ...members });
+    const alpha = slider({ label: "Rate alpha", low: 0, high: Math.max(kLeastAlpha, kRoom * rule.alpha), value: rule.alpha, text: (v) => (v === 0 ? "rests" : `${number_text(v)} / ${scene.time_unit}`),
+      hint: "Amount made per unit of time where the formula is 1; 0: the rule rests", on_input: throttle(kSend_ms, (v: number) => change({ alpha: v })) });
+    const current = (): Rule => this.context.scene.rules.find((r) => r.name === rule.name) ?? rule;
+    const shares = (side: "makes" | "uses", word: string): [string, Slider][] => Object.entries(rule[side]).map(([material, value]) => [`${side} ${material}`,
+      slider({ label: `${word} ${material}`, low: 0, high: Math.max(kLeastShare, kRoom * value), value, hint: "Amount for each of the rule's extent",
+        on_input: throttle(kSend_ms, (v: number) => change({ [side]: { ...current()[side], [material]: v } })) })]);
+    const all = [...shares("makes", "Makes"), ...shares("uses", "Uses up")];
+    const formula = h("input", { type: "text", class: "formula", value: rule.driver, "aria-label": `Formula of ${rule.name}`, spellcheck: "false", title: "Over materials, slope, exposure, accessibility, height, age; Enter takes it" });
+    formula.onchange = () => change({ driver: formula.value });
+    formula.onkeydown = (event) => {
+      if (event.key === "Enter") formula.blur();
+      if (event.key === "Escape") formula.value = current().driver;
+    };
+    return {
+      element: h("div", { class: "rule" }, h("b", {}, rule.name), alpha.element, h("details", {}, h("summary", {}, "Formula and amounts"), h("div", { class: "stack" }, formula, all.map(([, s]) => s.element)))),
+      fits: (now) => now.name === rule.name && (["makes", "uses"] as const).every((side) => Object.keys(now[side]).every((material) => all.some(([key]) => key === `${side} ${material}`))),
+      show: (now) => {
+        alpha.set(now.alpha);
+        if (document.activeElement !== formula) formula.value = now.driver;
+        for (const [key, s] of all) {
+          const [side, material] = [key.slice(0, key.indexOf(" ")) as "makes" | "uses", key.slice(key.indexOf(" ") + 1)];
+          s.set(now[side][material] ?? 0);
+        }
+      },
+    };
+  }
+}

@@ -105,7 +105,8 @@ class Simulation {
 
   /// Everything that changes while it runs. Equal states give equal bytes.
   [[nodiscard]] std::vector<std::byte> snapshot() const;
-  /// @param bytes  A snapshot of a simulation of the same scene and options. @throws InvalidInput otherwise; nothing is changed then.
+  /// @param bytes  A snapshot of a simulation of the same scene and options; this scene may have more emitters behind those of that one, which
+  ///   have waited then. @throws InvalidInput otherwise; nothing is changed then.
   void restore(std::span<const std::byte> bytes);
 
  private:

@@ -18,6 +18,7 @@ void write_scene(ByteWriter& out, const Scene& scene) {
     }
     out.value(o.scale);
   }
+  out.value(static_cast<std::uint64_t>(scene.emitters.size()));
   for (const Emitter& e : scene.emitters) {
     out.value(static_cast<std::int32_t>(e.shape));
     for (const Vec3& v : {e.position_mm, e.direction}) {
@@ -54,7 +55,8 @@ std::vector<Rule> read_rules(ByteReader& in) {
   return rules;
 }
 
-void read_scene_values(ByteReader& in, Scene& scene) {
+/// @returns how many emitters the snapshot has: the scene's first ones.
+std::size_t read_scene_values(ByteReader& in, Scene& scene) {
   const auto vector = [&](Vec3& v) {
     for (double& x : v) in.value(x);
   };
@@ -63,7 +65,9 @@ void read_scene_values(ByteReader& in, Scene& scene) {
     vector(o.rotate_deg);
     in.value(o.scale);
   }
-  for (Emitter& e : scene.emitters) {
+  const auto num_emitters = in.value<std::uint64_t>();
+  if (num_emitters < 1 || num_emitters > scene.emitters.size()) throw InvalidInput("the snapshot is of another scene");
+  for (Emitter& e : std::span(scene.emitters).first(static_cast<std::size_t>(num_emitters))) {
     const auto shape = in.value<std::int32_t>();
     if (shape < 0 || shape >= static_cast<std::int32_t>(kEmitterShapeNames.size())) throw InvalidInput("the snapshot is damaged");
     e.shape = static_cast<EmitterShape>(shape);
@@ -77,6 +81,7 @@ void read_scene_values(ByteReader& in, Scene& scene) {
   for (double* x : {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio}) in.value(*x);
   for (double& x : scene.exchange.rates) in.value(x);
   scene.rules = read_rules(in);
+  return static_cast<std::size_t>(num_emitters);
 }
 
 void write_atlas(ByteWriter& out, const MaterialAtlas& atlas) {
@@ -144,6 +149,19 @@ void check_gammatons(const Gammatons& g, std::size_t num, const Scene& scene, in
   if (!is_right) throw InvalidInput("the snapshot is damaged, or of another scene");
 }
 
+/// Gammatons of emitters that the snapshot does not have: they wait, as in any scene whose last emitters are off from the start.
+void add_waiting(const Scene& scene, Gammatons& gammatons) {
+  const std::size_t known = gammatons.size();
+  Gammatons all = make_gammatons(scene);
+  std::vector<void*> arrays;
+  all.for_each_array([&](const char*, auto& array) { arrays.push_back(&array); });
+  std::size_t i = 0;
+  gammatons.for_each_array([&](const char*, auto& array) {
+    const auto& from = *static_cast<std::remove_reference_t<decltype(array)>*>(arrays[i++]);
+    array.insert(array.end(), from.begin() + static_cast<std::ptrdiff_t>(known), from.end());
+  });
+}
+
 }  // namespace
 
 std::vector<std::byte> Simulation::snapshot() const {
@@ -192,7 +210,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   const auto iteration = in.value<std::int64_t>();
   const auto next_event = in.value<std::uint64_t>();
   Scene scene = s.scene;
-  read_scene_values(in, scene);
+  const std::size_t num_emitters = read_scene_values(in, scene);
   check_scene(scene);
   if (iteration < 0 || next_event > scene.events.size()) throw InvalidInput("the snapshot is damaged, or of another scene");
   MaterialAtlas atlas(s.surface, s.atlas.num_materials(), originals_of(s.scene));
@@ -207,10 +225,14 @@ void Simulation::restore(std::span<const std::byte> bytes) {
       in.array(array);
     }
   });
-  check_gammatons(gammatons, s.gammatons.size(), scene, s.surface.num_triangles());
+  std::int64_t num_gammatons = 0;
+  for (const Emitter& e : std::span(scene.emitters).first(num_emitters)) num_gammatons += e.gammatons;
+  check_gammatons(gammatons, static_cast<std::size_t>(num_gammatons), scene, s.surface.num_triangles());
   Cargo cargo;
   in.array(cargo.mass);
   if (cargo.mass.size() != gammatons.size()) throw InvalidInput("the snapshot is damaged, or of another scene");
+  add_waiting(scene, gammatons);
+  cargo.mass.resize(gammatons.size());
   auto maps = std::make_unique<ParameterMaps>(s.surface.grid(), s.maps->choice());
   for_each_map(*maps, [&](auto& values) {
     for (std::uint32_t p = 0; p < values.num_pages(); ++p) {

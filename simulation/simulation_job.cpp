@@ -12,6 +12,7 @@
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
+#include "libcommon/job/job_record.h"
 #include "simulation/simulation_output.h"
 
 namespace patinate {
@@ -149,6 +150,7 @@ void join(SimulationWork& work, const fs::path& folder, const fs::path& output, 
   while (simulation.iteration() < file.iterations) simulation.step(quiet);  // only when a checkpoint was lost
   if (const std::string wrong = simulation.audit(quiet); !wrong.empty()) throw CannotComplete("the books do not balance: " + wrong);
   write_atlas_file(folder, simulation);
+  write_state_file(folder, simulation);
   control.report(0.4);
   write_composed_files(folder, file.name, simulation, work.key, control.part(0.4, 0.8));
   Json controls_list = Json::array();
@@ -171,6 +173,7 @@ void join(SimulationWork& work, const fs::path& folder, const fs::path& output, 
             {"time", file.frame_time(file.iterations)},
             {"time_unit", time_unit_text(file.time_unit)},
             {"resolution", file.scene.resolution},
+            {"seed", file.scene.seed},
             {"texel_size_mm", simulation.texel_size_mm()},
             {"materials", file.scene.materials},
             {"color_form", kColorFormNames[static_cast<std::size_t>(work.options.color_form)]},
@@ -240,10 +243,30 @@ SimulationManifest read_simulation_manifest(const fs::path& path) {
   m.time_unit = json.member("time_unit").string();
   m.resolution = static_cast<int>(json.member("resolution").integer(between(16, 16384)));
   for (const JsonReader& name : json.member("materials").elements(kMaxMaterials)) m.materials.push_back(name.string());
+  if (json.has("seed")) m.seed = static_cast<std::uint64_t>(json.member("seed").integer(at_least(0)));
   m.color_form = static_cast<ColorForm>(json.member("color_form").choice(kColorFormNames));
   for (JsonReader& c : json.member("controls").elements(100)) m.controls.push_back(c.member("name").string());
   m.key = json.member("key").string();
   return m;
+}
+
+void SimulationManifest::apply_to(SceneFile& file) const {
+  file.scene.resolution = resolution;
+  if (seed) file.scene.seed = *seed;
+  file.iterations = iterations;
+  file.controls = controls;
+}
+
+std::string changed_inputs(const fs::path& path, const SceneFile& scene) {
+  const fs::path folder = manifest_folder(path, "simulation.json");
+  const JobRecord record = read_job_record(folder, read_simulation_manifest(folder).key);
+  if (record.key.empty()) return "what it was made from";
+  std::string names;
+  for (const JobChange& change : changes_between(record.depends_on, simulation_inputs(scene, {}).list())) {
+    if (change.name.starts_with("--")) continue;
+    names += (names.empty() ? "" : ", ") + change.name;
+  }
+  return names;
 }
 
 }  // namespace patinate

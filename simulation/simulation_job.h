@@ -2,7 +2,11 @@
 /// A simulation as a job: killed, it goes on from its last checkpoint; the folder is whole or absent.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "libcommon/job/job.h"
 #include "simulation/engine.h"
@@ -10,7 +14,7 @@
 
 namespace patinate {
 
-/// The folder of formats.md: simulation.json, atlas.exr, color.png, normal.png, height.exr, specular.png, model.glb, controls/, history/.
+/// The folder of formats.md: simulation.json, state.bin, atlas.exr, color.png, normal.png, height.exr, specular.png, model.glb, controls/, history/.
 /// Items are stretches of iterations that end at frames of the history (and after 200 iterations at the latest); what is done in one
 /// lies in a checkpoint, so that a killed run loses at most one stretch.
 [[nodiscard]] JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const std::filesystem::path& output);
@@ -24,11 +28,18 @@ struct SimulationManifest {
   std::string time_unit;
   std::vector<std::string> materials;
   int resolution = 0;
+  std::optional<std::uint64_t> seed;  ///< That was used; folders of earlier versions do not say.
   ColorForm color_form = ColorForm::Normalised;
   std::vector<std::string> controls;
   std::string key;
+
+  /// The scene as it was run: with what the command line said in place of the file.
+  void apply_to(SceneFile& file) const;
 };
 /// @param path  A simulation folder, or its simulation.json. @throws IoError
 [[nodiscard]] SimulationManifest read_simulation_manifest(const std::filesystem::path& path);
+/// What of a finished folder's inputs is not as it was ("scene.json", "urn/mesh.obj"), "" if all is; lengths of the run do not count.
+/// @param scene  Its scene file, read again.
+[[nodiscard]] std::string changed_inputs(const std::filesystem::path& folder, const SceneFile& scene);
 
 }  // namespace patinate

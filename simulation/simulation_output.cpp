@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/glb.h"
@@ -15,6 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kHighShare = 0.995;
+constexpr const char* kStateFile = "state.bin";
 
 std::vector<std::string> atlas_channels(const Simulation& simulation) {
   std::vector<std::string> channels;
@@ -80,6 +82,24 @@ void read_atlas_file(const fs::path& folder, Simulation& simulation) {
     for (std::int64_t i = 0; i < amount.num_pixels(); ++i) amount.data()[i] = image.data()[i * 2 * n + m];
     simulation.set_amounts(m, amount);
   }
+}
+
+void write_state_file(const fs::path& folder, const Simulation& simulation) {
+  const std::vector<std::byte> bytes = simulation.snapshot();
+  write_atomically(folder / kStateFile, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+bool read_state_file(const fs::path& folder, Simulation& simulation) {
+  const fs::path file = folder / kStateFile;
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;
+  const std::string bytes = read_file(file, std::uint64_t{1} << 36);
+  try {
+    simulation.restore(std::as_bytes(std::span(bytes)));
+  } catch (const InvalidInput& e) {
+    throw IoError(file.string(), e.what());
+  }
+  return true;
 }
 
 ParameterControl parameter_control(const Simulation& simulation, const std::string& name) {

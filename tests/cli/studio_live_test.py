@@ -203,8 +203,8 @@ class Live(unittest.TestCase):
         other.settle()
         self.assertEqual(client.surface(), other.surface())
 
-    def client_without_reset(self):
-        client = Client(self.server)
+    def client_without_reset(self, place="ledge/scene.json"):
+        client = Client(self.server, place)
         self.addCleanup(client.close)
         return client
 
@@ -316,6 +316,73 @@ class Live(unittest.TestCase):
         client.do("save", path="again.json")
         self.run_in("simulate", "again.json", "-o", "again")
         self.assertEqual(self.atlas_hash("again"), self.atlas_hash("ran"))  # the brush that waits in it changes nothing
+
+    def test_a_finished_simulation_opens_where_it_ended_and_goes_on(self):
+        shutil.copytree(self.folder / "ran", self.folder / "opened")
+        client = self.client_without_reset("opened")
+        client.settle()
+        self.assertEqual(client.status["iteration"], 30)
+        self.assertIn("ended, after 30 iterations", client.scene["notes"][0])
+        whole = self.client("ran")
+        whole.step(30)
+        self.assertEqual(client.surface(), whole.surface())
+        before = client.surface()
+        client.do("looks", looks={"dirt": {"strength": 0.3}})
+        client.settle()
+        self.assertNotEqual(client.surface(), before)
+        self.assertEqual(client.status["iteration"], 30)
+        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
+        brush = client.scene["emitters"][-1]["name"]
+        client.do("stroke", emitter=brush, position=middle, phase="begin")
+        client.step(8)
+        client.do("stroke", emitter=brush, phase="end")
+        client.step(4)
+        client.do("save", path="gone_on.json")
+        client.do("export", path="gone_on_look", what=["textures", "controls"])
+        self.run_in("simulate", "gone_on.json", "-o", "gone_on")
+        for file in ("color.png", "controls/dirt.deposited.exr"):
+            self.assertEqual((self.folder / "gone_on" / file).read_bytes(), (self.folder / "gone_on_look" / file).read_bytes(), file)
+        client.do("undo")
+        client.until(lambda: client.status["iteration"] == 30)
+        client.do("reset")
+        client.until(lambda: client.status["iteration"] == 0)
+
+    def test_a_finished_simulation_without_its_state_shows_its_end_and_says_so(self):
+        shutil.copytree(self.folder / "ran", self.folder / "stateless")
+        (self.folder / "stateless/state.bin").unlink()
+        client = self.client_without_reset("stateless")
+        client.settle()
+        self.assertEqual(client.status["iteration"], 30)
+        self.assertIn("no state.bin", client.scene["notes"][0])
+        whole = self.client("ran")
+        whole.step(30)
+        self.assertEqual(client.surface(), whole.surface())
+        client.do("looks", looks={"dirt": {"strength": 0.3}})
+        client.settle()
+        self.assertNotEqual(client.surface(), whole.surface())
+        for request in ({"op": "run"}, {"op": "step"}, {"op": "event", "event": {"op": "ratio", "ratio": 0.5}}):
+            self.assertIn("Back to the start", client.ask(**request)["message"])
+        client.do("reset")
+        client.until(lambda: client.status["iteration"] == 0)
+        client.step(3)
+
+    def test_a_finished_simulation_of_a_changed_scene_says_so(self):
+        shutil.copytree(self.folder / "ledge", self.folder / "edited")
+        self.run_in("simulate", "edited/scene.json", "-o", "older", "--iterations", "4", "--seed", "7")
+        self.assertEqual(json.loads((self.folder / "older/simulation.json").read_text())["seed"], 7)
+        client = self.client("older")  # the seed that was used, not the file's
+        client.step(4)
+        client.do("save", path="seeded.json")
+        client.close()
+        self.run_in("simulate", "seeded.json", "-o", "seeded")
+        self.assertEqual(self.atlas_hash("seeded"), self.atlas_hash("older"))
+        scene = json.loads((self.folder / "edited/scene.json").read_text())
+        (self.folder / "edited/scene.json").write_text(json.dumps({**scene, "exchange": {**scene["exchange"], "ratio": 0.1}}))
+        shutil.copytree(self.folder / "older", self.folder / "older_again")
+        client = self.client_without_reset("older_again")
+        client.settle()
+        self.assertEqual(client.status["iteration"], 0)
+        self.assertIn("Changed since this simulation was made: scene.json.", client.scene["notes"][0])
 
     def test_looks_recompose_and_do_not_simulate(self):
         client = self.client("ledge/looked.json")

@@ -125,6 +125,34 @@ TEST(Simulation, GoesOnFromASnapshotAsIfNothingHadHappened) {
   EXPECT_EQ(resumed.audit(), "");
 }
 
+TEST(Simulation, ASnapshotGoesOnInASceneWithOneMoreEmitterThatWaits) {
+  Scene with_brush = plate();
+  Emitter brush;
+  brush.name = "brush";
+  brush.shape = EmitterShape::Surface;
+  brush.gammatons = 70;
+  brush.size_mm = {20.0, 0.0};
+  brush.carries[0] = 2.0;
+  brush.is_on = false;
+  with_brush.emitters.push_back(brush);
+  Simulation finished(plate()), whole(with_brush), resumed(with_brush);
+  run(finished, 25);
+  run(whole, 25);
+  resumed.restore(finished.snapshot());
+  EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
+  SceneEvent on;
+  on.op = SceneEvent::Op::Switch;
+  on.target = "brush";
+  on.value[0] = 1.0;
+  whole.apply(on);
+  resumed.apply(on);
+  run(whole, 15);
+  run(resumed, 15);
+  EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
+  EXPECT_EQ(resumed.audit(), "");
+  EXPECT_THROW(finished.restore(whole.snapshot()), InvalidInput);  // not the other way
+}
+
 TEST(Simulation, ADamagedOrForeignSnapshotIsRefusedAndChangesNothing) {
   Simulation simulation(plate());
   run(simulation, 10);

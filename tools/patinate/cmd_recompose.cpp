@@ -88,7 +88,7 @@ int cmd_recompose(CommandRun& run) {
   const SimulationManifest manifest = read_simulation_manifest(folder);
   const fs::path source = manifest_folder(folder, "simulation.json");
   SceneFile file = read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));
-  file.scene.resolution = manifest.resolution;
+  manifest.apply_to(file);
   if (file.scene.materials != manifest.materials) {
     throw IoError(file.file.string(), "has other materials than the simulation " + source.string());
   }

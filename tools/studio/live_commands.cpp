@@ -63,6 +63,8 @@ struct LiveEngine::Commands {
   };
 
   static void run(const Call& c) {
+    c.engine.refuse_picture();
+    c.engine.opened_.clear();
     c.engine.is_running_ = true;
     c.engine.num_steps_left_ = 0;
     c.engine.counted_from_ = Clock::now();
@@ -73,13 +75,17 @@ struct LiveEngine::Commands {
     c.engine.num_steps_left_ = 0;
   }
   static void step(const Call& c) {
+    c.engine.refuse_picture();
     c.engine.num_steps_left_ = c.request.contains("iterations") ? integer_member(c.request, "iterations", 1, 1'000'000) : 1;
     c.engine.is_running_ = true;
+    c.engine.opened_.clear();
   }
   static void reset(const Call& c) {
     c.engine.brush_.clear();
     c.engine.strokes_.clear();
     c.engine.go_back(c.engine.start_, 0);
+    c.engine.picture_of_ = 0;
+    c.engine.opened_.clear();
     c.engine.slider_ = c.engine.start_slider_;
     c.engine.is_running_ = false;
     c.engine.num_steps_left_ = 0;
@@ -193,6 +199,7 @@ void LiveEngine::receive(int id, const std::string& text) {
 }
 
 void LiveEngine::apply(const Json& event_mm) {
+  refuse_picture();
   const Json event = event_of_file(event_mm, file_.mm_per_unit, simulation_.iteration());
   const SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
   simulation_.apply(parsed);
@@ -203,6 +210,7 @@ void LiveEngine::apply(const Json& event_mm) {
 }
 
 void LiveEngine::begin_stroke(const std::string& emitter, const Json& position) {
+  refuse_picture();
   if (!brush_.empty()) end_stroke();
   const Scene& scene = simulation_.scene();
   const auto found = std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == emitter; });

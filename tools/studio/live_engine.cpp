@@ -19,15 +19,11 @@ namespace {
 constexpr double kStatusSeconds = 0.2;
 constexpr std::size_t kMostWaitingBytes = std::size_t{1} << 20;  ///< A client that takes less gets no status meanwhile.
 
-SimulationOptions simulation_options(const SceneFile& file, ColorForm form) {
-  SimulationOptions options{.parameter_maps = file.controls, .color_form = form};
+SimulationOptions simulation_options(const SceneFile& file, const LiveOptions& live) {
+  SimulationOptions options{.parameter_maps = file.controls, .color_form = live.color_form};
+  if (!live.finished.empty()) return options;  // what was not counted then is not known
   if (std::find(options.parameter_maps.begin(), options.parameter_maps.end(), "hits") == options.parameter_maps.end()) options.parameter_maps.push_back("hits");
   return options;
-}
-
-SceneFile with_resolution(SceneFile file, int resolution) {
-  if (resolution > 0) file.scene.resolution = resolution;
-  return file;
 }
 
 double memory_mb() {
@@ -74,9 +70,9 @@ std::string error_text(const Json& id, const std::string& message) {
 LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control)
     : folder_(folder),
       options_(options),
-      file_(with_resolution(std::move(file), options.resolution)),
+      file_(std::move(file)),
       record_(file_),
-      simulation_((add_brush(), file_.scene), simulation_options(file_, options.color_form), control),
+      simulation_((add_brush(), file_.scene), simulation_options(file_, options), control),
       layout_(simulation_.atlas().surface()),
       planes_(layout_),
       start_(simulation_.snapshot()),
@@ -84,7 +80,7 @@ LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOpt
       start_slider_(slider_),
       fitting_rules_(built_in_rules_for(file_.scene.materials)),
       is_exporting_(std::make_shared<std::atomic<bool>>(false)) {
-  if (options.resolution > 0) record_.set_resolution(options.resolution);
+  if (!options.finished.empty()) open_finished();
   relief_.high_mm = simulation_.texel_size_mm();
   for (const MaterialLook& look : file_.scene.looks) relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
   relief_.low_mm = -relief_.high_mm;
@@ -121,12 +117,13 @@ Json LiveEngine::scene_json() const {
   const Box box = bounding_box(simulation_.mesh());
   Json overlays = Json::array();
   for (const std::string& m : scene.materials) overlays.push_back({{"name", m}, {"high", 1.0}, {"unit", "amount"}});
-  for (const std::string& name : simulation_options(file_, options_.color_form).parameter_maps) {
+  for (const std::string& name : simulation_options(file_, options_).parameter_maps) {
     if (name.find(".final") != std::string::npos) continue;  // is the amount
     const auto shown = overlays_.find(name);
     overlays.push_back({{"name", name}, {"high", shown == overlays_.end() ? 1.0 : shown->second.high()}, {"unit", simulation_.parameter_map(name).unit}});
   }
   std::vector<std::string> notes = file_.notes;
+  if (!opened_.empty()) notes.insert(notes.begin(), opened_);
   for (const std::string& note : simulation_.notes()) {
     if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
   }
@@ -171,8 +168,8 @@ void LiveEngine::send_status() {
   const TraceCounters& c = simulation_.counters();
   const std::string text = Json{{"type", "status"},
                                 {"running", is_running_},
-                                {"iteration", simulation_.iteration()},
-                                {"time", rounded(simulation_.time(), 12)},
+                                {"iteration", iteration()},
+                                {"time", rounded(static_cast<double>(iteration()) * simulation_.scene().time_per_iteration, 12)},
                                 {"iterations_per_s", is_running_ ? iterations_per_s_ : 0.0},
                                 {"counters",
                                  {{"emitted", c.emitted},

@@ -28,10 +28,10 @@
 namespace patinate {
 
 struct LiveOptions {
-  int resolution = 0;  ///< Of the atlas; 0 = as the scene says.
   ColorForm color_form = ColorForm::Normalised;
   int num_threads = 0;
   double most_updates_s = 60.0;  ///< To one client.
+  std::filesystem::path finished;  ///< A simulation folder whose end is where it begins; "" = the start of the scene.
 };
 
 /// Not thread-safe: one thread calls. Peers are called from it.
@@ -66,6 +66,10 @@ class LiveEngine {
     std::optional<double> slider;
   };
 
+  // live_finished.cpp
+  void open_finished();
+  void refuse_picture() const;
+  [[nodiscard]] std::int64_t iteration() const;
   // live_engine.cpp
   void step(const std::stop_token& stop);
   void send_all(const std::string& text);
@@ -104,6 +108,8 @@ class LiveEngine {
   std::optional<double> slider_, start_slider_;  ///< Of Figure 10, unless the behaviour was set otherwise.
   std::vector<RuleAsset> fitting_rules_;         ///< Built-in ones whose materials the scene has.
   std::shared_ptr<Json> said_;  ///< scene_json() as clients know it.
+  std::string opened_;            ///< What a client should know of where it began.
+  std::int64_t picture_of_ = 0;   ///< Iterations behind the amounts that are shown without their gammatons: nothing can go on from there. 0 = all is there.
   bool is_running_ = false;
   std::int64_t num_steps_left_ = 0;  ///< Of a `step`.
   bool has_news_ = true;     ///< Something changed since the last status.

@@ -30,7 +30,7 @@ void make_history(const fs::path& scene, const fs::path& output, ColorForm form,
 void LiveEngine::save(const std::string& name) {
   const fs::path path = folder_.new_path(name);
   if (path.extension() != ".json") throw InvalidInput("\"" + name + "\": a scene file ends in .json");
-  save_json(path, record_.file_for(path.parent_path(), simulation_.iteration()));
+  save_json(path, record_.file_for(path.parent_path(), iteration()));
 }
 
 void LiveEngine::export_to(const std::string& name, const std::vector<std::string>& what, const std::shared_ptr<WebSocketPeer>& peer) {
@@ -38,11 +38,11 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   for (const std::string& word : what) {
     if (std::find(kExports.begin(), kExports.end(), word) == kExports.end()) throw InvalidInput("/what: found \"" + word + "\"; expected textures, glb, controls or history");
   }
-  if (wants("history") && simulation_.iteration() == 0) throw InvalidInput("nothing has happened yet, so there is no history; let the scene run first");
+  if (wants("history") && iteration() == 0) throw InvalidInput("nothing has happened yet, so there is no history; let the scene run first");
   if (wants("history") && is_exporting_->load()) throw InvalidInput("another history is being made; wait for it, or cancel it");
   const fs::path folder = folder_.new_path(name);
   fs::create_directory(folder);
-  save_json(folder / "scene.json", record_.file_for(folder, simulation_.iteration()));
+  save_json(folder / "scene.json", record_.file_for(folder, iteration()));
   if (wants("textures") || wants("glb")) {
     write_composed_files(folder, file_.name, simulation_, "");
     std::error_code ignored;
@@ -54,7 +54,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   if (wants("controls")) {
     fs::create_directory(folder / "controls");
     std::vector<std::string> names = file_.controls;
-    if (std::find(names.begin(), names.end(), "hits") == names.end()) names.push_back("hits");
+    if (options_.finished.empty() && std::find(names.begin(), names.end(), "hits") == names.end()) names.push_back("hits");
     for (const std::string& control : names) write_exr(folder / "controls" / (control + ".exr"), parameter_control(simulation_, control).values, {"Y"}, ExrDepth::Float);
   }
   if (!wants("history")) return;

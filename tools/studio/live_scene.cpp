@@ -20,17 +20,19 @@ constexpr std::size_t kMostTaskBytes = std::size_t{32} << 20;
 constexpr std::size_t kMostUnwatched = 2;
 constexpr std::chrono::milliseconds kIdle{20};
 
-/// The scene file of a place, and what it is run with.
-std::pair<fs::path, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads) {
+/// Reads the scene of a place as it is run there.
+std::pair<SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads, const RunControl& control) {
   LiveOptions options;
   options.num_threads = num_threads;
-  if (kind == PlaceKind::Scene) return {path, options};
+  if (kind == PlaceKind::Scene) return {read_scene(path, control), options};
   const SimulationManifest manifest = read_simulation_manifest(path);
-  options.resolution = manifest.resolution;
   options.color_form = manifest.color_form;
+  options.finished = path;
   std::error_code error;
   if (!fs::is_regular_file(manifest.scene, error)) throw IoError(manifest.scene.string(), "is not there any more: the simulation was made of this scene file; put it back to run it again");
-  return {manifest.scene, options};
+  SceneFile file = read_scene(manifest.scene, control);
+  manifest.apply_to(file);
+  return {std::move(file), options};
 }
 
 }  // namespace
@@ -47,7 +49,6 @@ void LiveScene::tell_all(const std::string& text) {
 
 void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads, const std::stop_token& stop) {
   try {
-    const auto [file, options] = source_of(path, kind, num_threads);
     double said = -1.0;
     RunControl control{.on_progress = {}, .stop = stop, .num_threads = num_threads};
     control.on_progress = [&](double f) {
@@ -55,7 +56,8 @@ void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& fo
       said = f;
       tell_all(Json{{"type", "progress"}, {"text", "Reading the scene"}, {"done", f}, {"total", 1}}.dump());
     };
-    LiveEngine engine(read_scene(file, control.part(0.0, 0.5)), folder, options, control.part(0.5, 1.0));
+    auto [file, options] = source_of(path, kind, num_threads, control.part(0.0, 0.5));
+    LiveEngine engine(std::move(file), folder, options, control.part(0.5, 1.0));
     serve(engine, stop);
   } catch (const Cancelled&) {
   } catch (const std::exception& e) {

@@ -58,6 +58,7 @@ std::size_t SceneRecord::num_events() const { return events_->size(); }
 
 void SceneRecord::add_emitter(const Json& emitter_of_file) { (*root_)["emitters"].push_back(emitter_of_file); }
 void SceneRecord::set_resolution(int resolution) { (*root_)["atlas"]["resolution"] = resolution; }
+void SceneRecord::set_seed(std::uint64_t seed) { (*root_)["seed"] = seed; }
 
 void SceneRecord::add_event(const Json& event_of_file) {
   if (events_->size() > num_fixed_ && does_the_same(events_->back(), event_of_file)) {

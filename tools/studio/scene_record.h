@@ -24,6 +24,7 @@ class SceneRecord {
   void add_emitter(const Json& emitter_of_file);
   /// The atlas is as large as this, whatever the file says.
   void set_resolution(int resolution);
+  void set_seed(std::uint64_t seed);
   /// An event that has happened. Where the last one, of the same iteration, did the same to the same, it takes its place.
   void add_event(const Json& event_of_file);
   /// After this, the events so far stay as they are. @returns what forget_after() takes.

@@ -1,0 +1,48 @@
+// A finished simulation, opened where it ended.
+#include "libcommon/core/error.h"
+#include "simulation/simulation_job.h"
+#include "simulation/simulation_output.h"
+#include "tools/studio/live_engine.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr const char* kStartAgain = "\"Back to the start\" runs its scene from there.";
+
+}  // namespace
+
+/// Its state; without one, the amounts that it ended with; the start of the scene where that is another now. Says which.
+void LiveEngine::open_finished() {
+  const SimulationManifest manifest = read_simulation_manifest(options_.finished);
+  record_.set_resolution(manifest.resolution);
+  if (manifest.seed) record_.set_seed(*manifest.seed);
+  if (const std::string changed = changed_inputs(options_.finished, file_); !changed.empty()) {
+    opened_ = "Changed since this simulation was made: " + changed + ". So this is the start of the scene as it is now; the simulation's own end is its history.";
+    return;
+  }
+  const Behaviour start = file_.scene.behaviour;
+  const std::string ended = "This is where the simulation ended, after " + std::to_string(manifest.iterations) + " iterations. ";
+  if (read_state_file(options_.finished, simulation_)) {
+    opened_ = ended + "Run goes on from here; " + kStartAgain;
+  } else {
+    read_atlas_file(options_.finished, simulation_);
+    for (const SceneEvent& event : file_.scene.events) {
+      if (event.iteration < manifest.iterations) simulation_.apply(event);  // everything stands where it stood
+    }
+    picture_of_ = manifest.iterations;
+    opened_ = ended + "Its folder has no state.bin, so looks can change, and nothing can go on; " + kStartAgain;
+  }
+  const Behaviour now = simulation_.scene().behaviour;
+  const bool is_same = now.bounce == start.bounce && now.floating == start.floating && now.absorb == start.absorb && now.deceleration_bounce == start.deceleration_bounce &&
+                       now.deceleration_float == start.deceleration_float;
+  if (!is_same) slider_.reset();
+}
+
+void LiveEngine::refuse_picture() const {
+  if (picture_of_ > 0) throw InvalidInput(std::string("the amounts of a finished simulation are shown, and its gammatons are not there to go on with; ") + kStartAgain);
+}
+
+std::int64_t LiveEngine::iteration() const { return picture_of_ > 0 ? picture_of_ : simulation_.iteration(); }
+
+}  // namespace patinate

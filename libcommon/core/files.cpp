@@ -10,6 +10,7 @@
 #include <fstream>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
@@ -91,29 +92,41 @@ bool natural_less(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
+  const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw CannotComplete(path.string() + ": cannot be written; the folder " + folder.string() + " does not exist");
+    throw CannotComplete(path_.string() + ": cannot be written; the folder " + folder.string() + " does not exist");
   }
-  if (fs::is_directory(path, error)) throw CannotComplete(path.string() + ": cannot be written; it is a folder");
-  if (fs::exists(path, error) && !fs::is_regular_file(path, error)) {
-    throw CannotComplete(path.string() + ": cannot be written; it is no regular file");
+  if (fs::is_directory(path_, error)) throw CannotComplete(path_.string() + ": cannot be written; it is a folder");
+  if (fs::exists(path_, error) && !fs::is_regular_file(path_, error)) {
+    throw CannotComplete(path_.string() + ": cannot be written; it is no regular file");
   }
-  remove_leftovers(folder, path);
-  const fs::path temporary = folder / (temporary_stem(path) + std::to_string(::getpid()) + path.extension().string());
+  remove_leftovers(folder, path_);
+  temporary_ = folder / (temporary_stem(path_) + std::to_string(::getpid()) + path_.extension().string());
+}
+
+AtomicFile::~AtomicFile() {
+  std::error_code error;
+  if (!is_finished_) fs::remove(temporary_, error);
+}
+
+void AtomicFile::finish() {
+  flush_to_disk(temporary_, path_);
+  std::error_code error;
+  fs::rename(temporary_, path_, error);
+  if (error) throw CannotComplete(path_.string() + ": cannot be written; " + error.message());
+  is_finished_ = true;
+}
+
+void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  AtomicFile file(path);
   try {
-    write(temporary);
-    flush_to_disk(temporary, path);
-    fs::rename(temporary, path);
+    write(file.temporary());
   } catch (const fs::filesystem_error& e) {
-    fs::remove(temporary, error);
     throw CannotComplete(path.string() + ": cannot be written; " + e.code().message());
-  } catch (...) {
-    fs::remove(temporary, error);
-    throw;
   }
+  file.finish();
 }
 
 void write_atomically(const fs::path& path, std::string_view bytes) {

@@ -11,6 +11,25 @@
 
 namespace patinate {
 
+/// A file that is written beside its place and gets there when it is whole.
+class AtomicFile {
+ public:
+  /// @throws CannotComplete if there is no such folder, or the path is a folder or no regular file.
+  explicit AtomicFile(std::filesystem::path path);
+  /// Removes the temporary file unless finished.
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  /// Where to write; same extension.
+  [[nodiscard]] const std::filesystem::path& temporary() const { return temporary_; }
+  /// Renames it over `path`. @throws CannotComplete if it is not there or the disk is full.
+  void finish();
+
+ private:
+  std::filesystem::path path_, temporary_;
+  bool is_finished_ = false;
+};
+
 /// Calls `write` with a temporary path beside `path` (same extension), then renames it over `path`.
 /// @throws CannotComplete if the folder cannot be written or the disk is full; `path` is then untouched.
 void write_atomically(const std::filesystem::path& path, const std::function<void(const std::filesystem::path&)>& write);

@@ -2,6 +2,9 @@
 /// What a history shows between its frames.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "libcommon/core/options.h"
 #include "libcommon/history/history.h"
 
@@ -21,6 +24,32 @@ void describe(OptionVisitor& v, SamplingOptions& o);
 
 /// Where a time falls; the fraction is 0 but for Blend. @throws InvalidInput if `time` is NaN.
 [[nodiscard]] TimePosition locate(const HistoryReader& history, double time, Between between);
+/// locate() for millions of times: equal to it to the bit, in about the time of two memory reads. Immutable.
+class FrameLocator {
+ public:
+  FrameLocator(const HistoryManifest& history, Between between);
+  /// @param time  Not NaN (which gives the last frame).
+  [[nodiscard]] TimePosition operator()(double time) const {
+    if (time <= times_.front()) return {0, 0.0};
+    if (!(time < times_.back())) return {static_cast<int>(times_.size()) - 1, 0.0};
+    const auto bin = static_cast<std::size_t>((time - times_.front()) * bins_per_time_);
+    // Rounding may put a time into the bin beside its own.
+    int index = first_[bin < first_.size() ? bin : first_.size() - 1];
+    while (times_[static_cast<std::size_t>(index)] > time) --index;
+    while (times_[static_cast<std::size_t>(index) + 1] <= time) ++index;
+    const double before = times_[static_cast<std::size_t>(index)], after = times_[static_cast<std::size_t>(index) + 1];
+    const double fraction = (time - before) / (after - before);
+    if (between_ == Between::Blend) return {index, fraction};
+    return {between_ == Between::Nearest && fraction >= 0.5 ? index + 1 : index, 0.0};
+  }
+
+ private:
+  Between between_;
+  std::vector<double> times_;
+  double bins_per_time_ = 0.0;
+  std::vector<std::int32_t> first_;  ///< Per bin of equal length: the frame at or before its beginning.
+};
+
 /// H x W x 3, linear: the history at any time. Blend is HistoryReader::sample(). @throws as it does.
 [[nodiscard]] ImageF sample(const HistoryReader& history, double time, Between between);
 

@@ -148,6 +148,36 @@ ImageInfo ImageDecoder::info() {
   return info;
 }
 
+namespace {
+
+/// What is to be decoded, its bytes made.
+CodedImage blank(const OIIO::ImageSpec& spec, int height) {
+  CodedImage coded{spec.width, height, spec.nchannels, CodedImage::Type::Float, -1, {}};
+  if (spec.format == OIIO::TypeDesc::UINT8) coded.type = CodedImage::Type::UInt8;
+  if (spec.format == OIIO::TypeDesc::UINT16) coded.type = CodedImage::Type::UInt16;
+  const int alpha = spec.channelindex("A");  // The GIF reader's own number points behind the channels.
+  if (alpha >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) coded.associated_alpha = alpha;
+  coded.bytes.resize(static_cast<std::size_t>(coded.width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(coded.channels) *
+                     bytes_per_value(coded.type));
+  return coded;
+}
+
+}  // namespace
+
+CodedImage ImageDecoder::read_rows(int begin, int end) {
+  OIIO::ImageInput& input = *impl_->input;
+  const OIIO::ImageSpec spec = input.spec(0, 0);
+  if (!(begin >= 0 && begin < end && end <= spec.height)) {
+    throw IoError(impl_->path.string(), "has no rows " + std::to_string(begin) + " to " + std::to_string(end - 1));
+  }
+  CodedImage coded = blank(spec, end - begin);
+  if (!input.read_scanlines(0, 0, spec.y + begin, spec.y + end, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data())) {
+    throw IoError(impl_->path.string(), "is damaged or truncated (" + one_line(input.geterror()) + ")");
+  }
+  (void)input.geterror();
+  return coded;
+}
+
 CodedImage ImageDecoder::read(int frame) {
   OIIO::ImageInput& input = *impl_->input;
   const std::string where = frame == 0 ? "" : "image " + std::to_string(frame) + " ";
@@ -155,17 +185,11 @@ CodedImage ImageDecoder::read(int frame) {
     throw IoError(impl_->path.string(), "has no image " + std::to_string(frame) + " that can be read");
   }
   const OIIO::ImageSpec spec = input.spec();
-  CodedImage coded{spec.width, spec.height, spec.nchannels, CodedImage::Type::Float, -1, {}};
-  if (spec.format == OIIO::TypeDesc::UINT8) coded.type = CodedImage::Type::UInt8;
-  if (spec.format == OIIO::TypeDesc::UINT16) coded.type = CodedImage::Type::UInt16;
-  const int alpha = spec.channelindex("A");  // The GIF reader's own number points behind the channels.
-  if (alpha >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) coded.associated_alpha = alpha;
   const OIIO::ImageSpec first = input.spec(0, 0);
   if (spec.width != first.width || spec.height != first.height || spec.nchannels != first.nchannels) {
     throw IoError(impl_->path.string(), where + "differs from the first one in size or channels");
   }
-  coded.bytes.resize(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) *
-                     static_cast<std::size_t>(spec.nchannels) * bytes_per_value(coded.type));
+  CodedImage coded = blank(spec, spec.height);
   if (!input.read_image(frame, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data())) {
     throw IoError(impl_->path.string(), where + "is damaged or truncated (" + one_line(input.geterror()) + ")");
   }

@@ -47,6 +47,9 @@ class ImageDecoder {
   [[nodiscard]] ImageInfo info();
   /// @throws IoError if there is no such frame or it is damaged.
   [[nodiscard]] CodedImage read(int frame);
+  /// Rows [begin, end) of the first image alone; cheap in order, for formats that are stored by rows.
+  /// @throws IoError if they are not there or damaged.
+  [[nodiscard]] CodedImage read_rows(int begin, int end);
 
  private:
   struct Impl;

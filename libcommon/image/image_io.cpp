@@ -7,6 +7,7 @@
 #include <cmath>
 #include <array>
 #include <cctype>
+#include <cstdio>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -17,6 +18,7 @@
 #include "libcommon/image/decoded_image.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_decoder.h"
+#include "libcommon/image/image_rows.h"
 
 namespace patinate {
 
@@ -52,6 +54,53 @@ void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec
   write_atomically(path, std::string_view(reinterpret_cast<const char*>(memory.buffer().data()), memory.buffer().size()));
 }
 
+/// A file that remembers that a write failed: OpenImageIO's PNG writer does not look. Encoders are not told, since libpng would print a line
+/// of its own; who writes asks has_failed().
+class WatchedFile : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit WatchedFile(const std::filesystem::path& path) : IOProxy(path.string(), Write), file_(std::fopen(path.c_str(), "wb")) {
+    if (file_ == nullptr) has_failed_ = true;
+  }
+  ~WatchedFile() override { WatchedFile::close(); }
+  WatchedFile(const WatchedFile&) = delete;
+  WatchedFile& operator=(const WatchedFile&) = delete;
+  [[nodiscard]] const char* proxytype() const override { return "patinate"; }
+  void close() override {
+    if (file_ != nullptr && std::fclose(file_) != 0) has_failed_ = true;
+    file_ = nullptr;
+  }
+  bool seek(int64_t offset) override {
+    m_pos = offset;
+    return true;
+  }
+  size_t write(const void* bytes, size_t size) override {
+    const size_t written = pwrite(bytes, size, m_pos);
+    m_pos += static_cast<int64_t>(written);
+    return written;
+  }
+  size_t pwrite(const void* bytes, size_t size, int64_t offset) override {
+    has_failed_ = has_failed_ || file_ == nullptr || (offset != at_ && ::fseeko(file_, offset, SEEK_SET) != 0) || std::fwrite(bytes, 1, size, file_) != size;
+    at_ = offset + static_cast<int64_t>(size);
+    size_ = std::max(size_, at_);
+    return size;
+  }
+  [[nodiscard]] size_t size() const override { return static_cast<size_t>(size_); }
+  [[nodiscard]] bool has_failed() const { return has_failed_; }
+
+ private:
+  std::FILE* file_;
+  int64_t at_ = 0, size_ = 0;
+  bool has_failed_ = false;
+};
+
+std::string lower_suffix(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+constexpr float kLargestHalf = 65504.0f;
+
 OIIO::ImageSpec make_spec(int width, int height, int channels, const OIIO::TypeDesc& type, const std::string& key) {
   OIIO::ImageSpec spec(width, height, channels, type);
   spec.attribute("DateTime", kNoImageDate);
@@ -60,6 +109,20 @@ OIIO::ImageSpec make_spec(int width, int height, int channels, const OIIO::TypeD
     spec.attribute(kImageKeyAttribute, key);                          // EXR and PNG keep it,
     spec.attribute("ImageDescription", kImageKeyDescription + key);   // JPEG and TIFF this.
   }
+  return spec;
+}
+
+OIIO::ImageSpec exr_spec(int width, int height, const std::vector<std::string>& channels, ExrDepth depth, const std::string& key) {
+  OIIO::ImageSpec spec = make_spec(width, height, static_cast<int>(channels.size()), depth == ExrDepth::Half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT, key);
+  spec.channelnames = channels;
+  spec.attribute("compression", "zip");
+  return spec;
+}
+
+OIIO::ImageSpec code_spec(int width, int height, int channels, const std::string& key) {
+  OIIO::ImageSpec spec = make_spec(width, height, channels, OIIO::TypeDesc::UINT8, key);
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  spec.attribute("CompressionQuality", 92);
   return spec;
 }
 
@@ -125,42 +188,96 @@ void write_exr(const std::filesystem::path& path, const ImageF& image, const std
     throw InvalidInput(path.string() + ": an image of " + std::to_string(image.channels()) + " channels was given " +
                        std::to_string(channels.size()) + " names");
   }
-  constexpr float kLargestHalf = 65504.0f;
   for (float v : image.values()) {
     if (!std::isfinite(v) || (depth == ExrDepth::Half && std::abs(v) > kLargestHalf)) {
       throw InvalidInput(path.string() + ": a value is NaN, infinite or too large to be stored");
     }
   }
-  OIIO::ImageSpec spec = make_spec(image.width(), image.height(), image.channels(),
-                                   depth == ExrDepth::Half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT, key);
-  spec.channelnames = channels;
-  spec.attribute("compression", "zip");
+  const OIIO::ImageSpec spec = exr_spec(image.width(), image.height(), channels, depth, key);
   write_pixels(path, spec, OIIO::TypeDesc::FLOAT, image.data());
 }
 
 void write_codes(const std::filesystem::path& path, const ImageU8& codes, const std::string& key) {
-  OIIO::ImageSpec spec = make_spec(codes.width(), codes.height(), codes.channels(), OIIO::TypeDesc::UINT8, key);
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  spec.attribute("CompressionQuality", 92);
-  write_pixels(path, spec, OIIO::TypeDesc::UINT8, codes.data());
+  write_pixels(path, code_spec(codes.width(), codes.height(), codes.channels(), key), OIIO::TypeDesc::UINT8, codes.data());
 }
 
 void write_srgb8(const std::filesystem::path& path, const ImageF& linear, const std::string& key) {
   write_codes(path, srgb8_from_linear(linear), key);
 }
 
+bool is_coded_image(const std::filesystem::path& path) {
+  const std::string extension = lower_suffix(path);
+  if (extension == ".exr") return false;
+  constexpr std::array<std::string_view, 5> kCoded{".png", ".jpg", ".jpeg", ".tif", ".tiff"};
+  if (std::find(kCoded.begin(), kCoded.end(), extension) != kCoded.end()) return true;
+  throw UsageError(path.string() + ": unknown image format; use .png, .jpg, .tif or .exr");
+}
+
 void write_color(const std::filesystem::path& path, const ImageF& linear, const std::string& key) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension == ".exr") {
-    write_exr(path, linear, {"R", "G", "B"}, ExrDepth::Half, key);
-  } else {
-    const std::array<std::string_view, 5> known{".png", ".jpg", ".jpeg", ".tif", ".tiff"};
-    if (std::find(known.begin(), known.end(), extension) == known.end()) {
-      throw UsageError(path.string() + ": unknown image format; use .png, .jpg, .tif or .exr");
-    }
+  if (is_coded_image(path)) {
     write_srgb8(path, linear, key);
+  } else {
+    write_exr(path, linear, {"R", "G", "B"}, ExrDepth::Half, key);
   }
+}
+
+struct ColorRowWriter::Impl {
+  std::filesystem::path path;
+  int width, height;
+  bool takes_codes;
+  AtomicFile place;
+  WatchedFile file;
+  std::unique_ptr<OIIO::ImageOutput> output;
+  int row = 0;
+
+  Impl(const std::filesystem::path& target, int w, int h, const std::string& key)
+      : path(target), width(w), height(h), takes_codes(is_coded_image(target)), place(target), file(place.temporary()), output(create_output(target)) {
+    const OIIO::ImageSpec spec = takes_codes ? code_spec(width, height, 3, key) : exr_spec(width, height, {"R", "G", "B"}, ExrDepth::Half, key);
+    if (file.has_failed() || !output->set_ioproxy(&file) || !output->open(path.string(), spec)) fail();
+  }
+
+  [[noreturn]] void fail() {
+    const std::string reason = output->geterror();
+    throw CannotComplete(path.string() + ": cannot be written; " + (file.has_failed() || reason.empty() ? "is the folder writable and the disk not full?" : reason));
+  }
+
+  void write(OIIO::TypeDesc type, const void* values, std::size_t size) {
+    const std::size_t row_size = 3 * static_cast<std::size_t>(width);
+    const std::size_t num_rows = size / row_size;
+    if (size == 0 || size % row_size != 0 || num_rows > static_cast<std::size_t>(height - row)) {
+      throw InvalidInput(path.string() + ": rows of " + std::to_string(width) + " pixels are expected, and no more than there are");
+    }
+    const int end = row + static_cast<int>(num_rows);
+    if (!output->write_scanlines(row, end, 0, type, values) || file.has_failed()) fail();
+    row = end;
+  }
+};
+
+ColorRowWriter::ColorRowWriter(const std::filesystem::path& path, int width, int height, const std::string& key)
+    : impl_(std::make_unique<Impl>(path, width, height, key)) {}
+ColorRowWriter::~ColorRowWriter() = default;
+
+bool ColorRowWriter::takes_codes() const { return impl_->takes_codes; }
+
+void ColorRowWriter::write(std::span<const std::uint8_t> codes) {
+  if (!impl_->takes_codes) throw InvalidInput(impl_->path.string() + ": takes linear values");
+  impl_->write(OIIO::TypeDesc::UINT8, codes.data(), codes.size());
+}
+
+void ColorRowWriter::write(std::span<const float> linear) {
+  if (impl_->takes_codes) throw InvalidInput(impl_->path.string() + ": takes codes");
+  for (float v : linear) {
+    if (!(std::abs(v) <= kLargestHalf)) throw InvalidInput(impl_->path.string() + ": a value is NaN, infinite or too large to be stored");
+  }
+  impl_->write(OIIO::TypeDesc::FLOAT, linear.data(), linear.size());
+}
+
+void ColorRowWriter::finish() {
+  if (impl_->row != impl_->height) throw InvalidInput(impl_->path.string() + ": rows are missing");
+  if (!impl_->output->close()) impl_->fail();
+  impl_->file.close();
+  if (impl_->file.has_failed()) impl_->fail();
+  impl_->place.finish();
 }
 
 }  // namespace patinate

@@ -1,23 +1,40 @@
-// Lookups of a 4k atlas, at one time and with a time of its own at every texel, against a plain gather of the same bytes.
+// Lookups of a 4k atlas, at one time and with a time of its own at every texel, against copies and plain gathers of the same bytes; and a 16k
+// atlas written in strips, with the memory that took. `lookup_benchmark --write TRANSFER IMAGE` is what the last part runs.
+#include <array>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
 
+#include "libcommon/core/json.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/image_io.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
+#include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
+#include "transfer/lookup/texture_files.h"
 #include "transfer/lookup/time_map.h"
 #include "transfer/lookup/transfer_reader.h"
+#include "transfer/transfer_job.h"
 
 namespace patinate {
 namespace {
 
 constexpr int kAtlas = 4096, kSource = 512;
+constexpr double kTexels = 1.0 * kAtlas * kAtlas;
 
-/// Patches of 32 x 32 texels, each a piece of the source in its order, as transfers are.
-ImageF patches() {
-  ImageF coordinates(kAtlas, kAtlas, 2);
-  for (int y = 0; y < kAtlas; ++y) {
-    for (int x = 0; x < kAtlas; ++x) {
+/// Patches of 32 x 32 texels, each a piece of the source in its order, as transfers are; each fourth column of patches is no chart.
+ImageF patches(int side, bool has_gutters) {
+  ImageF coordinates(side, side, 2, -1.0f);
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      if (has_gutters && x / 32 % 4 == 3) continue;
       const int patch = x / 32 * 131 + y / 32 * 197;
       coordinates.at(x, y, 0) = static_cast<float>((x + patch * 37) % kSource);
       coordinates.at(x, y, 1) = static_cast<float>((y + patch * 53) % kSource);
@@ -26,45 +43,141 @@ ImageF patches() {
   return coordinates;
 }
 
-/// A gather with nothing around it, into memory of its own as the others.
-ImageF plain_gather(const ImageF& source, const ImageF& coordinates) {
-  ImageF out(kAtlas, kAtlas, 3);
-  const float* s = coordinates.data();
-  float* to = out.data();
-  for (std::int64_t i = 0; i < coordinates.num_pixels(); ++i) {
-    const float* from = source.data() + 3 * (static_cast<std::int64_t>(s[2 * i + 1]) * source.width() + static_cast<std::int64_t>(s[2 * i]));
-    to[3 * i] = from[0];
-    to[3 * i + 1] = from[1];
-    to[3 * i + 2] = from[2];
-  }
-  return out;
+RunControl with_threads(int num_threads) {
+  RunControl control;
+  control.num_threads = num_threads;
+  return control;
 }
 
-void compare(int num_frames) {
-  const testing_support::TempFolder folder;
-  testing_support::write_history(folder.path(), kSource, kSource, num_frames, testing_support::blotches);
-  const HistoryReader history(folder.path());
-  const ImageF coordinates = patches(), frame = history.read_frame(0);
-  ImageF times(kAtlas, kAtlas), out(kAtlas, kAtlas, 3);
-  for (int y = 0; y < kAtlas; ++y) {
-    for (int x = 0; x < kAtlas; ++x) times.at(x, y) = static_cast<float>((num_frames - 1.0) * (x + y) / (2.0 * kAtlas));
-  }
-  RunControl one;
-  one.num_threads = 1;
-  const double plain = benchmarks::median_of_five([&] { out = plain_gather(frame, coordinates); });
-  const double lookup = benchmarks::median_of_five([&] { out = gather(frame, coordinates, 0.0f, one); });
-  const double mapped = benchmarks::median_of_five([&] { out = gather_at_times(history, coordinates, times, Between::Blend, one); });
-  const double frames = benchmarks::median_of_five([&] {
-    for (int f = 0; f < num_frames; ++f) (void)history.read_frame(f);
+/// A gather with nothing around it. @param out  Of texels x channels.
+template <class T>
+void plain_gather(const Image<T>& source, const PackedCoordinates& indices, Image<T>& out, const RunControl& control) {
+  parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      const auto row = indices.row(y);
+      T* to = out.row(y).data();
+      for (std::size_t x = 0; x < row.size(); ++x, to += 3) {
+        const T* from = source.data() + 3 * std::size_t{row[x]};
+        to[0] = from[0];
+        to[1] = from[1];
+        to[2] = from[2];
+      }
+    }
   });
-  std::printf("4k, %d frames, one thread: plain gather %.0f ms; lookup %.0f ms, speed %.2f; time map %.0f ms, of which reading frames %.0f ms, speed without it %.2f\n",
-              num_frames, 1e3 * plain, 1e3 * lookup, plain / lookup, 1e3 * mapped, 1e3 * frames, plain / (mapped - frames));
+}
+
+template <class T>
+void compare_gathers(const char* name, const Image<T>& source, const PackedCoordinates& indices) {
+  Image<T> out(kAtlas, kAtlas, 3), copy(kAtlas, kAtlas, 3);  // Touched already, as the plain loops need it.
+  for (int threads : {1, 2}) {
+    const RunControl control = with_threads(threads);
+    const double copied = benchmarks::median_of_five([&] {
+      parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
+        std::memcpy(copy.row(static_cast<int>(begin)).data(), out.row(static_cast<int>(begin)).data(), static_cast<std::size_t>(end - begin) * out.row(0).size_bytes());
+      });
+    });
+    const double plain = benchmarks::median_of_five([&] { plain_gather(source, indices, out, control); });
+    const double lookup = benchmarks::median_of_five([&] {
+      parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
+        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) gather_packed(source, indices.row(y), T{}, out.row(y));
+      });
+    });
+    std::printf("4k, %s, %d thread%s, G texels/s: copy %.2f, plain gather %.2f, lookup %.2f (%.0f ms)\n", name, threads, threads == 1 ? "" : "s",
+                1e-9 * kTexels / copied, 1e-9 * kTexels / plain, 1e-9 * kTexels / lookup, 1e3 * lookup);
+  }
+}
+
+void compare_speed() {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path(), kSource, kSource, 32, testing_support::blotches);
+  const HistoryReader history(folder.path());
+  const ImageF coordinates = patches(kAtlas, false), frame = history.read_frame(0), next = history.read_frame(1);
+  const PackedCoordinates indices = pack_coordinates(coordinates, kSource);
+  compare_gathers("8-bit RGB", srgb8_from_linear(frame), indices);
+  compare_gathers("float RGB", frame, indices);
+  ImageF out;
+  for (int threads : {1, 2}) {
+    const RunControl control = with_threads(threads);
+    const double simple = benchmarks::median_of_five([&] { out = gather(frame, coordinates, 0.0f, control); });
+    const double image = benchmarks::median_of_five([&] { out = gather_packed(frame, indices, 0.0f, control); });
+    const double blended = benchmarks::median_of_five([&] {
+      ImageF between = frame;
+      for (std::size_t i = 0; i < between.values().size(); ++i) between.data()[i] = 0.7f * between.data()[i] + 0.3f * next.data()[i];
+      const ImageU8 texture = gather_packed(srgb8_from_linear(between), indices, 0, control);
+    });
+    std::printf("4k, %d thread%s, into a new image: from float coordinates %.0f ms, packed %.0f ms; between two frames as 8-bit codes %.0f ms (%.2f G texels/s)\n",
+                threads, threads == 1 ? "" : "s", 1e3 * simple, 1e3 * image, 1e3 * blended, 1e-9 * kTexels / blended);
+    for (int num_frames : {4, 32}) {
+      ImageF times(kAtlas, kAtlas);
+      for (int y = 0; y < kAtlas; ++y) {
+        for (int x = 0; x < kAtlas; ++x) times.at(x, y) = static_cast<float>((num_frames - 1.0) * (x + y) / (2.0 * kAtlas));
+      }
+      const double mapped = benchmarks::median_of_five([&] { out = gather_at_times(history, indices, times, Between::Blend, control); });
+      const double frames = benchmarks::median_of_five([&] {
+        for (int f = 0; f < num_frames; ++f) (void)history.read_frame(f);
+      });
+      std::printf("4k, %d thread%s, time map over %d frames: %.0f ms, of which reading frames %.0f ms; speed without it %.2f of a plain lookup into a new image\n",
+                  threads, threads == 1 ? "" : "s", num_frames, 1e3 * mapped, 1e3 * frames, simple / (mapped - frames));
+    }
+  }
+}
+
+/// A transfer whose coordinates are patches.
+void write_transfer(const std::filesystem::path& folder, int side) {
+  std::filesystem::create_directory(folder / "history");
+  testing_support::write_history(folder / "history", kSource, kSource, 2, testing_support::blotches);
+  TransferTask task;
+  task.history = folder / "history";
+  task.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
+  task.mesh_name = "plane.obj";
+  task.texel_size_mm = task.map->median_texel_size_mm();
+  task.controls.push_back({"x", "image", ImageF(64, 64), {}, 1.0, ControlMapping::Rank});
+  for (std::size_t i = 0; i < 64 * 64; ++i) task.controls[0].values.data()[i] = static_cast<float>(i % 64);
+  (void)run_job(plan_transfer(task, folder / "transfer"), {}, {});
+  Json json = load_json(folder / "transfer/transfer.json");
+  json["width"] = json["height"] = side;
+  save_json(folder / "transfer/transfer.json", json);
+  write_exr(folder / "transfer/coordinates.exr", patches(side, true), {kCoordinateChannels[0], kCoordinateChannels[1]}, ExrDepth::Float);
+}
+
+/// Of this program alone: what getrusage() says begins with the memory of the one that started it.
+double peak_mb() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    double kilobytes = 0.0;
+    if (word == "VmHWM:" && status >> kilobytes) return kilobytes / 1024.0;
+  }
+  return 0.0;
+}
+
+int write_image(const std::filesystem::path& transfer_path, const std::filesystem::path& image) {
+  const double before = peak_mb();
+  const TransferFolder transfer(transfer_path);
+  const std::vector<TextureFile> textures{{{image}, transfer.history().sample(0.5)}};
+  const double seconds = benchmarks::seconds([&] { TextureWriter(transfer).write(textures); });
+  std::printf("%s: %.1f s, at most %.0f MB in memory, %.0f of them the program before it began\n", image.filename().c_str(), seconds, peak_mb(), before);
+  return 0;
+}
+
+void compare_memory(const char* program) {
+  for (int side : {4096, 16384}) {
+    const testing_support::TempFolder folder;
+    write_transfer(folder.path(), side);
+    for (const char* extension : {".png", ".exr"}) {
+      const std::string image = (folder / ("texture_" + std::to_string(side) + extension)).string();
+      const std::string command = std::string(program) + " --write " + (folder / "transfer").string() + " " + image;
+      std::fflush(stdout);
+      if (std::system(command.c_str()) != 0) std::printf("%s failed\n", command.c_str());
+      std::filesystem::remove(image);
+    }
+  }
 }
 
 }  // namespace
 }  // namespace patinate
 
-int main() {
-  patinate::compare(4);
-  patinate::compare(32);
+int main(int argc, char** argv) {
+  if (argc == 4 && std::string(argv[1]) == "--write") return patinate::write_image(argv[2], argv[3]);
+  if (argc == 1) patinate::compare_speed();
+  patinate::compare_memory(argv[0]);  // Alone with --memory.
 }

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
@@ -15,7 +17,7 @@
 #include "tools/patinate/path_kind.h"
 #include "tools/patinate/picture_series.h"
 #include "tools/patinate/times_argument.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "transfer/lookup/texture_files.h"
 
 namespace patinate {
 
@@ -67,14 +69,15 @@ int export_glb(CommandRun& run, const AgingMesh& mesh, const std::filesystem::pa
 struct SequenceSource {
   std::string key;
   std::vector<std::string> tile_names;
-  std::function<std::vector<ImageF>(double, const RunControl&)> sample;  ///< An image per tile.
+  /// Writes the files of one time, one a tile. Thread-safe.
+  std::function<void(double time, const std::vector<std::filesystem::path>& files, const RunControl& control)> write;
 };
 
 /// A folder of one image per time (and tile), and `sequence.json`.
 int export_sequence(CommandRun& run, const SequenceSource& source, const HistoryManifest& history,
                     const std::filesystem::path& output, const std::vector<double>& times, const SequenceFormat& format) {
   const std::string extension(kFormatNames[static_cast<std::size_t>(format.kind)]);
-  JobInputs inputs("export sequence", 1);
+  JobInputs inputs("export sequence", 2);
   inputs.add_content("source", "what is exported", source.key).add_value("--format", extension);
   for (double t : times) inputs.add_value("time " + number_text(t), "an image");
   JobPlan plan;
@@ -99,10 +102,11 @@ int export_sequence(CommandRun& run, const SequenceSource& source, const History
                           .run = [&source, t = times[i], outputs](const std::filesystem::path& folder, const RunControl& control) {
                             RunControl silent = control;
                             silent.on_progress = {};
-                            const std::vector<ImageF> tiles = source.sample(t, silent);
-                            for (std::size_t k = 0; k < tiles.size(); ++k) write_color(folder / outputs[k], tiles[k]);
+                            std::vector<std::filesystem::path> written;
+                            for (const auto& file : outputs) written.push_back(folder / file);
+                            source.write(t, written, silent);
                           },
-                          .key = ContentHash().add("export image 1").add(source.key).add(extension).add(times[i]).hex()});
+                          .key = ContentHash().add("export image 2").add(source.key).add(extension).add(times[i]).hex()});
   }
   plan.join = [&, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
     save_json(folder / "sequence.json", Json{{"time_unit", time_unit_text(history.time_unit)}, {"images", files}, {"key", key}});
@@ -110,6 +114,28 @@ int export_sequence(CommandRun& run, const SequenceSource& source, const History
   const std::optional<JobStatus> status = run.make_folder(plan, "export");
   if (status) run.report_output(*status, output, Json{{"images", times.size()}});
   return 0;
+}
+
+/// Textures of a transfer: strip by strip, however large the atlas.
+int export_textures(CommandRun& run, const std::filesystem::path& subject, const std::filesystem::path& output, const TimesArgument& times,
+                    const SequenceFormat& format) {
+  const TransferFolder transfer(subject);
+  std::once_flag once;
+  std::unique_ptr<const TextureWriter> writer;  // Opened for the first texture that is not up to date.
+  const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) {
+    std::call_once(once, [&] { writer = std::make_unique<const TextureWriter>(transfer, CoordinateStripsOptions{}, control); });
+    const std::vector<TextureFile> texture{{files, transfer.history().sample(t)}};
+    writer->write(texture, control);
+  };
+  const HistoryManifest& history = transfer.history().manifest();
+  return export_sequence(run, {transfer.manifest().key, transfer.sheet().names, write}, history, output, times.resolve(run, history, 0), format);
+}
+
+/// Frames of a history as they are, over its own pixels.
+int export_frames(CommandRun& run, const HistoryReader& history, const std::string& key, const std::filesystem::path& output, const TimesArgument& times,
+                  const SequenceFormat& format) {
+  const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl&) { write_color(files.front(), history.sample(t)); };
+  return export_sequence(run, {key, {""}, write}, history.manifest(), output, times.resolve(run, history.manifest(), 0), format);
 }
 
 }  // namespace
@@ -135,13 +161,15 @@ int cmd_export(CommandRun& run) {
     throw UsageError("-o: found `" + output.string() + "`; expected MODEL.glb, MOVIE.mp4 (.webm, .gif), images as aged_%04d.png, or the name of a folder");
   }
   const PathKind kind = kind_of(subject);
+  if (kind == PathKind::Transfer && !is_glb && !is_pictures) return export_textures(run, subject, output, times, format);
   if (kind == PathKind::Transfer || kind == PathKind::Simulation) {
     const AgingMesh mesh = open_aging_mesh(subject);
     if (is_glb) return export_glb(run, mesh, output, times.resolve(run, mesh.history, 5));
     if (is_pictures) {
       return make_series(run, output, {"export", mesh.key, times.resolve(run, mesh.history, kMoviePictures), mesh.sample}, movie);
     }
-    return export_sequence(run, {mesh.key, mesh.tile_names, mesh.sample_tiles}, mesh.history, output, times.resolve(run, mesh.history, 0), format);
+    const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) { write_color(files.front(), mesh.sample(t, control)); };
+    return export_sequence(run, {mesh.key, mesh.tile_names, write}, mesh.history, output, times.resolve(run, mesh.history, 0), format);
   }
   if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer, simulation or history");
   const HistoryReader history(subject);
@@ -151,8 +179,7 @@ int cmd_export(CommandRun& run) {
                                [&](double t, const RunControl&) { return history.sample(t); }};
     return make_series(run, output, series, movie);
   }
-  const SequenceSource source{history_content_key(history), {""}, [&](double t, const RunControl&) { return std::vector<ImageF>{history.sample(t)}; }};
-  return export_sequence(run, source, history.manifest(), output, times.resolve(run, history.manifest(), 0), format);
+  return export_frames(run, history, history_content_key(history), output, times, format);
 }
 
 }  // namespace patinate

@@ -16,6 +16,7 @@
 #include "tools/patinate/path_kind.h"
 #include "tools/patinate/tile_files.h"
 #include "tools/patinate/times_argument.h"
+#include "transfer/lookup/texture_files.h"
 #include "transfer/lookup/transfer_reader.h"
 
 namespace patinate {
@@ -37,9 +38,9 @@ struct Texture {
   std::string key;
 };
 
-ContentHash begin_key(const LookupCommand& command, const TransferReader& transfer) {
+ContentHash begin_key(const LookupCommand& command, const TransferManifest& transfer) {
   ContentHash hash;
-  hash.add("lookup 2").add(transfer.manifest().key);
+  hash.add("lookup 3").add(transfer.key);
   for (const auto& [name, value] : option_values(command.sampling)) hash.add(name).add(value);
   return hash;
 }
@@ -72,7 +73,20 @@ void report(CommandRun& run, const LookupCommand& command, const std::vector<Tex
   run.report_output(status, command.output, Json{{"images", files}});
 }
 
-int lookup_times(CommandRun& run, const LookupCommand& command, const TransferReader& transfer) {
+/// In groups: each goes through the coordinates once.
+void write_textures(const TransferFolder& transfer, Between between, const std::vector<Texture>& textures, const RunControl& control) {
+  constexpr std::size_t kTogether = 8;
+  TextureWriter writer(transfer, {}, control.part(0.0, 0.2));
+  for (std::size_t begin = 0; begin < textures.size(); begin += kTogether) {
+    const std::size_t end = std::min(textures.size(), begin + kTogether);
+    std::vector<TextureFile> group;
+    for (std::size_t i = begin; i < end; ++i) group.push_back({textures[i].files, sample(transfer.history(), textures[i].time, between), textures[i].key});
+    const auto share = [&](std::size_t i) { return 0.2 + 0.8 * static_cast<double>(i) / static_cast<double>(textures.size()); };
+    writer.write(group, control.part(share(begin), share(end)));
+  }
+}
+
+int lookup_times(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer) {
   if (!command.times.is_given()) throw UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
   const std::vector<double> times = command.times.resolve(run, transfer.history().manifest(), 0);
   if (times.size() > 1 && !has_number(command.output)) {
@@ -82,19 +96,11 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const TransferRe
   std::vector<Texture> textures;
   for (double t : times) {
     const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));
-    textures.push_back({t, tile_files(file, transfer.sheet().names), begin_key(command, transfer).add(t).hex()});
+    textures.push_back({t, tile_files(file, transfer.sheet().names), begin_key(command, transfer.manifest()).add(t).hex()});
   }
   const auto todo = unfinished(run, textures);
   if (!todo) return 0;
-  const RunControl control = run.control("lookup");
-  RunControl quiet = control;
-  quiet.on_progress = {};
-  double num_done = 0.0;
-  for (const Texture& texture : *todo) {
-    const std::vector<ImageF> tiles = transfer.gather_tiles(sample(transfer.history(), texture.time, command.sampling.between), quiet);
-    for (std::size_t i = 0; i < tiles.size(); ++i) write_color(texture.files[i], tiles[i], texture.key);
-    control.report(++num_done / static_cast<double>(todo->size()));
-  }
+  if (!todo->empty()) write_textures(transfer, command.sampling.between, *todo, run.control("lookup"));
   report(run, command, textures, !todo->empty());
   return 0;
 }
@@ -117,7 +123,7 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const Transfe
   }
   const ControlExpression expression(command.time_map, control_kind_names());
   const bool is_file = expression.names().size() == 1 && expression.names()[0].is_file;
-  ContentHash hash = begin_key(command, transfer);
+  ContentHash hash = begin_key(command, transfer.manifest());
   hash.add("time map").add(command.time_map);
   for (double t : command.times.times) hash.add(t);
   for (const ControlName& name : expression.names()) {
@@ -159,8 +165,8 @@ int cmd_lookup(CommandRun& run) {
   if (!run.parse()) return 0;
   require_extension(command.output, image_extensions());
   require_transfer(command.transfer);
-  const TransferReader transfer(command.transfer);
-  return command.time_map.empty() ? lookup_times(run, command, transfer) : lookup_time_map(run, command, transfer);
+  if (command.time_map.empty()) return lookup_times(run, command, TransferFolder(command.transfer));
+  return lookup_time_map(run, command, TransferReader(command.transfer));
 }
 
 }  // namespace patinate

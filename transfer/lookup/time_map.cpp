@@ -1,7 +1,10 @@
 #include "transfer/lookup/time_map.h"
 
 #include <algorithm>
-#include <cstdint>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <string>
 #include <vector>
 
 #include "libcommon/core/error.h"
@@ -11,87 +14,101 @@ namespace patinate {
 
 namespace {
 
-/// Where and when a texel looks.
-struct TexelTime {
-  std::uint32_t texel;
-  float fraction;  ///< Of the way to the next frame.
+/// Frames [first, first + size), each read when it is first asked for. Thread-safe.
+class FrameBlock {
+ public:
+  FrameBlock(const HistoryReader& history, int first, int size) : history_(history), first_(first), pixels_(static_cast<std::size_t>(size)), frames_(pixels_.size()) {}
+
+  const float* operator[](int frame) {
+    auto& pixels = pixels_[static_cast<std::size_t>(frame - first_)];
+    if (const float* known = pixels.load(std::memory_order_acquire)) return known;
+    const std::lock_guard lock(mutex_);
+    ImageF& image = frames_[static_cast<std::size_t>(frame - first_)];
+    if (image.empty()) image = history_.read_frame(frame);
+    pixels.store(image.data(), std::memory_order_release);
+    return image.data();
+  }
+
+ private:
+  const HistoryReader& history_;
+  int first_;
+  std::mutex mutex_;
+  std::vector<std::atomic<const float*>> pixels_;
+  std::vector<ImageF> frames_;
 };
 
-/// Texels sorted by the frame at or before their time: those of frame i are texels[first[i]] to texels[first[i + 1] - 1].
-struct TexelsByFrame {
-  std::vector<std::size_t> first;
-  std::vector<TexelTime> texels;
-};
+/// Texels of one thread.
+struct Texels {
+  const PackedCoordinates& indices;
+  const ImageF& times;
+  ImageF& result;
+  const FrameLocator& locate;
+  FrameBlock& frames;
+  int first, end;                                  ///< Frames that this block answers for.
+  int known = -1;                                  ///< Neighbours mostly lie between the same two.
+  const float *before = nullptr, *after = nullptr;
 
-TexelsByFrame sort_texels(const HistoryReader& history, const ImageF& coordinates, const ImageF& times, Between between,
-                          const RunControl& control) {
-  const auto num_texels = static_cast<std::size_t>(coordinates.num_pixels());
-  std::vector<int> frame(num_texels, -1);
-  std::vector<float> fraction(num_texels);
-  constexpr std::int64_t kChunk = 1 << 16;
-  parallel_for(coordinates.num_pixels(), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      if (coordinates.data()[2 * i] < 0.0f) continue;
-      const TimePosition position = locate(history, times.data()[i], between);
-      frame[i] = position.index;
-      fraction[i] = static_cast<float>(position.fraction);
+  void look_up(int y, int begin_x, int end_x) {
+    const auto row_indices = indices.row(y);
+    const auto row_times = times.row(y);
+    const auto out = result.row(y);
+    for (auto x = static_cast<std::size_t>(begin_x); x < static_cast<std::size_t>(end_x); ++x) {
+      if (row_indices[x] == kNoValue) continue;
+      const TimePosition position = locate(static_cast<double>(row_times[x]));
+      if (position.index < first || position.index >= end) continue;
+      if (position.index != known) {
+        known = position.index;
+        before = frames[known];
+        after = nullptr;
+      }
+      const float* const a = before + 3 * std::size_t{row_indices[x]};
+      float* const color = out.data() + 3 * x;
+      if (position.fraction == 0.0) {
+        std::copy_n(a, 3, color);
+        continue;
+      }
+      if (after == nullptr) after = frames[known + 1];
+      const auto fraction = static_cast<float>(position.fraction);
+      const float* const b = after + 3 * std::size_t{row_indices[x]};
+      for (std::size_t c = 0; c < 3; ++c) color[c] = (1.0f - fraction) * a[c] + fraction * b[c];
     }
-  });
-  TexelsByFrame sorted;
-  sorted.first.assign(static_cast<std::size_t>(history.num_frames()) + 1, 0);
-  for (int f : frame) {
-    if (f >= 0) ++sorted.first[static_cast<std::size_t>(f) + 1];
   }
-  for (std::size_t f = 1; f < sorted.first.size(); ++f) sorted.first[f] += sorted.first[f - 1];
-  sorted.texels.resize(sorted.first.back());
-  std::vector<std::size_t> next = sorted.first;
-  for (std::size_t i = 0; i < num_texels; ++i) {
-    if (frame[i] >= 0) sorted.texels[next[static_cast<std::size_t>(frame[i])]++] = {static_cast<std::uint32_t>(i), fraction[i]};
+};
+
+void check_times(const PackedCoordinates& indices, const ImageF& times) {
+  if (!times.same_size(indices) || times.channels() != 1) throw InvalidInput("time map: expected one time for every texel of the coordinates");
+  for (std::size_t i = 0; i < times.values().size(); ++i) {
+    if (std::isnan(times.data()[i]) && indices.data()[i] != kNoValue) {
+      const auto width = static_cast<std::size_t>(times.width());
+      throw InvalidInput("time map: texel (" + std::to_string(i % width) + ", " + std::to_string(i / width) + ") has a time that is not a number");
+    }
   }
-  return sorted;
 }
 
 }  // namespace
 
-ImageF gather_at_times(const HistoryReader& history, const ImageF& coordinates, const ImageF& times, Between between,
-                       const RunControl& control) {
-  if (!times.same_size(coordinates) || coordinates.channels() != 2 || times.channels() != 1) {
-    throw InvalidInput("time map: expected one time for every texel of the coordinates");
-  }
-  ImageF result(coordinates.width(), coordinates.height(), 3);
-  ImageF here, after;
-  int index_after = -1;
+ImageF gather_at_times(const HistoryReader& history, const PackedCoordinates& indices, const ImageF& times, Between between, const RunControl& control,
+                       const TimeMapOptions& options) {
+  check_times(indices, times);
+  ImageF result(indices.width(), indices.height(), 3);
+  const FrameLocator locate(history.manifest(), between);
+  const std::int64_t bytes_per_frame = std::int64_t{history.manifest().width} * history.manifest().height * 3 * static_cast<std::int64_t>(sizeof(float));
+  // One more frame is kept, for blends of a block's last one.
+  const int per_block = static_cast<int>(std::clamp<std::int64_t>(options.frame_bytes / bytes_per_frame - 1, 1, history.num_frames()));
   RunControl quiet = control;
   quiet.on_progress = {};
-  const TexelsByFrame sorted = sort_texels(history, coordinates, times, between, quiet);
-  for (int f = 0; f < history.num_frames(); ++f) {
-    const std::size_t begin = sorted.first[static_cast<std::size_t>(f)], end = sorted.first[static_cast<std::size_t>(f) + 1];
-    if (begin == end) continue;
-    here = index_after == f ? std::move(after) : history.read_frame(f);
-    after = {};
-    index_after = -1;
-    const bool is_last = f + 1 == history.num_frames();
-    if (between == Between::Blend && !is_last) {
-      after = history.read_frame(f + 1);
-      index_after = f + 1;
-    }
-    constexpr std::int64_t kChunk = 1 << 15;
-    parallel_for(static_cast<std::int64_t>(end - begin), kChunk, quiet, [&](std::int64_t from, std::int64_t to) {
-      for (std::int64_t k = from; k < to; ++k) {
-        const auto [texel, fraction] = sorted.texels[begin + static_cast<std::size_t>(k)];
-        const float* s = coordinates.data() + 2 * std::size_t{texel};
-        const std::int64_t pixel = static_cast<std::int64_t>(static_cast<int>(s[1])) * here.width() + static_cast<int>(s[0]);
-        const float* a = here.data() + 3 * pixel;
-        float* color = result.data() + 3 * std::size_t{texel};
-        if (fraction == 0.0f) {
-          std::copy_n(a, 3, color);
-          continue;
-        }
-        const float* b = after.data() + 3 * pixel;
-        for (int c = 0; c < 3; ++c) color[c] = (1.0f - fraction) * a[c] + fraction * b[c];
+  for (int first = 0; first < history.num_frames(); first += per_block) {
+    const int end = std::min(history.num_frames(), first + per_block);
+    FrameBlock frames(history, first, std::min(history.num_frames(), end + 1) - first);
+    // Squares of texels: neighbours look at neighbours, in both directions, and what they share stays in the cache.
+    constexpr int kSquare = 64;
+    parallel_for(indices.height(), kSquare, quiet, [&](std::int64_t from, std::int64_t to) {
+      Texels texels{indices, times, result, locate, frames, first, end};
+      for (int x = 0; x < indices.width(); x += kSquare) {
+        for (int y = static_cast<int>(from); y < static_cast<int>(to); ++y) texels.look_up(y, x, std::min(x + kSquare, indices.width()));
       }
     });
-    control.report((f + 1.0) / history.num_frames());
+    control.report(static_cast<double>(end) / history.num_frames());
   }
   return result;
 }

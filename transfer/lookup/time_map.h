@@ -2,21 +2,28 @@
 /// Lookups with a time of its own at every texel: an object of which one side is older.
 #pragma once
 
+#include <cstdint>
+
 #include "libcommon/history/history_sampling.h"
 #include "libcommon/image/image.h"
+#include "transfer/lookup/packed_lookup.h"
 
 namespace patinate {
 
+struct TimeMapOptions {
+  std::int64_t frame_bytes = std::int64_t{256} << 20;  ///< Of decoded frames kept at once; two are kept whatever it says.
+};
+
 /// The history's colour at every texel's own time.
 ///
-/// Frames are visited once, in order, and two are in memory at a time: memory does not grow with the number of frames. With one
-/// time everywhere the result equals gather() of sample() to the bit.
-/// @param coordinates  H x W x 2, whole numbers inside the history's frames, or -1.
-/// @param times        H x W x 1, in the history's unit, clamped to its ends; not looked at where coordinates are -1.
-/// @returns H x W x 3, linear; 0 where coordinates are -1.
-/// @throws InvalidInput if sizes differ or a time is NaN; IoError of the history.
-/// Cost: each frame that any texel needs is read once.
-[[nodiscard]] ImageF gather_at_times(const HistoryReader& history, const ImageF& coordinates, const ImageF& times, Between between,
-                                     const RunControl& control = {});
+/// Texels are visited in the atlas's order, once for as many frames as fit into options.frame_bytes: memory does not grow with the number of
+/// frames. Frames are read when a texel first asks for them. With one time everywhere the result equals gather() of sample() to the bit.
+/// @param indices  H x W, inside the history's frames, or kNoValue.
+/// @param times    H x W x 1, in the history's unit, clamped to its ends; not looked at where indices are kNoValue.
+/// @returns H x W x 3, linear; 0 where indices are kNoValue.
+/// @throws InvalidInput if sizes differ or a time is NaN (naming the texel); IoError of the history.
+/// Cost: two pixels a texel; each frame that any texel needs is read once, those at the ends of a block perhaps twice.
+[[nodiscard]] ImageF gather_at_times(const HistoryReader& history, const PackedCoordinates& indices, const ImageF& times, Between between,
+                                     const RunControl& control = {}, const TimeMapOptions& options = {});
 
 }  // namespace patinate

@@ -1,7 +1,7 @@
 #include "transfer/lookup/transfer_reader.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
 #include <utility>
 
 #include "libcommon/atlas/dilate.h"
@@ -16,18 +16,10 @@ namespace patinate {
 
 namespace {
 
+/// @throws IoError
 void check_coordinates(const std::filesystem::path& file, const ImageF& coordinates, const HistoryManifest& history) {
-  for (int y = 0; y < coordinates.height(); ++y) {
-    for (int x = 0; x < coordinates.width(); ++x) {
-      const float sx = coordinates.at(x, y, 0), sy = coordinates.at(x, y, 1);
-      if (sx == -1.0f && sy == -1.0f) continue;
-      const bool is_inside = sx >= 0.0f && sy >= 0.0f && sx < static_cast<float>(history.width) && sy < static_cast<float>(history.height);
-      if (!is_inside || sx != std::floor(sx) || sy != std::floor(sy)) {
-        throw IoError(file.string(), "texel (" + std::to_string(x) + ", " + std::to_string(y) +
-                                         ") points outside the history or between its pixels; make the transfer again");
-      }
-    }
-  }
+  std::vector<std::uint32_t> indices(static_cast<std::size_t>(coordinates.width()));
+  for (int y = 0; y < coordinates.height(); ++y) pack_checked_rows(file, coordinates.row(y), y, coordinates.width(), history.width, history.height, indices);
 }
 
 }  // namespace
@@ -74,50 +66,43 @@ AtlasMesh read_atlas(const TransferManifest& manifest, const Sheet& sheet) {
 }  // namespace
 
 TransferReader::TransferReader(const std::filesystem::path& path)
-    : manifest_(read_transfer_manifest(path)),
-      history_(manifest_.history),
-      sheet_(manifest_.sheet()),
-      atlas_(read_atlas(manifest_, sheet_)),
-      mesh_(sheet_mesh(atlas_, sheet_)) {
-  if (history_content_key(history_) != manifest_.history_key) {
-    throw IoError(manifest_.history.string(), "is not the history that " + path.string() + " was made from; make the transfer again");
-  }
+    : folder_(path), atlas_(read_atlas(folder_.manifest(), folder_.sheet())), mesh_(sheet_mesh(atlas_, folder_.sheet())) {
   read_coordinates();
 }
 
 ImageF TransferReader::read_sheet(const std::vector<std::filesystem::path>& files, const std::vector<std::string>& channels, float outside) const {
-  ImageF sheet;
-  if (sheet_.num_tiles() > 1) sheet = ImageF(sheet_.width(), sheet_.height(), static_cast<int>(channels.size()), outside);
-  for (int i = 0; i < sheet_.num_tiles(); ++i) {
+  ImageF whole;
+  if (sheet().num_tiles() > 1) whole = ImageF(sheet().width(), sheet().height(), static_cast<int>(channels.size()), outside);
+  for (int i = 0; i < sheet().num_tiles(); ++i) {
     const std::filesystem::path& file = files[static_cast<std::size_t>(i)];
     ImageF tile = read_channels(file, channels);
-    if (tile.width() != manifest_.width || tile.height() != manifest_.height) {
-      throw IoError(file.string(), "is " + size_text(tile.width(), tile.height()) + "; expected " + size_text(manifest_.width, manifest_.height));
+    if (tile.width() != manifest().width || tile.height() != manifest().height) {
+      throw IoError(file.string(), "is " + size_text(tile.width(), tile.height()) + "; expected " + size_text(manifest().width, manifest().height));
     }
-    if (sheet_.num_tiles() == 1) return tile;
+    if (sheet().num_tiles() == 1) return tile;
     for (int y = 0; y < tile.height(); ++y) {  // Margins stay uncovered.
       const auto from = tile.row(y);
-      std::copy(from.begin(), from.end(), sheet.pixel(sheet_.first_x(i), sheet_.first_y(i) + y).data());
+      std::copy(from.begin(), from.end(), whole.pixel(sheet().first_x(i), sheet().first_y(i) + y).data());
     }
   }
-  return sheet;
+  return whole;
 }
 
 void TransferReader::read_coordinates() {
   std::vector<std::filesystem::path> files;
-  for (const TransferTile& tile : manifest_.tiles) files.push_back(tile.coordinates);
+  for (const TransferTile& tile : manifest().tiles) files.push_back(tile.coordinates);
   coordinates_ = read_sheet(files, {kCoordinateChannels[0], kCoordinateChannels[1]}, -1.0f);
-  for (int i = 0; i < sheet_.num_tiles(); ++i) {
-    check_coordinates(files[static_cast<std::size_t>(i)], sheet_.num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet_, i), history_.manifest());
+  for (int i = 0; i < sheet().num_tiles(); ++i) {
+    check_coordinates(files[static_cast<std::size_t>(i)], sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i), history().manifest());
   }
 }
 
 ImageF TransferReader::matched_control(std::size_t index) const {
-  const RecordedControl& c = manifest_.controls.at(index);
+  const RecordedControl& c = manifest().controls.at(index);
   std::vector<std::filesystem::path> files;
-  for (const TransferTile& tile : manifest_.tiles) files.push_back(tile_path(c.file, tile.name));
-  const ControlParameter& parameter = history_.control(c.source);
-  return match_control(read_sheet(files, {"Y"}, 0.0f), coverage(), c.range, history_.read_control(c.source), history_.read_mask(), {parameter.low, parameter.high, parameter.unit}, c.mapping);
+  for (const TransferTile& tile : manifest().tiles) files.push_back(tile_path(c.file, tile.name));
+  const ControlParameter& parameter = history().control(c.source);
+  return match_control(read_sheet(files, {"Y"}, 0.0f), coverage(), c.range, history().read_control(c.source), history().read_mask(), {parameter.low, parameter.high, parameter.unit}, c.mapping);
 }
 
 ImageU8 TransferReader::coverage() const {
@@ -128,35 +113,51 @@ ImageU8 TransferReader::coverage() const {
   return coverage;
 }
 
+const PackedCoordinates& TransferReader::filled_indices() const {
+  std::call_once(filled_once_, [&] {
+    filled_ = pack_coordinates(coordinates_, history().manifest().width);
+    for (int i = 0; i < sheet().num_tiles(); ++i) {
+      if (sheet().num_tiles() == 1) return fill_gutters(filled_);
+      PackedCoordinates tile = cut_tile(filled_, sheet(), i);
+      fill_gutters(tile);
+      paste_tile(filled_, sheet(), i, tile);
+    }
+  });
+  return filled_;
+}
+
 std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const RunControl& control) const {
-  return filled_tiles(gather(source, coordinates_, 0.0f, control));
+  ImageF values = gather_packed(source, filled_indices(), 0.0f, control);
+  std::vector<ImageF> tiles;
+  if (sheet().num_tiles() == 1) {
+    tiles.push_back(std::move(values));
+    return tiles;
+  }
+  for (int i = 0; i < sheet().num_tiles(); ++i) tiles.push_back(cut_tile(values, sheet(), i));
+  return tiles;
 }
 
 std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {
   const ImageU8 covered = coverage();
   std::vector<ImageF> tiles;
-  for (int i = 0; i < sheet_.num_tiles(); ++i) {
-    tiles.push_back(cut_tile(values, sheet_, i));
-    dilate(tiles.back(), cut_tile(covered, sheet_, i), -1);
+  for (int i = 0; i < sheet().num_tiles(); ++i) {
+    tiles.push_back(cut_tile(values, sheet(), i));
+    dilate(tiles.back(), cut_tile(covered, sheet(), i), -1);
   }
   return tiles;
 }
 
 std::vector<ImageF> TransferReader::sample_tiles(double time, const RunControl& control) const {
   // Blending the two frames first equals blending two lookups, and touches fewer texels.
-  return gather_tiles(history_.sample(time), control);
+  return gather_tiles(history().sample(time), control);
 }
 
 std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between, const RunControl& control) const {
-  return filled_tiles(gather_at_times(history_, coordinates_, times, between, control));
+  return filled_tiles(gather_at_times(history(), pack_coordinates(coordinates_, history().manifest().width, control), times, between, control));
 }
 
 ImageF TransferReader::sample(double time, const RunControl& control) const {
-  std::vector<ImageF> tiles = sample_tiles(time, control);
-  if (tiles.size() == 1) return std::move(tiles.front());
-  ImageF sheet(sheet_.width(), sheet_.height(), tiles.front().channels());
-  for (int i = 0; i < sheet_.num_tiles(); ++i) paste_tile(sheet, sheet_, i, tiles[static_cast<std::size_t>(i)]);
-  return sheet;
+  return gather_packed(history().sample(time), filled_indices(), 0.0f, control);
 }
 
 }  // namespace patinate

@@ -3,17 +3,19 @@
 #pragma once
 
 #include <filesystem>
+#include <mutex>
 #include <vector>
 
 #include "libcommon/atlas/atlas_mesh.h"
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/history/history_sampling.h"
 #include "libcommon/image/image.h"
-#include "transfer/transfer_io.h"
+#include "transfer/lookup/packed_lookup.h"
+#include "transfer/lookup/transfer_folder.h"
 
 namespace patinate {
 
-/// Value of the source at every texel's coordinates; `outside` where they are -1.
+/// Value of the source at every texel's coordinates; `outside` where they are -1. The simple version, and the truth, of gather_packed().
 /// @param coordinates  H x W x 2, whole numbers inside the source, or -1.
 [[nodiscard]] ImageF gather(const ImageF& source, const ImageF& coordinates, float outside = 0.0f, const RunControl& control = {});
 
@@ -24,16 +26,18 @@ class TransferReader {
   /// @throws IoError, also when the history has changed since.
   explicit TransferReader(const std::filesystem::path& path);
 
-  [[nodiscard]] const TransferManifest& manifest() const { return manifest_; }
-  [[nodiscard]] const HistoryReader& history() const { return history_; }
+  [[nodiscard]] const TransferManifest& manifest() const { return folder_.manifest(); }
+  [[nodiscard]] const HistoryReader& history() const { return folder_.history(); }
   /// In mm, with normals and with UVs over the sheet of all tiles: for TexelMap and renderers.
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   /// In mm, with normals and with the UVs of its tiles, as mesh.obj has them.
   [[nodiscard]] const AtlasMesh& atlas() const { return atlas_; }
   /// How the tiles lie in coordinates() and in what sample() gives.
-  [[nodiscard]] const Sheet& sheet() const { return sheet_; }
+  [[nodiscard]] const Sheet& sheet() const { return folder_.sheet(); }
   /// H x W x 2, over the sheet.
   [[nodiscard]] const ImageF& coordinates() const { return coordinates_; }
+  /// The same as one number a texel, gutters filled and borders repeated over the margins tile by tile; made when first asked for.
+  [[nodiscard]] const PackedCoordinates& filled_indices() const;
   [[nodiscard]] ImageU8 coverage() const;
   /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control (match_control()).
   /// @param index  Into manifest().controls. @throws IoError if its file is missing or does not fit.
@@ -46,7 +50,7 @@ class TransferReader {
   /// The same with a time for every texel (gather_at_times()). @param times  Over the sheet.
   [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between, const RunControl& control = {}) const;
   /// Values of any image of the history's size at every texel, an image per tile, gutters filled.
-  /// @param source  Height and width of the history, any channels.
+  /// @param source  Height and width of the history, 1 to 4 channels.
   [[nodiscard]] std::vector<ImageF> gather_tiles(const ImageF& source, const RunControl& control = {}) const;
 
  private:
@@ -56,12 +60,12 @@ class TransferReader {
   /// The tiles of an image over the sheet, gutters filled.
   [[nodiscard]] std::vector<ImageF> filled_tiles(const ImageF& values) const;
 
-  TransferManifest manifest_;
-  HistoryReader history_;
-  Sheet sheet_;
+  TransferFolder folder_;
   AtlasMesh atlas_;
   Mesh mesh_;
   ImageF coordinates_;
+  mutable std::once_flag filled_once_;
+  mutable PackedCoordinates filled_;
 };
 
 }  // namespace patinate

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libcommon/core/error.h"
+#include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/lookup/transfer_reader.h"
@@ -27,6 +28,7 @@ class TimeMap : public testing::Test {
     }
     return s;
   }
+  static PackedCoordinates indices() { return pack_coordinates(coordinates(), 16); }
   testing_support::TempFolder folder_;
 };
 
@@ -36,7 +38,7 @@ TEST_F(TimeMap, OneTimeEverywhereIsAPlainLookupToTheBit) {
     for (double t : {-1.0, 0.0, 1.3, 2.5, 4.0, 9.0}) {
       const ImageF times(32, 16, 1, static_cast<float>(t));
       const auto exact = static_cast<double>(static_cast<float>(t));
-      EXPECT_EQ(gather_at_times(history, coordinates(), times, between), gather(sample(history, exact, between), coordinates())) << t;
+      EXPECT_EQ(gather_at_times(history, indices(), times, between), gather(sample(history, exact, between), coordinates())) << t;
     }
   }
 }
@@ -45,7 +47,7 @@ TEST_F(TimeMap, EachTexelHasTheColourOfItsOwnTime) {
   const HistoryReader history(folder_.path());
   ImageF times(32, 16, 1);
   for (std::int64_t i = 0; i < times.num_pixels(); ++i) times.data()[i] = static_cast<float>(i % 97) * 0.05f;
-  const ImageF result = gather_at_times(history, coordinates(), times, Between::Blend);
+  const ImageF result = gather_at_times(history, indices(), times, Between::Blend);
   for (int y = 0; y < 16; ++y) {
     for (int x = 0; x < 31; x += 5) {
       const ImageF frame = history.sample(times.at(x, y));
@@ -62,13 +64,38 @@ TEST_F(TimeMap, ThreadsDoNotChangeBits) {
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
-  EXPECT_EQ(gather_at_times(history, coordinates(), times, Between::Blend, one), gather_at_times(history, coordinates(), times, Between::Blend, three));
+  EXPECT_EQ(gather_at_times(history, indices(), times, Between::Blend, one), gather_at_times(history, indices(), times, Between::Blend, three));
+}
+
+TEST_F(TimeMap, FramesThatDoNotFitInMemoryChangeNothing) {
+  const HistoryReader history(folder_.path());
+  ImageF times(32, 16, 1);
+  for (std::int64_t i = 0; i < times.num_pixels(); ++i) times.data()[i] = static_cast<float>(i % 97) * 0.05f - 0.3f;
+  constexpr std::int64_t kFrame = 16 * 16 * 3 * sizeof(float);
+  for (Between between : {Between::Blend, Between::Hold, Between::Nearest}) {
+    const ImageF expected = gather_at_times(history, indices(), times, between);
+    for (std::int64_t bytes : {std::int64_t{0}, 2 * kFrame, 3 * kFrame, 4 * kFrame}) {
+      EXPECT_EQ(gather_at_times(history, indices(), times, between, {}, {.frame_bytes = bytes}), expected) << bytes;
+    }
+  }
+}
+
+TEST_F(TimeMap, SaysWhichTexelHasNoTime) {
+  const HistoryReader history(folder_.path());
+  ImageF times(32, 16, 1, 2.0f);
+  times.at(31, 4) = NAN;  // No chart.
+  EXPECT_NO_THROW((void)gather_at_times(history, indices(), times, Between::Blend));
+  times.at(7, 5) = NAN;
+  const std::string said = testing_support::error_of([&] { (void)gather_at_times(history, indices(), times, Between::Blend); });
+  EXPECT_NE(said.find("texel (7, 5)"), std::string::npos) << said;
+  times.at(7, 5) = INFINITY;  // After all.
+  EXPECT_EQ(gather_at_times(history, indices(), times, Between::Blend).at(7, 5, 1), history.read_frame(4).at(3, 5, 1));
 }
 
 TEST_F(TimeMap, RefusesOtherSizesAndTimesThatAreNoNumber) {
   const HistoryReader history(folder_.path());
-  EXPECT_THROW((void)gather_at_times(history, coordinates(), ImageF(31, 16), Between::Blend), InvalidInput);
-  EXPECT_THROW((void)gather_at_times(history, coordinates(), ImageF(32, 16, 1, NAN), Between::Blend), InvalidInput);
+  EXPECT_THROW((void)gather_at_times(history, indices(), ImageF(31, 16), Between::Blend), InvalidInput);
+  EXPECT_THROW((void)gather_at_times(history, indices(), ImageF(32, 16, 1, NAN), Between::Blend), InvalidInput);
 }
 
 TEST_F(TimeMap, HoldShowsWhatWasAndNearestWhatIsNearer) {

@@ -1,0 +1,111 @@
+#include "libcommon/image/image_rows.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/random.h"
+#include "libcommon/image/image_io.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::TempFolder;
+
+ImageF noise(int width, int height) {
+  ImageF image(width, height, 3);
+  RandomStream random(4, 0);
+  for (float& v : image.values()) v = static_cast<float>(random.uniform()) * 1.2f - 0.1f;
+  return image;
+}
+
+TEST(ImageRows, WrittenByRowsIsWhatIsWrittenAtOnceToTheByte) {
+  const TempFolder folder;
+  const ImageF image = noise(67, 150);
+  const ImageU8 codes = srgb8_from_linear(image);
+  for (const char* extension : {".png", ".jpg", ".tif", ".exr"}) {
+    write_color(folder / (std::string("whole") + extension), image, "a key");
+    const std::filesystem::path file = folder / (std::string("rows") + extension);
+    ColorRowWriter writer(file, image.width(), image.height(), "a key");
+    for (int y = 0; y < image.height(); y += 16) {
+      const std::size_t count = static_cast<std::size_t>(std::min(16, image.height() - y)) * image.row(0).size();
+      if (writer.takes_codes()) {
+        writer.write(std::span(codes.row(y).data(), count));
+      } else {
+        writer.write(std::span(image.row(y).data(), count));
+      }
+      EXPECT_FALSE(std::filesystem::exists(file));
+    }
+    writer.finish();
+    EXPECT_EQ(read_file(file), read_file(folder / (std::string("whole") + extension))) << extension;
+  }
+}
+
+TEST(ImageRows, ReadByRowsIsWhatIsReadAtOnce) {
+  const TempFolder folder;
+  const ImageF image = noise(40, 90);
+  write_exr(folder / "a.exr", image, {"source.x", "source.y", "angle"}, ExrDepth::Float);
+  write_color(folder / "a.png", image);
+  for (const auto& [name, channels] : {std::pair<std::string, std::vector<std::string>>{"a.exr", {"source.y", "source.x"}}, {"a.png", {"B", "R"}}}) {
+    const ImageF whole = read_channels(folder / name, channels);
+    ImageRowReader reader(folder / name, channels);
+    ASSERT_EQ(reader.height(), 90);
+    for (const auto& [begin, end] : {std::pair{0, 16}, {16, 17}, {80, 90}, {3, 70}}) {
+      const ImageF rows = reader.read(begin, end);
+      for (int y = begin; y < end; ++y) EXPECT_TRUE(std::ranges::equal(rows.row(y - begin), whole.row(y))) << name << ' ' << y;
+    }
+    EXPECT_THROW((void)reader.read(80, 91), IoError);
+    EXPECT_THROW((void)reader.read(5, 5), IoError);
+  }
+  EXPECT_THROW(ImageRowReader(folder / "a.exr", {"source.z"}), IoError);
+  EXPECT_THROW(ImageRowReader(folder / "b.exr", {"source.x"}), IoError);
+}
+
+TEST(ImageRows, NothingIsLeftOfAFileThatWasNotFinished) {
+  const TempFolder folder;
+  {
+    ColorRowWriter writer(folder / "a.png", 8, 8);
+    writer.write(std::vector<std::uint8_t>(24 * 3));
+    EXPECT_THROW(writer.finish(), InvalidInput);
+  }
+  {
+    ColorRowWriter writer(folder / "a.exr", 8, 8);
+    EXPECT_THROW(writer.write(std::vector<float>(24, NAN)), InvalidInput);
+    EXPECT_THROW(writer.write(std::vector<float>(23)), InvalidInput);
+    EXPECT_THROW(writer.write(std::vector<float>(24 * 9)), InvalidInput);
+    EXPECT_THROW(writer.write(std::vector<std::uint8_t>(24)), InvalidInput);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  EXPECT_THROW(ColorRowWriter(folder / "a.bmp", 8, 8), UsageError);
+  EXPECT_THROW(ColorRowWriter(folder / "none" / "a.png", 8, 8), CannotComplete);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+// The device is full from the first byte on.
+TEST(ImageRows, AFullDiskIsNoticed) {
+  for (const char* extension : {".png", ".tif", ".exr", ".jpg"}) {
+    const TempFolder folder;
+    std::filesystem::create_symlink("/dev/full", folder / ("." + std::string("a.tmp") + std::to_string(::getpid()) + extension));
+    const auto write = [&] {
+      ColorRowWriter writer(folder / (std::string("a") + extension), 256, 256);
+      for (int y = 0; y < 256; y += 64) {
+        if (writer.takes_codes()) {
+          writer.write(std::vector<std::uint8_t>(64 * 256 * 3, 7));
+        } else {
+          writer.write(std::vector<float>(64 * 256 * 3, 0.3f));
+        }
+      }
+      writer.finish();
+    };
+    EXPECT_THROW(write(), CannotComplete) << extension;
+    EXPECT_FALSE(std::filesystem::exists(folder / (std::string("a") + extension)));
+  }
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,40 @@
+/// \file
+/// Textures of a transfer written without any of them in memory.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/image/image.h"
+#include "transfer/lookup/coordinate_strips.h"
+#include "transfer/lookup/transfer_folder.h"
+
+namespace patinate {
+
+/// A texture to be written.
+struct TextureFile {
+  std::vector<std::filesystem::path> files;  ///< One a tile, with the extensions of write_color().
+  ImageF source;                             ///< H x W x 3 of the history, linear: sample().
+  std::string key = "";                      ///< Content key for the files.
+};
+
+/// Writes what TransferReader::gather_tiles() and write_color() would, byte for byte, in strips: memory does not grow with the atlas but for
+/// 8 bytes a column and strip. Thread-safe.
+class TextureWriter {
+ public:
+  /// Reads and checks the coordinates of every tile. @throws IoError as CoordinateStrips.
+  explicit TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options = {}, const RunControl& control = {});
+
+  /// All at once: coordinates are gone through once for them. Each file is whole or absent.
+  /// @throws CannotComplete, UsageError on an unknown extension, InvalidInput if a source is not of the history's size.
+  void write(std::span<const TextureFile> textures, const RunControl& control = {}) const;
+
+ private:
+  int source_width_, source_height_;
+  std::vector<CoordinateStrips> tiles_;
+};
+
+}  // namespace patinate

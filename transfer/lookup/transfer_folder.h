@@ -1,0 +1,30 @@
+/// \file
+/// A finished transfer before any of its pixels are read.
+#pragma once
+
+#include <filesystem>
+
+#include "libcommon/atlas/sheet.h"
+#include "libcommon/history/history.h"
+#include "transfer/transfer_io.h"
+
+namespace patinate {
+
+/// What `transfer.json` says, with the history that it names. Thread-safe.
+class TransferFolder {
+ public:
+  /// @param path  A transfer folder, or its transfer.json. @throws IoError, also when the history has changed since.
+  explicit TransferFolder(const std::filesystem::path& path);
+
+  [[nodiscard]] const TransferManifest& manifest() const { return manifest_; }
+  [[nodiscard]] const HistoryReader& history() const { return history_; }
+  /// How the tiles lie beside each other.
+  [[nodiscard]] const Sheet& sheet() const { return sheet_; }
+
+ private:
+  TransferManifest manifest_;
+  HistoryReader history_;
+  Sheet sheet_;
+};
+
+}  // namespace patinate

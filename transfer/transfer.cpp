@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate {
@@ -117,12 +118,12 @@ std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearanc
 /// @param first  Level of the appearance that the atlas itself is matched with.
 std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::size_t first,
                                         const std::vector<ImageF>& source_controls, const std::vector<ImageF>& matched,
-                                        std::shared_ptr<const TexelMap> map, double step_mm, const Neighborhood& neighborhood,
+                                        std::shared_ptr<const TexelMap> map, SourcePlacement placement, const Neighborhood& neighborhood,
                                         const RunControl& control) {
   std::vector<SynthesisLevel> levels;
   const std::vector<ControlImage> sources = source_control_levels(appearance, source_controls);
   ControlImage destination = interleave(matched);
-  for (std::size_t l = first; l < appearance.levels.size(); ++l, step_mm *= 2.0) {
+  for (std::size_t l = first; l < appearance.levels.size(); ++l, placement.step_mm *= 2.0, placement.pixel_mm *= 2.0) {
     if (l > first) {
       auto coarse_map = std::make_shared<TexelMap>(map->mesh(), map->width() / 2, map->height() / 2, control);
       if (coarse_map->num_covered() == 0) break;
@@ -135,7 +136,7 @@ std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::
     }
     SourceLevel source = make_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood);
     if (source.usable.empty()) break;  // A coarse level is not needed.
-    levels.push_back({std::move(source), make_destination_level(map, destination, neighborhood, step_mm, control)});
+    levels.push_back({std::move(source), make_destination_level(map, destination, neighborhood, placement, control)});
   }
   return levels;
 }
@@ -154,9 +155,11 @@ void check_controls(const std::vector<TransferControl>& controls, const TexelMap
 }  // namespace
 
 TransferResult transfer(const HistoryReader& history, std::shared_ptr<const TexelMap> map, double texel_size_mm,
-                        const std::vector<TransferControl>& controls, const TransferOptions& options, const RunControl& control) {
+                        const std::vector<TransferControl>& controls, const TransferOptions& options, const RunControl& control,
+                        std::shared_ptr<const FlowFrames> frames) {
   check_ranges(options);
   check_controls(controls, *map);
+  if (frames && frames->size() != map->mesh().triangles.size()) throw InvalidInput("transfer: expected one frame a triangle");
   const std::int64_t num_pixels = std::int64_t{history.manifest().width} * history.manifest().height;
   if (num_pixels > std::numeric_limits<std::int32_t>::max()) throw InvalidInput(history.folder().string() + ": has more than 2^31 pixels; scale it down");
   if (!(texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
@@ -183,8 +186,10 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   // Neighbours a whole texel apart, unless texels are much smaller than the history's pixels.
   const double texel_mm = map->median_texel_size_mm();
   const double step_mm = 1.5 * texel_mm > texel_size_mm ? texel_mm : texel_size_mm;
+  const double pixel_mm = std::ldexp(texel_size_mm, static_cast<int>(first));
+  const SourcePlacement placement{frames ? frames : std::make_shared<const FlowFrames>(uv_frames(*map)), pixel_mm, step_mm};
   const std::vector<SynthesisLevel> levels =
-      make_levels(appearance, first, source_controls, result.matched_controls, map, step_mm, neighborhood, silent);
+      make_levels(appearance, first, source_controls, result.matched_controls, map, placement, neighborhood, silent);
   if (levels.empty()) {
     throw InvalidInput(history.folder().string() + ": no pixel has its whole neighbourhood of " +
                        std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask; give a larger mask, or a smaller --neighborhood");

@@ -12,6 +12,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
+#include "transfer/flow_io.h"
 
 namespace patinate {
 
@@ -165,9 +166,14 @@ void write_transfer_files(const fs::path& folder, const TransferTask& task, cons
     write_tiles(folder / control_file(task, i), task.controls[i].values, task.map->sheet(), {"Y"});
   }
   write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : task.map->mesh());
-  write_tiles(folder / tiled_name("coordinates", rule_of(task)),
-              coordinate_image(result.coordinates, task.map->width(), task.map->height(), source_width), task.map->sheet(),
-              {kCoordinateChannels[0], kCoordinateChannels[1]});
+  const ImageF coordinates = coordinate_image(result.coordinates, task.map->width(), task.map->height(), source_width);
+  const fs::path file = folder / tiled_name("coordinates", rule_of(task));
+  if (task.frames) {
+    write_tiles(file, with_patch(coordinates, *task.map, *task.frames), task.map->sheet(),
+                {kCoordinateChannels[0], kCoordinateChannels[1], kPatchChannels[0], kPatchChannels[1]});
+  } else {
+    write_tiles(file, coordinates, task.map->sheet(), {kCoordinateChannels[0], kCoordinateChannels[1]});
+  }
 }
 
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
@@ -193,6 +199,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
                    {"tiles", kTileRuleNames[static_cast<std::size_t>(rule_of(task))]}};
   json["covered_texels"] = task.map->num_covered();
   json["texel_size_mm"] = task.texel_size_mm;
+  json["flow"] = task.flow;
   if (rule_of(task) == TileRule::Square) {
     json["coordinates"] = "coordinates.exr";
   } else {
@@ -237,6 +244,7 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   manifest.energy = read_energy(reader.member("energy"));
   manifest.key = reader.member("key").string();
   for (const char* known : {"covered_texels", "options", "seed", "explained_variance"}) (void)reader.member(known);
+  if (reader.has("flow")) manifest.flow = reader.member("flow").string();  // Missing in earlier transfers: uv.
   reader.finish();
   return manifest;
 }

@@ -37,6 +37,8 @@ struct TransferTask {
   double texel_size_mm = 1.0;
   std::vector<TransferControl> controls;
   TransferOptions options;
+  std::shared_ptr<const FlowFrames> frames;  ///< As transfer()'s; none: as the UVs run.
+  std::string flow = "uv";                      ///< What the frames were made from, for people.
 };
 
 /// One square of the atlas.
@@ -68,6 +70,7 @@ struct TransferManifest {
   int width = 0;                      ///< Of a tile.
   int height = 0;
   double texel_size_mm = 1.0;         ///< Surface length of one pixel of the history.
+  std::string flow = "uv";            ///< What the history's direction on the surface was made from.
   std::vector<RecordedControl> controls;
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;

@@ -1,5 +1,7 @@
 #include "transfer/transfer_job.h"
 
+#include <span>
+
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
@@ -11,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other coordinates.
+constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other coordinates.
 
 /// Everything that coordinates depend on: by content, never by path.
 JobInputs transfer_inputs(const TransferTask& task, const std::string& history_key) {
@@ -34,6 +36,12 @@ JobInputs transfer_inputs(const TransferTask& task, const std::string& history_k
     map.add(std::as_bytes(c.values.values())).add(c.range.low).add(c.range.high).add(c.range.unit);
     inputs.add_content("control", "map of " + name, map.hex());
   }
+  inputs.add_value("--flow", task.flow);
+  if (task.frames) {
+    ContentHash frames;
+    for (const FlowFrame& f : *task.frames) frames.add(std::as_bytes(std::span(f.data(), static_cast<std::size_t>(f.size()))));
+    inputs.add_content("flow", "directions on the surface", frames.hex());
+  }
   inputs.add_options(option_values(task.options));
   inputs.add_value("--seed", std::to_string(task.options.seed));
   return inputs;
@@ -45,17 +53,12 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   check_ranges(task.options);
   const auto shared = std::make_shared<const TransferTask>(std::move(task));
   const auto result = std::make_shared<TransferResult>();
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "transfer.json";
-  const JobInputs inputs = transfer_inputs(*shared, history_content_key(HistoryReader(shared->history)));
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = transfer_inputs(*shared, history_content_key(HistoryReader(shared->history))).plan(output, "transfer.json");
   plan.parallel_items = false;
   // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
   plan.join = [shared, result, key = plan.key, output](const fs::path& folder, const RunControl& control) {
     const HistoryReader history(shared->history);
-    *result = transfer(history, shared->map, shared->texel_size_mm, shared->controls, shared->options, control);
+    *result = transfer(history, shared->map, shared->texel_size_mm, shared->controls, shared->options, control, shared->frames);
     write_transfer_files(folder, *shared, *result, history.manifest().width);
     write_transfer_manifest(folder, output, *shared, result->energy, result->explained_variance, key);
   };

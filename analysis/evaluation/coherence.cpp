@@ -13,9 +13,9 @@ namespace {
 
 constexpr std::int64_t kChunk = 16384;
 constexpr int kNear = 4, kFar = 64;          // Of rep64.
-constexpr int kSpan = 8;                     // Texels; long enough that whole pixels measure a step to a few percent.
+constexpr int kShortestSpan = 8, kLongestSpan = 32;  // Texels: whole pixels measure the longest to a few percent.
 constexpr double kLargestStep = 5.0;         // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
-constexpr double kStepTolerance = 0.75;      // Of a texel: rounding twice.
+constexpr double kStepTolerance = 0.99;      // Of a unit: both places are rounded to half of one.
 constexpr std::pair<int, int> kSteps[] = {{1, 0}, {0, 1}};
 
 /// Sets that are joined; the smallest member stands for each.
@@ -43,9 +43,9 @@ class Pieces {
 
 Vec2 source_step(const SourceIndices& source, TexelId a, TexelId b) { return {source.x(b) - source.x(a), source.y(b) - source.y(a)}; }
 
-bool follows_surface(const SourceIndices& source, const TexelPair& pair, double pixel_mm, double texel_px) {
-  const Vec2 error = source_step(source, pair.first, pair.second) - pair.offset_mm / pixel_mm;
-  return error.cwiseAbs().maxCoeff() <= kStepTolerance * texel_px;
+bool follows_surface(const SourceIndices& source, const TexelPair& pair, const SourceScale& scale) {
+  const Vec2 error = source_step(source, pair.first, pair.second) - pair.offset_mm / scale.pixel_mm;
+  return error.cwiseAbs().maxCoeff() <= kStepTolerance * scale.unit_px;
 }
 
 double color_difference(const ImageF& frame, std::int32_t a, std::int32_t b) {
@@ -63,9 +63,9 @@ struct PairSums {
   std::int64_t count = 0, following = 0;
   double difference = 0.0, distance = 0.0;
 
-  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames, double texel_px) {
+  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames, const SourceScale& scale) {
     ++count;
-    following += follows_surface(source, pair, frames.pixel_mm, texel_px) ? 1 : 0;
+    following += follows_surface(source, pair, scale) ? 1 : 0;
     for (const ImageF& frame : frames.frames) difference += color_difference(frame, source.of(pair.first), source.of(pair.second));
     distance += pair.distance_mm * static_cast<double>(frames.frames.size());
   }
@@ -77,38 +77,37 @@ struct PairSums {
 };
 
 /// Length of a span in the source over that on the surface; nothing where it leaves a piece.
-std::optional<double> span_ratio(const TexelMap& surface, const SourceIndices& source, double pixel_mm, int step, TexelId t, int dx, int dy) {
+std::optional<double> span_ratio(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale, TexelId t, int dx, int dy) {
   double length_mm = 0.0;
   TexelId at = t;
-  for (int k = 0; k < kSpan; ++k) {
-    const std::optional<TexelPair> pair = interior_pair(surface, at, dx, dy);
-    if (!pair) return std::nullopt;
-    const Vec2 made = source_step(source, pair->first, pair->second);
-    if (made.cwiseAbs().maxCoeff() > kLargestStep * step) return std::nullopt;
-    if (made.squaredNorm() > 0.0 && made.dot(pair->offset_mm) <= 0.5 * made.norm() * pair->offset_mm.norm()) return std::nullopt;
+  for (int k = 0; k < kLongestSpan; ++k) {
+    const std::optional<TexelPair> pair = interior_pair(surface, scale.frames, at, dx, dy);
+    const Vec2 made = pair ? source_step(source, pair->first, pair->second) : Vec2(0, 0);
+    const bool leaves = !pair || made.cwiseAbs().maxCoeff() > kLargestStep * scale.unit_px ||
+                        (made.squaredNorm() > 0.0 && made.dot(pair->offset_mm) <= 0.5 * made.norm() * pair->offset_mm.norm());
+    if (leaves && k < kShortestSpan) return std::nullopt;
+    if (leaves) break;
     length_mm += pair->offset_mm.norm();
     at = pair->second;
   }
-  const double made_mm = source_step(source, t, at).norm() * pixel_mm;
+  const double made_mm = source_step(source, t, at).norm() * scale.pixel_mm;
   return made_mm > 0.0 && length_mm > 0.0 ? std::optional(made_mm / length_mm) : std::nullopt;
 }
 
 }  // namespace
 
-CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source, int step) {
+CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale) {
   Pieces pieces(static_cast<std::size_t>(surface.num_texels()));
   std::int64_t pairs = 0, coherent = 0;
   for (TexelId t = 0; t < surface.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;
-    const auto chart = surface.chart(t);
     for (const auto& [dx, dy] : kSteps) {
-      if (t % surface.width() + dx >= surface.width() || t / surface.width() + dy >= surface.height()) continue;
-      const TexelId n = t + dx + TexelId{dy} * surface.width();
-      if (surface.chart(n) != chart) continue;
+      const std::optional<TexelPair> pair = interior_pair(surface, scale.frames, t, dx, dy);
+      if (!pair) continue;
       ++pairs;
-      if (source_step(source, t, n) != Vec2(dx * step, dy * step)) continue;
+      if (!follows_surface(source, *pair, scale)) continue;
       ++coherent;
-      pieces.join(static_cast<std::int32_t>(t), static_cast<std::int32_t>(n));
+      pieces.join(static_cast<std::int32_t>(t), static_cast<std::int32_t>(pair->second));
     }
   }
   CoherenceFigures figures;
@@ -155,10 +154,9 @@ ReuseFigures measure_reuse(const TexelMap& surface, const SourceIndices& source,
 }
 
 SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, std::span<const TexelPair> seams, const SynthesisSource& frames,
-                          const RunControl& control) {
-  const double texel_px = std::max(1.0, surface.median_texel_size_mm() / frames.pixel_mm);
+                          const SourceScale& scale, const RunControl& control) {
   PairSums over, inside;
-  for (const TexelPair& pair : seams) over.add(pair, source, frames, texel_px);
+  for (const TexelPair& pair : seams) over.add(pair, source, frames, scale);
   SeamFigures figures;
   figures.num_pairs = over.count;
   if (over.count == 0) return figures;
@@ -169,7 +167,7 @@ SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, 
         for (TexelId t = begin; t < end; ++t) {
           if (!surface.is_covered(t)) continue;
           for (const auto& [dx, dy] : kSteps) {
-            if (const auto pair = interior_pair(surface, t, dx, dy)) part.add(*pair, source, frames, texel_px);
+            if (const auto pair = interior_pair(surface, scale.frames, t, dx, dy)) part.add(*pair, source, frames, scale);
           }
         }
         return part;
@@ -180,7 +178,7 @@ SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, 
   return figures;
 }
 
-ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, double pixel_mm, int step, const RunControl& control) {
+ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale, const RunControl& control) {
   using Ratios = std::vector<double>;
   Ratios errors = parallel_reduce(
       surface.num_texels(), kChunk, control, Ratios{},
@@ -189,7 +187,7 @@ ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const Sour
         for (TexelId t = begin; t < end; ++t) {
           if (!surface.is_covered(t)) continue;
           for (const auto& [dx, dy] : kSteps) {
-            if (const auto ratio = span_ratio(surface, source, pixel_mm, step, t, dx, dy)) part.push_back(std::exp2(std::abs(std::log2(*ratio))) - 1.0);
+            if (const auto ratio = span_ratio(surface, source, scale, t, dx, dy)) part.push_back(std::exp2(std::abs(std::log2(*ratio))) - 1.0);
           }
         }
         return part;

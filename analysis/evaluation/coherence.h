@@ -13,12 +13,17 @@ namespace patinate {
 
 /// Neighbours that are neighbours in the source too.
 struct CoherenceFigures {
-  double coherent_share = 0.0;    ///< Pairs of texels right of and below each other in a chart with s(t + d) - s(t) = step * d.
+  double coherent_share = 0.0;    ///< Pairs of texels right of and below each other in a chart whose step in the source is that on the surface, to less than a pixel.
   double texels_per_piece = 0.0;  ///< Covered texels by the pieces that such pairs connect.
   std::vector<std::int32_t> piece;  ///< Of every texel, numbered by their first one; -1 outside.
 };
-/// @param step  Source pixels of a texel step: 1, or 2^k where the source was halved k times.
-[[nodiscard]] CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source, int step);
+/// How steps on the surface are compared with steps in the source.
+struct SourceScale {
+  const FlowFrames& frames;  ///< Which way the source lies.
+  double pixel_mm = 1.0;     ///< Surface length of a source pixel.
+  double unit_px = 1.0;      ///< What a place in the source is known to: 2^k pixels where the source was halved k times, or a texel where that is more.
+};
+[[nodiscard]] CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale);
 
 /// A source pixel that is seen again nearby is a motif that repeats.
 struct ReuseFigures {
@@ -33,11 +38,11 @@ struct ReuseFigures {
 struct SeamFigures {
   std::int64_t num_pairs = 0;
   std::optional<double> gradient_ratio;   ///< Colour difference by distance, mean over all frames.
-  std::optional<double> coherence_ratio;  ///< Share of pairs whose step in the source is that on the surface, to 3/4 of a texel.
+  std::optional<double> coherence_ratio;  ///< Share of pairs whose step in the source is that on the surface.
 };
 /// @param frames  Of the source, as in SynthesisSource. Both ratios are undefined without seams.
 [[nodiscard]] SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, std::span<const TexelPair> seams,
-                                        const SynthesisSource& frames, const RunControl& control = {});
+                                        const SynthesisSource& frames, const SourceScale& scale, const RunControl& control = {});
 
 /// Whether copied pieces have the source's size on the surface, whatever the UVs do.
 struct ForeshorteningFigures {
@@ -45,9 +50,9 @@ struct ForeshorteningFigures {
   std::optional<double> median;  ///< Of 2^|log2(source length / surface length)| - 1.
   std::optional<double> p99;
 };
-/// Over spans of 8 texels along rows and columns inside one copied piece: steps of at most 5 source pixels that go the way the surface goes.
+/// Over spans of 8 to 32 texels along rows and columns inside one copied piece: steps of at most 5 source pixels that go the way the surface goes.
 /// Undefined where there are none.
-[[nodiscard]] ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, double pixel_mm, int step,
+[[nodiscard]] ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale,
                                                            const RunControl& control = {});
 
 }  // namespace patinate

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis/evaluation/coherence.h"
+#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/image/color.h"
@@ -69,7 +70,8 @@ struct Work {
   const TexelMap& surface;
   SourceIndices indices;
   ImageU8 coverage;
-  int step;
+  std::shared_ptr<const FlowFrames> frames;
+  SourceScale scale;
   Evaluation out;
 
   void add(Figure f) { out.figures.push_back(std::move(f)); }
@@ -103,7 +105,7 @@ void Work::add_control_error() {
 }
 
 void Work::add_coherence() {
-  const CoherenceFigures f = measure_coherence(surface, indices, step);
+  const CoherenceFigures f = measure_coherence(surface, indices, scale);
   add(figure("coherent_share", "Neighbours that are neighbours in the source (M3)", "", f.coherent_share, ""));
   add(figure("texels_per_piece", "Texels of a copied piece, mean (M3)", "texels", f.texels_per_piece, ""));
 }
@@ -154,15 +156,15 @@ void Work::add_reuse() {
 }
 
 void Work::add_seams() {
-  const std::vector<TexelPair> pairs = seam_pairs(surface, control);
-  const SeamFigures f = measure_seams(surface, indices, pairs, source, control);
+  const std::vector<TexelPair> pairs = seam_pairs(surface, *frames, control);
+  const SeamFigures f = measure_seams(surface, indices, pairs, source, scale, control);
   const std::string why = f.num_pairs == 0 ? "the surface has no seams" : "the source does not vary inside charts";
   add(figure("seam_gradient_ratio", "Gradient over seams against inside charts (M7)", "", f.gradient_ratio, why));
   add(figure("seam_coherence_ratio", "Coherence over seams against inside charts (M7)", "", f.coherence_ratio, f.num_pairs == 0 ? why : "no neighbours follow the surface"));
 }
 
 void Work::add_scale() {
-  const ForeshorteningFigures f = measure_foreshortening(surface, indices, source.pixel_mm, step, control);
+  const ForeshorteningFigures f = measure_foreshortening(surface, indices, scale, control);
   const std::string why = "no copied piece is 8 texels long";
   add(figure("scale_error_median", "Error of scale inside copied pieces, median (M8)", "", f.median, why));
   add(figure("scale_error_p99", "Error of scale inside copied pieces, 99th percentile (M8)", "", f.p99, why));
@@ -185,10 +187,12 @@ void Work::add_explained(const MadePicture* made) {
   add(figure("explained_pixels", "Pixels of the tool's picture that are the source at its coordinates (M9)", "", share, "no picture was given"));
 }
 
-int step_of(const SynthesisSource& source, const TexelMap& surface, int wanted) {
-  if (wanted > 0) return wanted;
-  const double ratio = surface.median_texel_size_mm() / source.pixel_mm;
-  return ratio <= 1.0 ? 1 : 1 << static_cast<int>(std::lround(std::log2(ratio)));
+/// @param wanted  Source pixels of a texel; 0: what sizes say.
+SourceScale scale_of(const FlowFrames& frames, double pixel_mm, const TexelMap& surface, int wanted) {
+  const double ratio = surface.median_texel_size_mm() / pixel_mm;
+  if (wanted > 0) return {frames, surface.median_texel_size_mm() / wanted, static_cast<double>(wanted)};
+  const double halved = ratio <= 1.0 ? 1.0 : std::exp2(std::round(std::log2(ratio)));
+  return {frames, pixel_mm, std::max(halved, ratio)};
 }
 
 void check_source(const SynthesisSource& source, const SynthesisedMap& map) {
@@ -217,8 +221,11 @@ ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices,
 
 Evaluation evaluate(const SynthesisSource& source, const SynthesisedMap& map, const EvaluationOptions& options, std::uint64_t seed, const MadePicture* made, const RunControl& control) {
   check_source(source, map);
+  const auto frames = map.frames ? map.frames : std::make_shared<const FlowFrames>(uv_frames(*map.surface));
+  if (frames->size() != map.surface->mesh().triangles.size()) throw InvalidInput(map.name + ": expected one frame a triangle");
   Work work{.source = source, .map = map, .options = options, .control = control, .seed = seed, .surface = *map.surface, .indices = SourceIndices(map, source),
-            .coverage = map.surface->coverage(), .step = step_of(source, *map.surface, options.source_step), .out = {.name = map.name, .figures = {}, .pictures = {}, .hash = {}}};
+            .coverage = map.surface->coverage(), .frames = frames, .scale = scale_of(*frames, source.pixel_mm, *map.surface, options.source_step),
+            .out = {.name = map.name, .figures = {}, .pictures = {}, .hash = {}}};
   const std::vector<std::int32_t>& all = work.indices.all();
   work.out.hash = ContentHash().add(std::as_bytes(std::span(all))).hex();
   ImageF shown = gathered(source.frames.back(), work.indices, *map.surface, 0.0f);

@@ -17,7 +17,7 @@ struct EvaluationOptions {
   int num_samples = 20000;     ///< [100, 10^6]. Patches drawn for the distances of distributions.
   int num_directions = 64;     ///< [1, 1024].
   int num_times = 5;           ///< [1, 100]. At which colours are compared.
-  int source_step = 0;         ///< [0, 256]. Source pixels of a texel step; 0: the power of two nearest to texel size / pixel size, at least 1.
+  int source_step = 0;         ///< [0, 256]. Source pixels of a texel step; 0: texel size / pixel size.
 };
 void describe(OptionVisitor& v, EvaluationOptions& o);
 

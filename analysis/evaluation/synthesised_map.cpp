@@ -16,10 +16,10 @@ constexpr std::int64_t kChunk = 16384;
 
 using Pairs = std::vector<TexelPair>;
 
-/// The offset of one texel step in a triangle's tangents.
-Vec2 step_mm(const TexelMap& surface, TexelId t, int dx, int dy) {
-  const int triangle = surface.point(t).triangle;
-  return surface.tangents(triangle).transpose() * (surface.mm_per_texel(triangle) * Vec2(dx, dy));
+/// The offset of one texel step in a triangle's frame.
+Vec2 step_mm(const TexelMap& surface, const FlowFrames& frames, TexelId t, int dx, int dy) {
+  const int triangle = surface.triangle(t);
+  return frames[static_cast<std::size_t>(triangle)].transpose() * (surface.mm_per_texel(triangle) * Vec2(dx, dy));
 }
 
 /// The texel one step away in the atlas, in the same chart; -1 if there is none.
@@ -65,22 +65,22 @@ SourceIndices::SourceIndices(const SynthesisedMap& map, const SynthesisSource& s
   }
 }
 
-std::optional<TexelPair> interior_pair(const TexelMap& surface, TexelId t, int dx, int dy) {
+std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t, int dx, int dy) {
   const TexelId n = beside(surface, t, dx, dy);
   if (n < 0) return std::nullopt;
-  return TexelPair{t, n, (surface.position_mm(n) - surface.position_mm(t)).norm(), step_mm(surface, t, dx, dy)};
+  return TexelPair{t, n, (surface.position_mm(n) - surface.position_mm(t)).norm(), step_mm(surface, frames, t, dx, dy)};
 }
 
-Pairs seam_pairs(const TexelMap& surface, const RunControl& control) {
+Pairs seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunControl& control) {
   const auto add = [&](TexelId t, Pairs& out) {
     for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
       if (beside(surface, t, dx, dy) >= 0) continue;
-      const std::array<Vec2, 1> offset{step_mm(surface, t, dx, dy)};
-      std::array<TexelId, 1> n{-1};
-      surface.gather(t, offset, n);
-      if (n[0] < 0 || n[0] == t) continue;
-      const double distance = (surface.position_mm(n[0]) - surface.position_mm(t)).norm();
-      if (distance > 0.0) out.push_back({t, n[0], distance, offset[0]});
+      const std::array<Vec2, 1> offset{step_mm(surface, frames, t, dx, dy)};
+      std::array<TexelNeighbor, 1> n;
+      surface.gather(t, frames, offset, n);
+      if (n[0].texel < 0 || n[0].texel == t) continue;
+      const double distance = (surface.position_mm(n[0].texel) - surface.position_mm(t)).norm();
+      if (distance > 0.0) out.push_back({t, n[0].texel, distance, n[0].offset_mm});
     }
   };
   return parallel_reduce(

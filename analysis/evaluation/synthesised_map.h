@@ -31,6 +31,7 @@ struct SynthesisedMap {
   std::shared_ptr<const TexelMap> surface;  ///< In mm; flat_surface() for a picture.
   ImageF coordinates;                       ///< H x W x 2: source pixels; -1 outside. Fractions are rounded to the nearest pixel.
   ImageF control;                           ///< H x W x 1, the wanted control in the source's values; may be empty.
+  std::shared_ptr<const FlowFrames> frames = nullptr;  ///< How the source was laid on the surface; none: as the UVs run.
 };
 
 /// A plane of `width` x `height` texels of `texel_mm`, all covered.
@@ -41,7 +42,7 @@ struct TexelPair {
   TexelId first = -1;
   TexelId second = -1;
   double distance_mm = 0.0;
-  Vec2 offset_mm{0, 0};  ///< From first to second, in the tangents of the first.
+  Vec2 offset_mm{0, 0};  ///< From first to second, in the frame of the first.
 };
 
 /// Index into the source (y * width + x) of every texel, -1 outside or where the map names no pixel of the source.
@@ -61,8 +62,8 @@ class SourceIndices {
 };
 
 /// The texel one step away in the atlas and in the same chart. @returns nothing if there is none.
-[[nodiscard]] std::optional<TexelPair> interior_pair(const TexelMap& surface, TexelId t, int dx, int dy);
+[[nodiscard]] std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t, int dx, int dy);
 /// Texels on two sides of a seam: a step of one texel (of the first one's size) over a border of its chart. Each side is seen from both.
-[[nodiscard]] std::vector<TexelPair> seam_pairs(const TexelMap& surface, const RunControl& control = {});
+[[nodiscard]] std::vector<TexelPair> seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunControl& control = {});
 
 }  // namespace patinate

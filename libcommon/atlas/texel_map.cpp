@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "libcommon/atlas/raster.h"
 #include "libcommon/core/text.h"
@@ -166,9 +167,9 @@ Eigen::Matrix<double, 3, 2> TexelMap::mm_per_texel(int triangle) const {
   return j;
 }
 
-Eigen::Matrix<double, 3, 2> TexelMap::tangents(int triangle) const {
+FlowFrame TexelMap::tangents(int triangle) const {
   const Eigen::Matrix<double, 3, 2> j = mm_per_texel(triangle);
-  Eigen::Matrix<double, 3, 2> frame = Eigen::Matrix<double, 3, 2>::Zero();
+  FlowFrame frame = FlowFrame::Zero();
   if (!(j.col(0).norm() > 0.0)) return frame;
   frame.col(0) = j.col(0).normalized();
   const Vec3 rest = j.col(1) - frame.col(0) * frame.col(0).dot(j.col(1));
@@ -176,8 +177,8 @@ Eigen::Matrix<double, 3, 2> TexelMap::tangents(int triangle) const {
   return frame;
 }
 
-Eigen::Matrix2d TexelMap::texels_per_mm(int triangle) const {
-  const Eigen::Matrix2d m = tangents(triangle).transpose() * mm_per_texel(triangle);
+Eigen::Matrix2d TexelMap::texels_per_mm(int triangle, const FlowFrame& frame) const {
+  const Eigen::Matrix2d m = frame.transpose() * mm_per_texel(triangle);
   const double det = m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0);
   if (!(std::abs(det) > 1e-300)) return Eigen::Matrix2d::Zero();
   Eigen::Matrix2d inverse;
@@ -267,33 +268,64 @@ TexelId TexelMap::texel_of(const SurfacePoint& p) const {
   return best;
 }
 
-void TexelMap::gather(TexelId t, std::span<const Vec2> offsets_mm, std::span<TexelId> out) const {
-  const SurfacePoint p = point(t);
-  const int own_chart = chart(t);
-  const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle);
-  const int x = static_cast<int>(t % width_), y = static_cast<int>(t / width_);
+namespace {
+
+struct TexelStep {
+  int x = 0, y = 0;
+};
+
+/// To the nearest texel; nothing for a sliver's, where there is no grid to go by.
+std::optional<TexelStep> whole_step(const Vec2& step, int largest) {
+  if (!(step.cwiseAbs().maxCoeff() < largest)) return std::nullopt;
+  return TexelStep{static_cast<int>(std::floor(step.x() + 0.5)), static_cast<int>(std::floor(step.y() + 0.5))};
+}
+
+}  // namespace
+
+TexelId TexelMap::inside_chart(TexelId from, int dx, int dy) const {
+  const int own_chart = chart(from), x = static_cast<int>(from % width_), y = static_cast<int>(from / width_);
   const auto is_own = [&](int qx, int qy) {
     return qx >= 0 && qy >= 0 && qx < width_ && qy < height_ && chart(TexelId{qy} * width_ + qx) == own_chart;
   };
+  const int num_steps = std::max(std::abs(dx), std::abs(dy));
+  for (int i = 1; i <= num_steps; ++i) {
+    if (!is_own(x + (2 * dx * i + num_steps) / (2 * num_steps), y + (2 * dy * i + num_steps) / (2 * num_steps)) &&
+        !is_own(x + dx * i / num_steps, y + dy * i / num_steps)) {
+      return -1;
+    }
+  }
+  return is_own(x + dx, y + dy) ? from + TexelId{dy} * width_ + dx : -1;
+}
+
+void TexelMap::gather(TexelId t, std::span<const Vec2> offsets_mm, std::span<TexelId> out) const {
+  const SurfacePoint p = point(t);
+  const FlowFrame frame = tangents(p.triangle);
+  const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle, frame);
   for (std::size_t k = 0; k < offsets_mm.size(); ++k) {
-    const Vec2 step = to_texels * offsets_mm[k];
-    if (!(step.cwiseAbs().maxCoeff() < std::max(width_, height_))) {  // A sliver: no grid to go by.
-      out[k] = texel_of(walk(p, tangents(p.triangle) * offsets_mm[k]));
+    const std::optional<TexelStep> step = whole_step(to_texels * offsets_mm[k], std::max(width_, height_));
+    out[k] = step ? inside_chart(t, step->x, step->y) : -1;
+    if (out[k] < 0) out[k] = texel_of(walk(p, frame * offsets_mm[k]));
+  }
+}
+
+void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm, std::span<TexelNeighbor> out) const {
+  const SurfacePoint p = point(t);
+  const FlowFrame& frame = frames[static_cast<std::size_t>(p.triangle)];
+  const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle, frame), to_mm = frame.transpose() * mm_per_texel(p.triangle);
+  for (std::size_t k = 0; k < offsets_mm.size(); ++k) {
+    const std::optional<TexelStep> step = whole_step(to_texels * offsets_mm[k], std::max(width_, height_));
+    const TexelId inside = step ? inside_chart(t, step->x, step->y) : -1;
+    if (inside >= 0) {
+      out[k] = {inside, to_mm * Vec2(step->x, step->y)};
       continue;
     }
-    const int dx = static_cast<int>(std::floor(step.x() + 0.5)), dy = static_cast<int>(std::floor(step.y() + 0.5));
-    // Inside the chart all the way: the chart's own grid says it. Otherwise walk over the surface.
-    const int num_steps = std::max(std::abs(dx), std::abs(dy));
-    bool stays_inside = true;
-    for (int i = 1; i <= num_steps && stays_inside; ++i) {
-      stays_inside = is_own(x + (2 * dx * i + num_steps) / (2 * num_steps), y + (2 * dy * i + num_steps) / (2 * num_steps)) ||
-                     is_own(x + dx * i / num_steps, y + dy * i / num_steps);
-    }
-    if (stays_inside && is_own(x + dx, y + dy)) {
-      out[k] = TexelId{y + dy} * width_ + (x + dx);
-    } else {
-      out[k] = texel_of(walk(p, tangents(p.triangle) * offsets_mm[k]));
-    }
+    const SurfacePoint end = walk(p, frame * offsets_mm[k]);
+    out[k] = {texel_of(end), offsets_mm[k]};
+    if (out[k].texel < 0) continue;
+    // What texel_of() rounds away, in the texels over there.
+    const Vec2 at = texel_from_uv(interpolate(mesh_.uvs, mesh_.uv_triangles[static_cast<std::size_t>(end.triangle)], end), width_, height_);
+    const Vec2 rest = Vec2(static_cast<double>(out[k].texel % width_), static_cast<double>(out[k].texel / width_)) - at;
+    out[k].offset_mm += frames[static_cast<std::size_t>(end.triangle)].transpose() * (mm_per_texel(end.triangle) * rest);
   }
 }
 

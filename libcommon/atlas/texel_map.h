@@ -15,6 +15,16 @@ namespace patinate {
 
 using TexelId = std::int64_t;  ///< y * width + x; -1 = none.
 
+/// Orthonormal axes in a triangle's plane, mm: which way "right" and "down" are for what lies there. Zero for a triangle without UVs' area.
+using FlowFrame = Eigen::Matrix<double, 3, 2>;
+using FlowFrames = std::vector<FlowFrame>;  ///< One a triangle of a mesh.
+
+/// A texel near another one.
+struct TexelNeighbor {
+  TexelId texel = -1;
+  Vec2 offset_mm{0.0, 0.0};  ///< Where its centre really lies from the other's, in the other's frame.
+};
+
 /// A point on a mesh.
 struct SurfacePoint {
   int triangle = -1;
@@ -46,15 +56,17 @@ class TexelMap {
   /// UV-connected piece of the atlas, from 0; -1 outside.
   [[nodiscard]] int chart(TexelId t) const;
   [[nodiscard]] SurfacePoint point(TexelId t) const;
+  [[nodiscard]] int triangle(TexelId t) const { return triangle_[static_cast<std::size_t>(t)]; }
   [[nodiscard]] Vec3 position_mm(TexelId t) const;
   /// Interpolated shading normal, unit.
   [[nodiscard]] Vec3 normal(TexelId t) const;
   /// Columns: surface vectors (mm) of one texel step to the right and one down, constant in a triangle.
   [[nodiscard]] Eigen::Matrix<double, 3, 2> mm_per_texel(int triangle) const;
   /// Orthonormal tangents of a triangle: first along texel x, second as near texel y as orthogonality allows.
-  [[nodiscard]] Eigen::Matrix<double, 3, 2> tangents(int triangle) const;
-  /// Texel steps per mm in tangents(): the inverse of tangents^T mm_per_texel.
-  [[nodiscard]] Eigen::Matrix2d texels_per_mm(int triangle) const;
+  [[nodiscard]] FlowFrame tangents(int triangle) const;
+  /// Texel steps per mm in a frame: the inverse of frame^T mm_per_texel. Zero where there is none.
+  [[nodiscard]] Eigen::Matrix2d texels_per_mm(int triangle, const FlowFrame& frame) const;
+  [[nodiscard]] Eigen::Matrix2d texels_per_mm(int triangle) const { return texels_per_mm(triangle, tangents(triangle)); }
   /// Median over covered texels of sqrt(area of one texel), mm.
   [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
   /// 0 / 255.
@@ -64,6 +76,9 @@ class TexelMap {
   /// surface and across seams; -1 where the surface ends.
   /// @param out  as long as offsets_mm.
   void gather(TexelId t, std::span<const Vec2> offsets_mm, std::span<TexelId> out) const;
+  /// The same with offsets in frames, and where the neighbours really lie: texels are a grid, offsets are not. Over seams that is known as well as the frames on
+  /// both sides agree.
+  void gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm, std::span<TexelNeighbor> out) const;
   /// The straight walk itself: from a surface point along a 3D vector in its triangle's plane. triangle = -1 where the
   /// surface ends.
   [[nodiscard]] SurfacePoint walk(SurfacePoint from, Vec3 step_mm) const;
@@ -71,6 +86,9 @@ class TexelMap {
   [[nodiscard]] TexelId texel_of(const SurfacePoint& p) const;
 
  private:
+  /// The texel (dx, dy) away if the chart's own grid leads there; -1 otherwise.
+  [[nodiscard]] TexelId inside_chart(TexelId from, int dx, int dy) const;
+
   Mesh mesh_;
   Sheet sheet_;
   int width_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "libcommon/core/parallel.h"
@@ -9,6 +10,8 @@
 namespace patinate {
 
 namespace {
+
+constexpr TexelId kNoStep = std::numeric_limits<TexelId>::min();
 
 /// Chebyshev distance from each texel to the nearest texel of another chart (or the outside), at most 255.
 std::vector<std::uint8_t> distance_to_border(const TexelMap& map) {
@@ -45,12 +48,12 @@ std::vector<std::uint8_t> distance_to_border(const TexelMap& map) {
 
 }  // namespace
 
-TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, const RunControl& control)
-    : map_(map), offsets_mm_(std::move(offsets_mm)), band_row_(static_cast<std::size_t>(map.num_texels()), -1) {
+TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames, double pixel_mm, const RunControl& control)
+    : map_(map), offsets_mm_(std::move(offsets_mm)), frames_(std::move(frames)), pixel_mm_(pixel_mm), band_row_(static_cast<std::size_t>(map.num_texels()), -1) {
   const std::vector<std::uint8_t> distance = distance_to_border(map);
   std::vector<int> reach(map.mesh().triangles.size());  // Largest texel step of any offset, per triangle.
   for (std::size_t t = 0; t < reach.size(); ++t) {
-    const Eigen::Matrix2d to_texels = map.texels_per_mm(static_cast<int>(t));
+    const Eigen::Matrix2d to_texels = map.texels_per_mm(static_cast<int>(t), (*frames_)[t]);
     double largest = 0.0;
     for (const Vec2& offset : offsets_mm_) largest = std::max(largest, (to_texels * offset).cwiseAbs().maxCoeff());
     reach[t] = static_cast<int>(std::min(std::ceil(largest), 1e6));
@@ -59,31 +62,64 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
     const auto i = static_cast<std::size_t>(t);
-    if (distance[i] > reach[static_cast<std::size_t>(map.point(t).triangle)]) continue;
+    if (distance[i] > reach[static_cast<std::size_t>(map.triangle(t))]) continue;
     band_row_[i] = static_cast<std::int32_t>(band.size());
     band.push_back(t);
   }
   num_stored_ = static_cast<std::int64_t>(band.size());
   stored_.resize(band.size() * size());
   parallel_for(num_stored_, 4096, control, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<TexelNeighbor> found(size());
     for (auto row = static_cast<std::size_t>(begin); row < static_cast<std::size_t>(end); ++row) {
-      map_.gather(band[row], offsets_mm_, std::span(stored_).subspan(row * size(), size()));
+      map_.gather(band[row], *frames_, offsets_mm_, found);
+      for (std::size_t k = 0; k < size(); ++k) {
+        const PixelNeighbor n = in_pixels(found[k]);
+        if (n.texel >= 0) stored_[row * size() + k] = {static_cast<std::uint32_t>(n.texel), n.x, n.y};
+      }
     }
   });
 }
 
-void TexelNeighborhood::gather(TexelId t, std::span<TexelId> out) const {
-  const std::int32_t row = band_row_[static_cast<std::size_t>(t)];
-  if (row >= 0) {
-    std::copy_n(stored_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(row) * size()), size(), out.begin());
-    return;
-  }
-  const Eigen::Matrix2d to_texels = map_.texels_per_mm(map_.point(t).triangle);
+PixelNeighbor TexelNeighborhood::in_pixels(const TexelNeighbor& n) const {
+  constexpr double kFarthest = 127.0;
+  const Vec2 pixels = n.offset_mm / pixel_mm_;
+  if (n.texel < 0 || !(pixels.cwiseAbs().maxCoeff() <= kFarthest)) return {};
+  const auto fixed = [](double v) { return static_cast<std::int16_t>(std::floor(v * PixelNeighbor::kOne + 0.5)); };
+  return {n.texel, fixed(pixels.x()), fixed(pixels.y())};
+}
+
+Eigen::Matrix2d TexelNeighborhood::pixels_per_texel(int triangle) const {
+  return (*frames_)[static_cast<std::size_t>(triangle)].transpose() * map_.mm_per_texel(triangle) / pixel_mm_;
+}
+
+/// As TexelMap::gather() for a texel that is far from its chart's border; `texel` is how far on.
+void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps) const {
+  const FlowFrame& frame = (*frames_)[static_cast<std::size_t>(triangle)];
+  const Eigen::Matrix2d to_texels = map_.texels_per_mm(triangle, frame), to_mm = frame.transpose() * map_.mm_per_texel(triangle);
   for (std::size_t k = 0; k < size(); ++k) {
     const Vec2 step = to_texels * offsets_mm_[k];
-    out[k] = t + static_cast<TexelId>(std::floor(step.y() + 0.5)) * map_.width() +
-             static_cast<TexelId>(std::floor(step.x() + 0.5));
+    const auto dx = static_cast<TexelId>(std::floor(step.x() + 0.5)), dy = static_cast<TexelId>(std::floor(step.y() + 0.5));
+    steps[k] = in_pixels({0, to_mm * Vec2(static_cast<double>(dx), static_cast<double>(dy))});
+    steps[k].texel = steps[k].texel < 0 ? kNoStep : dy * map_.width() + dx;
   }
+}
+
+std::span<const PixelNeighbor> TexelNeighborhood::Cursor::at(TexelId t) {
+  const TexelNeighborhood& all = neighborhood_;
+  const std::int32_t row = all.band_row_[static_cast<std::size_t>(t)];
+  if (row >= 0) {
+    const auto stored = std::span(all.stored_).subspan(static_cast<std::size_t>(row) * all.size(), all.size());
+    for (std::size_t k = 0; k < stored.size(); ++k) found_[k] = {stored[k].texel == Stored::kNone ? -1 : TexelId{stored[k].texel}, stored[k].x, stored[k].y};
+    return found_;
+  }
+  const int triangle = all.map_.triangle(t);
+  if (triangle != triangle_) all.find_steps(triangle, steps_);
+  triangle_ = triangle;
+  for (std::size_t k = 0; k < steps_.size(); ++k) {
+    found_[k] = steps_[k];
+    found_[k].texel = steps_[k].texel == kNoStep ? -1 : t + steps_[k].texel;
+  }
+  return found_;
 }
 
 }  // namespace patinate

@@ -1,8 +1,9 @@
 /// \file
-/// The neighbours of all texels at one fixed list of offsets on the surface.
+/// The neighbours of all texels at one fixed list of offsets on the surface, and where they really lie.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -11,22 +12,62 @@
 
 namespace patinate {
 
-/// Neighbours of every texel at one fixed list of offsets: texels whose whole neighbourhood lies inside their chart are
-/// computed by integer arithmetic, and only the bands along seams are stored.
+/// A neighbour in pixels of what is laid on the surface.
+struct PixelNeighbor {
+  TexelId texel = -1;
+  std::int16_t x = 0, y = 0;  ///< TexelNeighbor::offset_mm in units of 1/256 pixel; neighbours that lie farther than 127 pixels are left out (-1).
+
+  static constexpr int kOne = 256;
+  friend bool operator==(const PixelNeighbor&, const PixelNeighbor&) = default;
+};
+
+/// The nearest whole pixel of a length in units of 1/256.
+[[nodiscard]] constexpr int whole_pixels(std::int32_t fixed) { return (fixed + PixelNeighbor::kOne / 2) >> 8; }
+
+/// Neighbours of every texel at one fixed list of offsets: those of texels whose whole neighbourhood lies inside their chart are
+/// computed, triangle by triangle, and only the bands along seams are stored.
 class TexelNeighborhood {
  public:
-  TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, const RunControl& control = {});
+  /// @param map       Must outlive this.
+  /// @param frames    What offsets are measured along.
+  /// @param pixel_mm  > 0. Of PixelNeighbor.
+  TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames, double pixel_mm, const RunControl& control = {});
 
   [[nodiscard]] std::size_t size() const { return offsets_mm_.size(); }
-  /// Equal to map.gather(t, offsets, out) for every covered texel.
-  void gather(TexelId t, std::span<TexelId> out) const;
   [[nodiscard]] std::int64_t num_stored() const { return num_stored_; }
+  [[nodiscard]] double pixel_mm() const { return pixel_mm_; }
+  /// Pixels of a texel step to the right and one down (columns) in a triangle.
+  [[nodiscard]] Eigen::Matrix2d pixels_per_texel(int triangle) const;
+
+  /// Looks neighbours up, quickly for texels of the same triangle. One for each thread.
+  class Cursor {
+   public:
+    explicit Cursor(const TexelNeighborhood& neighborhood) : neighborhood_(neighborhood), steps_(neighborhood.size()), found_(neighborhood.size()) {}
+    /// As TexelMap::gather() says for a covered texel. Valid until the next call.
+    [[nodiscard]] std::span<const PixelNeighbor> at(TexelId t);
+
+   private:
+    const TexelNeighborhood& neighborhood_;
+    int triangle_ = -1;
+    std::vector<PixelNeighbor> steps_;  ///< Of the triangle: texel = how far on.
+    std::vector<PixelNeighbor> found_;
+  };
 
  private:
+  struct Stored {
+    std::uint32_t texel = kNone;
+    std::int16_t x = 0, y = 0;
+    static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  };
+  [[nodiscard]] PixelNeighbor in_pixels(const TexelNeighbor& n) const;
+  void find_steps(int triangle, std::span<PixelNeighbor> steps) const;
+
   const TexelMap& map_;
   std::vector<Vec2> offsets_mm_;
+  std::shared_ptr<const FlowFrames> frames_;
+  double pixel_mm_;
   std::vector<std::int32_t> band_row_;  ///< Per texel: row of `stored_`, or -1 for the interior.
-  std::vector<TexelId> stored_;
+  std::vector<Stored> stored_;
   std::int64_t num_stored_ = 0;
 };
 

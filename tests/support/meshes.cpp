@@ -48,14 +48,20 @@ Mesh cut_plane(double side_mm, int n) {
   });
 }
 
-Mesh quilt_plane(double side_mm, int n) {
+namespace {
+
+/// Charts that are turned; `shape(i, j)` scales their u and v.
+template <class Shape>
+Mesh turned_cells(double side_mm, int n, Shape&& shape) {
   Mesh mesh = unit_plane(side_mm, n);
   mesh.uvs.clear();
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
       const double angle = 0.4 + 2.4 * (i + n * j);  // no two neighbours alike
       const double half = 0.45 / std::sqrt(2.0) / n;
-      const auto corner = [&](double x, double y) {
+      const Vec2 scale = shape(i, j);
+      const auto corner = [&](double x_corner, double y_corner) {
+        const double x = scale.x() * x_corner, y = scale.y() * y_corner;
         return Vec2((i + 0.5) / n + half * (x * std::cos(angle) - y * std::sin(angle)), (j + 0.5) / n + half * (x * std::sin(angle) + y * std::cos(angle)));
       };
       const int first = static_cast<int>(mesh.uvs.size());
@@ -66,6 +72,19 @@ Mesh quilt_plane(double side_mm, int n) {
     }
   }
   return mesh;
+}
+
+}  // namespace
+
+Mesh quilt_plane(double side_mm, int n) {
+  return turned_cells(side_mm, n, [](int, int) { return Vec2(1.0, 1.0); });
+}
+
+Mesh patchwork_plane(double side_mm, int n) {
+  return turned_cells(side_mm, n, [](int i, int j) {
+    const double size = j % 2 == 0 ? 1.0 : 0.7;
+    return Vec2((i + j) % 2 == 0 ? size : -size, size);
+  });
 }
 
 Mesh udim_plane(double side_mm, int columns) {

@@ -13,6 +13,8 @@ namespace patinate::testing_support {
 
 /// The square as `n` x `n` charts of the same texel density, each turned by an angle of its own.
 [[nodiscard]] Mesh quilt_plane(double side_mm, int n);
+/// The same, every second chart mirrored and every second row of charts with 0.7 of the texel density.
+[[nodiscard]] Mesh patchwork_plane(double side_mm, int n);
 
 /// The square as `columns` UDIM tiles from left to right, each a strip of it that fills its tile.
 [[nodiscard]] Mesh udim_plane(double side_mm, int columns);

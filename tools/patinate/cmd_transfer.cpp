@@ -1,7 +1,10 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/atlas/direction_field.h"
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/control_kinds.h"
+#include "libcommon/controls/distance_io.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
@@ -40,6 +43,16 @@ std::vector<TransferControl> make_controls(const std::vector<std::string>& texts
 
 }  // namespace
 
+/// A kind, or a file of curves. @returns nothing for UVs.
+std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const TexelMap& map, const std::array<double, 3>& up, CommandRun& run) {
+  const RunControl control = run.control("flow");
+  const auto* const kind = std::find(kDirectionKindNames.begin(), kDirectionKindNames.end(), flow);
+  if (kind == kDirectionKindNames.end()) return std::make_shared<const FlowFrames>(curve_frames(map, read_curves(flow), control));
+  const auto chosen = static_cast<DirectionKind>(kind - kDirectionKindNames.begin());
+  if (chosen == DirectionKind::Uv) return nullptr;
+  return std::make_shared<const FlowFrames>(direction_frames(map, chosen, Vec3(up[0], up[1], up[2]), control));
+}
+
 int cmd_transfer(CommandRun& run) {
   std::filesystem::path history_path, output;
   std::vector<std::string> control_texts;
@@ -48,6 +61,7 @@ int cmd_transfer(CommandRun& run) {
   std::optional<double> texel_size_mm;
   TransferOptions options;
   ControlKindOptions kinds;
+  std::string flow = "gravity";
   run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
@@ -56,6 +70,8 @@ int cmd_transfer(CommandRun& run) {
   run.line.required();
   run.line.options(atlas);
   run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says", texel_size_mm);
+  run.line.option("flow", "FLOW", "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature (along tubes and ridges), uv (as each chart lies), "
+                  "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows; default: gravity", flow);
   run.line.options(options);
   run.line.options(kinds);
   run.line.example("transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
@@ -82,6 +98,8 @@ int cmd_transfer(CommandRun& run) {
   task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
   task.texel_size_mm = destination.texel_size_mm;
   task.controls = make_controls(control_texts, history, *task.map, kinds, run);
+  task.frames = make_flow(flow, *task.map, kinds.up, run);
+  task.flow = task.frames ? std::filesystem::path(flow).filename().string() : "uv";
   const std::optional<JobStatus> status = run.make_folder(plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;
   run.report_output(*status, output, energy_json(read_transfer_manifest(output).energy));

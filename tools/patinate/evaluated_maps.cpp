@@ -12,6 +12,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/path_kind.h"
+#include "transfer/flow_io.h"
 #include "transfer/lookup/transfer_reader.h"
 
 namespace patinate {
@@ -97,6 +98,7 @@ EvaluationItem transfer_item(const fs::path& transfer, int num_times) {
                        .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control),
                        .coordinates = reader.coordinates(),
                        .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
+            out.map.frames = read_flow_frames(m, *out.map.surface);
             out.more = {energy_figure("energy", "Energy (M1)", m.energy.energy), energy_figure("energy_coherence", "Energy, part of coherence (M1)", m.energy.coherence),
                         energy_figure("energy_control", "Energy, part of control (M1)", m.energy.control_mismatch)};
             return out;

@@ -35,29 +35,32 @@ std::int64_t EnergyScale::coherence_scale(int sum_of_weights) const {
 }
 
 TexelCost::TexelCost(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood)
-    : source_(source), destination_(destination), neighborhood_(neighborhood), neighbors_(neighborhood.offsets.size()) {
-  appearance_.resize(neighbors_.size() * kAppearanceSize);
-  weight_.resize(neighbors_.size());
-  delta_.resize(neighbors_.size());
-  order_.resize(neighbors_.size());
+    : source_(source), destination_(destination), neighborhood_(neighborhood), cursor_(*destination.neighbors) {
+  const std::size_t size = neighborhood.offsets.size();
+  appearance_.resize(size * kAppearanceSize);
+  weight_.resize(size);
+  delta_.resize(size);
+  order_.resize(size);
   std::iota(order_.begin(), order_.end(), std::size_t{0});
   std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return neighborhood.weights[a] > neighborhood.weights[b]; });
 }
 
 void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale) {
-  destination_.neighbors->gather(texel, neighbors_);
+  neighbors_ = cursor_.at(texel);
   int sum_of_weights = 0;
   num_known_ = 0;
   for (std::size_t k : order_) {
     // Where texels are larger than the offset, a texel would be its own neighbour: that says nothing.
-    const bool is_other = neighbors_[k] >= 0 && neighbors_[k] != texel;
-    const std::int32_t s = is_other ? coordinates[static_cast<std::size_t>(neighbors_[k])] : -1;
+    const PixelNeighbor& n = neighbors_[k];
+    const std::int32_t s = n.texel >= 0 && n.texel != texel ? coordinates[static_cast<std::size_t>(n.texel)] : -1;
     if (s < 0) continue;
+    const int dx = whole_pixels(n.x), dy = whole_pixels(n.y);
+    if (std::max(std::abs(dx), std::abs(dy)) > neighborhood_.radius_px) continue;  // Pixels know only what lies within it.
     const auto i = static_cast<std::size_t>(num_known_++);
     std::copy_n(source_.appearance.data() + std::int64_t{s} * kAppearanceSize, kAppearanceSize,
                 appearance_.data() + i * kAppearanceSize);
     weight_[i] = neighborhood_.weights[k];
-    delta_[i] = (neighborhood_.offsets[k].y * source_.width() + neighborhood_.offsets[k].x) * kAppearanceSize;
+    delta_[i] = (dy * source_.width() + dx) * kAppearanceSize;
     sum_of_weights += neighborhood_.weights[k];
   }
   coherence_scale_ = scale.coherence_scale(sum_of_weights);
@@ -147,16 +150,21 @@ struct EnergySums {
 /// Adds the pairs (t, right) and (t, below) of one texel.
 void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel& source, const CoordinateMap& coordinates,
                           TexelId t, EnergySums& sums) {
+  // Of a pixel, or of a texel where that is more: both ends are rounded to half of one.
+  const double tolerance = 0.99 * std::max(1.0, destination.map->median_texel_size_mm() / destination.neighbors->pixel_mm());
   const int w = destination.map->width();
   const auto chart = destination.map->chart(t);
-  const auto count = [&](TexelId neighbor, int dx, int dy) {
+  const Eigen::Matrix2d steps = destination.neighbors->pixels_per_texel(destination.map->triangle(t));
+  const auto count = [&](TexelId neighbor, int column) {
     if (destination.map->chart(neighbor) != chart) return;
     const std::int32_t a = coordinates[static_cast<std::size_t>(t)], b = coordinates[static_cast<std::size_t>(neighbor)];
+    const Vec2 expected = steps.col(column);
+    const Vec2 error = Vec2(b % source.width() - a % source.width(), b / source.width() - a / source.width()) - expected;
     ++sums.pairs;
-    sums.coherent_pairs += b % source.width() - a % source.width() == dx && b / source.width() - a / source.width() == dy;
+    sums.coherent_pairs += error.cwiseAbs().maxCoeff() <= tolerance;
   };
-  if (t % w + 1 < w) count(t + 1, 1, 0);
-  if (t + w < destination.map->num_texels()) count(t + w, 0, 1);
+  if (t % w + 1 < w) count(t + 1, 0);
+  if (t + w < destination.map->num_texels()) count(t + w, 1);
 }
 
 }  // namespace

@@ -4,10 +4,11 @@
 /// A coordinate map assigns to every covered texel t a source pixel s(t). Its energy is the mean over texels of
 ///
 ///     a * C(t) + (1 - a) * K(t)
-///     C(t) = sum_k w_k |A(s(n_k(t))) - A(s(t) + o_k)|^2 / (sum_k w_k * 2 var A)      coherence, all frames at once
+///     C(t) = sum_k w_k |A(s(n_k(t))) - A(s(t) + d_k(t))|^2 / (sum_k w_k * 2 var A)   coherence, all frames at once
 ///     K(t) = sum_c g_c (P_c(s(t)) - Q_c(t))^2 / (2 var P_c)                          control mismatch
 ///
-/// with A the appearance, o_k the offsets of the neighbourhood, n_k(t) the texel at o_k on the surface, P the history's controls and
+/// with A the appearance, n_k(t) the texel nearest to offset k of the neighbourhood on the surface, d_k(t) where it really lies in whole source pixels (texels may be turned, small or
+/// stretched against those), P the history's controls and
 /// Q the destination's, mapped into P's values; g sums to 1; var P is at least (1/64)^2 of P's range squared. Both parts are 1 for independent random texels.
 /// [Efros and Leung 1999; Efros and Freeman 2001, sec. 4]
 ///
@@ -49,7 +50,7 @@ class TexelCost {
  public:
   TexelCost(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood);
 
-  /// Gathers the neighbours that have coordinates, those of most weight first. O(neighbourhood).
+  /// Gathers the neighbours that have coordinates and lie within the radius, those of most weight first. O(neighbourhood).
   void prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale);
   /// Of the whole energy. Stops early and returns something >= bound when it cannot be below `bound`.
   [[nodiscard]] std::int64_t total(std::int32_t source_pixel, std::int64_t bound) const;
@@ -58,15 +59,16 @@ class TexelCost {
   /// Values of the first control whose part of the cost alone does not exceed `cost`.
   [[nodiscard]] ControlInterval first_control_within(std::int64_t cost) const;
   [[nodiscard]] int num_known() const { return num_known_; }
-  /// Texel at neighbour k, -1 where the surface ends.
-  [[nodiscard]] TexelId neighbor(std::size_t k) const { return neighbors_[k]; }
+  /// At offset k of the neighbourhood; texel -1 where the surface ends.
+  [[nodiscard]] const PixelNeighbor& neighbor(std::size_t k) const { return neighbors_[k]; }
 
  private:
   const SourceLevel& source_;
   const DestinationLevel& destination_;
   const Neighborhood& neighborhood_;
   std::vector<std::size_t> order_;         ///< Offsets by falling weight.
-  std::vector<TexelId> neighbors_;
+  TexelNeighborhood::Cursor cursor_;
+  std::span<const PixelNeighbor> neighbors_;
   std::vector<std::int16_t> appearance_;   ///< Known neighbours', packed.
   std::vector<std::int16_t> weight_;
   std::vector<std::int32_t> delta_;        ///< Their offset in the source, in values.
@@ -86,7 +88,7 @@ struct EnergyReport {
   double control_mismatch = 0.0;  ///< K, mean.
   double control_error_mean = 0.0;  ///< Mean |P - Q| of the first control, in [0, 1].
   double control_error_p95 = 0.0;
-  double coherent_share = 0.0;  ///< Adjacent texel pairs with s(t + d) - s(t) = d.
+  double coherent_share = 0.0;  ///< Adjacent texel pairs whose step in the source is that on the surface, to less than a pixel or texel.
   double used_share = 0.0;      ///< Usable source pixels that appear in the result.
 };
 

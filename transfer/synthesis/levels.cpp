@@ -136,11 +136,11 @@ SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls,
 }
 
 DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
-                                        const Neighborhood& neighborhood, double step_mm, const RunControl& control) {
+                                        const Neighborhood& neighborhood, const SourcePlacement& placement, const RunControl& control) {
   DestinationLevel level;
   std::vector<Vec2> offsets_mm;
-  for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * step_mm, o.y * step_mm);
-  level.neighbors = std::make_shared<TexelNeighborhood>(*map, std::move(offsets_mm), control);
+  for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * placement.step_mm, o.y * placement.step_mm);
+  level.neighbors = std::make_shared<TexelNeighborhood>(*map, std::move(offsets_mm), placement.frames, placement.pixel_mm, control);
   for (TexelId t = 0; t < map->num_texels(); ++t) {
     if (map->is_covered(t)) level.texels.push_back(t);
   }

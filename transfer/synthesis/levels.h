@@ -68,9 +68,20 @@ struct DestinationLevel {
   }
 };
 
-/// @param step_mm  Surface length of an offset of 1: a source pixel of this level, which is about a texel.
+/// How a source lies on the surface.
+struct SourcePlacement {
+  std::shared_ptr<const FlowFrames> frames;  ///< Which way its rows and columns run.
+  double pixel_mm = 1.0;                        ///< Surface length of a source pixel of this level.
+  double step_mm = 1.0;                         ///< Of an offset of 1: about a pixel, and about a texel.
+};
 [[nodiscard]] DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
-                                                      const Neighborhood& neighborhood, double step_mm,
+                                                      const Neighborhood& neighborhood, const SourcePlacement& placement,
                                                       const RunControl& control = {});
+
+/// One level of the pyramid.
+struct SynthesisLevel {
+  SourceLevel source;
+  DestinationLevel destination;
+};
 
 }  // namespace patinate

@@ -6,6 +6,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "transfer/synthesis/places.h"
 #include "transfer/synthesis/similar_pixels.h"
 
 namespace patinate {
@@ -21,40 +22,6 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
 }
 
 namespace {
-
-constexpr int kSimilarTolerance = kControlSteps / 50;
-
-/// Every covered texel gets a source pixel of similar control value.
-CoordinateMap initial_coordinates(const SynthesisLevel& level, std::uint64_t seed) {
-  const DestinationLevel& destination = level.destination;
-  CoordinateMap coordinates(static_cast<std::size_t>(destination.map->num_texels()), -1);
-  for (TexelId t : destination.texels) {
-    RandomStream random(seed, static_cast<std::uint64_t>(t), 100);
-    const auto similar = level.source.similar(destination.target(t), kSimilarTolerance);
-    coordinates[static_cast<std::size_t>(t)] = similar[random.below(static_cast<std::uint32_t>(similar.size()))];
-  }
-  return coordinates;
-}
-
-/// Doubles coordinates: a fine texel takes the matching quarter of its parent's pixel. Texels whose parent is not covered
-/// or leads outside take one of similar control value.
-CoordinateMap upsample(const CoordinateMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level,
-                       std::uint64_t seed) {
-  CoordinateMap fine = initial_coordinates(fine_level, seed);
-  const int fine_width = fine_level.destination.map->width(), coarse_width = coarse_level.destination.map->width();
-  const int coarse_height = coarse_level.destination.map->height();
-  for (TexelId t : fine_level.destination.texels) {
-    const int x = static_cast<int>(t % fine_width), y = static_cast<int>(t / fine_width);
-    const int px = std::min(x / 2, coarse_width - 1), py = std::min(y / 2, coarse_height - 1);
-    const std::int32_t parent = coarse[static_cast<std::size_t>(py) * static_cast<std::size_t>(coarse_width) + static_cast<std::size_t>(px)];
-    if (parent < 0) continue;
-    const int sx = 2 * (parent % coarse_level.source.width()) + (x - 2 * px), sy = 2 * (parent / coarse_level.source.width()) + (y - 2 * py);
-    if (sx >= fine_level.source.width() || sy >= fine_level.source.height()) continue;
-    const std::int32_t candidate = sy * fine_level.source.width() + sx;
-    if (fine_level.source.is_usable[static_cast<std::size_t>(candidate)] != 0) fine[static_cast<std::size_t>(t)] = candidate;
-  }
-  return fine;
-}
 
 /// How often the sources around a pixel are used more than their share: integers in [0, kMaxOveruse] per cell of pixels.
 class SourceUse {
@@ -97,46 +64,63 @@ class CandidateSearch {
  public:
   CandidateSearch(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
                   const SourceUse& use, const MultiLevelOptions& options)
-      : source_(level.source), destination_(level.destination), neighborhood_(neighborhood), similar_(similar), use_(use),
-        preferences_(options), num_random_(options.num_random), cost_(level.source, level.destination, neighborhood) {
-    for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
-      const Offset& o = neighborhood.offsets[k];
-      if (std::abs(o.x) <= 1 && std::abs(o.y) <= 1) adjacent_.push_back(k);
-    }
-  }
+      : source_(level.source), destination_(level.destination), similar_(similar), use_(use),
+        preferences_(options), num_random_(options.num_random), cost_(level.source, level.destination, neighborhood),
+        directions_(eight_directions(neighborhood)) {}
 
-  std::int32_t best(TexelId t, const CoordinateMap& coordinates, const EnergyScale& scale, RandomStream random) {
-    cost_.prepare(t, coordinates, scale);
-    const std::int32_t current = coordinates[static_cast<std::size_t>(t)];
+  Place best(TexelId t, const PlaceMap& places, const EnergyScale& scale, RandomStream random) {
+    cost_.prepare(t, places.pixels, scale);
+    const Place current = places.at(t);
     best_ = current;
     best_cost_ = std::numeric_limits<std::int64_t>::max();
     num_tried_ = 0;
-    for (std::size_t k : adjacent_) {
-      const TexelId n = cost_.neighbor(k);
-      if (n < 0) continue;
-      const std::int32_t s = coordinates[static_cast<std::size_t>(n)];
-      const int x = s % source_.width() - neighborhood_.offsets[k].x, y = s / source_.width() - neighborhood_.offsets[k].y;
-      if (x < 0 || y < 0 || x >= source_.width() || y >= source_.height()) continue;
-      const std::int32_t candidate = y * source_.width() + x;
-      if (source_.is_usable[static_cast<std::size_t>(candidate)] == 0 || !remember(candidate)) continue;
+    for (const std::vector<std::size_t>& direction : directions_) {
+      const PixelNeighbor* const n = first_other(direction, t);
+      if (n == nullptr) continue;
+      const FixedPoint from = fixed_point(source_, places.at(n->texel));
+      const Place candidate = place_at(source_, {from.x - n->x, from.y - n->y});
+      if (candidate.pixel < 0 || !remember(candidate.pixel)) continue;
       consider(candidate, 0);
-      try_similar(candidate);
+      try_similar(candidate.pixel);
     }
-    if (remember(current)) {
+    if (remember(current.pixel)) {
       consider(current, preferences_.bonus);
-      try_similar(current);
+      try_similar(current.pixel);
     }
     const auto alike = source_.similar(destination_.target(t), kSimilarTolerance);
     for (int i = 0; i < num_random_; ++i) {
-      consider(alike[random.below(static_cast<std::uint32_t>(alike.size()))], preferences_.bonus);
+      consider({alike[random.below(static_cast<std::uint32_t>(alike.size()))]}, preferences_.bonus);
     }
     return best_;
   }
 
  private:
-  void consider(std::int32_t candidate, std::int64_t bonus) {
-    const std::int64_t factor = Preferences::kOne + bonus + preferences_.penalty * use_.overuse(candidate);
-    const std::int64_t cost = cost_.total(candidate, best_cost_ / factor + 1) * factor;
+  /// Offsets (d, 2 d, ...) for the eight d around a texel, as indices.
+  static std::vector<std::vector<std::size_t>> eight_directions(const Neighborhood& neighborhood) {
+    std::vector<std::vector<std::size_t>> directions;
+    for (const Offset& d : neighborhood.offsets) {
+      if (std::abs(d.x) > 1 || std::abs(d.y) > 1) continue;
+      std::vector<std::size_t>& list = directions.emplace_back();
+      for (int i = 1; i <= neighborhood.radius_px; ++i) {
+        for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
+          if (neighborhood.offsets[k].x == i * d.x && neighborhood.offsets[k].y == i * d.y) list.push_back(k);
+        }
+      }
+    }
+    return directions;
+  }
+  /// The nearest neighbour in a direction that is another texel: where texels are large, that is not the first offset.
+  [[nodiscard]] const PixelNeighbor* first_other(const std::vector<std::size_t>& direction, TexelId t) const {
+    for (std::size_t k : direction) {
+      const PixelNeighbor& n = cost_.neighbor(k);
+      if (n.texel < 0) return nullptr;
+      if (n.texel != t) return &n;
+    }
+    return nullptr;
+  }
+  void consider(const Place& candidate, std::int64_t bonus) {
+    const std::int64_t factor = Preferences::kOne + bonus + preferences_.penalty * use_.overuse(candidate.pixel);
+    const std::int64_t cost = cost_.total(candidate.pixel, best_cost_ / factor + 1) * factor;
     if (cost < best_cost_) {
       best_cost_ = cost;
       best_ = candidate;
@@ -144,7 +128,7 @@ class CandidateSearch {
   }
   void try_similar(std::int32_t pixel) {
     for (std::int32_t other : similar_[static_cast<std::size_t>(pixel)]) {
-      if (other >= 0) consider(other, preferences_.bonus);
+      if (other >= 0) consider({other}, preferences_.bonus);
     }
   }
   /// False if this coherent candidate was there before: in coherent regions all eight neighbours agree.
@@ -157,38 +141,37 @@ class CandidateSearch {
 
   const SourceLevel& source_;
   const DestinationLevel& destination_;
-  const Neighborhood& neighborhood_;
   const SimilarPixels& similar_;
   const SourceUse& use_;
   Preferences preferences_;
   int num_random_;
   TexelCost cost_;
-  std::vector<std::size_t> adjacent_;
+  std::vector<std::vector<std::size_t>> directions_;
   std::array<std::int32_t, 9> tried_{};
   std::ptrdiff_t num_tried_ = 0;
-  std::int32_t best_ = -1;
+  Place best_;
   std::int64_t best_cost_ = 0;
 };
 
 /// One pass: four interleaved sets, each decided from the state before it.
 void improve(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
-             const MultiLevelOptions& options, const EnergyScale& scale, std::uint64_t seed, std::uint32_t pass, CoordinateMap& coordinates, const RunControl& control) {
+             const MultiLevelOptions& options, const EnergyScale& scale, std::uint64_t seed, std::uint32_t pass, PlaceMap& places, const RunControl& control) {
   const DestinationLevel& destination = level.destination;
   const int width = destination.map->width();
-  const SourceUse use(level, coordinates);
+  const SourceUse use(level, places.pixels);
   for (int set = 0; set < 4; ++set) {
     std::vector<TexelId> members;
     for (TexelId t : destination.texels) {
       if (static_cast<int>(t % width % 2 + 2 * (t / width % 2)) == set) members.push_back(t);
     }
-    std::vector<std::int32_t> decided(members.size());
+    std::vector<Place> decided(members.size());
     parallel_for(static_cast<std::int64_t>(members.size()), 2048, control, [&](std::int64_t begin, std::int64_t end) {
       CandidateSearch search(level, neighborhood, similar, use, options);
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-        decided[i] = search.best(members[i], coordinates, scale, RandomStream(seed, static_cast<std::uint64_t>(members[i]), pass));
+        decided[i] = search.best(members[i], places, scale, RandomStream(seed, static_cast<std::uint64_t>(members[i]), pass));
       }
     });
-    for (std::size_t i = 0; i < members.size(); ++i) coordinates[static_cast<std::size_t>(members[i])] = decided[i];
+    for (std::size_t i = 0; i < members.size(); ++i) places.set(members[i], decided[i]);
   }
 }
 
@@ -202,7 +185,7 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
   silent.on_progress = nullptr;
   constexpr std::size_t kMaxSearchedPixels = 70'000;  // Beyond, similar pixels are taken over from the coarser level.
   const std::size_t coarsest = levels.size() - 1;
-  CoordinateMap coordinates = initial_coordinates(levels[coarsest], seed);
+  PlaceMap places = initial_places(levels[coarsest], seed);
   SimilarPixels similar;
   double done = 0.0, total = 0.0;
   const auto work = [&](std::size_t l) {
@@ -214,7 +197,7 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
     const bool is_searched = l == coarsest || level.source.usable.size() <= kMaxSearchedPixels;
     similar = is_searched ? find_similar_pixels(level.source, silent)
                           : refine_similar_pixels(similar, levels[l + 1].source, level.source);
-    if (l < coarsest) coordinates = upsample(coordinates, levels[l + 1], level, seed + l);
+    if (l < coarsest) places = upsample(places, levels[l + 1], level, seed + l);
     const double ramp = coarsest == 0 ? 1.0 : 1.0 - static_cast<double>(l) / static_cast<double>(coarsest);
     const EnergyScale scale = EnergyScale::make(
         level.source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
@@ -223,13 +206,13 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
       MultiLevelOptions preferences = options;
       if (l == 0 && pass + 1 == num_passes) preferences.coherence_bonus = preferences.reuse_penalty = 0.0;  // The last word is the energy's.
       improve(level, neighborhood, similar, preferences, scale, seed, static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)),
-              coordinates, silent);
+              places, silent);
       done += work(l) / num_passes;
       control.report(std::min(0.999, done / std::max(1.0, total)));
     }
   }
   control.report(1.0);
-  return coordinates;
+  return std::move(places.pixels);
 }
 
 }  // namespace patinate

@@ -21,19 +21,14 @@ struct MultiLevelOptions {
 };
 void describe(OptionVisitor& v, MultiLevelOptions& o);
 
-/// One level of the pyramid, finest first in the vectors below.
-struct SynthesisLevel {
-  SourceLevel source;
-  DestinationLevel destination;
-};
-
 /// Starts on the coarsest level from pixels of similar control value. Each pass visits the texels in four interleaved sets;
-/// a texel takes the best of: what it has, where its eight neighbours' sources lead, what looks like those (k-coherence), and a few
+/// a texel takes the best of: what it has, where its eight neighbours' sources lead (to fractions of a pixel, so that pieces keep their shape on turned and stretched texels), what looks like those (k-coherence), and a few
 /// pixels of similar control value. The lowest energy is not the best texture: it is smooth and repeats a few favourites, so that
 /// continued pieces and rarely used sources are preferred, by factors on the cost (a cost of zero stays zero). A set is decided from the state before it, so that order and threads do not matter.
 /// [Lefebvre and Hoppe 2005, "Parallel controllable texture synthesis"; Tong et al. 2002]
 ///
 /// Cost: up to about 50 costs a texel and pass, fewer in coherent regions. Same bits for any number of threads and instruction set.
+/// @param levels  Finest first.
 [[nodiscard]] CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                                    double coherence_share, std::span<const double> control_weights,
                                                    std::uint64_t seed, const MultiLevelOptions& options = {},

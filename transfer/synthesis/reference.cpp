@@ -31,11 +31,11 @@ std::optional<Position> mean_position(const SourceLevel& source, const Neighborh
                                       const CoordinateMap& coordinates) {
   std::int64_t x = 0, y = 0, weights = 0;
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
-    const TexelId n = cost.neighbor(k);
-    const std::int32_t s = n < 0 ? -1 : coordinates[static_cast<std::size_t>(n)];
+    const PixelNeighbor& n = cost.neighbor(k);
+    const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
     if (s < 0) continue;
-    x += neighborhood.weights[k] * std::int64_t{s % source.width() - neighborhood.offsets[k].x};
-    y += neighborhood.weights[k] * std::int64_t{s / source.width() - neighborhood.offsets[k].y};
+    x += neighborhood.weights[k] * std::int64_t{s % source.width() - whole_pixels(n.x)};
+    y += neighborhood.weights[k] * std::int64_t{s / source.width() - whole_pixels(n.y)};
     weights += neighborhood.weights[k];
   }
   if (weights == 0) return std::nullopt;
@@ -65,10 +65,10 @@ Position window_centre(const SourceLevel& source, std::span<const std::uint16_t>
 void coherent_pixels(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost, const CoordinateMap& coordinates, std::vector<std::int32_t>& out) {
   out.clear();
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
-    const TexelId n = cost.neighbor(k);
-    const std::int32_t s = n < 0 ? -1 : coordinates[static_cast<std::size_t>(n)];
+    const PixelNeighbor& n = cost.neighbor(k);
+    const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
     if (s < 0) continue;
-    const int x = s % source.width() - neighborhood.offsets[k].x, y = s / source.width() - neighborhood.offsets[k].y;
+    const int x = s % source.width() - whole_pixels(n.x), y = s / source.width() - whole_pixels(n.y);
     if (x < 0 || y < 0 || x >= source.width() || y >= source.height()) continue;
     const std::int32_t p = y * source.width() + x;
     if (std::find(out.begin(), out.end(), p) == out.end()) out.push_back(p);

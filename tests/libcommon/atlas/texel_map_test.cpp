@@ -6,7 +6,6 @@
 #include <set>
 
 #include "libcommon/atlas/dilate.h"
-#include "libcommon/atlas/texel_neighborhood.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "tests/support/meshes.h"
@@ -130,40 +129,6 @@ TEST(TexelMap, WalkRoundACubeComesBack) {
   EXPECT_EQ(end.triangle, start.triangle);
   EXPECT_NEAR(end.b1, start.b1, 1e-9);
   EXPECT_NEAR(end.b2, start.b2, 1e-9);
-}
-
-TEST(TexelNeighborhood, EqualsGatherForEveryTexelAndStoresOnlyBands) {
-  const TexelMap map(cut_plane(64.0), 128, 128);
-  const std::vector<Vec2> offsets = square_offsets(2, map.median_texel_size_mm());
-  const TexelNeighborhood neighborhood(map, offsets);
-  std::vector<TexelId> expected(offsets.size()), found(offsets.size());
-  for (TexelId t = 0; t < map.num_texels(); ++t) {
-    if (!map.is_covered(t)) continue;
-    map.gather(t, offsets, expected);
-    neighborhood.gather(t, found);
-    ASSERT_EQ(found, expected) << t;
-  }
-  EXPECT_LT(neighborhood.num_stored(), map.num_covered() / 3);
-}
-
-TEST(TexelNeighborhood, EqualsGatherOnARealAtlas) {
-  PATINATE_REQUIRE_DATA(file, "meshes/marble_bust/marble_bust_01_1k.gltf");
-  Mesh mesh = read_mesh(file);
-  scale_mesh(mesh, 1000.0);
-  const TexelMap map(mesh, 256, 256);
-  const std::vector<Vec2> offsets = square_offsets(2, map.median_texel_size_mm());
-  const TexelNeighborhood neighborhood(map, offsets);
-  std::vector<TexelId> expected(offsets.size()), found(offsets.size());
-  std::int64_t num_missing = 0;
-  for (TexelId t = 0; t < map.num_texels(); ++t) {
-    if (!map.is_covered(t)) continue;
-    map.gather(t, offsets, expected);
-    neighborhood.gather(t, found);
-    ASSERT_EQ(found, expected) << t;
-    for (TexelId n : found) num_missing += n < 0;
-  }
-  // The bust is closed but for its base: nearly every neighbour exists.
-  EXPECT_LT(static_cast<double>(num_missing), 0.02 * static_cast<double>(map.num_covered() * static_cast<std::int64_t>(offsets.size())));
 }
 
 TEST(Dilate, FillsFromTheNearestCoveredTexel) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/random.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
@@ -174,7 +175,7 @@ TEST(TexelCost, EqualsTheFormula) {
   for (auto& v : source_control.values()) v = static_cast<std::uint16_t>(random.below(kControlSteps + 1));
   for (auto& v : target.values()) v = static_cast<std::uint16_t>(random.below(kControlSteps + 1));
   const SourceLevel source = make_source_level(space.levels[0], source_control, space.masks[0], space.variances[0], neighborhood);
-  const DestinationLevel destination = make_destination_level(task.map, target, neighborhood, 1.0);
+  const DestinationLevel destination = make_destination_level(task.map, target, neighborhood, {.frames = std::make_shared<const FlowFrames>(uv_frames(*task.map)), .pixel_mm = 1.0, .step_mm = 1.0});
   CoordinateMap coordinates(24 * 24);
   const auto random_pixel = [&] { return source.usable[random.below(static_cast<std::uint32_t>(source.usable.size()))]; };
   for (auto& s : coordinates) s = random.below(5) == 0 ? -1 : random_pixel();
@@ -214,7 +215,7 @@ TEST(TexelCost, StaysInRangeForASpikeInAControl) {
   ControlImage spike(32, 32, 1), target(24, 24, 1);
   spike.at(16, 16) = kControlSteps;
   const SourceLevel source = make_source_level(space.levels[0], spike, space.masks[0], space.variances[0], neighborhood);
-  const DestinationLevel destination = make_destination_level(task.map, target, neighborhood, 1.0);
+  const DestinationLevel destination = make_destination_level(task.map, target, neighborhood, {.frames = std::make_shared<const FlowFrames>(uv_frames(*task.map)), .pixel_mm = 1.0, .step_mm = 1.0});
   CoordinateMap coordinates(24 * 24, source.usable.front());
   TexelCost cost(source, destination, neighborhood);
   cost.prepare(0, coordinates, EnergyScale::make(source, 0.0, std::vector<double>{1.0}));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "tests/support/meshes.h"
@@ -36,7 +37,7 @@ struct SearchTask {
     auto map = std::make_shared<TexelMap>(mesh, resolution, resolution);
     ControlImage wanted(resolution, resolution, num_controls);
     for (std::int64_t i = 0; i < wanted.num_pixels() * num_controls; ++i) wanted.data()[i] = static_cast<std::uint16_t>(RandomStream(5, static_cast<std::uint64_t>(i)).below(kControlSteps + 1));
-    destination = make_destination_level(map, std::move(wanted), neighborhood, map->median_texel_size_mm());
+    destination = make_destination_level(map, std::move(wanted), neighborhood, {.frames = std::make_shared<const FlowFrames>(uv_frames(*map)), .pixel_mm = map->median_texel_size_mm(), .step_mm = map->median_texel_size_mm()});
   }
 };
 
@@ -97,11 +98,11 @@ TEST(Wavefronts, NeighboursAreVisitedInRowOrderAlsoAcrossSeams) {
     visited += fronts[f].size();
   }
   EXPECT_EQ(visited, task.destination.texels.size());
-  std::vector<TexelId> neighbors(task.neighborhood.offsets.size());
+  TexelNeighborhood::Cursor cursor(*task.destination.neighbors);
   std::int64_t wrong = 0;
   for (TexelId t : task.destination.texels) {
-    task.destination.neighbors->gather(t, neighbors);
-    for (TexelId n : neighbors) {
+    for (const PixelNeighbor& neighbor : cursor.at(t)) {
+      const TexelId n = neighbor.texel;
       if (n < 0 || n == t) continue;
       const std::int32_t a = front_of[static_cast<std::size_t>(t)], b = front_of[static_cast<std::size_t>(n)];
       wrong += (n < t) != (b < a) ? 1 : 0;

@@ -1,0 +1,98 @@
+#include "libcommon/atlas/texel_neighborhood.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "libcommon/atlas/direction_field.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "tests/support/meshes.h"
+#include "tests/support/test_data.h"
+
+namespace patinate {
+namespace {
+
+std::vector<Vec2> square_offsets(int radius, double step_mm) {
+  std::vector<Vec2> offsets;
+  for (int y = -radius; y <= radius; ++y) {
+    for (int x = -radius; x <= radius; ++x) {
+      if (x != 0 || y != 0) offsets.emplace_back(x * step_mm, y * step_mm);
+    }
+  }
+  return offsets;
+}
+
+const Vec3 kUp(0.0, 1.0, 0.0);
+
+std::shared_ptr<const FlowFrames> downward(const TexelMap& map) { return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, kUp)); }
+
+// Of neighbours that gather() finds, to the texel and 1/256 pixel.
+void expect_equal_to_gather(const TexelMap& map, const std::shared_ptr<const FlowFrames>& frames, double step_mm, std::int64_t& num_missing) {
+  const std::vector<Vec2> offsets = square_offsets(2, step_mm);
+  const TexelNeighborhood neighborhood(map, offsets, frames, step_mm);
+  TexelNeighborhood::Cursor cursor(neighborhood);
+  std::vector<TexelNeighbor> expected(offsets.size());
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    map.gather(t, *frames, offsets, expected);
+    const auto found = cursor.at(t);
+    for (std::size_t k = 0; k < offsets.size(); ++k) {
+      ASSERT_EQ(found[k].texel, expected[k].texel) << t << " " << k;
+      num_missing += found[k].texel < 0;
+      if (found[k].texel < 0) continue;
+      EXPECT_NEAR(found[k].x / 256.0, expected[k].offset_mm.x() / step_mm, 0.51 / 256.0);
+      EXPECT_NEAR(found[k].y / 256.0, expected[k].offset_mm.y() / step_mm, 0.51 / 256.0);
+    }
+  }
+}
+
+TEST(TexelNeighborhood, EqualsGatherForEveryTexelAndStoresOnlyBands) {
+  const TexelMap map(testing_support::cut_plane(64.0), 128, 128);
+  std::int64_t num_missing = 0;
+  expect_equal_to_gather(map, downward(map), map.median_texel_size_mm(), num_missing);
+  const TexelNeighborhood neighborhood(map, square_offsets(2, map.median_texel_size_mm()), downward(map), 1.0);
+  EXPECT_LT(neighborhood.num_stored(), map.num_covered() / 3);
+}
+
+TEST(TexelNeighborhood, EqualsGatherOnARealAtlas) {
+  PATINATE_REQUIRE_DATA(file, "meshes/marble_bust/marble_bust_01_1k.gltf");
+  Mesh mesh = read_mesh(file);
+  scale_mesh(mesh, 1000.0);
+  const TexelMap map(mesh, 256, 256);
+  std::int64_t num_missing = 0;
+  expect_equal_to_gather(map, downward(map), map.median_texel_size_mm(), num_missing);
+  // The bust is closed but for its base: nearly every neighbour exists.
+  EXPECT_LT(static_cast<double>(num_missing), 0.02 * static_cast<double>(map.num_covered() * 24));
+}
+
+// A plane in charts that are turned, mirrored and of other sizes: where neighbours lie in the plane is known. That the frames agree over every seam is what makes it exact.
+TEST(TexelNeighborhood, NeighboursLieWhereTheySayWhateverTheChartsDo) {
+  const TexelMap map(testing_support::patchwork_plane(64.0, 4), 256, 256);
+  const std::shared_ptr<const FlowFrames> frames = downward(map);
+  const double step_mm = 1.5 * map.median_texel_size_mm();
+  const std::vector<Vec2> offsets = square_offsets(3, step_mm);
+  std::vector<TexelNeighbor> found(offsets.size());
+  std::int64_t num_found = 0, num_far = 0, num_crossing = 0;
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    map.gather(t, *frames, offsets, found);
+    for (std::size_t k = 0; k < offsets.size(); ++k) {
+      const TexelNeighbor& n = found[k];
+      if (n.texel < 0) continue;
+      const Vec3 step = map.position_mm(n.texel) - map.position_mm(t);
+      ASSERT_LT((Vec2(step.x(), -step.y()) - n.offset_mm).norm(), 1e-3) << t << " " << k;  // Frames lean by up to 2e-4 to their UVs.
+      // Half a texel of the chart over there, in each direction.
+      const double texel_mm = map.mm_per_texel(map.triangle(n.texel)).col(0).norm();
+      num_far += (n.offset_mm - offsets[k]).norm() > 0.7072 * texel_mm ? 1 : 0;
+      num_crossing += map.chart(n.texel) != map.chart(t) ? 1 : 0;
+      ++num_found;
+    }
+  }
+  EXPECT_GT(num_crossing, num_found / 20);
+  // Only where the nearest texel's centre lies just outside the chart is the next one taken.
+  EXPECT_LT(static_cast<double>(num_far), 0.15 * static_cast<double>(num_crossing));
+}
+
+}  // namespace
+}  // namespace patinate

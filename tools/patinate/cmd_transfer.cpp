@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/controls/control_expression.h"
@@ -25,6 +27,17 @@ void require_history_place(const std::filesystem::path& path) {
   throw IoError(path.string(), "is no history; the order is patinate transfer HISTORY MESH");
 }
 
+/// Least and greatest value inside the charts.
+std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map) {
+  std::pair<float, float> range{std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    range.first = std::min(range.first, values.data()[t]);
+    range.second = std::max(range.second, values.data()[t]);
+  }
+  return range;
+}
+
 std::vector<TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
                                            const ControlKindOptions& kinds, CommandRun& run) {
   std::vector<TransferControl> controls;
@@ -36,22 +49,39 @@ std::vector<TransferControl> make_controls(const std::vector<std::string>& texts
     }
     ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source));
     for (const std::string& note : made.notes) run.note(note);
+    const auto [low, high] = covered_range(made.values, map);
+    if (!(low < high)) run.note("control `" + source + "`: `" + spec.destination + "` is the same all over the mesh, so that it decides nothing");
     controls.push_back({source, spec.destination, std::move(made.values), {made.low, made.high, made.unit}, spec.weight, spec.mapping});
   }
   return controls;
 }
 
-}  // namespace
+const std::string_view* find_flow(const std::string& flow) { return std::find(kDirectionKindNames.begin(), kDirectionKindNames.end(), flow); }
+
+/// A typo is said before work starts.
+void check_flow(const std::string& flow) {
+  if (find_flow(flow) != kDirectionKindNames.end() || std::filesystem::exists(flow)) return;
+  const std::vector<std::string> kinds(kDirectionKindNames.begin(), kDirectionKindNames.end());
+  throw UsageError("--flow: found `" + flow + "`; expected gravity, curvature, uv, or a file of curves" + did_you_mean(flow, kinds));
+}
 
 /// A kind, or a file of curves. @returns nothing for UVs.
 std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const TexelMap& map, const std::array<double, 3>& up, CommandRun& run) {
   const RunControl control = run.control("flow");
-  const auto* const kind = std::find(kDirectionKindNames.begin(), kDirectionKindNames.end(), flow);
-  if (kind == kDirectionKindNames.end()) return std::make_shared<const FlowFrames>(curve_frames(map, read_curves(flow), control));
+  const auto* const kind = find_flow(flow);
+  if (kind == kDirectionKindNames.end()) {
+    const std::vector<std::vector<Vec3>> curves = read_curves(flow);
+    if (std::none_of(curves.begin(), curves.end(), [](const auto& c) { return std::any_of(c.begin(), c.end(), [&](const Vec3& p) { return p != c.front(); }); })) {
+      throw IoError(flow, "no curve has two different points");
+    }
+    return std::make_shared<const FlowFrames>(curve_frames(map, curves, control));
+  }
   const auto chosen = static_cast<DirectionKind>(kind - kDirectionKindNames.begin());
   if (chosen == DirectionKind::Uv) return nullptr;
   return std::make_shared<const FlowFrames>(direction_frames(map, chosen, Vec3(up[0], up[1], up[2]), control));
 }
+
+}  // namespace
 
 int cmd_transfer(CommandRun& run) {
   std::filesystem::path history_path, output;
@@ -78,6 +108,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.example("transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
   if (!run.parse()) return 0;
   if (texel_size_mm && !(*texel_size_mm > 0.0)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number > 0");
+  check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.
     (void)ControlExpression(parse_control_spec(text).destination, control_kind_names());
   }

@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+"""`patinate transfer`: what lies how on a surface, and input that cannot be used. Usage: transfer_test.py PATINATE [unittest arguments]"""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_transfer_"))
+USAGE, INPUT = 2, 3
+
+
+def run(*arguments, cwd=SHARED):
+    return subprocess.run([PATINATE, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=120)
+
+
+def setUpModule():
+    for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "3", "-o", "capture"],
+                      ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "capture", "-o", "history"]):
+        result = run(*arguments)
+        if result.returncode != 0:
+            raise RuntimeError(f"{arguments}: {result.stderr}")
+
+
+def tearDownModule():
+    shutil.rmtree(SHARED)
+
+
+class Transfer(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="patinate_transfer_", dir=SHARED))
+
+    def transfer(self, *more, history="../history", mesh="../urn/mesh.obj"):
+        return run("transfer", history, mesh, "--resolution", "64", *more, "-o", "aged", cwd=self.folder)
+
+    def refused(self, code, about, *more, **places):
+        result = self.transfer(*more, **places)
+        lines = [line for line in result.stderr.splitlines() if line.startswith("patinate: error: ")]  # Notes may stand before.
+        self.assertEqual(result.returncode, code, result.stderr)
+        self.assertEqual(len(lines), 1, result.stderr)
+        self.assertIn(about, lines[0])
+        self.assertFalse((self.folder / "aged").exists())
+
+    def narrow_history(self, columns):
+        """The history's first columns, by its project."""
+        capture = self.folder / "capture"
+        shutil.copytree(SHARED / "capture", capture)
+        project = json.loads((capture / "capture.json").read_text())
+        project["roi"] = [0, 0, columns, 40]
+        (capture / "capture.json").write_text(json.dumps(project))
+        result = run("ingest", "capture", "-o", "small", cwd=self.folder)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return "small"
+
+    def test_every_flow_is_recorded_and_gives_other_coordinates(self):
+        (self.folder / "curve.csv").write_text("x,y,z\n0,0,50\n0,60,50\n")
+        seen = set()
+        for flow in ("gravity", "curvature", "uv", "curve.csv"):
+            result = self.transfer("--control", "facing", "--flow", flow, "--force")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(json.loads((self.folder / "aged/transfer.json").read_text())["flow"], flow)
+            seen.add((self.folder / "aged/coordinates.exr").read_bytes())
+        self.assertEqual(len(seen), 4)
+
+    def test_a_changed_curve_is_another_transfer(self):
+        curve = self.folder / "curve.csv"
+        curve.write_text("0,0,50\n0,60,50\n")
+        self.assertEqual(self.transfer("--control", "facing", "--flow", "curve.csv").returncode, 0)
+        self.assertIn("up to date", self.transfer("--control", "facing", "--flow", "curve.csv").stderr)
+        curve.write_text("0,60,50\n0,0,50\n")
+        self.assertNotIn("up to date", self.transfer("--control", "facing", "--flow", "curve.csv", "--force").stderr)
+
+    def test_a_flow_that_is_none(self):
+        self.refused(USAGE, "did you mean `gravity`?", "--control", "facing", "--flow", "gravty")
+        (self.folder / "point.csv").write_text("1,2,3\n")
+        self.refused(INPUT, "point.csv: no curve has two different points", "--control", "facing", "--flow", "point.csv")
+
+    def test_a_control_that_says_nothing_is_noted(self):
+        result = self.transfer("--control", "0.5")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("is the same all over the mesh, so that it decides nothing", result.stderr)
+
+    def test_a_source_smaller_than_the_neighbourhood(self):
+        self.refused(INPUT, "no pixel has its whole neighbourhood of 7 pixels inside the mask", "--control", "facing", history=self.narrow_history(6))
+
+    def test_a_mesh_whose_uvs_cover_nothing(self):
+        (self.folder / "dot.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 0\nvt 0 0\nvt 0.001 0\nvt 0 0.001\nf 1/1 2/2 3/3\n")
+        self.refused(INPUT, "cover no texel", "--control", "facing", mesh="dot.obj")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,6 +1,7 @@
 #include "libcommon/atlas/texel_neighborhood.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -46,6 +47,11 @@ std::vector<std::uint8_t> distance_to_border(const TexelMap& map) {
   return distance;
 }
 
+struct TexelStep {
+  int x, y;
+};
+constexpr std::array<TexelStep, TexelNeighborhood::kNumAdjacent> kAdjacent{{{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
+
 }  // namespace
 
 TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames, double pixel_mm, const RunControl& control)
@@ -54,7 +60,7 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
   std::vector<int> reach(map.mesh().triangles.size());  // Largest texel step of any offset, per triangle.
   for (std::size_t t = 0; t < reach.size(); ++t) {
     const Eigen::Matrix2d to_texels = map.texels_per_mm(static_cast<int>(t), (*frames_)[t]);
-    double largest = 0.0;
+    double largest = 1.0;
     for (const Vec2& offset : offsets_mm_) largest = std::max(largest, (to_texels * offset).cwiseAbs().maxCoeff());
     reach[t] = static_cast<int>(std::min(std::ceil(largest), 1e6));
   }
@@ -70,8 +76,12 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
   stored_.resize(band.size() * size());
   parallel_for(num_stored_, 4096, control, [&](std::int64_t begin, std::int64_t end) {
     std::vector<TexelNeighbor> found(size());
+    std::vector<Vec2> offsets = offsets_mm_;
+    offsets.resize(size());
     for (auto row = static_cast<std::size_t>(begin); row < static_cast<std::size_t>(end); ++row) {
-      map_.gather(band[row], *frames_, offsets_mm_, found);
+      const Eigen::Matrix2d to_mm = pixels_per_texel(map_.triangle(band[row])) * pixel_mm_;
+      for (std::size_t k = 0; k < kNumAdjacent; ++k) offsets[first_adjacent() + k] = to_mm * Vec2(kAdjacent[k].x, kAdjacent[k].y);
+      map_.gather(band[row], *frames_, offsets, found);
       for (std::size_t k = 0; k < size(); ++k) {
         const PixelNeighbor n = in_pixels(found[k]);
         if (n.texel >= 0) stored_[row * size() + k] = {static_cast<std::uint32_t>(n.texel), n.x, n.y};
@@ -97,7 +107,7 @@ void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps)
   const FlowFrame& frame = (*frames_)[static_cast<std::size_t>(triangle)];
   const Eigen::Matrix2d to_texels = map_.texels_per_mm(triangle, frame), to_mm = frame.transpose() * map_.mm_per_texel(triangle);
   for (std::size_t k = 0; k < size(); ++k) {
-    const Vec2 step = to_texels * offsets_mm_[k];
+    const Vec2 step = k < first_adjacent() ? Vec2(to_texels * offsets_mm_[k]) : Vec2(kAdjacent[k - first_adjacent()].x, kAdjacent[k - first_adjacent()].y);
     const auto dx = static_cast<TexelId>(std::floor(step.x() + 0.5)), dy = static_cast<TexelId>(std::floor(step.y() + 0.5));
     steps[k] = in_pixels({0, to_mm * Vec2(static_cast<double>(dx), static_cast<double>(dy))});
     steps[k].texel = steps[k].texel < 0 ? kNoStep : dy * map_.width() + dx;

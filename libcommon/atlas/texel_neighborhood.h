@@ -24,7 +24,7 @@ struct PixelNeighbor {
 /// The nearest whole pixel of a length in units of 1/256.
 [[nodiscard]] constexpr int whole_pixels(std::int32_t fixed) { return (fixed + PixelNeighbor::kOne / 2) >> 8; }
 
-/// Neighbours of every texel at one fixed list of offsets: those of texels whose whole neighbourhood lies inside their chart are
+/// Neighbours of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those of texels whose whole neighbourhood lies inside their chart are
 /// computed, triangle by triangle, and only the bands along seams are stored.
 class TexelNeighborhood {
  public:
@@ -33,7 +33,10 @@ class TexelNeighborhood {
   /// @param pixel_mm  > 0. Of PixelNeighbor.
   TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames, double pixel_mm, const RunControl& control = {});
 
-  [[nodiscard]] std::size_t size() const { return offsets_mm_.size(); }
+  /// All: those at the offsets first, then from first_adjacent() on the eight beside (row by row; a step of one texel).
+  [[nodiscard]] std::size_t size() const { return offsets_mm_.size() + kNumAdjacent; }
+  [[nodiscard]] std::size_t first_adjacent() const { return offsets_mm_.size(); }
+  static constexpr std::size_t kNumAdjacent = 8;
   [[nodiscard]] std::int64_t num_stored() const { return num_stored_; }
   [[nodiscard]] double pixel_mm() const { return pixel_mm_; }
   /// Pixels of a texel step to the right and one down (columns) in a triangle.

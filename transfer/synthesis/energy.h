@@ -61,6 +61,8 @@ class TexelCost {
   [[nodiscard]] int num_known() const { return num_known_; }
   /// At offset k of the neighbourhood; texel -1 where the surface ends.
   [[nodiscard]] const PixelNeighbor& neighbor(std::size_t k) const { return neighbors_[k]; }
+  /// The eight texels beside this one.
+  [[nodiscard]] std::span<const PixelNeighbor> adjacent() const { return neighbors_.subspan(destination_.neighbors->first_adjacent()); }
 
  private:
   const SourceLevel& source_;

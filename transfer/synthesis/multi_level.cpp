@@ -65,8 +65,7 @@ class CandidateSearch {
   CandidateSearch(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
                   const SourceUse& use, const MultiLevelOptions& options)
       : source_(level.source), destination_(level.destination), similar_(similar), use_(use),
-        preferences_(options), num_random_(options.num_random), cost_(level.source, level.destination, neighborhood),
-        directions_(eight_directions(neighborhood)) {}
+        preferences_(options), num_random_(options.num_random), cost_(level.source, level.destination, neighborhood) {}
 
   Place best(TexelId t, const PlaceMap& places, const EnergyScale& scale, RandomStream random) {
     cost_.prepare(t, places.pixels, scale);
@@ -74,11 +73,10 @@ class CandidateSearch {
     best_ = current;
     best_cost_ = std::numeric_limits<std::int64_t>::max();
     num_tried_ = 0;
-    for (const std::vector<std::size_t>& direction : directions_) {
-      const PixelNeighbor* const n = first_other(direction, t);
-      if (n == nullptr) continue;
-      const FixedPoint from = fixed_point(source_, places.at(n->texel));
-      const Place candidate = place_at(source_, {from.x - n->x, from.y - n->y});
+    for (const PixelNeighbor& n : cost_.adjacent()) {
+      if (n.texel < 0 || n.texel == t) continue;
+      const FixedPoint from = fixed_point(source_, places.at(n.texel));
+      const Place candidate = place_at(source_, {from.x - n.x, from.y - n.y});
       if (candidate.pixel < 0 || !remember(candidate.pixel)) continue;
       consider(candidate, 0);
       try_similar(candidate.pixel);
@@ -95,29 +93,6 @@ class CandidateSearch {
   }
 
  private:
-  /// Offsets (d, 2 d, ...) for the eight d around a texel, as indices.
-  static std::vector<std::vector<std::size_t>> eight_directions(const Neighborhood& neighborhood) {
-    std::vector<std::vector<std::size_t>> directions;
-    for (const Offset& d : neighborhood.offsets) {
-      if (std::abs(d.x) > 1 || std::abs(d.y) > 1) continue;
-      std::vector<std::size_t>& list = directions.emplace_back();
-      for (int i = 1; i <= neighborhood.radius_px; ++i) {
-        for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
-          if (neighborhood.offsets[k].x == i * d.x && neighborhood.offsets[k].y == i * d.y) list.push_back(k);
-        }
-      }
-    }
-    return directions;
-  }
-  /// The nearest neighbour in a direction that is another texel: where texels are large, that is not the first offset.
-  [[nodiscard]] const PixelNeighbor* first_other(const std::vector<std::size_t>& direction, TexelId t) const {
-    for (std::size_t k : direction) {
-      const PixelNeighbor& n = cost_.neighbor(k);
-      if (n.texel < 0) return nullptr;
-      if (n.texel != t) return &n;
-    }
-    return nullptr;
-  }
   void consider(const Place& candidate, std::int64_t bonus) {
     const std::int64_t factor = Preferences::kOne + bonus + preferences_.penalty * use_.overuse(candidate.pixel);
     const std::int64_t cost = cost_.total(candidate.pixel, best_cost_ / factor + 1) * factor;
@@ -146,7 +121,6 @@ class CandidateSearch {
   Preferences preferences_;
   int num_random_;
   TexelCost cost_;
-  std::vector<std::vector<std::size_t>> directions_;
   std::array<std::int32_t, 9> tried_{};
   std::ptrdiff_t num_tried_ = 0;
   Place best_;

@@ -91,7 +91,7 @@ PointCloud merged_cloud(const std::vector<PointCloud>& scans, const JointRegistr
 }
 
 void write_files(const fs::path& folder, const RegistrationTask& task, const std::vector<std::string>& names, const std::vector<PointCloud>& scans,
-                 const JointRegistration& result, const std::string& key) {
+                 const JointRegistration& result, const fs::path& output, const std::string& key) {
   std::vector<ScanPose> poses;
   std::vector<RigidTransform> before, after;
   std::vector<PointCloud> placed;
@@ -114,7 +114,10 @@ void write_files(const fs::path& folder, const RegistrationTask& task, const std
     fs::create_directories(file.parent_path());
     write_point_cloud(file, moved(scans[k], result.scans[k].reference_from_scan));
   }
-  save_json(folder / "registration.json", registration_json(result, names, task.reference, task.unit, task.options.method, key));
+  Json json = registration_json(result, names, task.reference, task.unit, task.options.method, key);
+  const fs::path at = fs::weakly_canonical(fs::absolute(output));
+  for (std::size_t k = 0; k < scans.size(); ++k) json["scans"][k]["path"] = fs::canonical(task.files[k]).lexically_relative(at).generic_string();
+  save_json(folder / "registration.json", json);
 }
 
 }  // namespace
@@ -155,11 +158,11 @@ JobPlan plan_registration(RegistrationTask task, const fs::path& output) {
   plan.key = inputs.key();
   plan.depends_on = inputs.list();
   plan.parallel_items = false;
-  plan.join = [shared, names, key = plan.key](const fs::path& folder, const RunControl& control) {
+  plan.join = [shared, names, output, key = plan.key](const fs::path& folder, const RunControl& control) {
     const std::vector<PointCloud> scans = read_scans(*shared);
     const JointRegistration result = register_jointly(scans, shared->initial, shared->reference, shared->options, control);
     if (!shared->accept_failed) check_all_placed(result, names);
-    write_files(folder, *shared, names, scans, result, key);
+    write_files(folder, *shared, names, scans, result, output, key);
   };
   return plan;
 }

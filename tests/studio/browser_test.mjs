@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { existsSync } from "node:fs";
-import { mkdtemp, rm, stat } from "node:fs/promises";
+import { mkdtemp, readFile, rm, stat, writeFile } from "node:fs/promises";
 import { request } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -32,6 +32,13 @@ before(async () => {
     (async () => {
       await make_wall(program, folder);
       await make("simulate", "wall/scene.json", "-o", "wet");
+      await make("synth", "mould", "-o", "mould", "--width", "100", "--height", "75");
+      await make("register", "mould/step00/scan.ply", "mould/step01/scan.ply", "--unit", "mm", "-o", "registered");
+      const capture = JSON.parse(await readFile(join(folder, "mould/capture.json"), "utf8"));
+      const { photos, ambient, scan } = capture.steps[0];
+      const { unit, response, camera, lights } = capture;
+      await writeFile(join(folder, "mould/step.json"), JSON.stringify({ format: "patinate.unlight", version: 1, unit, response, camera, lights, photos, ambient, scan }));
+      await make("unlight", "mould/step.json", "-o", "unlit");
     })(),
   ]);
   server = await serve(program, folder);
@@ -127,9 +134,7 @@ test("a click on a transfer shows its curve and the photograph it comes from; ke
   await until(page, () => document.querySelectorAll(".legend").length === 2);
 });
 
-test("a saved session opens without a server, at the time it was saved", async (t) => {
-  const answer = await fetch(`${server.base}/api/session`, { method: "POST", headers: { Authorization: `Bearer ${server.token}` }, body: "{}" });
-  if (answer.status === 404) return t.skip("this server saves no sessions");
+test("a saved session opens without a server, at the time it was saved", async () => {
   const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save as one HTML file" }).click()]);
   const file = join(folder, "session.html");
   await download.saveAs(file);
@@ -151,6 +156,72 @@ test("a capture shows its photographs", async () => {
   await page.locator(".pictures button").first().click();
   await until(page, () => document.querySelector(".light-box img")?.naturalWidth > 0);
   await page.keyboard.press("Escape");
+});
+
+test("registered scans lie in one frame, each in its colour, and can be hidden", async () => {
+  await open_place(page, server, "registered");
+  await until(page, () => Object.keys(window.patinate?.scans?.() ?? {}).length === 2 && window.patinate.viewer.is_at_rest);
+  assert.match(await page.locator(".scan-list label").nth(2).textContent(), /step01\/scan\.ply.*RMS 0\.\d+ mm, overlap \d+/);
+  const size = await in_page(() => { const box = window.patinate.viewer.bounds(); return box.max.x - box.min.x; });
+  assert.ok(size > 50 && size < 300, `${size} mm wide`);
+  await page.locator("input[data-scan='step01/scan.ply']").uncheck();
+  assert.deepEqual(await in_page(() => window.patinate.scans()), { "step00/scan.ply": true, "step01/scan.ply": false });
+  await until(page, () => document.querySelector(".pictures img")?.naturalWidth > 0);
+});
+
+test("an unlit step shows its maps and what became of its photographs", async () => {
+  await open_place(page, server, "unlit");
+  await until(page, () => [...document.querySelectorAll(".pictures img")].filter((image) => image.naturalWidth > 0).length >= 5);
+  assert.match(await page.locator("figcaption").last().textContent(), /light 5: residual .* %, left out .* % off/);
+});
+
+test("fingers turn, pinch, slide and paint", async () => {
+  const touching = await browser.newContext({ viewport: { width: 640, height: 860 }, hasTouch: true });
+  const tablet = await new_page(touching);
+  await tablet.goto(server.address);
+  const client = await touching.newCDPSession(tablet);
+  const touch = (type, ...points) => client.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  /// Fingers go from their first points to their last ones.
+  const drag = async (...fingers) => {
+    const kSteps = 6;
+    await touch("touchStart", ...fingers.map(([from]) => from));
+    for (let i = 1; i <= kSteps; ++i) await touch("touchMove", ...fingers.map(([from, to]) => from.map((c, k) => c + ((to[k] - c) * i) / kSteps)));
+    await touch("touchEnd");
+  };
+  const eye = () => tablet.evaluate(() => { const { camera, controls } = window.patinate.viewer; return { at: camera.position.clone().sub(controls.target).normalize().toArray(), far: camera.position.distanceTo(controls.target) }; });
+  await open_place(tablet, server, "aged");
+  await history_is_ready(tablet);
+  const start = await eye();
+  await drag([[400, 300], [550, 300]]);
+  const turned = await eye();
+  assert.ok(Math.hypot(...turned.at.map((c, i) => c - start.at[i])) > 0.2, "one finger turns");
+  assert.ok(Math.abs(turned.far / start.far - 1) < 1e-6);
+  await drag([[380, 300], [250, 300]], [[440, 300], [570, 300]]);
+  assert.ok((await eye()).far < 0.7 * turned.far, "two fingers come closer");
+  const track = await tablet.locator(".time input").first().boundingBox();
+  const y = track.y + track.height / 2, before = await tablet.evaluate(() => window.patinate.texture_hash());
+  await drag([[track.x + 9, y], [track.x + 0.8 * track.width, y]]);
+  await tablet.evaluate(() => window.patinate.settled());
+  assert.ok(Number(await tablet.locator(".time input").first().inputValue()) > 1, "the slider follows");
+  assert.notEqual(await tablet.evaluate(() => window.patinate.texture_hash()), before);
+  await open_place(tablet, server, "wall/scene.json");
+  await scene_is_ready(tablet);
+  const clean = await same_planes(tablet);
+  await tablet.getByRole("button", { name: "Paint" }).tap();
+  await tablet.locator("select", { hasText: "spout" }).selectOption("brush");
+  const stage = await tablet.locator(".stage").boundingBox();
+  const middle = [stage.x + stage.width / 2, stage.y + stage.height / 2];
+  await drag([middle, [middle[0] + 60, middle[1]]]);
+  await until(tablet, () => window.patinate.status().can_undo && !window.patinate.status().running);
+  assert.notEqual(await same_planes(tablet), clean);
+  const painting = await eye();
+  await drag([[middle[0] - 40, middle[1]], [middle[0] - 120, middle[1]]], [[middle[0] + 40, middle[1]], [middle[0] + 120, middle[1]]]);
+  assert.ok((await eye()).far < 0.9 * painting.far, "two fingers still move the camera");
+  await tablet.evaluate(() => window.patinate.send("undo"));
+  assert.equal(await same_planes(tablet), clean);
+  await until(tablet, () => window.patinate.status().can_undo === false);
+  assert.deepEqual(tablet.problems, []);
+  await touching.close();
 });
 
 test("a running scene arrives to the bit", async () => {

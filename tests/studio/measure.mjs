@@ -87,6 +87,25 @@ async function stroke_latency(page) {
   return { median_ms: sorted[Math.floor(sorted.length / 2)], worst_ms: sorted.at(-1), num: sorted.length };
 }
 
+/// Stroke after stroke over the wall while it goes on running. @returns how many.
+async function paint(page, seconds) {
+  await page.keyboard.press("p");
+  let count = 0;
+  for (const end = Date.now() + 1000 * seconds; Date.now() < end; ++count) {
+    const x = 230 + (37 * count) % 120, y = 180 + (53 * count) % 140;
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    for (let i = 1; i <= 10; ++i) {
+      await page.mouse.move(x + 8 * i, y + 20 * Math.sin(i));
+      await sleep(40);
+    }
+    await page.mouse.up();
+    await sleep(600);
+  }
+  await page.keyboard.press("p");
+  return count;
+}
+
 const heap_mb = async (client) => {
   await client.send("HeapProfiler.collectGarbage");
   const { metrics } = await client.send("Performance.getMetrics");
@@ -117,9 +136,11 @@ try {
     if (resolution === 1024 && memory_s > 0) {
       const client = await context.newCDPSession(page);
       await client.send("Performance.enable");
-      for (let s = 0; s <= memory_s; s += Math.max(10, memory_s / 6)) {
-        say({ what: "memory", seconds: s, browser_heap_mb: await heap_mb(client), server_mb: await server_mb(server.pid) });
-        await sleep(1000 * Math.max(10, memory_s / 6));
+      const step_s = Math.max(10, memory_s / 6);
+      for (let s = 0, num_strokes = 0; s <= memory_s; s += step_s) {
+        const { iteration } = await page.evaluate(() => window.patinate.status());
+        say({ what: "memory", seconds: s, strokes: num_strokes, iteration, browser_heap_mb: await heap_mb(client), server_mb: await server_mb(server.pid) });
+        num_strokes += s + step_s <= memory_s ? await paint(page, step_s) : 0;
       }
     }
     await browser.close();

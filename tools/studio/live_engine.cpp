@@ -214,7 +214,7 @@ bool LiveEngine::advance(const std::stop_token& stop) {
 std::string LiveEngine::mesh_glb() const {
   const Scene& scene = simulation_.scene();
   std::vector<MeshPart> parts;
-  for (const SceneObject& object : scene.objects) parts.push_back({object.name, {}});
+  for (const SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
   const SurfaceAtlas& surface = simulation_.atlas().surface();
   for (int t = 0; t < surface.num_triangles(); ++t) parts[static_cast<std::size_t>(surface.object(t))].triangles.push_back(t);
   return patinate::mesh_glb(simulation_.mesh(), parts, 0.001);

@@ -80,6 +80,14 @@ Vertices vertices_of(const Mesh& mesh, const std::vector<int>& triangles, double
   return out;
 }
 
+std::vector<float> floats_of(const std::vector<Vec3>& points, double scale) {
+  std::vector<float> floats;
+  for (const Vec3& p : points) {
+    for (const double x : p) floats.push_back(static_cast<float>(scale * x));
+  }
+  return floats;
+}
+
 void set_bounds(Json& accessor, const std::vector<float>& positions) {
   std::array<float, 3> low{positions[0], positions[1], positions[2]}, high = low;
   for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -101,6 +109,13 @@ void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double metres_pe
     const int indices = glb.add(v.indices, 1, "SCALAR", kUint32, kElementBuffer);
     glb.json()["meshes"].push_back({{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}}})}});
     node["mesh"] = glb.json()["meshes"].size() - 1;
+  } else if (!part.points.empty()) {
+    constexpr int kPoints = 0;
+    const std::vector<float> positions = floats_of(part.points, metres_per_unit);
+    const Json attributes{{"POSITION", glb.add(positions, 3, "VEC3", kFloat, kArrayBuffer)}};
+    set_bounds(glb.json()["accessors"].back(), positions);
+    glb.json()["meshes"].push_back({{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"mode", kPoints}}})}});
+    node["mesh"] = glb.json()["meshes"].size() - 1;
   }
   glb.json()["nodes"].push_back(std::move(node));
 }
@@ -121,7 +136,7 @@ std::string mesh_glb(const Mesh& mesh, const std::vector<MeshPart>& parts, doubl
 }
 
 std::string mesh_glb(const Mesh& mesh, const std::string& name, double metres_per_unit) {
-  MeshPart part{.name = name, .triangles = std::vector<int>(mesh.triangles.size())};
+  MeshPart part{.name = name, .triangles = std::vector<int>(mesh.triangles.size()), .points = {}};
   std::iota(part.triangles.begin(), part.triangles.end(), 0);
   return mesh_glb(mesh, {part}, metres_per_unit);
 }
@@ -129,7 +144,7 @@ std::string mesh_glb(const Mesh& mesh, const std::string& name, double metres_pe
 std::string scene_glb(const Scene& scene) {
   const SceneMesh all = make_scene_mesh(scene);
   std::vector<MeshPart> parts;
-  for (const SceneObject& object : scene.objects) parts.push_back({object.name, {}});
+  for (const SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
   for (std::size_t t = 0; t < all.object.size(); ++t) parts[all.object[t]].triangles.push_back(static_cast<int>(t));
   return mesh_glb(all.mesh, parts, 0.001);
 }

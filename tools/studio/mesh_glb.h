@@ -14,6 +14,7 @@ namespace patinate {
 struct MeshPart {
   std::string name;
   std::vector<int> triangles;  ///< Of the mesh.
+  std::vector<Vec3> points;    ///< Without a surface, in the mesh's unit; where there are no triangles.
 };
 
 /// @param mesh   With normals; UVs (v up) are flipped as glTF asks, and left out when there are none.

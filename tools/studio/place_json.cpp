@@ -1,9 +1,11 @@
 // GET /api/place: what a place is.
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "simulation/simulation_job.h"
+#include "tools/studio/registered_scans.h"
 #include "tools/studio/routes.h"
 
 namespace patinate {
@@ -91,6 +93,31 @@ void add_simulation(const fs::path& path, Json& json, FactList& facts) {
   if (!fs::is_regular_file(m.scene, error)) json["live_problem"] = "its scene file " + m.scene.string() + " is not there any more, so it cannot be run again";
 }
 
+void add_registration(const ServedFolder& folder, const fs::path& path, Json& json, FactList& facts) {
+  const Registration registration = read_registration(path, folder);
+  const auto is_shown = [](const PlacedScan& scan) { return scan.file.has_value(); };
+  json["mesh"] = std::any_of(registration.scans.begin(), registration.scans.end(), is_shown);
+  json["scans"] = scans_json(registration);
+  json["steps"] = steps_json(path, PlaceKind::Registration);
+  facts.add("Scans", std::to_string(registration.scans.size()) + ", " + std::to_string(std::count_if(registration.scans.begin(), registration.scans.end(), is_shown)) + " shown");
+  facts.add("Reference", registration.reference);
+  facts.add("Unit", registration.unit.empty() ? "not said" : registration.unit);
+}
+
+std::string percent_text(const Json& json, const char* key) {
+  return json.contains(key) && json.at(key).is_number() ? short_number_text(rounded(100.0 * json.at(key).get<double>(), 3)) + " %" : "";
+}
+
+void add_unlit(const fs::path& path, FactList& facts) {
+  const Json json = load_json(path / "unlight.json");
+  facts.add("Size", size_text(json.value("width", 0), json.value("height", 0)));
+  if (const double surface = json.value("surface_pixels", 0.0); surface > 0.0) {
+    facts.add("Known", short_number_text(rounded(100.0 * json.value("determined_pixels", 0.0) / surface, 3)) + " % of the surface");
+  }
+  facts.add("Residual", percent_text(json, "residual"));
+  facts.add("Lamps", json.contains("lights") ? std::to_string(json.at("lights").size()) : "");
+}
+
 }  // namespace
 
 Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path& path, PlaceKind kind) {
@@ -108,9 +135,9 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       if (kind == PlaceKind::History) json["steps"] = steps_json(path, kind);
       break;
     }
-    case PlaceKind::Ingest:
-    case PlaceKind::Registration:
-    case PlaceKind::Unlit: json["steps"] = steps_json(path, kind); break;
+    case PlaceKind::Registration: add_registration(folder, path, json, facts); break;
+    case PlaceKind::Unlit: add_unlit(path, facts); [[fallthrough]];
+    case PlaceKind::Ingest: json["steps"] = steps_json(path, kind); break;
     case PlaceKind::Mesh: {
       const Mesh mesh = read_mesh(path);
       json["mesh"] = true;

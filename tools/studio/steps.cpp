@@ -1,5 +1,6 @@
 // What a capture went through, step by step, with its pictures.
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "capture/ingest/capture_project.h"
@@ -110,25 +111,43 @@ Json history_steps(const fs::path& folder, StepPictures& pictures) {
   return steps;
 }
 
-Json registration_steps(const fs::path& folder) {
-  Json steps = Json::array();
-  for (const Json& scan : load_json(folder / "registration.json").at("scans")) {
-    std::string text = scan.value("status", "");
-    if (scan.contains("residual") && scan.at("residual").is_number()) text += "; residual " + short_number_text(rounded(scan.at("residual").get<double>(), 3));
-    steps.push_back(step(scan.value("file", ""), text, Json::array()));
+Json registration_steps(StepPictures& pictures) {
+  pictures.add("registration.png", "before and after, each scan in its colour, from aside and cut through");
+  return Json::array({step("Before and after", "All scans, where they were and where they are", pictures.take())});
+}
+
+/// What the others foretell of a photograph, and by how much it is off.
+std::string light_text(const Json& lights, std::size_t i) {
+  if (!lights.is_array() || i >= lights.size()) return {};
+  const Json& light = lights[i];
+  const auto percent = [](double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; };
+  std::string text;
+  if (light.contains("residual") && light.at("residual").is_number()) text += ": residual " + percent(light.at("residual").get<double>());
+  if (light.contains("left_out") && light.at("left_out").is_object() && light.at("left_out").contains("median") && light.at("left_out").at("median").is_number()) {
+    text += ", left out " + percent(light.at("left_out").at("median").get<double>()) + " off";
   }
-  return steps;
+  return text;
 }
 
 Json unlit_steps(const fs::path& folder, StepPictures& pictures) {
   Json steps = Json::array();
-  for (const char* name : {"albedo", "normal", "specular", "stddev", "mask"}) pictures.add(std::string(name) + ".png", name);
+  constexpr std::array<std::array<const char*, 2>, 5> kMaps{{{"albedo", "albedo"},
+                                                             {"normal", "normal, in scanner coordinates"},
+                                                             {"specular", "strength of the highlight"},
+                                                             {"stddev", "standard deviation of the albedo"},
+                                                             {"mask", "where it is known"}}};
+  for (const auto& [name, caption] : kMaps) pictures.add(std::string(name) + ".png", caption);
   steps.push_back(step("Maps", "What the photographs under known lamps gave", pictures.take()));
+  const Json json = load_json(folder / "unlight.json");
+  const Json lights = json.contains("lights") ? json.at("lights") : Json::array();
   std::error_code error;
   if (fs::is_directory(folder / "samples", error)) {
     std::size_t number = 0;
-    for (const fs::path& file : list_files(folder / "samples", "*.png")) pictures.add(file, "light " + std::to_string(++number));
-    steps.push_back(step("Photographs", "What became of every photograph's pixels", pictures.take()));
+    for (const fs::path& file : list_files(folder / "samples", "*.png")) {
+      pictures.add(file, "light " + std::to_string(number + 1) + light_text(lights, number));
+      ++number;
+    }
+    steps.push_back(step("Photographs", "What became of every photograph's pixels. Gray: clean. Black: the surface faces away. Blue: in a cast shadow. Cyan: darker than the other lamps allow. Red: brighter. Magenta: saturated or out of view", pictures.take()));
   }
   return steps;
 }
@@ -143,7 +162,7 @@ Json steps_json(const fs::path& path, PlaceKind kind) {
       return is_relit_capture(file) ? relit_capture_steps(read_relit_project(file), pictures) : fixed_capture_steps(read_capture_project(file), pictures);
     }
     case PlaceKind::History: return history_steps(path, pictures);
-    case PlaceKind::Registration: return registration_steps(path);
+    case PlaceKind::Registration: return registration_steps(pictures);
     case PlaceKind::Unlit: return unlit_steps(path, pictures);
     default: return Json::array();
   }

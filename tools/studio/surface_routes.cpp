@@ -10,6 +10,7 @@
 #include "simulation/scene/scene_io.h"
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/picture_bytes.h"
+#include "tools/studio/registered_scans.h"
 #include "tools/studio/routes.h"
 
 namespace patinate {
@@ -107,6 +108,8 @@ HttpResponse answer_mesh(const Asked& asked) {
     glb = mesh_glb(with_normals(read_mesh(path)), path.stem().string(), is_gltf ? 1.0 : 0.001);
   } else if (kind == PlaceKind::Scene) {
     glb = scene_glb(read_scene(path, asked.control).scene);
+  } else if (kind == PlaceKind::Registration) {
+    glb = registered_scans_glb(read_registration(path, asked.folder), asked.control);
   } else {
     const std::shared_ptr<const SurfaceInTime> surface = asked.opened.open(path, kind);
     glb = mesh_glb(surface->mesh(), path.stem().string(), surface->metres_per_unit());

@@ -55,6 +55,20 @@ export interface StepPicture {
 export interface StepsPlace extends PlaceBase {
   steps: { name: string; text: string; pictures: StepPicture[] }[];
   mesh?: boolean;
+  /// Of a registration.
+  scans?: ScanInfo[];
+}
+
+/// One scan of a registration.
+export interface ScanInfo {
+  name: string;
+  status: string;
+  residual: number;
+  overlap: number;
+  partner: string | null;
+  is_reference: boolean;
+  is_shown: boolean;
+  text: string;
 }
 
 export interface Curve {

@@ -13,7 +13,7 @@ export async function read_glb(bytes: ArrayBuffer): Promise<THREE.Group> {
   const group = new THREE.Group();
   group.add(...gltf.scene.children);
   group.traverse((o) => {
-    if (o instanceof THREE.Mesh) (o.geometry as THREE.BufferGeometry).scale(kMmPerMetre, kMmPerMetre, kMmPerMetre);
+    if (o instanceof THREE.Mesh || o instanceof THREE.Points) (o.geometry as THREE.BufferGeometry).scale(kMmPerMetre, kMmPerMetre, kMmPerMetre);
     if (o !== group) o.position.multiplyScalar(kMmPerMetre);
   });
   return group;

@@ -7,6 +7,7 @@ import { emitter_event, extent, rounded, size_of, type SceneContext } from "./co
 
 const kMove_ms = 25;
 const kWheelFactor = 1.0015;
+const kPinch_ms = 250;
 
 export class Brush {
   /// Name of the emitter that paints.
@@ -16,6 +17,7 @@ export class Brush {
   last_sent = 0;
   private is_on = false;
   private is_down = false;
+  private began = 0;
   private was_running = true;
   private pointer: { x: number; y: number } | undefined;
   private readonly ring: THREE.LineSegments;
@@ -34,7 +36,8 @@ export class Brush {
     const { signal } = this.listeners;
     // Before the camera's own listeners, so that the left button and one finger paint.
     stage.addEventListener("pointerdown", (e) => { if (e.target === canvas) this.down(e); }, { capture: true, signal });
-    canvas.addEventListener("pointermove", (e) => this.hover(e), { signal });
+    stage.addEventListener("pointerdown", (e) => { if (!e.isPrimary) this.second_finger(); }, { capture: true, signal });
+    canvas.addEventListener("pointermove", (e) => { if (e.isPrimary) this.hover(e); }, { signal });
     for (const name of ["pointerup", "pointercancel"] as const) canvas.addEventListener(name, () => this.up(), { signal });
     canvas.addEventListener("pointerleave", () => { if (!this.is_down) this.show_ring(undefined); }, { signal });
     stage.addEventListener("wheel", (e) => this.wheel(e), { capture: true, passive: false, signal });
@@ -85,6 +88,7 @@ export class Brush {
       this.context.event(emitter_event(brush));
     }
     this.is_down = true;
+    this.began = performance.now();
     this.was_running = this.context.is_running;
     this.tell("begin", at);
     if (!this.was_running) void this.context.send("run");
@@ -112,6 +116,13 @@ export class Brush {
     this.is_down = false;
     void this.context.send("stroke", { emitter: this.current()?.name, phase: "end" });
     if (!this.was_running) void this.context.send("pause");
+  }
+
+  // Two fingers move the camera: the stroke of the first ends, and was none if it has only just begun.
+  private second_finger(): void {
+    if (!this.is_down) return;
+    this.up();
+    if (performance.now() - this.began < kPinch_ms) void this.context.send("undo");
   }
 
   private tell(phase: "begin" | "move", position: Vec3): void {

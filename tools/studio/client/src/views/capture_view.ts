@@ -1,12 +1,9 @@
 // What was done on the way from photographs and scans to data: step by step, each with its pictures.
-import * as THREE from "three";
-import { get_mesh, preview_url } from "../api";
-import { dress, read_glb } from "../scene/mesh_loader";
-import { Viewer } from "../scene/viewer";
-import type { StepPicture, StepsPlace } from "../types";
+import { preview_url } from "../api";
+import type { ScanInfo, StepPicture, StepsPlace } from "../types";
 import { icon_button } from "../ui/controls";
 import { h, replace } from "../ui/dom";
-import { show_error } from "../ui/notices";
+import { ScansStage } from "./scans_stage";
 import type { View } from "./view";
 import { facts_table } from "./workspace";
 
@@ -25,7 +22,7 @@ const kTileWidth = 420, kLargeWidth = 1800;
 export class CaptureView implements View {
   readonly element: HTMLElement;
   private readonly large = h("dialog", { class: "light-box", "aria-label": "Picture" });
-  private viewer: Viewer | undefined;
+  private readonly scans: ScansStage | undefined;
   private pictures: StepPicture[] = [];
   private at = 0;
 
@@ -34,8 +31,9 @@ export class CaptureView implements View {
     this.pictures = steps.flatMap((s) => s.pictures);
     const list = h("ol", {}, steps.map((s, i) => h("li", {}, h("a", { href: `#step-${i}`, onclick: (e: Event) => { e.preventDefault(); this.element.querySelector(`#step-${i}`)?.scrollIntoView({ behavior: "smooth" }); } }, s.name,
       h("small", {}, s.pictures.length === 1 ? "1 picture" : `${s.pictures.length} pictures`)))));
-    const stage = h("div", { class: "mesh-stage", hidden: true });
-    const body = h("div", { class: "steps" }, stage,
+    window.patinate = { view: "capture" };
+    this.scans = place.mesh && place.scans ? new ScansStage(place.place, place.scans) : undefined;
+    const body = h("div", { class: "steps" }, this.scans?.element, !this.scans && place.scans && this.scan_table(place.scans),
       steps.length === 0 && h("p", { class: "empty" }, "Nothing was kept of its steps."),
       this.groups().map((group) => h("section", {}, group.map(({ step, number }, i) => [
         i === 0 && h("h2", { id: `step-${number}` }, h("span", { class: "number" }, number + 1), group.length > 1 ? `${step.name} to ${group[group.length - 1]!.step.name}` : step.name),
@@ -48,12 +46,21 @@ export class CaptureView implements View {
       if (e.key === "ArrowRight") this.show(this.at + 1);
       else if (e.key === "ArrowLeft") this.show(this.at - 1);
     });
-    if (place.mesh) this.show_mesh(stage);
-    window.patinate = { view: "capture" };
   }
 
   dispose(): void {
-    this.viewer?.dispose();
+    this.scans?.dispose();
+  }
+
+  on_key(event: KeyboardEvent): boolean {
+    if (event.key !== "f" || !this.scans) return false;
+    this.scans.fit();
+    return true;
+  }
+
+  // Of scans that are all elsewhere.
+  private scan_table(scans: ScanInfo[]): HTMLElement {
+    return h("section", {}, h("h2", {}, "Scans"), facts_table(scans.map((s) => [s.name, s.text])));
   }
 
   // Steps of one photograph and no words, one after the other, are one sheet.
@@ -83,17 +90,5 @@ export class CaptureView implements View {
       icon_button("step", "Next picture", () => this.show(number + 1), "→"), icon_button("close", "Close", () => this.large.close(), "Esc")),
       h("img", { src: preview_url(this.place.place, picture.path, kLargeWidth), alt: picture.caption }));
     if (!this.large.open) this.large.showModal();
-  }
-
-  private show_mesh(stage: HTMLElement): void {
-    stage.hidden = false;
-    this.viewer = new Viewer(stage, false);
-    this.viewer.canvas.setAttribute("aria-label", "The registered scans; drag to turn");
-    const viewer = this.viewer;
-    get_mesh(this.place.place).then(read_glb).then((group) => {
-      dress(group, new THREE.MeshStandardMaterial({ color: 0xb9b4aa, roughness: 0.8, side: THREE.DoubleSide }));
-      viewer.content.add(group);
-      viewer.fit();
-    }).catch(show_error);
   }
 }

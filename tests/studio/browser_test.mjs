@@ -34,6 +34,7 @@ before(async () => {
       await make("simulate", "wall/scene.json", "-o", "wet");
       await make("synth", "mould", "-o", "mould", "--width", "100", "--height", "75");
       await make("register", "mould/step00/scan.ply", "mould/step01/scan.ply", "--unit", "mm", "-o", "registered");
+      await make("ingest", "mould/capture.json", "-o", "copper");
       const capture = JSON.parse(await readFile(join(folder, "mould/capture.json"), "utf8"));
       const { photos, ambient, scan } = capture.steps[0];
       const { unit, response, camera, lights } = capture;
@@ -150,6 +151,24 @@ test("a saved session opens without a server, at the time it was saved", async (
   await alone.context().close();
 });
 
+test("a lamp shows the relief of a flat history, from where it is put", async () => {
+  await open_place(page, server, "copper");
+  await history_is_ready(page);
+  const look = async () => {
+    await until(page, () => window.patinate.viewer.is_at_rest);
+    return (await page.locator(".stage canvas").first().screenshot()).toString("base64");
+  };
+  const flat = await look();
+  await in_page(() => window.patinate.light_relief(true));
+  const from_left = await look();
+  assert.notEqual(from_left, flat);
+  await page.locator("summary", { hasText: /^Light$/ }).click();
+  await slide("Lamp from", -45);
+  assert.notEqual(await look(), from_left);
+  await in_page(() => window.patinate.light_relief(false));
+  assert.equal(await look(), flat);
+});
+
 test("a capture shows its photographs", async () => {
   await open_place(page, server, "crackle");
   await until(page, () => document.querySelector(".pictures img")?.naturalWidth > 0);
@@ -160,7 +179,7 @@ test("a capture shows its photographs", async () => {
 
 test("registered scans lie in one frame, each in its colour, and can be hidden", async () => {
   await open_place(page, server, "registered");
-  await until(page, () => Object.keys(window.patinate?.scans?.() ?? {}).length === 2 && window.patinate.viewer.is_at_rest);
+  await until(page, () => Object.keys(window.patinate?.scans?.() ?? {}).length === 2);
   assert.match(await page.locator(".scan-list label").nth(2).textContent(), /step01\/scan\.ply.*RMS 0\.\d+ mm, overlap \d+/);
   const size = await in_page(() => { const box = window.patinate.viewer.bounds(); return box.max.x - box.min.x; });
   assert.ok(size > 50 && size < 300, `${size} mm wide`);

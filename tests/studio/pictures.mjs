@@ -62,6 +62,18 @@ await until(page, () => document.querySelector(".pictures img")?.naturalWidth > 
 await save("capture");
 
 await look("dark");
+await open_place(page, server, "registered");
+await until(page, () => Object.keys(window.patinate?.scans?.() ?? {}).length > 0 && document.querySelector(".pictures img")?.naturalWidth > 0);
+await save("registration");
+
+await open_place(page, server, "copper_mould");
+await history_is_ready(page);
+await set_time(0);
+await page.locator("summary", { hasText: /^Light$/ }).click();
+await page.evaluate(() => window.patinate.light_relief(true));
+await save("relief");
+
+await look("dark");
 await open_place(page, server, "urn/rain.json");
 await scene_is_ready(page);
 const run_until = async (iteration) => {

@@ -11,7 +11,7 @@ const client = resolve(process.argv[2] ?? "tools/studio/client");
 const { build } = createRequire(join(client, "package.json"))("esbuild");
 const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
 after(() => rm(folder, { recursive: true }));
-const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session"];
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief"];
 await build({ stdin: { contents: modules.map((m) => `export * from "./src/${m}";`).join("\n"), resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
 const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
 
@@ -115,4 +115,26 @@ test("a saved session answers with the nearest time, and with nothing what it do
   assert.equal(text("/api/map?place=p&name=control:a"), "map");
   assert.equal(text("/api/map?place=p&name=control:b"), undefined);
   assert.deepEqual(u.stored_times(session), [0, 10]);
+});
+
+test("normals of heights are those of a bowl, whatever the slope of the whole, and unknown places lie flat", () => {
+  const [size, texel, bend] = [9, 0.5, 0.3], [sx, sy] = [0.75, -0.4], middle = 4;  // Height: slopes (to the right, and up) and bend (x^2 + y^2) / 2, mm.
+  const values = new Float32Array(size * size);
+  const place = (i) => [texel * ((i % size) - middle), -texel * (Math.floor(i / size) - middle)];
+  for (let i = 0; i < size * size; ++i) {
+    const [x, y] = place(i);
+    values[i] = 20 + sx * x + sy * y + (bend / 2) * (x * x + y * y);
+  }
+  const unknown = middle * size + middle;
+  values[unknown] = 0;
+  const codes = u.normals_of_heights({ width: size, height: size, channels: 1, values }, texel);
+  for (let i = 0; i < size * size; ++i) {
+    const [column, row] = [i % size, Math.floor(i / size)], [x, y] = place(i);
+    const is_inside = column > 0 && row > 0 && column < size - 1 && row < size - 1, is_near = Math.abs(column - middle) + Math.abs(row - middle) === 1;
+    if (!is_inside || is_near) continue;  // Differences to one side only: off by half a texel.
+    const wanted = i === unknown ? [0, 0, 1] : [-bend * x, -bend * y, 1].map((c) => c / Math.hypot(bend * x, bend * y, 1));
+    for (let c = 0; c < 3; ++c) assert.ok(Math.abs(codes[4 * i + c] - 127.5 - 127.5 * wanted[c]) <= 1, `texel ${i}: ${codes.slice(4 * i, 4 * i + 3)}`);  // Codes are whole, heights floats.
+  }
+  const given = u.codes_of_normals({ width: 2, height: 1, channels: 3, values: new Float32Array([0, 0.6, 0.8, 0, 0, 0]) });
+  [127.5, 204, 229.5, 0, 127.5, 127.5, 255, 0].forEach((wanted, i) => assert.ok(Math.abs(given[i] - wanted) <= 0.51, `${given}`));
 });

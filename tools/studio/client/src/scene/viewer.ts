@@ -82,7 +82,8 @@ export class Viewer {
     this.lamp.shadow.mapSize.set(kShadowTexels, kShadowTexels);
     this.lamp.shadow.bias = -0.0005;
     this.lamp.shadow.normalBias = 0.02;
-    this.scene.add(this.content, this.floor, this.lamp, this.lamp.target);
+    this.scene.add(this.content, this.floor);
+    if (!is_flat) this.scene.add(this.lamp, this.lamp.target);
     this.environments = new Environments(this.renderer);
     this.canvas.addEventListener("pointerdown", (e) => { this.down = e.button === 0 && e.isPrimary ? { x: e.clientX, y: e.clientY } : undefined; });
     this.canvas.addEventListener("pointerup", (e) => this.release(e));

@@ -3,6 +3,7 @@ import * as THREE from "three";
 import { get_mesh, is_static, post, type Texture } from "../api";
 import { CurvePanel } from "../history/curve_panel";
 import { FrameLoader } from "../history/frame_loader";
+import { has_relief, ReliefPanel } from "../history/relief_panel";
 import { legend, OverlayPanel } from "../history/overlay_panel";
 import { Timebar } from "../history/timebar";
 import { Wipe } from "../history/wipe";
@@ -43,6 +44,7 @@ export class HistoryView implements View {
   private lit: THREE.MeshStandardMaterial;
   private flat: THREE.MeshBasicMaterial;
   private model: THREE.Object3D | undefined;
+  private relief: ReliefPanel | undefined;
   private is_disposed = false;
 
   constructor(private readonly place: HistoryPlace) {
@@ -51,6 +53,7 @@ export class HistoryView implements View {
     this.viewer = new Viewer(this.frame.stage, !has_mesh);
     this.viewer.canvas.setAttribute("aria-label", `${place.name}: ${has_mesh ? "the aged object; drag to turn" : "the picture; drag to shift, wheel to enlarge"}`);
     this.lit = lit_material(this.look, this.placeholder);
+    if (!has_mesh) this.lit.roughness = 1;  // No highlights over a picture's own.
     this.flat = flat_material(this.look, this.placeholder);
     const longest = Math.max(place.width, place.height);
     const query = { place: place.place, ...(longest > kMostSide ? { size: kMostSide } : {}) };
@@ -95,6 +98,7 @@ export class HistoryView implements View {
     this.loader_b.dispose();
     this.textures.a?.dispose();
     this.textures.b?.dispose();
+    this.relief?.dispose();
     this.lit.dispose();
     this.flat.dispose();
     this.viewer.dispose();
@@ -118,11 +122,12 @@ export class HistoryView implements View {
       if (this.model) dress(this.model, on ? this.flat : this.lit);
       this.viewer.invalidate();
     }, "Shows the texture as it is");
+    if (!is_static() && has_relief(place)) this.relief = new ReliefPanel(place, this.look, this.viewer, (is_lit) => { if (this.model) dress(this.model, is_lit ? this.lit : this.flat); });
     const save = button("Save as one HTML file", () => void this.save_session(), { icon: "download", hint: "A page that opens without a server, for a paper's supplement" });
     this.frame.panel.append(
       h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)),
       compare, section("Colour of a place", true, this.curve.element), section("Map over the surface", true, overlay.element),
-      has_mesh ? section("Light", false, light_controls(this.viewer), exact.element) : "",
+      has_mesh ? section("Light", false, light_controls(this.viewer), exact.element) : this.relief?.element ?? "",
       section("About", false, facts_table(place.facts ?? [])),
       is_static() ? "" : h("div", { class: "panel-foot" }, save));
   }
@@ -253,6 +258,7 @@ export class HistoryView implements View {
       settled: () => Promise.all([this.loader_a.settled(), this.loader_b.settled()]),
       texture_hash: () => (this.textures.a ? xxh64(this.textures.a.image.data as unknown as Uint8Array) : null),
       server_hash: () => this.shown.a?.hash ?? null,
+      light_relief: (is_on: boolean) => this.relief?.light(is_on),
       set_time: (time: number) => this.timebar.set_time(time),
     };
   }

@@ -337,6 +337,20 @@ test("rules and the flow change while the scene runs", async () => {
   await page.locator("summary", { hasText: "Rules of aging" }).click();
 });
 
+test("a finished simulation opens where it ended, says so, and changes its look at once", async () => {
+  await open_place(page, server, "wet", "live");
+  await scene_is_ready(page);
+  await until(page, () => [...document.querySelectorAll("[role=status], [role=alert], .notice")].some((e) => /This is where the simulation ended, after 60 iterations/.test(e.textContent)));
+  const end = await same_planes();
+  assert.equal(await iteration(), 60);
+  await in_page(() => window.patinate.send("looks", { looks: { water: { strength: 2.5 }, dirt: { variation: 0.9 } } }));
+  assert.notEqual(await same_planes(), end);
+  assert.equal(await iteration(), 60);
+  await run_for(3);
+  await open_place(page, server, "wall/scene.json");
+  await scene_is_ready(page);
+});
+
 test("two browsers see the same scene", async () => {
   const second = await new_page(context);
   await open_place(second, server, "wall/scene.json");

@@ -100,5 +100,12 @@ await page.locator("select", { hasText: "nothing" }).selectOption("water");
 await sleep(1500);
 await save("painting_tablet");
 
+await look("dark", 1280, 720);
+await open_place(page, server, "rained_urn", "live");
+await scene_is_ready(page);
+for (const title of ["Emitters and objects", "Paint on the surface", "How it flows", "Rules of aging"]) await page.locator("summary", { hasText: title }).click();
+await page.locator("summary", { hasText: "Formula and amounts" }).first().click();
+await save("finished");
+
 await browser.close();
 await server.close();

@@ -25,6 +25,7 @@ struct LiveEngine::Client {
   std::int64_t num_acknowledged = 0;
   std::int64_t shown_iteration = -1;    ///< Of the last update.
   bool wants_hash = false;
+  bool wants_status = false;            ///< There is a newer one than it has.
   Clock::time_point last_update{};
 };
 

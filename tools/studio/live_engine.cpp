@@ -159,35 +159,43 @@ void LiveEngine::send_scene() {
   send_all(changed.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
+/// To everyone who listens now; to the others once they do.
 void LiveEngine::send_status() {
+  make_status();
+  for (const auto& [id, client] : clients_) {
+    if (!client->wants_status || client->peer->num_waiting_bytes() >= kMostWaitingBytes) continue;
+    client->peer->send_text(status_);
+    client->wants_status = false;
+  }
+}
+
+void LiveEngine::make_status() {
   if (seconds_since(said_status_) < kStatusSeconds || !(has_news_ || is_running_)) return;
   if (const double span = seconds_since(counted_from_); span > 1.0) {
     iterations_per_s_ = static_cast<double>(std::exchange(counted_iterations_, 0)) / span;
     counted_from_ = Clock::now();
   }
   const TraceCounters& c = simulation_.counters();
-  const std::string text = Json{{"type", "status"},
-                                {"running", is_running_},
-                                {"iteration", iteration()},
-                                {"time", rounded(static_cast<double>(iteration()) * simulation_.scene().time_per_iteration, 12)},
-                                {"iterations_per_s", is_running_ ? iterations_per_s_ : 0.0},
-                                {"counters",
-                                 {{"emitted", c.emitted},
-                                  {"absorbed", c.absorbed},
-                                  {"left", c.left},
-                                  {"rested", c.rested},
-                                  {"alive", c.alive},
-                                  {"segments", c.segments},
-                                  {"contacts", c.contacts}}},
-                                {"ledger", ledger_json(simulation_.ledger(), simulation_.scene().materials)},
-                                {"clients", clients_.size()},
-                                {"can_undo", !strokes_.empty()},
-                                {"exporting", is_exporting_->load()},
-                                {"memory_mb", memory_mb()}}
-                               .dump();
-  for (const auto& [id, client] : clients_) {
-    if (client->peer->num_waiting_bytes() < kMostWaitingBytes) client->peer->send_text(text);
-  }
+  status_ = Json{{"type", "status"},
+                 {"running", is_running_},
+                 {"iteration", iteration()},
+                 {"time", rounded(static_cast<double>(iteration()) * simulation_.scene().time_per_iteration, 12)},
+                 {"iterations_per_s", is_running_ ? iterations_per_s_ : 0.0},
+                 {"counters",
+                  {{"emitted", c.emitted},
+                   {"absorbed", c.absorbed},
+                   {"left", c.left},
+                   {"rested", c.rested},
+                   {"alive", c.alive},
+                   {"segments", c.segments},
+                   {"contacts", c.contacts}}},
+                 {"ledger", ledger_json(simulation_.ledger(), simulation_.scene().materials)},
+                 {"clients", clients_.size()},
+                 {"can_undo", !strokes_.empty()},
+                 {"exporting", is_exporting_->load()},
+                 {"memory_mb", memory_mb()}}
+                .dump();
+  for (const auto& [id, client] : clients_) client->wants_status = true;
   said_status_ = Clock::now();
   has_news_ = false;
 }

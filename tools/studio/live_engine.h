@@ -74,6 +74,7 @@ class LiveEngine {
   void step(const std::stop_token& stop);
   void send_all(const std::string& text);
   void send_status();
+  void make_status();
   void send_scene();
   [[nodiscard]] Json scene_json() const;
   // live_commands.cpp
@@ -113,6 +114,7 @@ class LiveEngine {
   bool is_running_ = false;
   std::int64_t num_steps_left_ = 0;  ///< Of a `step`.
   bool has_news_ = true;     ///< Something changed since the last status.
+  std::string status_;       ///< The last one.
   Clock::time_point said_status_{};
   Clock::time_point counted_from_ = Clock::now();
   std::int64_t counted_iterations_ = 0;

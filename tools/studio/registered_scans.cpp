@@ -31,7 +31,8 @@ RigidTransform transform_of(JsonReader json) {
 }
 
 /// The scan's file where it may be shown: the one that was read, or the moved copy beside the poses.
-void find_file(const fs::path& place, const ServedFolder& folder, const std::optional<fs::path>& recorded, PlacedScan& scan) {
+void find_file(const fs::path& place, const ServedFolder& folder, const std::optional<fs::path>& recorded,
+               PlacedScan& scan) {
   std::error_code error;
   if (recorded) {
     const fs::path path = fs::canonical(*recorded, error);
@@ -39,12 +40,14 @@ void find_file(const fs::path& place, const ServedFolder& folder, const std::opt
     if (!name.empty()) scan.file = folder.find(name);
   }
   if (scan.file) return;
-  if (const fs::path moved = (place / "scans" / scan.name).replace_extension(".ply"); fs::is_regular_file(moved, error)) {
+  if (const fs::path moved = (place / "scans" / scan.name).replace_extension(".ply");
+      fs::is_regular_file(moved, error)) {
     scan.file = folder.find_below(place, moved.lexically_relative(place).string());
     scan.reference_from_file = {};
   }
   if (scan.file) return;
-  scan.problem = recorded ? "its file is not below the folder that is shown" : "registered by an earlier version, which kept no path; register again to see it";
+  scan.problem = recorded ? "its file is not below the folder that is shown"
+                          : "registered by an earlier version, which kept no path; register again to see it";
 }
 
 PlacedScan read_scan(JsonReader json, const fs::path& place, const ServedFolder& folder) {
@@ -70,7 +73,8 @@ std::string text_of(const PlacedScan& scan, const Registration& all) {
   const std::string unit = all.unit.empty() ? "" : " " + all.unit;
   std::string text = scan.name == all.reference ? "the reference" : scan.status;
   if (!scan.partner.empty()) {
-    text += ", RMS " + short_number_text(rounded(scan.residual, 3)) + unit + ", overlap " + short_number_text(rounded(100.0 * scan.overlap, 3)) + " % with " + scan.partner;
+    text += ", RMS " + short_number_text(rounded(scan.residual, 3)) + unit + ", overlap " +
+            short_number_text(rounded(100.0 * scan.overlap, 3)) + " % with " + scan.partner;
   }
   return text + (scan.problem.empty() ? "" : "; not shown: " + scan.problem);
 }
@@ -93,7 +97,8 @@ Registration read_registration(const fs::path& place, const ServedFolder& folder
   registration.reference = json.member("reference").string();
   const JsonReader unit = json.member("unit");
   if (unit.is_string()) registration.unit = unit.string();
-  for (const JsonReader& scan : json.member("scans").elements(10'000)) registration.scans.push_back(read_scan(scan, place, folder));
+  for (const JsonReader& scan : json.member("scans").elements(10'000))
+    registration.scans.push_back(read_scan(scan, place, folder));
   return registration;
 }
 
@@ -121,7 +126,8 @@ std::string registered_scans_glb(const Registration& registration, const RunCont
     if (!scan.file) continue;
     clouds.push_back(moved(read_point_cloud(*scan.file), scan.reference_from_file));
     names.push_back(scan.name);
-    if (clouds.back().triangles.empty() && clouds.back().grid) clouds.back().triangles = mesh_of_scan(clouds.back()).triangles;
+    if (clouds.back().triangles.empty() && clouds.back().grid)
+      clouds.back().triangles = mesh_of_scan(clouds.back()).triangles;
     num_triangles += clouds.back().triangles.size();
     num_points += clouds.back().points.size();
   }

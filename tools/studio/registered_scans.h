@@ -1,5 +1,6 @@
 /// \file
-/// Registered scans in one frame: what a registration folder says of them, and the scans themselves where they are served.
+/// Registered scans in one frame: what a registration folder says of them, and the scans themselves where they are
+/// served.
 #pragma once
 
 #include <filesystem>
@@ -15,8 +16,8 @@
 namespace patinate {
 
 struct PlacedScan {
-  std::string name;    ///< As registration.json has it.
-  std::string status;  ///< "converged", "poor fit", ...
+  std::string name;       ///< As registration.json has it.
+  std::string status;     ///< "converged", "poor fit", ...
   double residual = 0.0;  ///< In the scans' unit.
   double overlap = 0.0;   ///< Share; with `partner`.
   std::string partner;    ///< "" = none.
@@ -34,8 +35,8 @@ struct Registration {
 [[nodiscard]] Registration read_registration(const std::filesystem::path& place, const ServedFolder& folder);
 /// [{"name", "status", "residual", "overlap", "partner", "is_reference", "is_shown", "text"}]
 [[nodiscard]] Json scans_json(const Registration& registration);
-/// One node a scan that has a file, in the reference's frame; surfaces where the file knows any, points else. A few million triangles at
-/// most: of more, all scans come as points, evenly left out.
+/// One node a scan that has a file, in the reference's frame; surfaces where the file knows any, points else. A few
+/// million triangles at most: of more, all scans come as points, evenly left out.
 [[nodiscard]] std::string registered_scans_glb(const Registration& registration, const RunControl& control);
 
 }  // namespace patinate

@@ -5,13 +5,13 @@ import { h } from "./dom";
 const stack = h("div", { class: "notices", role: "status", "aria-live": "polite" });
 document.body.append(stack);
 
-const kStays_ms = 6000;
+const kStays_ms = 6000, kRead_ms = 70;  ///< At least, and for each letter.
 
 export function notice(text: string, kind: "info" | "error" = "info"): void {
   if ([...stack.children].some((child) => child.firstChild?.textContent === text)) return;
   const element = h("div", { class: `notice ${kind}`, role: kind === "error" ? "alert" : undefined }, h("span", {}, text), icon_button("close", "Dismiss", () => element.remove()));
   stack.append(element);
-  if (kind === "info") window.setTimeout(() => element.remove(), kStays_ms);
+  if (kind === "info") window.setTimeout(() => element.remove(), Math.max(kStays_ms, kRead_ms * text.length));
 }
 
 /// For the end of a promise: its error as a notice; what the user has cancelled is none.

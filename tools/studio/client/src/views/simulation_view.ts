@@ -90,6 +90,7 @@ export class SimulationView implements View, SceneContext {
     this.run_bar = new RunBar({ run: () => this.toggle_run(), step: () => void this.send("step", { iterations: 1 }), reset: () => this.reset(), pace: (n) => this.set_pace(n) });
     this.paint_button = button("Paint", () => this.set_painting(!this.brush.is_active), { icon: "brush", hint: "Paint with an emitter on the surface", key: "P" });
     this.paint_button.setAttribute("aria-pressed", "false");
+    this.undo_button.disabled = true;
     this.build();
     this.viewer.before_frame = () => this.planes?.before_frame();
     this.viewer.after_frame = () => this.planes?.after_frame((update) => this.live.acknowledge(update));

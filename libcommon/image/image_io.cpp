@@ -8,6 +8,7 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -221,18 +222,20 @@ void write_color(const std::filesystem::path& path, const ImageF& linear, const 
   }
 }
 
-struct ColorRowWriter::Impl {
+struct ImageRowWriter::Impl {
   std::filesystem::path path;
   int width, height;
+  std::size_t num_channels;
+  ExrDepth depth;
   bool takes_codes;
   AtomicFile place;
   WatchedFile file;
   std::unique_ptr<OIIO::ImageOutput> output;
   int row = 0;
 
-  Impl(const std::filesystem::path& target, int w, int h, const std::string& key)
-      : path(target), width(w), height(h), takes_codes(is_coded_image(target)), place(target), file(place.temporary()), output(create_output(target)) {
-    const OIIO::ImageSpec spec = takes_codes ? code_spec(width, height, 3, key) : exr_spec(width, height, {"R", "G", "B"}, ExrDepth::Half, key);
+  Impl(const std::filesystem::path& target, int w, int h, const RowFormat& format)
+      : path(target), width(w), height(h), num_channels(format.channels.size()), depth(format.depth), takes_codes(is_coded_image(target)), place(target), file(place.temporary()), output(create_output(target)) {
+    const OIIO::ImageSpec spec = takes_codes ? code_spec(width, height, static_cast<int>(num_channels), format.key) : exr_spec(width, height, format.channels, depth, format.key);
     if (file.has_failed() || !output->set_ioproxy(&file) || !output->open(path.string(), spec)) fail();
   }
 
@@ -242,7 +245,7 @@ struct ColorRowWriter::Impl {
   }
 
   void write(OIIO::TypeDesc type, const void* values, std::size_t size) {
-    const std::size_t row_size = 3 * static_cast<std::size_t>(width);
+    const std::size_t row_size = num_channels * static_cast<std::size_t>(width);
     const std::size_t num_rows = size / row_size;
     if (size == 0 || size % row_size != 0 || num_rows > static_cast<std::size_t>(height - row)) {
       throw InvalidInput(path.string() + ": rows of " + std::to_string(width) + " pixels are expected, and no more than there are");
@@ -253,26 +256,27 @@ struct ColorRowWriter::Impl {
   }
 };
 
-ColorRowWriter::ColorRowWriter(const std::filesystem::path& path, int width, int height, const std::string& key)
-    : impl_(std::make_unique<Impl>(path, width, height, key)) {}
-ColorRowWriter::~ColorRowWriter() = default;
+ImageRowWriter::ImageRowWriter(const std::filesystem::path& path, int width, int height, const RowFormat& format)
+    : impl_(std::make_unique<Impl>(path, width, height, format)) {}
+ImageRowWriter::~ImageRowWriter() = default;
 
-bool ColorRowWriter::takes_codes() const { return impl_->takes_codes; }
+bool ImageRowWriter::takes_codes() const { return impl_->takes_codes; }
 
-void ColorRowWriter::write(std::span<const std::uint8_t> codes) {
-  if (!impl_->takes_codes) throw InvalidInput(impl_->path.string() + ": takes linear values");
+void ImageRowWriter::write(std::span<const std::uint8_t> codes) {
+  if (!impl_->takes_codes) throw InvalidInput(impl_->path.string() + ": takes values");
   impl_->write(OIIO::TypeDesc::UINT8, codes.data(), codes.size());
 }
 
-void ColorRowWriter::write(std::span<const float> linear) {
+void ImageRowWriter::write(std::span<const float> values) {
   if (impl_->takes_codes) throw InvalidInput(impl_->path.string() + ": takes codes");
-  for (float v : linear) {
-    if (!(std::abs(v) <= kLargestHalf)) throw InvalidInput(impl_->path.string() + ": a value is NaN, infinite or too large to be stored");
+  const float largest = impl_->depth == ExrDepth::Half ? kLargestHalf : std::numeric_limits<float>::max();
+  for (float v : values) {
+    if (!(std::abs(v) <= largest)) throw InvalidInput(impl_->path.string() + ": a value is NaN, infinite or too large to be stored");
   }
-  impl_->write(OIIO::TypeDesc::FLOAT, linear.data(), linear.size());
+  impl_->write(OIIO::TypeDesc::FLOAT, values.data(), values.size());
 }
 
-void ColorRowWriter::finish() {
+void ImageRowWriter::finish() {
   if (impl_->row != impl_->height) throw InvalidInput(impl_->path.string() + ": rows are missing");
   if (!impl_->output->close()) impl_->fail();
   impl_->file.close();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libcommon/image/image.h"
+#include "libcommon/image/image_io.h"
 
 namespace patinate {
 
@@ -32,21 +33,29 @@ class ImageRowReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// write_color() by rows: equal rows give the bytes that it writes, but the picture is never in memory. The file is whole or absent.
-class ColorRowWriter {
+/// What the rows of a file are.
+struct RowFormat {
+  std::vector<std::string> channels = {"R", "G", "B"};  ///< Names in an EXR; other files have 1 or 3.
+  ExrDepth depth = ExrDepth::Half;
+  std::string key = "";                                 ///< Content key.
+};
+
+/// Images by rows: equal rows give the bytes of write_color() (or write_codes(), write_exr()), but the picture is never in memory. The file is
+/// whole or absent.
+class ImageRowWriter {
  public:
   /// @throws UsageError on an unknown extension; CannotComplete if it cannot be written.
-  ColorRowWriter(const std::filesystem::path& path, int width, int height, const std::string& key = "");
-  ~ColorRowWriter();
-  ColorRowWriter(const ColorRowWriter&) = delete;
-  ColorRowWriter& operator=(const ColorRowWriter&) = delete;
+  ImageRowWriter(const std::filesystem::path& path, int width, int height, const RowFormat& format = {});
+  ~ImageRowWriter();
+  ImageRowWriter(const ImageRowWriter&) = delete;
+  ImageRowWriter& operator=(const ImageRowWriter&) = delete;
 
-  /// Which write() is to be called: 8-bit sRGB codes, or (.exr) linear values.
+  /// Which write() is to be called: 8-bit codes, or (.exr) values.
   [[nodiscard]] bool takes_codes() const;
-  /// The next rows. @param codes  3 a pixel; whole rows. @throws InvalidInput on others; CannotComplete.
+  /// The next rows. @param codes  Of all channels; whole rows. @throws InvalidInput on others; CannotComplete.
   void write(std::span<const std::uint8_t> codes);
-  /// @param linear  3 a pixel; finite, at most 65504.
-  void write(std::span<const float> linear);
+  /// @param values  Finite, with ExrDepth::Half at most 65504.
+  void write(std::span<const float> values);
   /// After the last row. @throws CannotComplete, InvalidInput if rows are missing.
   void finish();
 

@@ -26,31 +26,17 @@ void check(const RenderOptions& o) {
   }
 }
 
+void check(const SurfaceDetail& detail) {
+  if (!detail.normals.empty() && detail.normals.channels() != 3) throw InvalidInput("render: normals have three numbers a texel");
+  if (!detail.roughness.empty() && detail.roughness.channels() != 1) throw InvalidInput("render: a roughness is one number a texel");
+}
+
 // The studio's backdrop as a function of the place in the picture, [0, 1] each.
 float backdrop(const RenderOptions& o, double u, double v) {
   if (o.backdrop == Backdrop::White) return 1.0f;
   const double dx = u - 0.5, dy = v - 0.58;
   const double fall = std::exp(-1.4 * (dx * dx + 1.2 * dy * dy));
   return static_cast<float>(o.background * (0.45 + 0.55 * fall));
-}
-
-std::array<double, 3> texture_at(const ImageF& texture, double u, double v) {
-  const double x = std::clamp(u * texture.width() - 0.5, 0.0, texture.width() - 1.0);
-  const double y = std::clamp((1.0 - v) * texture.height() - 0.5, 0.0, texture.height() - 1.0);
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-  const int x1 = std::min(x0 + 1, texture.width() - 1), y1 = std::min(y0 + 1, texture.height() - 1);
-  const double fx = x - x0, fy = y - y0;
-  const bool is_gray = texture.channels() < 3;
-  std::array<double, 3> color{};
-  for (int c = 0; c < 3; ++c) {
-    const int k = is_gray ? 0 : c;
-    const double top =
-        (1.0 - fx) * static_cast<double>(texture.at(x0, y0, k)) + fx * static_cast<double>(texture.at(x1, y0, k));
-    const double low =
-        (1.0 - fx) * static_cast<double>(texture.at(x0, y1, k)) + fx * static_cast<double>(texture.at(x1, y1, k));
-    color[static_cast<std::size_t>(c)] = (1.0 - fy) * top + fy * low;
-  }
-  return color;
 }
 
 }  // namespace
@@ -85,8 +71,11 @@ void describe(OptionVisitor& v, RenderOptions& o) {
   v.visit({"background", "Linear gray of the studio backdrop", "", between(0, 1)}, o.background);
 }
 
-RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const RunControl& control) {
+RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const RunControl& control) : RenderView(mesh, options, SurfaceDetail{}, control) {}
+
+RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const RunControl& control) {
   check(options);
+  check(detail);
   if (!mesh.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");
   const Box box = bounding_box(mesh);
   if (!(box.diagonal() > 0.0) || !std::isfinite(box.diagonal())) throw InvalidInput("render: the mesh has no extent");
@@ -97,7 +86,7 @@ RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const Run
   background_ = ImageF(width_, height_);
 
   const OrbitCamera camera = fitted_camera(mesh, options);
-  const LitMesh lit(mesh, options, camera, control.part(0.0, 0.4));
+  const LitMesh lit(mesh, options, detail, camera, control.part(0.0, 0.4));
   struct Row {
     std::vector<Sample> samples;
     std::vector<std::uint32_t> count;

@@ -73,9 +73,30 @@ T blend(const std::array<T, 3>& corner, double b1, double b2) {
 
 }  // namespace
 
-LitMesh::LitMesh(const Mesh& mesh, const RenderOptions& options, const OrbitCamera& camera, const RunControl& control)
+std::array<double, 3> texture_at(const ImageF& texture, double u, double v) {
+  const double x = std::clamp(u * texture.width() - 0.5, 0.0, texture.width() - 1.0);
+  const double y = std::clamp((1.0 - v) * texture.height() - 0.5, 0.0, texture.height() - 1.0);
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const int x1 = std::min(x0 + 1, texture.width() - 1), y1 = std::min(y0 + 1, texture.height() - 1);
+  const double fx = x - x0, fy = y - y0;
+  const bool is_gray = texture.channels() < 3;
+  std::array<double, 3> color{};
+  for (int c = 0; c < 3; ++c) {
+    const int k = is_gray ? 0 : c;
+    const double top =
+        (1.0 - fx) * static_cast<double>(texture.at(x0, y0, k)) + fx * static_cast<double>(texture.at(x1, y0, k));
+    const double low =
+        (1.0 - fx) * static_cast<double>(texture.at(x0, y1, k)) + fx * static_cast<double>(texture.at(x1, y1, k));
+    color[static_cast<std::size_t>(c)] = (1.0 - fy) * top + fy * low;
+  }
+  return color;
+}
+
+LitMesh::LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const OrbitCamera& camera, const RunControl& control)
     : mesh_(prepared(mesh, options)),
       options_(options),
+      detail_(detail),
+      tangents_(detail.normals.empty() ? CornerTangents{} : corner_tangents(mesh_)),
       scene_(mesh_),
       box_(bounding_box(mesh_)),
       diagonal_(box_.diagonal()) {
@@ -175,6 +196,18 @@ LitPoint LitMesh::look(const Vec3& origin, const Vec3& direction, int x, int y, 
   return point;
 }
 
+// The normal that the texture tells, in the frame of the smooth one.
+Vec3 LitMesh::detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const {
+  const Vec3 along = blend(tangents_.tangent[triangle], hit.b1, hit.b2);
+  const Vec3 flat = along - along.dot(smooth) * smooth;
+  if (!(flat.norm() > 1e-9)) return smooth;
+  const Vec3 tangent = flat.normalized();
+  const Vec3 up = (tangents_.is_mirrored[triangle] ? -1.0 : 1.0) * smooth.cross(tangent);
+  const std::array<double, 3> n = texture_at(detail_.normals, uv.x(), uv.y());
+  const Vec3 normal = n[0] * tangent + n[1] * up + n[2] * smooth;
+  return normal.norm() > 1e-6 ? Vec3(normal.normalized()) : smooth;
+}
+
 LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const {
   const std::size_t t = static_cast<std::size_t>(hit.triangle);
   std::array<Vec3, 3> p, n;
@@ -189,6 +222,9 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<co
   }
   Vec3 face = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
   Vec3 normal = blend(n, hit.b1, hit.b2).normalized();
+  const Vec2 at = blend(uv, hit.b1, hit.b2);
+  if (!detail_.normals.empty()) normal = detailed_normal(normal, t, hit, at);
+  const double roughness = detail_.roughness.empty() ? options_.roughness : std::clamp(texture_at(detail_.roughness, at.x(), at.y())[0], 0.05, 1.0);
   const Vec3 place = blend(p, hit.b1, hit.b2);
   // Both sides show: a surface seen from behind is lit like one that faces the viewer.
   const double side = face.dot(direction) > 0.0 ? -1.0 : 1.0;
@@ -197,7 +233,7 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<co
 
   LitPoint point;
   point.is_hit = true;
-  point.uv = blend(uv, hit.b1, hit.b2);
+  point.uv = at;
   const double gradient = 1.0 - options_.ambient_gradient * 0.5 * (1.0 - normal.dot(up_));
   point.diffuse = options_.ambient * gradient * (options_.occlusion_samples > 0 ? blend(open, hit.b1, hit.b2) : 1.0);
   if (!(options_.light > 0.0)) return point;
@@ -213,7 +249,7 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<co
     if (!(facing > 0.0) || scene_.first_hit(from, light)) continue;
     point.diffuse += share * facing;
     if (options_.specular > 0.0)
-      point.specular += share * coat(normal, -direction, light, options_.specular, options_.roughness);
+      point.specular += share * coat(normal, -direction, light, options_.specular, roughness);
   }
   return point;
 }

@@ -2,12 +2,15 @@
 /// The light of render(): what one ray brings, without the texture.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "libcommon/geometry/ray_scene.h"
+#include "libcommon/output/glb_tangents.h"
 #include "libcommon/output/orbit_camera.h"
+#include "libcommon/output/render.h"
 
 namespace patinate {
 
@@ -19,10 +22,13 @@ struct LitPoint {
   double specular = 0.0;  ///< Radiance.
 };
 
+/// The texture at a UV, bilinear, clamped at its borders; gray three times.
+[[nodiscard]] std::array<double, 3> texture_at(const ImageF& texture, double u, double v);
+
 /// Mesh with everything that light needs. Immutable after construction; queries are thread-safe.
 class LitMesh {
  public:
-  LitMesh(const Mesh& mesh, const RenderOptions& options, const OrbitCamera& camera, const RunControl& control);
+  LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const OrbitCamera& camera, const RunControl& control);
 
   /// @param sample, num_samples  Which of a pixel's rays this is: chooses the point of the light that it looks at.
   [[nodiscard]] LitPoint look(const Vec3& origin, const Vec3& direction, int x, int y, int sample,
@@ -33,11 +39,14 @@ class LitMesh {
   [[nodiscard]] double ground_light(const Vec3& p, std::span<const Vec3> to_light) const;
   [[nodiscard]] Vec3 light_direction(int x, int y, int sample, int num_samples) const;
   [[nodiscard]] double openness(const Vec3& p, const Vec3& normal, std::uint64_t item) const;
+  [[nodiscard]] Vec3 detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const;
   void light_vertices(const RunControl& control);
   void light_ground(const RunControl& control);
 
   Mesh mesh_;
   RenderOptions options_;
+  SurfaceDetail detail_;
+  CornerTangents tangents_;             // Where there are normals.
   RayScene scene_;
   Box box_;
   double diagonal_ = 0.0;

@@ -44,6 +44,26 @@ class Relit(unittest.TestCase):
         self.assertTrue(all(s["determined_share"] > 0.7 for s in steps), steps)
         self.assertIn("up to date", run("ingest", "mould/capture.json", "-o", "copper").stderr)
 
+    def test_relief_and_gloss_go_along_to_another_object(self):
+        self.assertEqual(run("ingest", "mould/capture.json", "-o", "copper").returncode, 0)
+        (WORK / "plane.obj").write_text("v 0 0 0\nv 40 0 0\nv 40 40 6\nv 0 40 6\nvt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\nf 1/1 2/2 3/3 4/4\n")
+        result = run("transfer", "copper", "plane.obj", "--control", "accessibility=height", "--unit", "mm", "--resolution", "64", "-o", "aged")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for name in ("normal.png", "normal.exr", "roughness.png", "specular.exr", "height.exr"):
+            result = run("lookup", "aged", "--time", "20", "--map", name.split(".")[0], "-o", name)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn("up to date", run("lookup", "aged", "--time", "20", "--map", name.split(".")[0], "-o", name).stderr)
+        self.assertEqual(json.loads(run("info", "normal.exr", "--json").stdout)["channels"], ["X", "Y", "Z"])
+        self.assertEqual(run("lookup", "aged", "--time", "20", "--map", "height", "-o", "height.png").returncode, 2)
+        self.assertEqual(run("lookup", "aged", "--time-map", "height", "--map", "normal", "-o", "x.png").returncode, 2)
+        self.assertEqual(run("export", "aged", "-o", "aged.glb", "--times", "0,40").returncode, 0)
+        data = (WORK / "aged.glb").read_bytes()
+        gltf = json.loads(data[20:20 + int.from_bytes(data[12:16], "little")])
+        for material in gltf["materials"]:
+            self.assertIn("normalTexture", material)
+            self.assertIn("metallicRoughnessTexture", material["pbrMetallicRoughness"])
+        self.assertEqual(run("render", "aged", "--time", "40", "--width", "64", "--height", "64", "-o", "aged.png").returncode, 0)
+
     def test_what_is_wrong_is_one_line_and_an_exit_code(self):
         project = json.loads((WORK / "mould/capture.json").read_text())
         for change, code, said in (({"lights": project["lights"][:2]}, 3, "2 photographs"), ({"unit": "feet"}, 3, "/unit"),

@@ -1,5 +1,6 @@
 #include "tools/patinate/aging_mesh.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "libcommon/core/files.h"
@@ -25,6 +26,18 @@ AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
   mesh.metres_per_unit = m.unit ? 0.001 : 1.0 / m.mm_per_mesh_unit;  // a mesh whose unit nobody said keeps the numbers of its file
   mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
   mesh.sample_tiles = [transfer](double time, const RunControl& control) { return transfer->sample_tiles(time, control); };
+  mesh.tiles_of = [transfer](const ImageF& sheet) { return transfer->tiles_of(sheet); };
+  const std::vector<MaterialMap> maps = material_maps(mesh.history);
+  const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
+  const bool has_normals = has(MaterialMap::Normal), has_gloss = has(MaterialMap::Roughness);
+  if (has_normals || has_gloss) {
+    mesh.detail = [transfer, has_normals, has_gloss](double time, const RunControl& control) {
+      SurfaceDetail detail;
+      if (has_normals) detail.normals = transfer->sample_map(MaterialMap::Normal, time, Between::Blend, control);
+      if (has_gloss) detail.roughness = transfer->sample_map(MaterialMap::Roughness, time, Between::Blend, control);
+      return detail;
+    };
+  }
   return mesh;
 }
 
@@ -39,6 +52,7 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path) {
   scale_mesh(mesh.mesh, 1000.0);  // glTF is in m
   mesh.unit_mesh = mesh.mesh;
   mesh.sample = [history](double time, const RunControl&) { return history->sample(time); };
+  mesh.tiles_of = [](const ImageF& sheet) { return std::vector<ImageF>{sheet}; };
   mesh.sample_tiles = [history](double time, const RunControl&) { return std::vector<ImageF>{history->sample(time)}; };
   return mesh;
 }

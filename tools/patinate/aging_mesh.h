@@ -14,6 +14,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image.h"
+#include "libcommon/output/render.h"
 
 namespace patinate {
 
@@ -29,6 +30,10 @@ struct AgingMesh {
   std::function<ImageF(double time, const RunControl& control)> sample;
   /// The same, an image a tile.
   std::function<std::vector<ImageF>(double time, const RunControl& control)> sample_tiles;
+  /// What its history's frames say of relief and gloss at a time, over the sheet; nothing when they say nothing.
+  std::function<SurfaceDetail(double time, const RunControl& control)> detail;
+  /// The tiles of an image over the sheet.
+  std::function<std::vector<ImageF>(const ImageF& sheet)> tiles_of;
 };
 
 /// @param path  A transfer or a simulation. @throws IoError

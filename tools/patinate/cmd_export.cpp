@@ -17,6 +17,7 @@
 #include "tools/patinate/path_kind.h"
 #include "tools/patinate/picture_series.h"
 #include "tools/patinate/times_argument.h"
+#include "transfer/lookup/source_turn.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate {
@@ -41,9 +42,29 @@ std::string glb_key_of(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
 }
 
+/// With normal and roughness textures where the history's frames have them.
+GlbVariant glb_variant(const AgingMesh& mesh, const std::string& label, double time, const RunControl& control) {
+  GlbVariant variant{label, mesh.sample_tiles(time, control)};
+  if (!mesh.detail) return variant;
+  const SurfaceDetail detail = mesh.detail(time, control);
+  if (!detail.normals.empty()) {
+    for (const ImageF& tile : mesh.tiles_of(detail.normals)) {
+      variant.normals.emplace_back(tile.width(), tile.height(), 3);
+      normal_codes(tile.values(), variant.normals.back().values());
+    }
+  }
+  if (!detail.roughness.empty()) {
+    for (const ImageF& tile : mesh.tiles_of(detail.roughness)) {
+      ImageU8& gloss = variant.speculars.emplace_back(tile.width(), tile.height());
+      for (std::size_t i = 0; i < gloss.values().size(); ++i) gloss.data()[i] = static_cast<std::uint8_t>(std::clamp(255.5f - 255.0f * tile.data()[i], 0.0f, 255.0f));
+    }
+  }
+  return variant;
+}
+
 int export_glb(CommandRun& run, const AgingMesh& mesh, const std::filesystem::path& output, const std::vector<double>& times) {
   ContentHash hash;
-  hash.add("export glb 2").add(mesh.key);
+  hash.add("export glb 3").add(mesh.key);
   for (double t : times) hash.add(t);
   const std::string key = hash.hex();
   const std::optional<JobStatus> status = run.check_file(output, glb_key_of(output), key);
@@ -56,7 +77,7 @@ int export_glb(CommandRun& run, const AgingMesh& mesh, const std::filesystem::pa
     std::vector<GlbVariant> variants;
     for (std::size_t i = 0; i < times.size(); ++i) {
       control.report(0.5 * static_cast<double>(i) / static_cast<double>(times.size()));
-      variants.push_back({labels[i], mesh.sample_tiles(times[i], silent)});
+      variants.push_back(glb_variant(mesh, labels[i], times[i], silent));
     }
     const GlbOptions options{.name = output.stem().string(), .metres_per_unit = mesh.metres_per_unit, .key = key};
     write_glb(output, mesh.unit_mesh, {mesh.tile_names, mesh.triangle_tile}, variants, options, control.part(0.5, 1.0));

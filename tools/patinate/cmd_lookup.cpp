@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/atlas/texel_map.h"
@@ -9,7 +10,9 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_sampling.h"
+#include "libcommon/history/material_maps.h"
 #include "libcommon/image/image_io.h"
+#include "libcommon/image/image_rows.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/numbered_path.h"
 #include "tools/patinate/output_file.h"
@@ -23,12 +26,23 @@ namespace patinate {
 
 namespace {
 
+/// What is looked up.
+struct LookedUp {
+  enum class Map { Color, Normal, Roughness, Specular, Height } map = Map::Color;
+};
+constexpr std::array<std::string_view, 5> kLookedUpNames{"color", "normal", "roughness", "specular", "height"};
+void describe(OptionVisitor& v, LookedUp& o) {
+  v.visit_choice({"map", "Color, or what the history's frames hold beside it: normal (tangent space, y up), roughness or strength of the highlight, height in mm (.exr)"},
+                 o.map, kLookedUpNames);
+}
+
 struct LookupCommand {
   std::filesystem::path transfer;
   std::filesystem::path output;
   TimesArgument times;
   std::string time_map;
   SamplingOptions sampling;
+  LookedUp looked_up;
 };
 
 /// One time (or time map) and the files of its tiles.
@@ -42,6 +56,7 @@ ContentHash begin_key(const LookupCommand& command, const TransferManifest& tran
   ContentHash hash;
   hash.add("lookup 3").add(transfer.key);
   for (const auto& [name, value] : option_values(command.sampling)) hash.add(name).add(value);
+  if (command.looked_up.map != LookedUp::Map::Color) hash.add(kLookedUpNames[static_cast<std::size_t>(command.looked_up.map)]);
   return hash;
 }
 
@@ -73,14 +88,21 @@ void report(CommandRun& run, const LookupCommand& command, const std::vector<Tex
   run.report_output(status, command.output, Json{{"images", files}});
 }
 
+TextureFile texture_file(const HistoryReader& history, const LookupCommand& command, const Texture& texture) {
+  const Between between = command.sampling.between;
+  if (command.looked_up.map == LookedUp::Map::Color) return {texture.files, sample(history, texture.time, between), texture.key};
+  const auto map = static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1);  // The same order.
+  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, map == MaterialMap::Normal ? TextureKind::Normal : TextureKind::Value};
+}
+
 /// In groups: each goes through the coordinates once.
-void write_textures(const TransferFolder& transfer, Between between, const std::vector<Texture>& textures, const RunControl& control) {
+void write_textures(const TransferFolder& transfer, const LookupCommand& command, const std::vector<Texture>& textures, const RunControl& control) {
   constexpr std::size_t kTogether = 8;
-  TextureWriter writer(transfer, {}, control.part(0.0, 0.2));
+  const TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal}, control.part(0.0, 0.2));
   for (std::size_t begin = 0; begin < textures.size(); begin += kTogether) {
     const std::size_t end = std::min(textures.size(), begin + kTogether);
     std::vector<TextureFile> group;
-    for (std::size_t i = begin; i < end; ++i) group.push_back({textures[i].files, sample(transfer.history(), textures[i].time, between), textures[i].key});
+    for (std::size_t i = begin; i < end; ++i) group.push_back(texture_file(transfer.history(), command, textures[i]));
     const auto share = [&](std::size_t i) { return 0.2 + 0.8 * static_cast<double>(i) / static_cast<double>(textures.size()); };
     writer.write(group, control.part(share(begin), share(end)));
   }
@@ -93,6 +115,9 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const TransferFo
     throw UsageError("-o: found `" + command.output.string() + "` for " + std::to_string(times.size()) +
                      " times; expected a name with a number in it, as texture_%04d.png");
   }
+  if (command.looked_up.map != LookedUp::Map::Color) {  // Said before anything is written.
+    (void)sample_material_map(transfer.history(), static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1), times.front(), command.sampling.between);
+  }
   std::vector<Texture> textures;
   for (double t : times) {
     const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));
@@ -100,7 +125,7 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const TransferFo
   }
   const auto todo = unfinished(run, textures);
   if (!todo) return 0;
-  if (!todo->empty()) write_textures(transfer, command.sampling.between, *todo, run.control("lookup"));
+  if (!todo->empty()) write_textures(transfer, command, *todo, run.control("lookup"));
   report(run, command, textures, !todo->empty());
   return 0;
 }
@@ -157,13 +182,17 @@ int cmd_lookup(CommandRun& run) {
                   "tex.1001.png, or where the name says <UDIM>", command.output);
   command.times.declare(run.line);
   run.line.options(command.sampling);
+  run.line.options(command.looked_up);
   run.line.option("time_map", "MAP", "A time of its own for every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
                   "else for the history's ends. A file with values outside [0, 1] holds times", command.time_map);
   run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
+  run.line.example("lookup mould_hydrant --time 120 --map normal -o normal_120.png");
   run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");
   run.line.example("lookup copper_hydrant --time-map height --times 480,0 -o younger_above.png");
   if (!run.parse()) return 0;
   require_extension(command.output, image_extensions());
+  if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output)) throw UsageError("--map height: is in mm; expected an .exr");
+  if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty()) throw UsageError("--map: a time map looks up color; leave one of them out");
   require_transfer(command.transfer);
   if (command.time_map.empty()) return lookup_times(run, command, TransferFolder(command.transfer));
   return lookup_time_map(run, command, TransferReader(command.transfer));

@@ -47,7 +47,7 @@ struct RenderCommand {
 
 ContentHash begin_key(const RenderCommand& command, const std::vector<double>& times) {
   ContentHash hash;
-  hash.add("render 2").add(command.output.extension().string());
+  hash.add("render 3").add(command.output.extension().string());
   for (const auto& [name, value] : option_values(command.options)) hash.add(name).add(value);
   for (double t : times) hash.add(t);
   return hash;
@@ -68,16 +68,20 @@ int finish(CommandRun& run, const RenderCommand& command, const std::string& key
   return 0;
 }
 
+SurfaceDetail detail_of(const AgingMesh& mesh, double time, const RunControl& control) {
+  return mesh.detail ? mesh.detail(time, control) : SurfaceDetail{};
+}
+
 /// A movie, or numbered images, of the ageing object; on a turntable when asked for.
 int render_series(CommandRun& run, const RenderCommand& command, const AgingMesh& mesh) {
   const std::vector<double> times = command.times.resolve(run, mesh.history, kMoviePictures);
   std::unique_ptr<const RenderView> view;
   const auto picture = [&](double t, const RunControl& control) {
     const auto index = std::find(times.begin(), times.end(), t) - times.begin();
-    if (!view || command.turn.turn_deg != 0.0) {
+    if (!view || command.turn.turn_deg != 0.0 || mesh.detail) {
       RenderOptions options = command.options;
       options.azimuth_deg += command.turn.turn_deg * static_cast<double>(index) / static_cast<double>(times.size());
-      view = std::make_unique<const RenderView>(mesh.mesh, options, control);
+      view = std::make_unique<const RenderView>(mesh.mesh, options, detail_of(mesh, t, control), control);
     }
     return view->shade(mesh.sample(t, control), control);
   };
@@ -93,13 +97,18 @@ int render_aging_mesh(CommandRun& run, const RenderCommand& command) {
   const std::string key = begin_key(command, times).add(mesh.key).hex();
   return finish(run, command, key, [&] {
     const RunControl control = run.control("render");
-    const RenderView view(mesh.mesh, command.options, control.part(0.0, 0.6));
+    std::unique_ptr<const RenderView> view;
     std::vector<ImageF> pictures;
     for (double t : times) {
       const double done = static_cast<double>(pictures.size()) / static_cast<double>(times.size());
       RunControl quiet = control;
       quiet.on_progress = {};
-      pictures.push_back(view.shade(mesh.sample(t, quiet), quiet));
+      if (!view) {
+        view = std::make_unique<const RenderView>(mesh.mesh, command.options, detail_of(mesh, t, quiet), control.part(0.0, 0.6));
+      } else if (mesh.detail) {
+        view = std::make_unique<const RenderView>(mesh.mesh, command.options, detail_of(mesh, t, quiet), quiet);
+      }
+      pictures.push_back(view->shade(mesh.sample(t, quiet), quiet));
       control.report(0.6 + 0.4 * done);
     }
     return strip_of(pictures, times, mesh.history.time_unit);

@@ -7,41 +7,72 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/color.h"
 #include "libcommon/image/image_rows.h"
+#include "transfer/lookup/source_turn.h"
 
 namespace patinate {
 
 namespace {
 
+std::size_t channels_of(TextureKind kind) { return kind == TextureKind::Value ? 1 : 3; }
+
+RowFormat format_of(const TextureFile& texture) {
+  switch (texture.kind) {
+    case TextureKind::Color: break;
+    case TextureKind::Normal: return {.channels = {"X", "Y", "Z"}, .depth = ExrDepth::Float, .key = texture.key};
+    case TextureKind::Value: return {.channels = {"Y"}, .depth = ExrDepth::Float, .key = texture.key};
+  }
+  return {.key = texture.key};
+}
+
+/// What the source's pixels are in files of codes; nothing for normals, which turn first.
+ImageU8 codes_of(const TextureFile& texture) {
+  if (texture.kind == TextureKind::Color) return srgb8_from_linear(texture.source);
+  ImageU8 codes;
+  if (texture.kind == TextureKind::Normal) return codes;
+  codes = ImageU8(texture.source.width(), texture.source.height());
+  for (std::size_t i = 0; i < codes.values().size(); ++i) {
+    codes.data()[i] = static_cast<std::uint8_t>(255.0f * std::clamp(texture.source.data()[i], 0.0f, 1.0f) + 0.5f);  // NOLINT(bugprone-incorrect-roundings)
+  }
+  return codes;
+}
+
 /// One texture's file of one tile.
 class TileOfTexture {
  public:
   TileOfTexture(const TextureFile& texture, const ImageU8& codes, std::size_t tile, const CoordinateStrips& strips)
-      : texture_(texture), codes_(codes), writer_(texture.files[tile], strips.width(), strips.height(), texture.key) {
+      : texture_(texture), codes_(codes), writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture)) {
     constexpr std::size_t kTexels = 1 << 16, kRows = 16;  // Looked up and written while in the cache; rows that EXR compresses together.
     const auto width = static_cast<std::size_t>(strips.width());
     piece_ = (kTexels / width / kRows + 1) * kRows * width;
   }
 
-  void write(std::span<const std::uint32_t> indices) {
-    for (std::size_t i = 0; i < indices.size(); i += piece_) write_piece(indices.subspan(i, std::min(piece_, indices.size() - i)));
+  void write(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+    for (std::size_t i = 0; i < indices.size(); i += piece_) {
+      const std::size_t size = std::min(piece_, indices.size() - i);
+      write_piece(indices.subspan(i, size), turns.empty() ? turns : turns.subspan(i, size));
+    }
   }
   void finish() { writer_.finish(); }
 
  private:
-  void write_piece(std::span<const std::uint32_t> indices) {
-    if (writer_.takes_codes()) {
-      bytes_.resize(3 * indices.size());
+  void write_piece(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+    const std::size_t size = channels_of(texture_.kind) * indices.size();
+    if (writer_.takes_codes() && texture_.kind != TextureKind::Normal) {
+      bytes_.resize(size);
       gather_packed(codes_, indices, std::uint8_t{0}, bytes_);
-      writer_.write(bytes_);
-    } else {
-      values_.resize(3 * indices.size());
-      gather_packed(texture_.source, indices, 0.0f, values_);
-      writer_.write(values_);
+      return writer_.write(bytes_);
     }
+    values_.resize(size);
+    gather_packed(texture_.source, indices, 0.0f, values_);
+    if (texture_.kind == TextureKind::Normal) turn_normals(turns, values_);
+    if (!writer_.takes_codes()) return writer_.write(values_);
+    bytes_.resize(size);
+    normal_codes(values_, bytes_);
+    writer_.write(bytes_);
   }
   const TextureFile& texture_;
   const ImageU8& codes_;
-  ColorRowWriter writer_;
+  ImageRowWriter writer_;
   std::size_t piece_;
   std::vector<std::uint8_t> bytes_;
   std::vector<float> values_;
@@ -50,7 +81,7 @@ class TileOfTexture {
 }  // namespace
 
 TextureWriter::TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options, const RunControl& control)
-    : source_width_(transfer.history().manifest().width), source_height_(transfer.history().manifest().height) {
+    : source_width_(transfer.history().manifest().width), source_height_(transfer.history().manifest().height), with_turns_(options.with_turns) {
   const TransferManifest& m = transfer.manifest();
   CoordinateStripsOptions share = options;
   share.kept_texels /= static_cast<std::int64_t>(m.tiles.size());
@@ -64,12 +95,13 @@ TextureWriter::TextureWriter(const TransferFolder& transfer, const CoordinateStr
 void TextureWriter::write(std::span<const TextureFile> textures, const RunControl& control) const {
   std::vector<ImageU8> codes;
   for (const TextureFile& texture : textures) {
-    if (texture.source.width() != source_width_ || texture.source.height() != source_height_ || texture.source.channels() != 3 || texture.files.size() != tiles_.size()) {
+    if (texture.source.width() != source_width_ || texture.source.height() != source_height_ || static_cast<std::size_t>(texture.source.channels()) != channels_of(texture.kind) || texture.files.size() != tiles_.size()) {
       throw InvalidInput("textures: expected a source of the history's size and a file for every tile");
     }
+    if (texture.kind == TextureKind::Normal && !with_turns_) throw InvalidInput("textures: normals need to know how patches lie");
     // Codes of the source's pixels are those of the texels that show them, and there are fewer of them.
     const bool is_coded = std::any_of(texture.files.begin(), texture.files.end(), is_coded_image);
-    codes.push_back(is_coded ? srgb8_from_linear(texture.source) : ImageU8());
+    codes.push_back(is_coded ? codes_of(texture) : ImageU8());
   }
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     std::vector<std::unique_ptr<TileOfTexture>> open;
@@ -78,8 +110,8 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
     quiet.on_progress = {};
     const auto num_tiles = static_cast<double>(tiles_.size());
     tiles_[t].visit(
-        [&](int, std::span<const std::uint32_t> indices) {
-          parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) { open[static_cast<std::size_t>(begin)]->write(indices); });
+        [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+          parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) { open[static_cast<std::size_t>(begin)]->write(indices, turns); });
         },
         control.part(static_cast<double>(t) / num_tiles, (static_cast<double>(t) + 1.0) / num_tiles));
     for (const auto& file : open) file->finish();

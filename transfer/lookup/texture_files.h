@@ -14,14 +14,21 @@
 
 namespace patinate {
 
+enum class TextureKind {
+  Color,   ///< 3 channels, linear; codes are sRGB.
+  Normal,  ///< 3 channels, of the source's tangent space, turned into the texels'; codes are 127.5 + 127.5 n, EXR has X, Y, Z.
+  Value,   ///< 1 channel; codes are 255 v, EXR has Y.
+};
+
 /// A texture to be written.
 struct TextureFile {
   std::vector<std::filesystem::path> files;  ///< One a tile, with the extensions of write_color().
-  ImageF source;                             ///< H x W x 3 of the history, linear: sample().
+  ImageF source;                             ///< Of the history's size: sample(), sample_material_map().
   std::string key = "";                      ///< Content key for the files.
+  TextureKind kind = TextureKind::Color;
 };
 
-/// Writes what TransferReader::gather_tiles() and write_color() would, byte for byte, in strips: memory does not grow with the atlas but for
+/// Writes what TransferReader::gather_tiles() (of normals normal_tiles()) and write_color() would, byte for byte, in strips: memory does not grow with the atlas but for
 /// 8 bytes a column and strip. Thread-safe.
 class TextureWriter {
  public:
@@ -29,11 +36,13 @@ class TextureWriter {
   explicit TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options = {}, const RunControl& control = {});
 
   /// All at once: coordinates are gone through once for them. Each file is whole or absent.
-  /// @throws CannotComplete, UsageError on an unknown extension, InvalidInput if a source is not of the history's size.
+  /// @throws CannotComplete, UsageError on an unknown extension, InvalidInput if a source is not of the history's size, or a normal is
+  /// asked for without CoordinateStripsOptions::with_turns.
   void write(std::span<const TextureFile> textures, const RunControl& control = {}) const;
 
  private:
   int source_width_, source_height_;
+  bool with_turns_;
   std::vector<CoordinateStrips> tiles_;
 };
 

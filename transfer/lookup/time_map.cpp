@@ -1,6 +1,7 @@
 #include "transfer/lookup/time_map.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <mutex>
@@ -14,6 +15,17 @@ namespace patinate {
 
 namespace {
 
+/// Numbers a pixel: one more than colours, so that a pixel is one register.
+constexpr std::size_t kPadded = 4;
+
+ImageF padded(const ImageF& frame) {
+  ImageF out(frame.width(), frame.height(), static_cast<int>(kPadded));
+  const float* from = frame.data();
+  float* to = out.data();
+  for (std::int64_t i = 0; i < frame.num_pixels(); ++i, from += 3, to += kPadded) std::copy_n(from, 3, to);
+  return out;
+}
+
 /// Frames [first, first + size), each read when it is first asked for. Thread-safe.
 class FrameBlock {
  public:
@@ -24,7 +36,7 @@ class FrameBlock {
     if (const float* known = pixels.load(std::memory_order_acquire)) return known;
     const std::lock_guard lock(mutex_);
     ImageF& image = frames_[static_cast<std::size_t>(frame - first_)];
-    if (image.empty()) image = history_.read_frame(frame);
+    if (image.empty()) image = padded(history_.read_frame(frame));
     pixels.store(image.data(), std::memory_order_release);
     return image.data();
   }
@@ -36,6 +48,10 @@ class FrameBlock {
   std::vector<std::atomic<const float*>> pixels_;
   std::vector<ImageF> frames_;
 };
+
+[[noreturn]] void refuse_time(std::size_t x, int y) {
+  throw InvalidInput("time map: texel (" + std::to_string(x) + ", " + std::to_string(y) + ") has a time that is not a number");
+}
 
 /// Texels of one thread.
 struct Texels {
@@ -54,6 +70,7 @@ struct Texels {
     const auto out = result.row(y);
     for (auto x = static_cast<std::size_t>(begin_x); x < static_cast<std::size_t>(end_x); ++x) {
       if (row_indices[x] == kNoValue) continue;
+      if (std::isnan(row_times[x])) refuse_time(x, y);
       const TimePosition position = locate(static_cast<double>(row_times[x]));
       if (position.index < first || position.index >= end) continue;
       if (position.index != known) {
@@ -61,38 +78,30 @@ struct Texels {
         before = frames[known];
         after = nullptr;
       }
-      const float* const a = before + 3 * std::size_t{row_indices[x]};
+      const float* const a = before + kPadded * row_indices[x];
       float* const color = out.data() + 3 * x;
       if (position.fraction == 0.0) {
         std::copy_n(a, 3, color);
         continue;
       }
       if (after == nullptr) after = frames[known + 1];
-      const auto fraction = static_cast<float>(position.fraction);
-      const float* const b = after + 3 * std::size_t{row_indices[x]};
-      for (std::size_t c = 0; c < 3; ++c) color[c] = (1.0f - fraction) * a[c] + fraction * b[c];
+      const auto fraction = static_cast<float>(position.fraction), rest = 1.0f - fraction;
+      const float* const b = after + kPadded * row_indices[x];
+      std::array<float, kPadded> blend;
+      for (std::size_t c = 0; c < kPadded; ++c) blend[c] = rest * a[c] + fraction * b[c];
+      std::copy_n(blend.begin(), 3, color);
     }
   }
 };
-
-void check_times(const PackedCoordinates& indices, const ImageF& times) {
-  if (!times.same_size(indices) || times.channels() != 1) throw InvalidInput("time map: expected one time for every texel of the coordinates");
-  for (std::size_t i = 0; i < times.values().size(); ++i) {
-    if (std::isnan(times.data()[i]) && indices.data()[i] != kNoValue) {
-      const auto width = static_cast<std::size_t>(times.width());
-      throw InvalidInput("time map: texel (" + std::to_string(i % width) + ", " + std::to_string(i / width) + ") has a time that is not a number");
-    }
-  }
-}
 
 }  // namespace
 
 ImageF gather_at_times(const HistoryReader& history, const PackedCoordinates& indices, const ImageF& times, Between between, const RunControl& control,
                        const TimeMapOptions& options) {
-  check_times(indices, times);
+  if (!times.same_size(indices) || times.channels() != 1) throw InvalidInput("time map: expected one time for every texel of the coordinates");
   ImageF result(indices.width(), indices.height(), 3);
   const FrameLocator locate(history.manifest(), between);
-  const std::int64_t bytes_per_frame = std::int64_t{history.manifest().width} * history.manifest().height * 3 * static_cast<std::int64_t>(sizeof(float));
+  const std::int64_t bytes_per_frame = std::int64_t{history.manifest().width} * history.manifest().height * static_cast<std::int64_t>(kPadded * sizeof(float));
   // One more frame is kept, for blends of a block's last one.
   const int per_block = static_cast<int>(std::clamp<std::int64_t>(options.frame_bytes / bytes_per_frame - 1, 1, history.num_frames()));
   RunControl quiet = control;

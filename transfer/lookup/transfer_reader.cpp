@@ -10,6 +10,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
 #include "transfer/control_matching.h"
+#include "transfer/lookup/source_turn.h"
 #include "transfer/lookup/time_map.h"
 
 namespace patinate {
@@ -113,21 +114,55 @@ ImageU8 TransferReader::coverage() const {
   return coverage;
 }
 
+namespace {
+
+/// Gutters filled, and borders repeated over the margins, tile by tile.
+void fill_sheet(Image<std::uint32_t>& values, const Sheet& sheet) {
+  if (sheet.num_tiles() == 1) return fill_gutters(values);
+  for (int i = 0; i < sheet.num_tiles(); ++i) {
+    Image<std::uint32_t> tile = cut_tile(values, sheet, i);
+    fill_gutters(tile);
+    paste_tile(values, sheet, i, tile);
+  }
+}
+
+}  // namespace
+
 const PackedCoordinates& TransferReader::filled_indices() const {
   std::call_once(filled_once_, [&] {
     filled_ = pack_coordinates(coordinates_, history().manifest().width);
-    for (int i = 0; i < sheet().num_tiles(); ++i) {
-      if (sheet().num_tiles() == 1) return fill_gutters(filled_);
-      PackedCoordinates tile = cut_tile(filled_, sheet(), i);
-      fill_gutters(tile);
-      paste_tile(filled_, sheet(), i, tile);
-    }
+    fill_sheet(filled_, sheet());
   });
   return filled_;
 }
 
-std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const RunControl& control) const {
-  ImageF values = gather_packed(source, filled_indices(), 0.0f, control);
+const Image<std::uint32_t>& TransferReader::filled_turns() const {
+  std::call_once(turns_once_, [&] {
+    std::vector<std::filesystem::path> files;
+    for (const TransferTile& tile : manifest().tiles) {
+      const std::vector<std::string> there = probe_image(tile.coordinates).channels;
+      for (const char* name : kTurnChannels) {
+        if (std::find(there.begin(), there.end(), name) == there.end()) return;
+      }
+      files.push_back(tile.coordinates);
+    }
+    const ImageF angle_mirror = read_sheet(files, {kTurnChannels[0], kTurnChannels[1]}, 0.0f);
+    const PackedCoordinates indices = pack_coordinates(coordinates_, history().manifest().width);
+    Image<std::uint32_t> turns(indices.width(), indices.height());
+    for (int y = 0; y < turns.height(); ++y) pack_checked_turns(files.front(), angle_mirror.row(y), y, turns.width(), indices.row(y), turns.row(y));
+    fill_sheet(turns, sheet());
+    turns_ = std::move(turns);
+  });
+  return turns_;
+}
+
+ImageF TransferReader::sample_map(MaterialMap map, double time, Between between, const RunControl& control) const {
+  ImageF values = gather_packed(sample_material_map(history(), map, time, between), filled_indices(), 0.0f, control);
+  if (map == MaterialMap::Normal && !filled_turns().empty()) turn_normals(filled_turns().values(), values.values());
+  return values;
+}
+
+std::vector<ImageF> TransferReader::tiles_of(ImageF values) const {
   std::vector<ImageF> tiles;
   if (sheet().num_tiles() == 1) {
     tiles.push_back(std::move(values));
@@ -135,6 +170,10 @@ std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const Run
   }
   for (int i = 0; i < sheet().num_tiles(); ++i) tiles.push_back(cut_tile(values, sheet(), i));
   return tiles;
+}
+
+std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const RunControl& control) const {
+  return tiles_of(gather_packed(source, filled_indices(), 0.0f, control));
 }
 
 std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {

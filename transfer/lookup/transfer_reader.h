@@ -9,6 +9,7 @@
 #include "libcommon/atlas/atlas_mesh.h"
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/history/history_sampling.h"
+#include "libcommon/history/material_maps.h"
 #include "libcommon/image/image.h"
 #include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/transfer_folder.h"
@@ -49,12 +50,19 @@ class TransferReader {
   [[nodiscard]] std::vector<ImageF> sample_tiles(double time, const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  Over the sheet.
   [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between, const RunControl& control = {}) const;
+  /// What frames hold beside colour (sample_material_map()) over the sheet, gutters filled; normals in the tangent space of their texels: x along
+  /// growing u, y along growing v, z out of the surface. @throws InvalidInput as sample_material_map(); IoError.
+  [[nodiscard]] ImageF sample_map(MaterialMap map, double time, Between between = Between::Blend, const RunControl& control = {}) const;
+  /// The tiles of an image over the sheet.
+  [[nodiscard]] std::vector<ImageF> tiles_of(ImageF values) const;
   /// Values of any image of the history's size at every texel, an image per tile, gutters filled.
   /// @param source  Height and width of the history, 1 to 4 channels.
   [[nodiscard]] std::vector<ImageF> gather_tiles(const ImageF& source, const RunControl& control = {}) const;
 
  private:
   void read_coordinates();
+  /// How patches lie, filled as filled_indices(); empty when coordinates do not say it.
+  [[nodiscard]] const Image<std::uint32_t>& filled_turns() const;
   /// An image over the sheet from a file a tile; margins hold `outside`.
   [[nodiscard]] ImageF read_sheet(const std::vector<std::filesystem::path>& files, const std::vector<std::string>& channels, float outside) const;
   /// The tiles of an image over the sheet, gutters filled.
@@ -64,8 +72,9 @@ class TransferReader {
   AtlasMesh atlas_;
   Mesh mesh_;
   ImageF coordinates_;
-  mutable std::once_flag filled_once_;
+  mutable std::once_flag filled_once_, turns_once_;
   mutable PackedCoordinates filled_;
+  mutable Image<std::uint32_t> turns_;
 };
 
 }  // namespace patinate

@@ -31,7 +31,7 @@ TEST(ImageRows, WrittenByRowsIsWhatIsWrittenAtOnceToTheByte) {
   for (const char* extension : {".png", ".jpg", ".tif", ".exr"}) {
     write_color(folder / (std::string("whole") + extension), image, "a key");
     const std::filesystem::path file = folder / (std::string("rows") + extension);
-    ColorRowWriter writer(file, image.width(), image.height(), "a key");
+    ImageRowWriter writer(file, image.width(), image.height(), {.key = "a key"});
     for (int y = 0; y < image.height(); y += 16) {
       const std::size_t count = static_cast<std::size_t>(std::min(16, image.height() - y)) * image.row(0).size();
       if (writer.takes_codes()) {
@@ -69,20 +69,20 @@ TEST(ImageRows, ReadByRowsIsWhatIsReadAtOnce) {
 TEST(ImageRows, NothingIsLeftOfAFileThatWasNotFinished) {
   const TempFolder folder;
   {
-    ColorRowWriter writer(folder / "a.png", 8, 8);
+    ImageRowWriter writer(folder / "a.png", 8, 8);
     writer.write(std::vector<std::uint8_t>(24 * 3));
     EXPECT_THROW(writer.finish(), InvalidInput);
   }
   {
-    ColorRowWriter writer(folder / "a.exr", 8, 8);
+    ImageRowWriter writer(folder / "a.exr", 8, 8);
     EXPECT_THROW(writer.write(std::vector<float>(24, NAN)), InvalidInput);
     EXPECT_THROW(writer.write(std::vector<float>(23)), InvalidInput);
     EXPECT_THROW(writer.write(std::vector<float>(24 * 9)), InvalidInput);
     EXPECT_THROW(writer.write(std::vector<std::uint8_t>(24)), InvalidInput);
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-  EXPECT_THROW(ColorRowWriter(folder / "a.bmp", 8, 8), UsageError);
-  EXPECT_THROW(ColorRowWriter(folder / "none" / "a.png", 8, 8), CannotComplete);
+  EXPECT_THROW(ImageRowWriter(folder / "a.bmp", 8, 8), UsageError);
+  EXPECT_THROW(ImageRowWriter(folder / "none" / "a.png", 8, 8), CannotComplete);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
@@ -92,7 +92,7 @@ TEST(ImageRows, AFullDiskIsNoticed) {
     const TempFolder folder;
     std::filesystem::create_symlink("/dev/full", folder / ("." + std::string("a.tmp") + std::to_string(::getpid()) + extension));
     const auto write = [&] {
-      ColorRowWriter writer(folder / (std::string("a") + extension), 256, 256);
+      ImageRowWriter writer(folder / (std::string("a") + extension), 256, 256);
       for (int y = 0; y < 256; y += 64) {
         if (writer.takes_codes()) {
           writer.write(std::vector<std::uint8_t>(64 * 256 * 3, 7));

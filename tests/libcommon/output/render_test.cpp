@@ -4,12 +4,14 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "libcommon/core/error.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/orbit_camera.h"
 #include "tests/libcommon/output/ball.h"
+#include "tests/support/meshes.h"
 #include "tests/support/test_data.h"
 
 namespace patinate {
@@ -196,6 +198,43 @@ TEST(Render, ReadsTheTextureUpright) {
   const ImageF picture = render(plate(2.0, 0.0), texture, o);
   EXPECT_NEAR(picture.at(48, 15, 0), 1.0f, 1e-4f);
   EXPECT_NEAR(picture.at(48, 80, 0), 0.0f, 1e-4f);
+}
+
+// A plate in the xy plane, u along x and v along y: its tangent space is the world. Where its normals point to the lamp it is fully lit, whatever
+// its own direction; the lamp's direction is that of the options.
+TEST(Render, NormalsOfATextureAreLitInTheirTangentSpace) {
+  RenderOptions o = bare();
+  o.light = 1.0;
+  o.azimuth_deg = o.elevation_deg = 0.0;
+  const double azimuth = o.light_azimuth_deg * std::numbers::pi / 180.0, elevation = o.light_elevation_deg * std::numbers::pi / 180.0;
+  const Vec3 lamp(std::cos(elevation) * std::sin(azimuth), std::sin(elevation), std::cos(elevation) * std::cos(azimuth));
+  for (const Vec3& normal : {lamp, Vec3(0, 0, 1), Vec3(-lamp.x(), lamp.y(), lamp.z())}) {
+    for (const bool is_mirrored : {false, true}) {
+      Mesh mesh = testing_support::unit_plane(2.0);
+      SurfaceDetail detail{.normals = ImageF(1, 1, 3)};
+      for (int c = 0; c < 3; ++c) detail.normals.at(0, 0, c) = static_cast<float>(normal[c]);
+      if (is_mirrored) {
+        for (Vec2& uv : mesh.uvs) uv.x() = 1.0 - uv.x();
+        detail.normals.at(0, 0, 0) *= -1.0f;
+      }
+      const ImageF picture = RenderView(mesh, o, detail).shade(kWhite);
+      EXPECT_NEAR(picture.at(48, 48, 1), std::max(0.0, normal.dot(lamp)), 1e-5);
+    }
+  }
+}
+
+TEST(Render, FlatDetailIsNoDetail) {
+  RenderOptions o = bare();
+  o.light = o.specular = 1.0;
+  o.roughness = 0.3;
+  SurfaceDetail flat{.normals = ImageF(1, 1, 3), .roughness = ImageF(1, 1, 1, 0.3f)};
+  flat.normals.at(0, 0, 2) = 1.0f;
+  const Mesh mesh = testing_support::cut_plane(2.0);
+  const ImageF with = RenderView(mesh, o, flat).shade(kWhite), without = RenderView(mesh, o).shade(kWhite);
+  for (std::size_t i = 0; i < with.values().size(); ++i) ASSERT_NEAR(with.data()[i], without.data()[i], 1e-5f);  // Rounding of 0.3f.
+  flat.roughness.at(0, 0) = 0.9f;
+  EXPECT_NE(RenderView(mesh, o, flat).shade(kWhite), without);
+  EXPECT_THROW(RenderView(mesh, o, {.roughness = ImageF(1, 1, 3)}), InvalidInput);
 }
 
 TEST(Render, DoesNotDependOnThreads) {

@@ -71,7 +71,7 @@ TEST_F(TimeMap, FramesThatDoNotFitInMemoryChangeNothing) {
   const HistoryReader history(folder_.path());
   ImageF times(32, 16, 1);
   for (std::int64_t i = 0; i < times.num_pixels(); ++i) times.data()[i] = static_cast<float>(i % 97) * 0.05f - 0.3f;
-  constexpr std::int64_t kFrame = 16 * 16 * 3 * sizeof(float);
+  constexpr std::int64_t kFrame = 16 * 16 * 4 * sizeof(float);
   for (Between between : {Between::Blend, Between::Hold, Between::Nearest}) {
     const ImageF expected = gather_at_times(history, indices(), times, between);
     for (std::int64_t bytes : {std::int64_t{0}, 2 * kFrame, 3 * kFrame, 4 * kFrame}) {

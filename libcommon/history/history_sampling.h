@@ -28,17 +28,21 @@ void describe(OptionVisitor& v, SamplingOptions& o);
 class FrameLocator {
  public:
   FrameLocator(const HistoryManifest& history, Between between);
-  /// @param time  Not NaN (which gives the last frame).
-  [[nodiscard]] TimePosition operator()(double time) const {
-    if (time <= times_.front()) return {0, 0.0};
-    if (!(time < times_.back())) return {static_cast<int>(times_.size()) - 1, 0.0};
-    const auto bin = static_cast<std::size_t>((time - times_.front()) * bins_per_time_);
-    // Rounding may put a time into the bin beside its own.
-    int index = first_[bin < first_.size() ? bin : first_.size() - 1];
-    while (times_[static_cast<std::size_t>(index)] > time) --index;
-    while (times_[static_cast<std::size_t>(index) + 1] <= time) ++index;
-    const double before = times_[static_cast<std::size_t>(index)], after = times_[static_cast<std::size_t>(index) + 1];
-    const double fraction = (time - before) / (after - before);
+  /// @param time  Not NaN (which gives the last frame). @param hint  A frame that it may lie after, as the one of a neighbour: any index.
+  [[nodiscard]] TimePosition operator()(double time, int hint = 0) const {
+    const double* const times = times_.data();
+    const int last = static_cast<int>(times_.size()) - 1;
+    int index = hint;
+    if (!(hint < last && times[hint] <= time && time < times[hint + 1])) {
+      if (time <= times[0]) return {0, 0.0};
+      if (!(time < times[last])) return {last, 0.0};
+      const auto bin = static_cast<std::size_t>((time - times[0]) * bins_per_time_);
+      // Rounding may put a time into the bin beside its own.
+      index = first_[bin < first_.size() ? bin : first_.size() - 1];
+      while (times[index] > time) --index;
+      while (times[index + 1] <= time) ++index;
+    }
+    const double fraction = (time - times[index]) / (times[index + 1] - times[index]);
     if (between_ == Between::Blend) return {index, fraction};
     return {between_ == Between::Nearest && fraction >= 0.5 ? index + 1 : index, 0.0};
   }

@@ -61,17 +61,19 @@ struct Texels {
   const FrameLocator& locate;
   FrameBlock& frames;
   int first, end;                                  ///< Frames that this block answers for.
+  int hint = 0;
   int known = -1;                                  ///< Neighbours mostly lie between the same two.
   const float *before = nullptr, *after = nullptr;
 
-  void look_up(int y, int begin_x, int end_x) {
+  void look_up(int y) {
     const auto row_indices = indices.row(y);
     const auto row_times = times.row(y);
     const auto out = result.row(y);
-    for (auto x = static_cast<std::size_t>(begin_x); x < static_cast<std::size_t>(end_x); ++x) {
+    for (std::size_t x = 0; x < row_indices.size(); ++x) {
       if (row_indices[x] == kNoValue) continue;
       if (std::isnan(row_times[x])) refuse_time(x, y);
-      const TimePosition position = locate(static_cast<double>(row_times[x]));
+      const TimePosition position = locate(static_cast<double>(row_times[x]), hint);
+      hint = position.index;
       if (position.index < first || position.index >= end) continue;
       if (position.index != known) {
         known = position.index;
@@ -109,13 +111,9 @@ ImageF gather_at_times(const HistoryReader& history, const PackedCoordinates& in
   for (int first = 0; first < history.num_frames(); first += per_block) {
     const int end = std::min(history.num_frames(), first + per_block);
     FrameBlock frames(history, first, std::min(history.num_frames(), end + 1) - first);
-    // Squares of texels: neighbours look at neighbours, in both directions, and what they share stays in the cache.
-    constexpr int kSquare = 64;
-    parallel_for(indices.height(), kSquare, quiet, [&](std::int64_t from, std::int64_t to) {
+    parallel_for(indices.height(), 16, quiet, [&](std::int64_t from, std::int64_t to) {
       Texels texels{indices, times, result, locate, frames, first, end};
-      for (int x = 0; x < indices.width(); x += kSquare) {
-        for (int y = static_cast<int>(from); y < static_cast<int>(to); ++y) texels.look_up(y, x, std::min(x + kSquare, indices.width()));
-      }
+      for (int y = static_cast<int>(from); y < static_cast<int>(to); ++y) texels.look_up(y);
     });
     control.report(static_cast<double>(end) / history.num_frames());
   }

@@ -42,9 +42,12 @@ TEST(FrameLocator, EqualsTheSearchForUnevenStamps) {
     for (Between between : {Between::Blend, Between::Hold, Between::Nearest}) {
       const FrameLocator locator(history.manifest(), between);
       for (double t : asked) {
-        const TimePosition expected = locate(history, t, between), found = locator(t);
-        ASSERT_EQ(found.index, expected.index) << t;
-        ASSERT_EQ(found.fraction, expected.fraction) << t;
+        const TimePosition expected = locate(history, t, between);
+        for (int hint = 0; hint < history.num_frames(); ++hint) {
+          const TimePosition found = locator(t, hint);
+          ASSERT_EQ(found.index, expected.index) << t;
+          ASSERT_EQ(found.fraction, expected.fraction) << t;
+        }
       }
     }
   }

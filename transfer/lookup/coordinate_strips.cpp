@@ -10,6 +10,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/image_rows.h"
+#include "transfer/flow_io.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/transfer_io.h"
 
@@ -35,7 +36,7 @@ CoordinateStrips::CoordinateStrips(std::filesystem::path file, int width, int he
       gutters_(width, height, rows_of_strip(options.strip_texels, width)) {
   if (options.with_turns) {
     const std::vector<std::string> there = probe_image(file_).channels;
-    has_turns_ = std::all_of(std::begin(kTurnChannels), std::end(kTurnChannels), [&](const char* name) { return std::find(there.begin(), there.end(), name) != there.end(); });
+    has_turns_ = std::all_of(std::begin(kPatchChannels), std::end(kPatchChannels), [&](const char* name) { return std::find(there.begin(), there.end(), name) != there.end(); });
     if (has_turns_) turn_gutters_.emplace(width, height, gutters_.end(0));
   }
   ImageRowReader rows(file_, channels());
@@ -68,7 +69,7 @@ CoordinateStrips::CoordinateStrips(std::filesystem::path file, int width, int he
 
 std::vector<std::string> CoordinateStrips::channels() const {
   std::vector<std::string> names{kCoordinateChannels[0], kCoordinateChannels[1]};
-  if (has_turns_) names.insert(names.end(), std::begin(kTurnChannels), std::end(kTurnChannels));
+  if (has_turns_) names.insert(names.end(), std::begin(kPatchChannels), std::end(kPatchChannels));
   return names;
 }
 

@@ -10,10 +10,6 @@
 
 namespace patinate {
 
-/// Optional channels of coordinates.exr: radians, counter-clockwise from growing u to where the source's x axis points, seen with u to the right and v
-/// up; and 1 where, seen so, the patch is a mirror image of the source, else 0.
-inline constexpr const char* kTurnChannels[2] = {"source.angle", "source.mirror"};
-
 /// Angle in steps of 2^-20 turns, and mirroring, as one number, so that gutters can be filled with it (GutterFill).
 [[nodiscard]] std::uint32_t pack_turn(float angle, bool is_mirrored);
 

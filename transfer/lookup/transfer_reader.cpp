@@ -10,6 +10,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
 #include "transfer/control_matching.h"
+#include "transfer/flow_io.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/lookup/time_map.h"
 
@@ -141,12 +142,12 @@ const Image<std::uint32_t>& TransferReader::filled_turns() const {
     std::vector<std::filesystem::path> files;
     for (const TransferTile& tile : manifest().tiles) {
       const std::vector<std::string> there = probe_image(tile.coordinates).channels;
-      for (const char* name : kTurnChannels) {
+      for (const char* name : kPatchChannels) {
         if (std::find(there.begin(), there.end(), name) == there.end()) return;
       }
       files.push_back(tile.coordinates);
     }
-    const ImageF angle_mirror = read_sheet(files, {kTurnChannels[0], kTurnChannels[1]}, 0.0f);
+    const ImageF angle_mirror = read_sheet(files, {kPatchChannels[0], kPatchChannels[1]}, 0.0f);
     const PackedCoordinates indices = pack_coordinates(coordinates_, history().manifest().width);
     Image<std::uint32_t> turns(indices.width(), indices.height());
     for (int y = 0; y < turns.height(); ++y) pack_checked_turns(files.front(), angle_mirror.row(y), y, turns.width(), indices.row(y), turns.row(y));

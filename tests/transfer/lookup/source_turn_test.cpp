@@ -12,6 +12,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
+#include "transfer/flow_io.h"
 #include "transfer/lookup/texture_files.h"
 #include "transfer/lookup/transfer_reader.h"
 #include "transfer/transfer_job.h"
@@ -74,7 +75,7 @@ class TurnedCharts : public testing::TestWithParam<bool> {
         coordinates.at(x, y, 3) = GetParam() ? 1.0f : 0.0f;
       }
     }
-    write_exr(folder_ / "transfer/coordinates.exr", coordinates, {"source.x", "source.y", kTurnChannels[0], kTurnChannels[1]}, ExrDepth::Float);
+    write_exr(folder_ / "transfer/coordinates.exr", coordinates, {"source.x", "source.y", kPatchChannels[0], kPatchChannels[1]}, ExrDepth::Float);
   }
   /// Unit vectors on the surface along growing u and v.
   [[nodiscard]] std::pair<Vec3, Vec3> uv_axes(TexelId t) const {

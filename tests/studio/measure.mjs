@@ -2,10 +2,10 @@
 // Software rendering: simulation, server and browser share the machine's cores, as on a lab machine without a GPU.
 import { mkdtemp, readdir, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { join, resolve } from "node:path";
 import { make_wall, missing, new_page, open_browser, open_place, scene_is_ready, serve, until } from "./support.mjs";
 
-const program = process.argv[2];
+const program = resolve(process.argv[2]);
 const memory_s = Number(process.argv[3] ?? 180);
 const only = Number(process.argv[4] ?? 0);  // One resolution.
 /// Resolution, and gammatons so that an iteration makes about a tenth of the tiles dirty.

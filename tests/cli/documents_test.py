@@ -84,19 +84,24 @@ class Completion(unittest.TestCase):
 
     @unittest.skipUnless(shutil.which("zsh"), "no zsh")
     def test_zsh_offers_commands_options_choices_and_files(self):
-        # A shell in a pseudo-terminal, as a user has it; what it lists after a tab is read until it falls silent.
+        # A shell in a pseudo-terminal, as a user has it; what it lists after a tab is read until the word comes, or half a minute is over.
         script = self.script("zsh")
         driver = self.folder / "driver.zsh"
         driver.write_text(f"""
 zmodload zsh/zpty
 zpty -b shell zsh -f -i
-ask() {{ zpty -w -n shell "$1"; sleep $2; local out text=''; while zpty -r -t shell out; do text+=$out; done; print -r -- "$text" }}
-ask $'PS1= ; unsetopt zle_bracketed_paste; autoload -U compinit && compinit -u -D && source {script}\\n' 1.5 >/dev/null
-for line in "$@"; do ask "$line"$'\\t' 0.7; ask $'\\C-u' 0.1 > /dev/null; print -r -- '-----'; done
+ask() {{
+  zpty -w -n shell "$1"; local out text='' i
+  for i in {{1..300}}; do while zpty -r -t shell out; do text+=$out; done; [[ $text == *$2* ]] && break; sleep 0.1; done
+  print -r -- "$text"
+}}
+ask $'PS1= ; unsetopt zle_bracketed_paste; autoload -U compinit && compinit -u -D && source {script} && print REA""DY\\n' READY >/dev/null
+for line offer in "$@"; do ask "$line"$'\\t' $offer; zpty -w -n shell $'\\C-u'; print -r -- '-----'; done
 """)
         lines = {"patinate tr": "transfer", "patinate transfer --method r": "reference", "patinate synth s": "sculpture",
                  "patinate lookup ag": "aged"}
-        result = subprocess.run(["zsh", "-f", str(driver), *lines], cwd=self.folder, capture_output=True, text=True, timeout=60,
+        arguments = [word for pair in lines.items() for word in pair]
+        result = subprocess.run(["zsh", "-f", str(driver), *arguments], cwd=self.folder, capture_output=True, text=True, timeout=300,
                                 env={**os.environ, "HOME": str(self.folder), "TERM": "dumb", "COLUMNS": "200"})
         self.assertEqual(result.stderr, "")
         for line, offer, answer in zip(lines, lines.values(), result.stdout.split("-----")):

@@ -101,7 +101,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.options(atlas);
   run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says", texel_size_mm);
   run.line.option("flow", "FLOW", "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature (along tubes and ridges), uv (as each chart lies), "
-                  "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows; default: gravity", flow);
+                  "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows", flow);
   run.line.options(options);
   run.line.options(kinds);
   run.line.example("transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");

@@ -3,10 +3,12 @@
 import json
 import pathlib
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
@@ -86,6 +88,22 @@ class Transfer(unittest.TestCase):
 
     def test_a_source_smaller_than_the_neighbourhood(self):
         self.refused(INPUT, "no pixel has its whole neighbourhood of 7 pixels inside the mask", "--control", "facing", history=self.narrow_history(6))
+
+    def test_a_mask_of_three_pixels(self):
+        history = self.folder / "three"
+        shutil.copytree(SHARED / "history", history)
+        rows = b"".join(b"\0" + bytes(255 if y == 20 and x in (20, 21, 22) else 0 for x in range(48)) for y in range(40))
+        chunk = lambda name, data: struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        (history / "mask.png").write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 48, 40, 8, 0, 0, 0, 0)) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+        manifest = json.loads((history / "history.json").read_text())
+        manifest["mask"] = "mask.png"
+        (history / "history.json").write_text(json.dumps(manifest))
+        self.refused(INPUT, "give a larger mask, or a smaller --neighborhood", "--control", "facing", history="three")
+
+    def test_a_map_with_nan(self):
+        # PFM, "Pf" gray: rows from below, little-endian by the sign.
+        (self.folder / "wet.pfm").write_bytes(b"Pf\n64 64\n-1.0\n" + struct.pack("<4096f", *(float("nan") if i == 100 else i / 4096 for i in range(4096))))
+        self.refused(INPUT, "holds NaN or infinite values", "--control", "wet.pfm")
 
     def test_a_mesh_whose_uvs_cover_nothing(self):
         (self.folder / "dot.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 0\nvt 0 0\nvt 0.001 0\nvt 0 0.001\nf 1/1 2/2 3/3\n")

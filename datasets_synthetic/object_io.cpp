@@ -1,6 +1,8 @@
 #include "datasets_synthetic/object_io.h"
 
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
 
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_io.h"
@@ -11,52 +13,51 @@ namespace patinate {
 
 namespace fs = std::filesystem;
 
-JobPlan plan_sculpture(const SculptureOptions& options, const fs::path& output) {
+namespace {
+
+using MakeFiles = std::function<void(const fs::path& folder, const RunControl& control)>;
+
+/// One item that makes all files, and `KIND.json` with `about` and the key.
+template <class Options>
+JobPlan plan_object(const std::string& kind, std::int64_t version, const Options& options, const fs::path& output, std::vector<fs::path> files, MakeFiles make, Json about) {
   check_ranges(options);
-  JobInputs inputs("synth sculpture", 1);
+  JobInputs inputs("synth " + kind, version);
   inputs.add_options(option_values(options));
+  JobPlan plan = inputs.plan(output, kind + ".json");
+  plan.items.push_back({.name = "mesh", .outputs = std::move(files), .run = std::move(make)});
+  about["mesh"] = "mesh.obj";
+  about["unit"] = "mm";
+  about["key"] = plan.key;
+  plan.join = [file = plan.manifest, about = std::move(about)](const fs::path& folder, const RunControl&) { save_json(folder / file, about); };
+  return plan;
+}
+
+}  // namespace
+
+JobPlan plan_sculpture(const SculptureOptions& options, const fs::path& output) {
   Json values;
   for (const auto& [name, value] : option_values(options)) values[name] = value;
-  JobPlan plan = inputs.plan(output, "sculpture.json");
-  plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj"}, .run = [options](const auto& folder, const RunControl&) {
-                          write_obj(folder / "mesh.obj", sculpture(options));
-                        }});
-  plan.join = [values, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "sculpture.json",
-              Json{{"mesh", "mesh.obj"}, {"unit", "mm"}, {"options", values}, {"key", key}});
-  };
-  return plan;
+  return plan_object("sculpture", 1, options, output, {"mesh.obj"},
+                     [options](const fs::path& folder, const RunControl&) { write_obj(folder / "mesh.obj", sculpture(options)); }, {{"options", values}});
 }
 
 JobPlan plan_ledge(const LedgeOptions& options, const fs::path& output) {
-  check_ranges(options);
-  JobInputs inputs("synth ledge", 2);
-  inputs.add_options(option_values(options));
-  JobPlan plan = inputs.plan(output, "ledge.json");
-  plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj", "scene.json"}, .run = [options](const auto& folder, const RunControl&) {
-                          write_obj(folder / "mesh.obj", ledge(options));
-                          write_atomically(folder / "scene.json", ledge_scene(options, "mesh.obj"));
-                        }});
-  plan.join = [key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "ledge.json", Json{{"mesh", "mesh.obj"}, {"scene", "scene.json"}, {"unit", "mm"}, {"key", key}});
-  };
-  return plan;
+  return plan_object("ledge", 2, options, output, {"mesh.obj", "scene.json"},
+                     [options](const fs::path& folder, const RunControl&) {
+                       write_obj(folder / "mesh.obj", ledge(options));
+                       write_atomically(folder / "scene.json", ledge_scene(options, "mesh.obj"));
+                     },
+                     {{"scene", "scene.json"}});
 }
 
 JobPlan plan_fence(const FenceOptions& options, const fs::path& output) {
-  check_ranges(options);
-  JobInputs inputs("synth fence", 1);
-  inputs.add_options(option_values(options));
-  JobPlan plan = inputs.plan(output, "fence.json");
-  plan.items.push_back({.name = "mesh", .outputs = {"mesh.obj", "grain.png", "scene.json"}, .run = [options](const auto& folder, const RunControl& control) {
-                          write_obj(folder / "mesh.obj", fence(options));
-                          write_srgb8(folder / "grain.png", fence_grain(options, control));
-                          write_atomically(folder / "scene.json", fence_scene(options, "mesh.obj", "grain.png"));
-                        }});
-  plan.join = [key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "fence.json", Json{{"mesh", "mesh.obj"}, {"scene", "scene.json"}, {"unit", "mm"}, {"key", key}});
-  };
-  return plan;
+  return plan_object("fence", 1, options, output, {"mesh.obj", "grain.png", "scene.json"},
+                     [options](const fs::path& folder, const RunControl& control) {
+                       write_obj(folder / "mesh.obj", fence(options));
+                       write_srgb8(folder / "grain.png", fence_grain(options, control));
+                       write_atomically(folder / "scene.json", fence_scene(options, "mesh.obj", "grain.png"));
+                     },
+                     {{"scene", "scene.json"}});
 }
 
 }  // namespace patinate

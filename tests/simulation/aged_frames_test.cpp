@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/meshes.h"
+#include "tests/support/plate_scene.h"
 
 namespace patinate {
 namespace {
@@ -10,28 +10,8 @@ namespace {
 /// An iron plate in the rain; frames after 0, 8, 16 and 20 iterations.
 SceneFile plate() {
   SceneFile file;
-  Scene& scene = file.scene;
-  scene.materials = {"water", "metal", "rust"};
-  scene.looks.resize(3);
-  scene.looks[2].color.color = Vec3(0.2, 0.06, 0.02);
-  scene.resolution = 64;
-  SceneObject object;
-  object.name = "plate";
-  object.mesh = testing_support::unit_plane(100.0);
-  object.preset.amounts[1] = 1.0;
-  object.rotate_deg = Vec3(-60, 0, 0);
-  scene.objects.push_back(object);
-  Emitter rain;
-  rain.name = "rain";
-  rain.shape = EmitterShape::Sky;
-  rain.gammatons = 200;
-  rain.carries[0] = 0.8;
-  scene.emitters.push_back(rain);
-  scene.exchange.rates[0] = 0.4;
-  Rule rust{.name = "rust", .driver = "min(water, metal)", .alpha = 5.0};
-  rust.makes[2] = 1.0;
-  scene.rules.push_back(rust);
-  scene.time_per_iteration = 0.05;
+  file.scene = testing_support::plate_scene(64);
+  file.scene.rules.push_back(testing_support::rust_rule(5.0));
   file.iterations = 20;
   file.history_every = 8;
   file.controls = {"hits"};

@@ -7,44 +7,23 @@
 #include "libcommon/core/error.h"
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
+#include "tests/support/plate_scene.h"
 
 namespace patinate {
 namespace {
 
 using testing_support::error_of;
 using testing_support::has;
+using testing_support::rust_rule;
 
-Rule rust_rule() {
-  Rule rule{.name = "rust", .driver = "min(water, metal)", .alpha = 0.5};
-  rule.makes[2] = 1.0;
-  return rule;
-}
-
-/// An iron plate, tilted by 30 degrees, in the rain.
+/// The plate with relief of rust, in denser rain that washes a little of it on.
 Scene plate(int resolution = 96) {
-  Scene scene;
-  scene.materials = {"water", "metal", "rust"};
-  scene.looks.resize(3);
-  scene.looks[2].color.color = Vec3(0.2, 0.06, 0.02);
+  Scene scene = testing_support::plate_scene(resolution);
   scene.looks[2].height_mm = 0.3;
-  scene.resolution = resolution;
-  SceneObject object;
-  object.name = "plate";
-  object.mesh = testing_support::unit_plane(100.0);
-  object.preset.amounts[1] = 1.0;
-  object.rotate_deg = Vec3(-60, 0, 0);
-  scene.objects.push_back(object);
-  Emitter rain;
-  rain.name = "rain";
-  rain.shape = EmitterShape::Sky;
-  rain.gammatons = 300;
-  rain.spread_deg = 5;
-  rain.carries[0] = 0.8;
-  scene.emitters.push_back(rain);
-  scene.exchange.rates[0] = 0.4;
+  scene.emitters[0].gammatons = 300;
+  scene.emitters[0].spread_deg = 5;
   scene.exchange.rates[2] = 0.02;
-  scene.rules.push_back(rust_rule());
-  scene.time_per_iteration = 0.05;
+  scene.rules.push_back(rust_rule(0.5));
   return scene;
 }
 
@@ -287,7 +266,7 @@ TEST(Simulation, ARuleThatCannotBeIsRefusedAndChangesNothing) {
   EXPECT_TRUE(has(refused("rust", {.driver = {}, .alpha = -1.0, .makes = {}, .uses = {}, .begins = {}}), "alpha of rule 'rust'"));
   EXPECT_TRUE(simulation.snapshot() == before);
   Scene twins = plate();
-  twins.rules.push_back(rust_rule());
+  twins.rules.push_back(rust_rule(0.5));
   Simulation two(twins);
   EXPECT_TRUE(has(error_of([&] { two.apply(rule_event(0, "rust", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}})); }), "two rules are called 'rust'"));
 }

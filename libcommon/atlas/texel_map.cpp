@@ -297,17 +297,6 @@ TexelId TexelMap::inside_chart(TexelId from, int dx, int dy) const {
   return is_own(x + dx, y + dy) ? from + TexelId{dy} * width_ + dx : -1;
 }
 
-void TexelMap::gather(TexelId t, std::span<const Vec2> offsets_mm, std::span<TexelId> out) const {
-  const SurfacePoint p = point(t);
-  const FlowFrame frame = tangents(p.triangle);
-  const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle, frame);
-  for (std::size_t k = 0; k < offsets_mm.size(); ++k) {
-    const std::optional<TexelStep> step = whole_step(to_texels * offsets_mm[k], std::max(width_, height_));
-    out[k] = step ? inside_chart(t, step->x, step->y) : -1;
-    if (out[k] < 0) out[k] = texel_of(walk(p, frame * offsets_mm[k]));
-  }
-}
-
 void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm, std::span<TexelNeighbor> out) const {
   const SurfacePoint p = point(t);
   const FlowFrame& frame = frames[static_cast<std::size_t>(p.triangle)];

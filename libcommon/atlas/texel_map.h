@@ -66,18 +66,14 @@ class TexelMap {
   [[nodiscard]] FlowFrame tangents(int triangle) const;
   /// Texel steps per mm in a frame: the inverse of frame^T mm_per_texel. Zero where there is none.
   [[nodiscard]] Eigen::Matrix2d texels_per_mm(int triangle, const FlowFrame& frame) const;
-  [[nodiscard]] Eigen::Matrix2d texels_per_mm(int triangle) const { return texels_per_mm(triangle, tangents(triangle)); }
   /// Median over covered texels of sqrt(area of one texel), mm.
   [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
   /// 0 / 255.
   [[nodiscard]] ImageU8 coverage() const;
 
-  /// Texels that lie at `offsets_mm` (in the tangents of the texel's triangle) from texel `t`, walking straight over the
-  /// surface and across seams; -1 where the surface ends.
-  /// @param out  as long as offsets_mm.
-  void gather(TexelId t, std::span<const Vec2> offsets_mm, std::span<TexelId> out) const;
-  /// The same with offsets in frames, and where the neighbours really lie: texels are a grid, offsets are not. Over seams that is known as well as the frames on
-  /// both sides agree.
+  /// Texels that lie at `offsets_mm` (in the frame of the texel's triangle) from texel `t`, walking straight over the surface and across seams; texel -1 where the
+  /// surface ends. With where they really lie: texels are a grid, offsets are not. Over seams that is known as well as the frames on both sides agree.
+  /// @param frames  One a triangle: uv_frames(), or a direction field. @param out  As long as offsets_mm.
   void gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm, std::span<TexelNeighbor> out) const;
   /// The straight walk itself: from a surface point along a 3D vector in its triangle's plane. triangle = -1 where the
   /// surface ends.

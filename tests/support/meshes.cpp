@@ -103,4 +103,14 @@ Mesh udim_plane(double side_mm, int columns) {
   return mesh;
 }
 
+std::vector<Vec2> square_offsets(int radius, double step_mm) {
+  std::vector<Vec2> offsets;
+  for (int y = -radius; y <= radius; ++y) {
+    for (int x = -radius; x <= radius; ++x) {
+      if (x != 0 || y != 0) offsets.emplace_back(x * step_mm, y * step_mm);
+    }
+  }
+  return offsets;
+}
+
 }  // namespace patinate::testing_support

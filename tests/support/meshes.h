@@ -2,6 +2,8 @@
 /// Small meshes with closed forms.
 #pragma once
 
+#include <vector>
+
 #include "libcommon/geometry/mesh.h"
 
 namespace patinate::testing_support {
@@ -15,6 +17,9 @@ namespace patinate::testing_support {
 [[nodiscard]] Mesh quilt_plane(double side_mm, int n);
 /// The same, every second chart mirrored and every second row of charts with 0.7 of the texel density.
 [[nodiscard]] Mesh patchwork_plane(double side_mm, int n);
+
+/// (x, y) * step_mm for x and y in [-radius, radius], row by row, without (0, 0): a neighbourhood on a surface.
+[[nodiscard]] std::vector<Vec2> square_offsets(int radius, double step_mm);
 
 /// The square as `columns` UDIM tiles from left to right, each a strip of it that fills its tile.
 [[nodiscard]] Mesh udim_plane(double side_mm, int columns);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "libcommon/atlas/atlas_mesh.h"
+#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/error.h"
 #include "tests/support/meshes.h"
 
@@ -72,17 +73,18 @@ TEST(Sheet, NeighboursAcrossTilesLieStraightOn) {
   const Vec2 texel(kSide / 3 / 32, kSide / 32);  // 0.5 by 1.5 mm
   std::vector<Vec2> offsets;
   for (int x = -3; x <= 3; ++x) offsets.emplace_back(x * texel.x(), 0.0);
-  std::vector<TexelId> found(offsets.size());
+  const FlowFrames frames = uv_frames(map);
+  std::vector<TexelNeighbor> found(offsets.size());
   int num_crossing = 0;
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
-    map.gather(t, offsets, found);
+    map.gather(t, frames, offsets, found);
     for (std::size_t k = 0; k < offsets.size(); ++k) {
       const Vec3 expected = map.position_mm(t) + Vec3(offsets[k].x(), 0, 0);
       if (expected.x() < 0.0 || expected.x() > kSide) continue;
-      ASSERT_GE(found[k], 0);
-      EXPECT_LT((map.position_mm(found[k]) - expected).norm(), 1e-3);  // float barycentrics: exactly that texel
-      num_crossing += map.chart(found[k]) != map.chart(t);
+      ASSERT_GE(found[k].texel, 0);
+      EXPECT_LT((map.position_mm(found[k].texel) - expected).norm(), 1e-3);  // float barycentrics: exactly that texel
+      num_crossing += map.chart(found[k].texel) != map.chart(t);
     }
   }
   EXPECT_EQ(num_crossing, 2 * 32 * 2 * (1 + 2 + 3));  // two borders of 32 rows, both ways

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "libcommon/atlas/dilate.h"
+#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "tests/support/meshes.h"
@@ -15,17 +16,8 @@ namespace patinate {
 namespace {
 
 using testing_support::cut_plane;
+using testing_support::square_offsets;
 using testing_support::unit_plane;
-
-std::vector<Vec2> square_offsets(int radius, double step_mm) {
-  std::vector<Vec2> offsets;
-  for (int y = -radius; y <= radius; ++y) {
-    for (int x = -radius; x <= radius; ++x) {
-      if (x != 0 || y != 0) offsets.emplace_back(x * step_mm, y * step_mm);
-    }
-  }
-  return offsets;
-}
 
 TEST(TexelMap, PlacesTexelCentresByTheUvConvention) {
   const TexelMap map(unit_plane(64.0), 64, 64);
@@ -44,7 +36,7 @@ TEST(TexelMap, TangentsFollowTexelStepsAndKnowTheirSize) {
   const auto j = map.mm_per_texel(0);
   EXPECT_NEAR(j(0, 0), 2.0, 1e-12);
   EXPECT_NEAR(j(1, 1), -4.0, 1e-12);
-  const Eigen::Matrix2d texels = map.texels_per_mm(0);
+  const Eigen::Matrix2d texels = map.texels_per_mm(0, map.tangents(0));
   EXPECT_NEAR(texels(0, 0), 0.5, 1e-12);
   EXPECT_NEAR(texels(1, 1), 0.25, 1e-12);
 }
@@ -75,19 +67,20 @@ TEST(TexelMap, GatherCrossesASeamStraight) {
   const TexelMap map(cut_plane(kSide), 128, 128);
   const double texel_mm = map.median_texel_size_mm();
   const std::vector<Vec2> offsets = square_offsets(3, texel_mm);
-  std::vector<TexelId> found(offsets.size());
+  const FlowFrames frames = uv_frames(map);
+  std::vector<TexelNeighbor> found(offsets.size());
   std::int64_t num_crossing = 0;
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
-    map.gather(t, offsets, found);
-    const auto frame = map.tangents(map.point(t).triangle);
+    map.gather(t, frames, offsets, found);
+    const FlowFrame& frame = frames[static_cast<std::size_t>(map.triangle(t))];
     for (std::size_t k = 0; k < offsets.size(); ++k) {
       const Vec3 expected = map.position_mm(t) + frame * offsets[k];
       const bool is_on_plane = expected.x() > 0.0 && expected.y() > 0.0 && expected.x() < kSide && expected.y() < kSide;
       if (!is_on_plane) continue;
-      ASSERT_GE(found[k], 0) << t << " " << k;
-      EXPECT_LT((map.position_mm(found[k]) - expected).norm(), 1.6 * texel_mm);
-      num_crossing += map.chart(found[k]) != map.chart(t);
+      ASSERT_GE(found[k].texel, 0) << t << " " << k;
+      EXPECT_LT((map.position_mm(found[k].texel) - expected).norm(), 1.6 * texel_mm);
+      num_crossing += map.chart(found[k].texel) != map.chart(t);
     }
   }
   EXPECT_GT(num_crossing, 500);
@@ -95,9 +88,9 @@ TEST(TexelMap, GatherCrossesASeamStraight) {
 
 TEST(TexelMap, GatherEndsWhereTheSurfaceEnds) {
   const TexelMap map(unit_plane(32.0), 32, 32);
-  std::vector<TexelId> found(1);
-  map.gather(5, std::vector<Vec2>{{0.0, -3.0}}, found);  // Up from the top row.
-  EXPECT_EQ(found[0], -1);
+  std::vector<TexelNeighbor> found(1);
+  map.gather(5, uv_frames(map), std::vector<Vec2>{{0.0, -3.0}}, found);  // Up from the top row.
+  EXPECT_EQ(found[0].texel, -1);
 }
 
 TEST(TexelMap, WalkRoundACubeComesBack) {

@@ -13,15 +13,7 @@
 namespace patinate {
 namespace {
 
-std::vector<Vec2> square_offsets(int radius, double step_mm) {
-  std::vector<Vec2> offsets;
-  for (int y = -radius; y <= radius; ++y) {
-    for (int x = -radius; x <= radius; ++x) {
-      if (x != 0 || y != 0) offsets.emplace_back(x * step_mm, y * step_mm);
-    }
-  }
-  return offsets;
-}
+using testing_support::square_offsets;
 
 const Vec3 kUp(0.0, 1.0, 0.0);
 

@@ -88,11 +88,7 @@ JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path&
   check_crackle(options);
   JobInputs inputs("synth crackle", 1);
   inputs.add_options(option_values(options));
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "truth/truth.json";
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, "truth/truth.json");
   const auto plate = std::make_shared<SharedPlate>(options);
   for (int i = 0; i < options.num_frames; ++i) {
     const std::filesystem::path file = std::filesystem::path("frames") / (four_digits(i) + ".png");

@@ -182,11 +182,7 @@ JobPlan plan_mould(const MouldOptions& options, const fs::path& output) {
   const MouldOptions checked = checked_mould(options);
   JobInputs inputs("synth mould", 1);
   inputs.add_options(option_values(checked));
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "truth/truth.json";
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, "truth/truth.json");
   plan.parallel_items = false;
   const auto shared = std::make_shared<SharedMould>(checked);
   for (int step = 0; step < checked.num_steps; ++step) {

@@ -212,11 +212,7 @@ JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const
   work->options = options;
   work->options.parameter_maps = work->file.controls;
   work->key = inputs.key();
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "simulation.json";
-  plan.key = work->key;
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, "simulation.json");
   plan.parallel_items = false;
   std::int64_t begin = 0;
   int stage = 0;

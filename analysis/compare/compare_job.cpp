@@ -68,11 +68,7 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
   const JobInputs inputs = compare_inputs(task, a, b);
   const auto work = std::make_shared<Work>();
   work->task = std::move(task);
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = kCompareReportFile;
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, kCompareReportFile);
   plan.parallel_items = false;
   std::vector<std::pair<std::string, MakeSection>> sections{
       {"look", [](const ComparedPair& p, const CompareOptions&, const RunControl&) { return look_section(p); }},

@@ -115,11 +115,7 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
   }
   inputs.add_options(option_values(task.options));
   inputs.add_value("--seed", std::to_string(task.seed));
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = kEvaluationFile;
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, kEvaluationFile);
   plan.parallel_items = false;
   const auto shared = std::make_shared<const EvaluationTask>(std::move(task));
   for (std::size_t i = 0; i < shared->maps.size(); ++i) {

@@ -43,11 +43,8 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
   for (const FactoredFrame& f : work->frames) {
     if (f.source < 0) inputs.add_value("--times " + number_text(f.time), number_text(f.time));
   }
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = kFactorizationManifestFile;
-  plan.key = work->key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, kFactorizationManifestFile);
+  work->key = plan.key;
   plan.parallel_items = false;
   plan.items.push_back({.name = "curve", .outputs = {work_file("curve.json")}, .run = [work](const fs::path& folder, const RunControl& control) { make_curve(*work, folder, control); }, .key = model_key});
   for (int band = 0; band < work->num_bands(); ++band) {

@@ -376,11 +376,7 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
     if (is_of_search || work->aged.empty()) search_inputs.add_value("--" + name, value);
     inputs.add_value("--" + name, value);
   }
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = kFitReportFile;
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, kFitReportFile);
   const std::string search_key = search_inputs.key();
   plan.items.push_back(record_item("initial", 0, search_key, [work](const fs::path&, const RunControl& control) {
     const int looks = work->looks.empty() ? 1 : work->aged.empty() ? work->budget.evaluations : work->task.options.looks;

@@ -152,11 +152,7 @@ JobPlan plan_registration(RegistrationTask task, const fs::path& output) {
     }
   }
   const JobInputs inputs = inputs_of(*shared, names);
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "registration.json";
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, "registration.json");
   plan.parallel_items = false;
   plan.join = [shared, names, output, key = plan.key](const fs::path& folder, const RunControl& control) {
     const std::vector<PointCloud> scans = read_scans(*shared);

@@ -158,11 +158,7 @@ int cmd_accessibility(CommandRun& run) {
   AccessibilityCommandOptions plain = options;
   plain.camera.clear();  // Counts by content.
   inputs.add_options(option_values(plain));
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = kManifest;
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, kManifest);
   JobItem item{.name = "maps", .outputs = {"mask.png", "maps.json"}, .run = {}};
   for (const char* name : {"accessibility", "ray_share", "tangent_sphere"}) {
     item.outputs.push_back(std::string(name) + ".exr");

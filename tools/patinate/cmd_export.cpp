@@ -101,11 +101,7 @@ int export_sequence(CommandRun& run, const SequenceSource& source, const History
   JobInputs inputs("export sequence", 2);
   inputs.add_content("source", "what is exported", source.key).add_value("--format", extension);
   for (double t : times) inputs.add_value("time " + number_text(t), "an image");
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "sequence.json";
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, "sequence.json");
   Json files = Json::array();
   for (std::size_t i = 0; i < times.size(); ++i) {
     std::string number = std::to_string(i);

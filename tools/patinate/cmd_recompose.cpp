@@ -101,11 +101,7 @@ int cmd_recompose(CommandRun& run) {
     inputs.add_value("--set " + text.substr(0, text.find('=')), text);
   }
   inputs.add_options(option_values(options));
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = "recomposed.json";
-  plan.key = inputs.key();
-  plan.depends_on = inputs.list();
+  JobPlan plan = inputs.plan(output, "recomposed.json");
   plan.join = [&](const fs::path& made, const RunControl& control) {
     Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = options.color_form}, control.part(0.0, 0.5));
     read_atlas_file(source, simulation);

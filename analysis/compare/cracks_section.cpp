@@ -78,8 +78,9 @@ void add_side(const Cracks& c, const std::string& side, const std::string& unit,
   add("crack_share", "Share of cracks", "", c.network.share, "");
   const std::optional<double> width = c.network.width_px();
   add("crack_width", "Mean width of cracks", unit, width ? std::optional(*width * c.pixel) : std::nullopt, none);
-  const std::optional<double> octaves = c.cells.empty() ? std::nullopt : std::optional(static_cast<double>(c.cells[c.cells.size() / 2].value));
-  add("cell_area", "Median cell", unit + "^2", octaves ? std::optional(std::exp2(*octaves)) : std::nullopt, "no cell is closed");
+  std::optional<double> cell_area;
+  if (!c.cells.empty()) cell_area = std::exp2(static_cast<double>(c.cells[c.cells.size() / 2].value));
+  add("cell_area", "Median cell", unit + "^2", cell_area, "no cell is closed");
   add("junction_angle", "Mean angle between cracks (90: one ends on another; 120: three meet evenly)", "degrees", mean(c.angles), "no junction can be followed");
 }
 

@@ -18,20 +18,17 @@ namespace patinate {
 
 EnergyScale EnergyScale::make(const SourceLevel& source, double coherence_share, std::span<const double> control_weights) {
   EnergyScale scale;
-  scale.coherence_share = coherence_share;
-  scale.appearance_variance = source.appearance_variance;
-  double sum = 0.0;
-  for (double w : control_weights) sum += w;
+  scale.coherence_scales.push_back(0);
+  for (int sum = 1; sum <= Neighborhood::kLargestSum; ++sum) {
+    scale.coherence_scales.push_back(static_cast<std::int64_t>(kOne * coherence_share / (sum * 2.0 * source.appearance_variance)));
+  }
+  double sum_of_controls = 0.0;
+  for (double w : control_weights) sum_of_controls += w;
   for (std::size_t c = 0; c < control_weights.size(); ++c) {
     scale.control_scale.push_back(static_cast<std::int64_t>(
-        kOne * (1.0 - coherence_share) * control_weights[c] / (sum * 2.0 * source.control_variances[c])));
+        kOne * (1.0 - coherence_share) * control_weights[c] / (sum_of_controls * 2.0 * source.control_variances[c])));
   }
   return scale;
-}
-
-std::int64_t EnergyScale::coherence_scale(int sum_of_weights) const {
-  if (sum_of_weights == 0) return 0;
-  return static_cast<std::int64_t>(kOne * coherence_share / (sum_of_weights * 2.0 * appearance_variance));
 }
 
 TexelCost::TexelCost(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood)
@@ -45,8 +42,14 @@ TexelCost::TexelCost(const SourceLevel& source, const DestinationLevel& destinat
   std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return neighborhood.weights[a] > neighborhood.weights[b]; });
 }
 
-void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale) {
+void TexelCost::visit(TexelId texel) {
+  if (texel == texel_) return;
   neighbors_ = cursor_.at(texel);
+  texel_ = texel;
+}
+
+void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale) {
+  visit(texel);
   int sum_of_weights = 0;
   num_known_ = 0;
   for (std::size_t k : order_) {
@@ -63,7 +66,7 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
     delta_[i] = (dy * source_.width() + dx) * kAppearanceSize;
     sum_of_weights += neighborhood_.weights[k];
   }
-  coherence_scale_ = scale.coherence_scale(sum_of_weights);
+  coherence_scale_ = scale.coherence_scales[static_cast<std::size_t>(sum_of_weights)];
   control_scale_ = scale.control_scale;
   target_ = destination_.target(texel);
 }

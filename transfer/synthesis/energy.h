@@ -29,12 +29,11 @@ using CoordinateMap = std::vector<std::int32_t>;
 
 /// Weights of the energy as integers: cost = coherence * coherence_scale(sum of weights) + sum_c difference_c^2 * control_scale[c].
 struct EnergyScale {
-  double coherence_share = 0.5;          ///< a
-  double appearance_variance = 1.0;
+  std::vector<std::int64_t> coherence_scales;  ///< By the sum of weights of the known neighbours, [0, Neighborhood::kLargestSum].
   std::vector<std::int64_t> control_scale;
 
+  /// @param coherence_share  a
   [[nodiscard]] static EnergyScale make(const SourceLevel& source, double coherence_share, std::span<const double> control_weights);
-  [[nodiscard]] std::int64_t coherence_scale(int sum_of_weights) const;
   /// Cost 1.0 as an integer.
   static constexpr double kOne = 1099511627776.0;  // 2^40
 };
@@ -50,7 +49,9 @@ class TexelCost {
  public:
   TexelCost(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood);
 
-  /// Gathers the neighbours that have coordinates and lie within the radius, those of most weight first. O(neighbourhood).
+  /// Looks up the neighbours of a texel: what neighbor() and adjacent() tell.
+  void visit(TexelId texel);
+  /// Visits it, and gathers the neighbours that have coordinates and lie within the radius, those of most weight first. O(neighbourhood).
   void prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale);
   /// Of the whole energy. Stops early and returns something >= bound when it cannot be below `bound`.
   [[nodiscard]] std::int64_t total(std::int32_t source_pixel, std::int64_t bound) const;
@@ -70,6 +71,7 @@ class TexelCost {
   const Neighborhood& neighborhood_;
   std::vector<std::size_t> order_;         ///< Offsets by falling weight.
   TexelNeighborhood::Cursor cursor_;
+  TexelId texel_ = -1;
   std::span<const PixelNeighbor> neighbors_;
   std::vector<std::int16_t> appearance_;   ///< Known neighbours', packed.
   std::vector<std::int16_t> weight_;

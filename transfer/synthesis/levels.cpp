@@ -65,10 +65,8 @@ std::span<const std::int32_t> SourceLevel::similar(std::span<const std::uint16_t
     const auto cell = static_cast<std::size_t>(grid_cell[static_cast<std::size_t>(grid_index(target))]);
     return {grid_pixels.begin() + grid_begin[cell], grid_pixels.begin() + grid_begin[cell + 1]};
   }
-  const auto first_control = [this](std::int32_t p) { return int{controls_of(controls, p)[0]}; };
-  const int value = target[0];
-  auto begin = std::partition_point(usable.begin(), usable.end(), [&](std::int32_t p) { return first_control(p) < value - tolerance; });
-  auto end = std::partition_point(begin, usable.end(), [&](std::int32_t p) { return first_control(p) <= value + tolerance; });
+  const auto from = [this](int value) { return usable.begin() + first_with[static_cast<std::size_t>(std::clamp(value, 0, kControlSteps + 1))]; };
+  auto begin = from(target[0] - tolerance), end = from(target[0] + tolerance + 1);
   if (begin == end) {  // The nearest values on either side.
     constexpr std::ptrdiff_t kFew = 16;
     begin -= std::min<std::ptrdiff_t>(kFew, begin - usable.begin());
@@ -130,6 +128,11 @@ SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls,
     const int n = level.controls.channels();
     return level.controls.data()[std::int64_t{a} * n] < level.controls.data()[std::int64_t{b} * n];
   });
+  for (int value = 0; value <= kControlSteps + 1; ++value) {
+    auto at = level.first_with.empty() ? level.usable.begin() : level.usable.begin() + level.first_with.back();
+    while (at != level.usable.end() && controls_of(level.controls, *at)[0] < value) ++at;
+    level.first_with.push_back(static_cast<std::int32_t>(at - level.usable.begin()));
+  }
   level.control_variances = control_variances(level.controls, level.usable);
   if (level.controls.channels() > 1) fill_grid(level);
   return level;

@@ -25,7 +25,8 @@ struct Offset {
 /// Neighbours that are compared: a square around the texel (without it), with weights that fall outward.
 struct Neighborhood {
   std::vector<Offset> offsets;
-  std::vector<std::int16_t> weights;  ///< > 0; at most 16 each, 1024 in all.
+  std::vector<std::int16_t> weights;  ///< > 0; at most 16 each, kLargestSum in all.
+  static constexpr int kLargestSum = 1024;
   int radius_px = 0;
 
   /// @param radius_px  [1, 5]
@@ -46,6 +47,7 @@ struct SourceLevel {
   /// Usable pixels of similar control values, never empty. One control: those within `tolerance` of the target, or the
   /// nearest. Several: those of the target's cell in a grid over the first two, or of the nearest cell that holds any.
   [[nodiscard]] std::span<const std::int32_t> similar(std::span<const std::uint16_t> target, int tolerance) const;
+  std::vector<std::int32_t> first_with;  ///< Of each value of the first control, and of one above: where in `usable` the values begin that are at least as high.
   /// Grid over the first two controls: `grid_pixels[grid_begin[c] .. grid_begin[c + 1])` of the cell that `grid_cell` leads to.
   static constexpr int kGridSide = 64;
   std::vector<std::int32_t> grid_cell, grid_begin, grid_pixels;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <limits>
+#include <optional>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
@@ -23,131 +25,191 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
 
 namespace {
 
-/// How often the sources around a pixel are used more than their share: integers in [0, kMaxOveruse] per cell of pixels.
+/// How often the sources around each pixel are used more than their share: [0, kMaxOveruse].
 class SourceUse {
  public:
   static constexpr int kCell_px = 4;
-  static constexpr std::int64_t kMaxOveruse = 8;
+  static constexpr std::int32_t kMaxOveruse = 8;
 
-  SourceUse(const SynthesisLevel& level, const CoordinateMap& coordinates)
-      : source_width_(level.source.width()), width_((level.source.width() + kCell_px - 1) / kCell_px) {
-    const int height = (level.source.height() + kCell_px - 1) / kCell_px;
-    overuse_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height), 0);
-    for (TexelId t : level.destination.texels) ++overuse_[cell(coordinates[static_cast<std::size_t>(t)])];
+  SourceUse(const SynthesisLevel& level, const PlaceMap& places) {
+    const int width = level.source.width(), num_columns = (width + kCell_px - 1) / kCell_px;
+    const auto cell = [&](int x, int y) { return static_cast<std::size_t>(y / kCell_px * num_columns + x / kCell_px); };
+    std::vector<std::int64_t> uses(cell(0, level.source.height() - 1 + kCell_px));
+    for (TexelId t : level.destination.texels) {
+      const FixedPoint& p = places.points[static_cast<std::size_t>(t)];
+      ++uses[cell(whole_pixels(p.x), whole_pixels(p.y))];
+    }
     const auto num_texels = static_cast<std::int64_t>(level.destination.texels.size());
     const auto num_usable = static_cast<std::int64_t>(level.source.usable.size());
     const std::int64_t share = std::max<std::int64_t>(1, num_texels * kCell_px * kCell_px / num_usable);
-    for (std::int64_t& n : overuse_) n = std::clamp<std::int64_t>(n / share - 1, 0, kMaxOveruse);
+    overuse_.reserve(level.source.is_usable.size());
+    for (int y = 0; y < level.source.height(); ++y) {
+      for (int x = 0; x < width; ++x) {
+        overuse_.push_back(static_cast<std::uint8_t>(std::clamp<std::int64_t>(uses[cell(x, y)] / share - 1, 0, kMaxOveruse)));
+      }
+    }
   }
-  [[nodiscard]] std::int64_t overuse(std::int32_t pixel) const { return overuse_[cell(pixel)]; }
+  [[nodiscard]] std::int32_t overuse(std::int32_t pixel) const { return overuse_[static_cast<std::size_t>(pixel)]; }
 
  private:
-  [[nodiscard]] std::size_t cell(std::int32_t pixel) const {
-    return static_cast<std::size_t>(pixel / source_width_ / kCell_px * width_ + pixel % source_width_ / kCell_px);
-  }
-  int source_width_;
-  int width_;
-  std::vector<std::int64_t> overuse_;
+  std::vector<std::uint8_t> overuse_;
 };
 
-/// Factors on costs, in sixteenths: at most 16 (1 + 8 + 8 * 8) = 1168, so that products stay below 2^62.
+/// What a pass goes by besides the energy: factors on costs, in sixteenths, at most 16 (1 + 8 + 8 * 8) = 1168, so that products stay below 2^62.
 struct Preferences {
-  static constexpr std::int64_t kOne = 16;
-  std::int64_t bonus = 0;
-  std::int64_t penalty = 0;
+  static constexpr std::int32_t kOne = 16;
+  std::int32_t bonus = 0;
+  std::int32_t penalty = 0;
+  /// A texel that continues all its neighbours is left as it is.
+  bool leaves_quiet = false;
   explicit Preferences(const MultiLevelOptions& o)
-      : bonus(static_cast<std::int64_t>(o.coherence_bonus * kOne)), penalty(static_cast<std::int64_t>(o.reuse_penalty * kOne)) {}
+      : bonus(static_cast<std::int32_t>(o.coherence_bonus * kOne)), penalty(static_cast<std::int32_t>(o.reuse_penalty * kOne)), leaves_quiet(true) {}
+  Preferences() = default;  ///< The energy alone.
+};
+
+/// What one pass on one level shares between threads.
+struct Pass {
+  const SynthesisLevel& level;
+  const Neighborhood& neighborhood;
+  const SimilarPixels& similar;
+  const EnergyScale& scale;
+  const Preferences& preferences;
+  const SourceUse* use = nullptr;  ///< Where the preferences have a penalty.
+  int num_random = 0;
 };
 
 /// The best of the candidates of one texel.
 class CandidateSearch {
  public:
-  CandidateSearch(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
-                  const SourceUse& use, const MultiLevelOptions& options)
-      : source_(level.source), destination_(level.destination), similar_(similar), use_(use),
-        preferences_(options), num_random_(options.num_random), cost_(level.source, level.destination, neighborhood) {}
+  explicit CandidateSearch(const Pass& pass) : pass_(pass), source_(pass.level.source), cost_(source_, pass.level.destination, pass.neighborhood) {}
 
-  Place best(TexelId t, const PlaceMap& places, const EnergyScale& scale, RandomStream random) {
-    cost_.prepare(t, places.pixels, scale);
+  Place best(TexelId t, const PlaceMap& places, RandomStream random) {
+    cost_.visit(t);
+    continue_neighbors(t, places);
     const Place current = places.at(t);
+    if (pass_.preferences.leaves_quiet && !leads_outside_ && num_continued_ == 1 && continued_[0].pixel == current.pixel) return current;
+    cost_.prepare(t, places.pixels, pass_.scale);
     best_ = current;
     best_cost_ = std::numeric_limits<std::int64_t>::max();
-    num_tried_ = 0;
-    for (const PixelNeighbor& n : cost_.adjacent()) {
-      if (n.texel < 0 || n.texel == t) continue;
-      const FixedPoint from = fixed_point(source_, places.at(n.texel));
-      const Place candidate = place_at(source_, {from.x - n.x, from.y - n.y});
-      if (candidate.pixel < 0 || !remember(candidate.pixel)) continue;
-      consider(candidate, 0);
-      try_similar(candidate.pixel);
+    bool is_continued = false;
+    for (std::size_t i = 0; i < num_continued_; ++i) {
+      is_continued |= continued_[i].pixel == current.pixel;
+      if (is_better(continued_[i].pixel, 0)) best_ = continued_[i];
+      try_similar(continued_[i].pixel);
     }
-    if (remember(current.pixel)) {
-      consider(current, preferences_.bonus);
+    if (!is_continued) {
+      if (is_better(current.pixel, pass_.preferences.bonus)) best_ = current;
       try_similar(current.pixel);
     }
-    const auto alike = source_.similar(destination_.target(t), kSimilarTolerance);
-    for (int i = 0; i < num_random_; ++i) {
-      consider({alike[random.below(static_cast<std::uint32_t>(alike.size()))]}, preferences_.bonus);
-    }
+    const auto alike = source_.similar(pass_.level.destination.target(t), kSimilarTolerance);
+    for (int i = 0; i < pass_.num_random; ++i) try_pixel(alike[random.below(static_cast<std::uint32_t>(alike.size()))]);
     return best_;
+  }
+  /// The texel that was visited last, and those beside it.
+  template <class Mark>
+  void for_each_near(TexelId t, const Mark& mark) const {
+    mark(t);
+    for (const PixelNeighbor& n : cost_.adjacent()) {
+      if (n.texel >= 0) mark(n.texel);
+    }
   }
 
  private:
-  void consider(const Place& candidate, std::int64_t bonus) {
-    const std::int64_t factor = Preferences::kOne + bonus + preferences_.penalty * use_.overuse(candidate.pixel);
-    const std::int64_t cost = cost_.total(candidate.pixel, best_cost_ / factor + 1) * factor;
-    if (cost < best_cost_) {
-      best_cost_ = cost;
-      best_ = candidate;
+  /// Where the eight neighbours' sources lead, each pixel once: in coherent regions all eight agree.
+  void continue_neighbors(TexelId t, const PlaceMap& places) {
+    num_continued_ = 0;
+    leads_outside_ = false;
+    for (const PixelNeighbor& n : cost_.adjacent()) {
+      if (n.texel < 0 || n.texel == t) continue;
+      const FixedPoint& from = places.points[static_cast<std::size_t>(n.texel)];
+      const Place candidate = place_at(source_, {from.x - n.x, from.y - n.y});
+      const auto end = continued_.begin() + static_cast<std::ptrdiff_t>(num_continued_);
+      leads_outside_ |= candidate.pixel < 0;
+      if (candidate.pixel < 0 || std::any_of(continued_.begin(), end, [&](const Place& p) { return p.pixel == candidate.pixel; })) continue;
+      continued_[num_continued_++] = candidate;
     }
   }
-  void try_similar(std::int32_t pixel) {
-    for (std::int32_t other : similar_[static_cast<std::size_t>(pixel)]) {
-      if (other >= 0) consider({other}, preferences_.bonus);
-    }
-  }
-  /// False if this coherent candidate was there before: in coherent regions all eight neighbours agree.
-  bool remember(std::int32_t candidate) {
-    const auto end = tried_.begin() + num_tried_;
-    if (std::find(tried_.begin(), end, candidate) != end) return false;
-    if (num_tried_ < static_cast<std::ptrdiff_t>(tried_.size())) tried_[static_cast<std::size_t>(num_tried_++)] = candidate;
+  bool is_better(std::int32_t pixel, std::int32_t bonus) {
+    const std::int32_t overuse = pass_.use == nullptr ? 0 : pass_.use->overuse(pixel);
+    const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * overuse;
+    const std::int64_t cost = cost_.total(pixel, best_cost_ / factor + 1) * factor;
+    if (cost >= best_cost_) return false;
+    best_cost_ = cost;
     return true;
   }
+  void try_pixel(std::int32_t pixel) {
+    if (is_better(pixel, pass_.preferences.bonus)) best_ = place_of(source_, pixel);
+  }
+  void try_similar(std::int32_t pixel) {
+    for (std::int32_t other : pass_.similar[static_cast<std::size_t>(pixel)]) {
+      if (other >= 0) try_pixel(other);
+    }
+  }
 
+  const Pass& pass_;
   const SourceLevel& source_;
-  const DestinationLevel& destination_;
-  const SimilarPixels& similar_;
-  const SourceUse& use_;
-  Preferences preferences_;
-  int num_random_;
   TexelCost cost_;
-  std::array<std::int32_t, 9> tried_{};
-  std::ptrdiff_t num_tried_ = 0;
+  std::array<Place, TexelNeighborhood::kNumAdjacent> continued_{};
+  std::size_t num_continued_ = 0;
+  bool leads_outside_ = false;  ///< A neighbour's source to where nothing can be copied.
   Place best_;
   std::int64_t best_cost_ = 0;
 };
 
-/// One pass: four interleaved sets, each decided from the state before it.
-void improve(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
-             const MultiLevelOptions& options, const EnergyScale& scale, std::uint64_t seed, std::uint32_t pass, PlaceMap& places, const RunControl& control) {
-  const DestinationLevel& destination = level.destination;
-  const int width = destination.map->width();
-  const SourceUse use(level, places.pixels);
-  for (int set = 0; set < 4; ++set) {
-    std::vector<TexelId> members;
-    for (TexelId t : destination.texels) {
-      if (static_cast<int>(t % width % 2 + 2 * (t / width % 2)) == set) members.push_back(t);
+/// Improves the places on one level, pass by pass.
+class Improver {
+ public:
+  Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar, const EnergyScale& scale, int num_random, std::uint64_t seed)
+      : level_(level), neighborhood_(neighborhood), similar_(similar), scale_(scale), num_random_(num_random), seed_(seed),
+        changed_near_(static_cast<std::size_t>(level.destination.map->num_texels()), 0) {}
+
+  /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its last turn is passed over.
+  /// @param is_whole  Every texel has its turn; the first pass is whole.
+  void pass(const Preferences& preferences, bool is_whole, std::uint32_t stream, PlaceMap& places, const RunControl& control) {
+    const std::optional<SourceUse> use = preferences.penalty > 0 ? std::make_optional<SourceUse>(level_, places) : std::nullopt;
+    const Pass pass{level_, neighborhood_, similar_, scale_, preferences, use ? &*use : nullptr, num_random_};
+    for (int set = 0; set < kNumSets; ++set, ++turn_) {
+      const std::vector<TexelId> members = members_of(set, is_whole);
+      std::vector<Place> decided(members.size());
+      parallel_for(static_cast<std::int64_t>(members.size()), 2048, control, [&](std::int64_t begin, std::int64_t end) {
+        CandidateSearch search(pass);
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          const TexelId t = members[i];
+          decided[i] = search.best(t, places, RandomStream(seed_, static_cast<std::uint64_t>(t), stream));
+          if (decided[i].pixel != places.pixels[static_cast<std::size_t>(t)]) search.for_each_near(t, [&](TexelId near) { mark(near); });
+        }
+      });
+      for (std::size_t i = 0; i < members.size(); ++i) places.set(members[i], decided[i]);
     }
-    std::vector<Place> decided(members.size());
-    parallel_for(static_cast<std::int64_t>(members.size()), 2048, control, [&](std::int64_t begin, std::int64_t end) {
-      CandidateSearch search(level, neighborhood, similar, use, options);
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-        decided[i] = search.best(members[i], places, scale, RandomStream(seed, static_cast<std::uint64_t>(members[i]), pass));
-      }
-    });
-    for (std::size_t i = 0; i < members.size(); ++i) places.set(members[i], decided[i]);
   }
-}
+
+ private:
+  static constexpr int kNumSets = 4;  ///< A turn is a set's; 16 passes of them stay below 256.
+
+  [[nodiscard]] std::vector<TexelId> members_of(int set, bool is_whole) const {
+    const int width = level_.destination.map->width();
+    std::vector<TexelId> members;
+    TexelId row = 0;  // Its first texel.
+    int parity = 0;
+    for (TexelId t : level_.destination.texels) {
+      for (; t >= row + width; row += width) parity ^= 2;
+      if (static_cast<int>((t - row) % 2) + parity != set) continue;
+      if (is_whole || turn_ < kNumSets || changed_near_[static_cast<std::size_t>(t)] + kNumSets >= turn_) members.push_back(t);
+    }
+    return members;
+  }
+  /// By several threads at once: all write the same.
+  void mark(TexelId t) { std::atomic_ref(changed_near_[static_cast<std::size_t>(t)]).store(static_cast<std::uint8_t>(turn_), std::memory_order_relaxed); }
+
+  const SynthesisLevel& level_;
+  const Neighborhood& neighborhood_;
+  const SimilarPixels& similar_;
+  const EnergyScale& scale_;
+  int num_random_;
+  std::uint64_t seed_;
+  std::vector<std::uint8_t> changed_near_;  ///< The last turn in which this texel or one beside it changed.
+  int turn_ = 0;
+};
 
 }  // namespace
 
@@ -176,11 +238,10 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
     const EnergyScale scale = EnergyScale::make(
         level.source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
     const int num_passes = l == 0 ? options.fine_passes : options.coarse_passes;
+    Improver improver(level, neighborhood, similar, scale, options.num_random, seed);
     for (int pass = 0; pass < num_passes; ++pass) {
-      MultiLevelOptions preferences = options;
-      if (l == 0 && pass + 1 == num_passes) preferences.coherence_bonus = preferences.reuse_penalty = 0.0;  // The last word is the energy's.
-      improve(level, neighborhood, similar, preferences, scale, seed, static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)),
-              places, silent);
+      const bool is_last = l == 0 && pass + 1 == num_passes;  // The last word is the energy's.
+      improver.pass(is_last ? Preferences() : Preferences(options), is_last, static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)), places, silent);
       done += work(l) / num_passes;
       control.report(std::min(0.999, done / std::max(1.0, total)));
     }

@@ -9,23 +9,11 @@ namespace patinate {
 
 namespace {
 
-constexpr std::int64_t kOne = PixelNeighbor::kOne;
+constexpr std::int32_t kOne = PixelNeighbor::kOne;
 
-std::int64_t rounded(double v) { return static_cast<std::int64_t>(std::floor(v + 0.5)); }
+std::int32_t rounded(double v) { return static_cast<std::int32_t>(std::floor(v + 0.5)); }
 
 }  // namespace
-
-FixedPoint fixed_point(const SourceLevel& source, const Place& place) {
-  return {place.pixel % source.width() * kOne + place.rest_x, place.pixel / source.width() * kOne + place.rest_y};
-}
-
-Place place_at(const SourceLevel& source, const FixedPoint& p) {
-  const std::int64_t x = (p.x + kOne / 2) >> 8, y = (p.y + kOne / 2) >> 8;
-  if (x < 0 || y < 0 || x >= source.width() || y >= source.height()) return {};
-  const auto pixel = static_cast<std::int32_t>(y * source.width() + x);
-  if (source.is_usable[static_cast<std::size_t>(pixel)] == 0) return {};
-  return {pixel, static_cast<std::int8_t>(p.x - x * kOne), static_cast<std::int8_t>(p.y - y * kOne)};
-}
 
 PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed) {
   const DestinationLevel& destination = level.destination;
@@ -33,7 +21,7 @@ PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed) {
   for (TexelId t : destination.texels) {
     RandomStream random(seed, static_cast<std::uint64_t>(t), 100);
     const auto similar = level.source.similar(destination.target(t), kSimilarTolerance);
-    places.set(t, {similar[random.below(static_cast<std::uint32_t>(similar.size()))]});
+    places.set(t, place_of(level.source, similar[random.below(static_cast<std::uint32_t>(similar.size()))]));
   }
   return places;
 }
@@ -53,9 +41,8 @@ PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, co
       half_step = fine_level.destination.neighbors->pixels_per_texel(triangle) * (0.5 * static_cast<double>(kOne));
     }
     // Middles of pixels are whole numbers, so that a coarse pixel's middle lies half a fine pixel beside one.
-    const FixedPoint at = fixed_point(coarse_level.source, parent);
     const Vec2 beside = half_step * Vec2(2 * (x - 2 * px) - 1, 2 * (y - 2 * py) - 1);
-    const Place place = place_at(fine_level.source, {2 * at.x + kOne / 2 + rounded(beside.x()), 2 * at.y + kOne / 2 + rounded(beside.y())});
+    const Place place = place_at(fine_level.source, {2 * parent.point.x + kOne / 2 + rounded(beside.x()), 2 * parent.point.y + kOne / 2 + rounded(beside.y())});
     if (place.pixel >= 0) fine.set(t, place);
   }
   return fine;

@@ -9,37 +9,43 @@
 
 namespace patinate {
 
+/// In 1/256 pixel; middles of pixels are multiples of 256. A source is at most kLargestSource_px wide and high.
+struct FixedPoint {
+  std::int32_t x = 0, y = 0;
+};
+inline constexpr int kLargestSource_px = 4'000'000;
+
 /// A place in the source. Where texels are turned or scaled against it, a copied piece keeps its shape only if fractions are carried on from texel to texel.
 struct Place {
-  std::int32_t pixel = -1;        ///< y * width + x of the nearest pixel; -1 = none.
-  std::int8_t rest_x = 0, rest_y = 0;  ///< Beside its middle, in 1/256 pixel.
+  std::int32_t pixel = -1;  ///< y * width + x of the nearest pixel; -1 = none.
+  FixedPoint point;
 };
 
 /// Of all texels.
 struct PlaceMap {
   CoordinateMap pixels;
-  std::vector<std::int8_t> rests;  ///< x and y of each.
+  std::vector<FixedPoint> points;  ///< Where `pixels` are not -1.
 
-  explicit PlaceMap(std::int64_t num_texels) : pixels(static_cast<std::size_t>(num_texels), -1), rests(2 * static_cast<std::size_t>(num_texels)) {}
-  [[nodiscard]] Place at(TexelId t) const {
-    const auto i = static_cast<std::size_t>(t);
-    return {pixels[i], rests[2 * i], rests[2 * i + 1]};
-  }
+  explicit PlaceMap(std::int64_t num_texels) : pixels(static_cast<std::size_t>(num_texels), -1), points(static_cast<std::size_t>(num_texels)) {}
+  [[nodiscard]] Place at(TexelId t) const { return {pixels[static_cast<std::size_t>(t)], points[static_cast<std::size_t>(t)]}; }
   void set(TexelId t, const Place& place) {
-    const auto i = static_cast<std::size_t>(t);
-    pixels[i] = place.pixel;
-    rests[2 * i] = place.rest_x;
-    rests[2 * i + 1] = place.rest_y;
+    pixels[static_cast<std::size_t>(t)] = place.pixel;
+    points[static_cast<std::size_t>(t)] = place.point;
   }
 };
 
-/// In 1/256 pixel; middles of pixels are multiples of 256.
-struct FixedPoint {
-  std::int64_t x = 0, y = 0;
-};
-[[nodiscard]] FixedPoint fixed_point(const SourceLevel& source, const Place& place);
+/// The middle of a pixel.
+[[nodiscard]] inline Place place_of(const SourceLevel& source, std::int32_t pixel) {
+  return {pixel, {pixel % source.width() * PixelNeighbor::kOne, pixel / source.width() * PixelNeighbor::kOne}};
+}
 /// Pixel -1 where no usable pixel is.
-[[nodiscard]] Place place_at(const SourceLevel& source, const FixedPoint& p);
+[[nodiscard]] inline Place place_at(const SourceLevel& source, const FixedPoint& p) {
+  const std::int32_t x = whole_pixels(p.x), y = whole_pixels(p.y);
+  if (x < 0 || y < 0 || x >= source.width() || y >= source.height()) return {};
+  const std::int32_t pixel = y * source.width() + x;
+  if (source.is_usable[static_cast<std::size_t>(pixel)] == 0) return {};
+  return {pixel, p};
+}
 
 inline constexpr int kSimilarTolerance = kControlSteps / 50;  ///< How near "similar control value" is.
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #if defined(__SSE2__)
@@ -37,9 +36,6 @@ TexelCost::TexelCost(const SourceLevel& source, const DestinationLevel& destinat
   appearance_.resize(size * kAppearanceSize);
   weight_.resize(size);
   delta_.resize(size);
-  order_.resize(size);
-  std::iota(order_.begin(), order_.end(), std::size_t{0});
-  std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return neighborhood.weights[a] > neighborhood.weights[b]; });
 }
 
 void TexelCost::visit(TexelId texel) {
@@ -52,18 +48,19 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
   visit(texel);
   int sum_of_weights = 0;
   num_known_ = 0;
-  for (std::size_t k : order_) {
+  const int radius = neighborhood_.radius_px, width = source_.width();
+  for (std::size_t k = 0; k < neighborhood_.weights.size(); ++k) {
     // Where texels are larger than the offset, a texel would be its own neighbour: that says nothing.
     const PixelNeighbor& n = neighbors_[k];
     const std::int32_t s = n.texel >= 0 && n.texel != texel ? coordinates[static_cast<std::size_t>(n.texel)] : -1;
-    if (s < 0) continue;
     const int dx = whole_pixels(n.x), dy = whole_pixels(n.y);
-    if (std::max(std::abs(dx), std::abs(dy)) > neighborhood_.radius_px) continue;  // Pixels know only what lies within it.
+    // Pixels know only what lies within the radius.
+    const bool is_known = s >= 0 && dx >= -radius && dx <= radius && dy >= -radius && dy <= radius;
+    if (!is_known) continue;
     const auto i = static_cast<std::size_t>(num_known_++);
-    std::copy_n(source_.appearance.data() + std::int64_t{s} * kAppearanceSize, kAppearanceSize,
-                appearance_.data() + i * kAppearanceSize);
+    std::copy_n(source_.appearance.data() + std::int64_t{s} * kAppearanceSize, kAppearanceSize, appearance_.data() + i * kAppearanceSize);
     weight_[i] = neighborhood_.weights[k];
-    delta_[i] = (dy * source_.width() + dx) * kAppearanceSize;
+    delta_[i] = (dy * width + dx) * kAppearanceSize;
     sum_of_weights += neighborhood_.weights[k];
   }
   coherence_scale_ = scale.coherence_scales[static_cast<std::size_t>(sum_of_weights)];

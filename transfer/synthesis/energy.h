@@ -69,7 +69,6 @@ class TexelCost {
   const SourceLevel& source_;
   const DestinationLevel& destination_;
   const Neighborhood& neighborhood_;
-  std::vector<std::size_t> order_;         ///< Offsets by falling weight.
   TexelNeighborhood::Cursor cursor_;
   TexelId texel_ = -1;
   std::span<const PixelNeighbor> neighbors_;

@@ -10,15 +10,18 @@ Neighborhood Neighborhood::square(int radius_px) {
   if (radius_px < 1 || radius_px > 5) throw InvalidInput("neighborhood: " + std::to_string(radius_px) + " is out of range; use [1, 5]");
   Neighborhood n;
   n.radius_px = radius_px;
+  // A tent, 16 beside the texel: the nearest neighbours say most. Sums stay below 1024 up to radius 5.
+  const auto weight = [&](const Offset& o) {
+    return std::max(1, 16 * (radius_px + 1 - std::abs(o.x)) * (radius_px + 1 - std::abs(o.y)) / (radius_px * (radius_px + 1)));
+  };
   for (int y = -radius_px; y <= radius_px; ++y) {
     for (int x = -radius_px; x <= radius_px; ++x) {
       if (x == 0 && y == 0) continue;
-      // A tent, 16 beside the texel: the nearest neighbours say most. Sums stay below 1024 up to radius 5.
-      const int tent = (radius_px + 1 - std::abs(x)) * (radius_px + 1 - std::abs(y));
       n.offsets.push_back({x, y});
-      n.weights.push_back(static_cast<std::int16_t>(std::max(1, 16 * tent / (radius_px * (radius_px + 1)))));
     }
   }
+  std::stable_sort(n.offsets.begin(), n.offsets.end(), [&](const Offset& a, const Offset& b) { return weight(a) > weight(b); });
+  for (const Offset& o : n.offsets) n.weights.push_back(static_cast<std::int16_t>(weight(o)));
   return n;
 }
 

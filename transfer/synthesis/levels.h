@@ -22,7 +22,7 @@ struct Offset {
   int x = 0, y = 0;
 };
 
-/// Neighbours that are compared: a square around the texel (without it), with weights that fall outward.
+/// Neighbours that are compared: a square around the texel (without it), with weights that fall outward; those of most weight first.
 struct Neighborhood {
   std::vector<Offset> offsets;
   std::vector<std::int16_t> weights;  ///< > 0; at most 16 each, kLargestSum in all.

@@ -123,11 +123,13 @@ std::span<const PixelNeighbor> TexelNeighborhood::Cursor::at(TexelId t) {
     return found_;
   }
   const int triangle = all.map_.triangle(t);
-  if (triangle != triangle_) all.find_steps(triangle, steps_);
-  triangle_ = triangle;
-  for (std::size_t k = 0; k < steps_.size(); ++k) {
-    found_[k] = steps_[k];
-    found_[k].texel = steps_[k].texel == kNoStep ? -1 : t + steps_[k].texel;
+  const std::size_t kept = static_cast<std::size_t>(triangle) % kNumKept;
+  const auto steps = std::span(steps_).subspan(kept * all.size(), all.size());
+  if (triangle != triangles_[kept]) all.find_steps(triangle, steps);
+  triangles_[kept] = triangle;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    found_[k] = steps[k];
+    found_[k].texel = steps[k].texel == kNoStep ? -1 : t + steps[k].texel;
   }
   return found_;
 }

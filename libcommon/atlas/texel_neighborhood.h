@@ -2,6 +2,7 @@
 /// The neighbours of all texels at one fixed list of offsets on the surface, and where they really lie.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -42,17 +43,20 @@ class TexelNeighborhood {
   /// Pixels of a texel step to the right and one down (columns) in a triangle.
   [[nodiscard]] Eigen::Matrix2d pixels_per_texel(int triangle) const;
 
-  /// Looks neighbours up, quickly for texels of the same triangle. One for each thread.
+  /// Looks neighbours up, quickly for texels of a few triangles. One for each thread.
   class Cursor {
    public:
-    explicit Cursor(const TexelNeighborhood& neighborhood) : neighborhood_(neighborhood), steps_(neighborhood.size()), found_(neighborhood.size()) {}
+    explicit Cursor(const TexelNeighborhood& neighborhood) : neighborhood_(neighborhood), steps_(neighborhood.size() * kNumKept), found_(neighborhood.size()) {
+      triangles_.fill(-1);
+    }
     /// As TexelMap::gather() says for a covered texel. Valid until the next call.
     [[nodiscard]] std::span<const PixelNeighbor> at(TexelId t);
 
    private:
     const TexelNeighborhood& neighborhood_;
-    int triangle_ = -1;
-    std::vector<PixelNeighbor> steps_;  ///< Of the triangle: texel = how far on.
+    static constexpr std::size_t kNumKept = 8;
+    std::array<int, kNumKept> triangles_{};  ///< At their index modulo kNumKept; -1 = none.
+    std::vector<PixelNeighbor> steps_;       ///< Of those triangles: texel = how far on.
     std::vector<PixelNeighbor> found_;
   };
 

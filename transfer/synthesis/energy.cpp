@@ -173,21 +173,20 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
                             const CoordinateMap& coordinates, double coherence_share, std::span<const double> control_weights,
                             const RunControl& control) {
   // Each part with the full weight, so that the report does not depend on rounding by a.
-  const EnergyScale coherence_only = EnergyScale::make(source, 1.0, control_weights);
-  const EnergyScale control_only = EnergyScale::make(source, 0.0, control_weights);
+  EnergyScale parts = EnergyScale::make(source, 1.0, control_weights);
+  parts.control_scale = EnergyScale::make(source, 0.0, control_weights).control_scale;
   const auto n = static_cast<std::int64_t>(destination.texels.size());
   const EnergySums sums = parallel_reduce(
       n, 16384, control, EnergySums{},
       [&](std::int64_t begin, std::int64_t end) {
         EnergySums part;
-        TexelCost coherence(source, destination, neighborhood), mismatch(source, destination, neighborhood);
+        TexelCost cost(source, destination, neighborhood);
         for (std::int64_t i = begin; i < end; ++i) {
           const TexelId t = destination.texels[static_cast<std::size_t>(i)];
           const std::int32_t s = coordinates[static_cast<std::size_t>(t)];
-          coherence.prepare(t, coordinates, coherence_only);
-          mismatch.prepare(t, coordinates, control_only);
-          part.coherence += static_cast<double>(coherence.coherence(s)) / EnergyScale::kOne;
-          part.control += static_cast<double>(mismatch.control(s)) / EnergyScale::kOne;
+          cost.prepare(t, coordinates, parts);
+          part.coherence += static_cast<double>(cost.coherence(s)) / EnergyScale::kOne;
+          part.control += static_cast<double>(cost.control(s)) / EnergyScale::kOne;
           const int difference = std::abs(int{source.controls.data()[std::int64_t{s} * source.controls.channels()]} -
                                           int{destination.controls.data()[t * destination.controls.channels()]});
           part.error += static_cast<double>(difference) / kControlSteps;

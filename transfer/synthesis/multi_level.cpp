@@ -105,14 +105,6 @@ class CandidateSearch {
     for (int i = 0; i < pass_.num_random; ++i) try_pixel(alike[random.below(static_cast<std::uint32_t>(alike.size()))]);
     return best_;
   }
-  /// The texel that was visited last, and those beside it.
-  template <class Mark>
-  void for_each_near(TexelId t, const Mark& mark) const {
-    mark(t);
-    for (const PixelNeighbor& n : cost_.adjacent()) {
-      if (n.texel >= 0) mark(n.texel);
-    }
-  }
 
  private:
   /// Where the eight neighbours' sources lead, each pixel once: in coherent regions all eight agree.
@@ -156,57 +148,88 @@ class CandidateSearch {
   std::int64_t best_cost_ = 0;
 };
 
-/// Improves the places on one level, pass by pass.
+/// Improves the places on one level, pass by pass. The atlas is worked on in squares: what lies together on the surface is together in memory.
 class Improver {
  public:
   Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar, const EnergyScale& scale, int num_random, std::uint64_t seed)
-      : level_(level), neighborhood_(neighborhood), similar_(similar), scale_(scale), num_random_(num_random), seed_(seed),
-        changed_near_(static_cast<std::size_t>(level.destination.map->num_texels()), 0) {}
+      : level_(level), map_(*level.destination.map), neighborhood_(neighborhood), similar_(similar), scale_(scale), num_random_(num_random), seed_(seed),
+        squares_x_((map_.width() + kSquare - 1) / kSquare), changed_near_(static_cast<std::size_t>(map_.num_texels()), 0) {
+    const int num_squares = squares_x_ * ((map_.height() + kSquare - 1) / kSquare);
+    std::vector<std::uint8_t> is_covered(static_cast<std::size_t>(num_squares), 0);
+    for (TexelId t : level.destination.texels) is_covered[static_cast<std::size_t>(t / map_.width() / kSquare * squares_x_ + t % map_.width() / kSquare)] = 1;
+    for (int i = 0; i < num_squares; ++i) {
+      if (is_covered[static_cast<std::size_t>(i)] != 0) squares_.push_back(i);
+    }
+  }
 
   /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its last turn is passed over.
   /// @param is_whole  Every texel has its turn; the first pass is whole.
   void pass(const Preferences& preferences, bool is_whole, std::uint32_t stream, PlaceMap& places, const RunControl& control) {
     const std::optional<SourceUse> use = preferences.penalty > 0 ? std::make_optional<SourceUse>(level_, places) : std::nullopt;
     const Pass pass{level_, neighborhood_, similar_, scale_, preferences, use ? &*use : nullptr, num_random_};
+    const auto num_squares = static_cast<std::int64_t>(squares_.size());
+    std::vector<std::vector<Change>> changes(squares_.size());
     for (int set = 0; set < kNumSets; ++set, ++turn_) {
-      const std::vector<TexelId> members = members_of(set, is_whole);
-      std::vector<Place> decided(members.size());
-      parallel_for(static_cast<std::int64_t>(members.size()), 2048, control, [&](std::int64_t begin, std::int64_t end) {
+      parallel_for(num_squares, 1, control, [&](std::int64_t begin, std::int64_t end) {
         CandidateSearch search(pass);
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-          const TexelId t = members[i];
-          decided[i] = search.best(t, places, RandomStream(seed_, static_cast<std::uint64_t>(t), stream));
-          if (decided[i].pixel != places.pixels[static_cast<std::size_t>(t)]) search.for_each_near(t, [&](TexelId near) { mark(near); });
+          changes[i].clear();
+          for_each_due(squares_[i], set, is_whole, [&](TexelId t) {
+            const Place place = search.best(t, places, RandomStream(seed_, static_cast<std::uint64_t>(t), stream));
+            if (!(place == places.at(t))) changes[i].push_back({t, place});
+          });
         }
       });
-      for (std::size_t i = 0; i < members.size(); ++i) places.set(members[i], decided[i]);
+      parallel_for(num_squares, 16, control, [&](std::int64_t begin, std::int64_t end) {
+        TexelNeighborhood::Cursor cursor(*level_.destination.neighbors);
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          for (const Change& c : changes[i]) apply(c, cursor, places);
+        }
+      });
     }
   }
 
  private:
   static constexpr int kNumSets = 4;  ///< A turn is a set's; 16 passes of them stay below 256.
+  static constexpr int kSquare = 64;  ///< Texels. Even, so that a set begins alike in all.
 
-  [[nodiscard]] std::vector<TexelId> members_of(int set, bool is_whole) const {
-    const int width = level_.destination.map->width();
-    std::vector<TexelId> members;
-    TexelId row = 0;  // Its first texel.
-    int parity = 0;
-    for (TexelId t : level_.destination.texels) {
-      for (; t >= row + width; row += width) parity ^= 2;
-      if (static_cast<int>((t - row) % 2) + parity != set) continue;
-      if (is_whole || turn_ < kNumSets || changed_near_[static_cast<std::size_t>(t)] + kNumSets >= turn_) members.push_back(t);
+  struct Change {
+    TexelId texel;
+    Place place;
+  };
+
+  /// Calls visit(t) for the covered texels of a set whose turn it is.
+  template <class Visit>
+  void for_each_due(int square, int set, bool is_whole, const Visit& visit) const {
+    const int x0 = square % squares_x_ * kSquare, y0 = square / squares_x_ * kSquare;
+    for (int y = y0 + set / 2; y < std::min(y0 + kSquare, map_.height()); y += 2) {
+      for (int x = x0 + set % 2; x < std::min(x0 + kSquare, map_.width()); x += 2) {
+        const TexelId t = TexelId{y} * map_.width() + x;
+        if (map_.is_covered(t) && (is_whole || turn_ < kNumSets || changed_near_[static_cast<std::size_t>(t)] + kNumSets >= turn_)) visit(t);
+      }
     }
-    return members;
+  }
+  void apply(const Change& change, TexelNeighborhood::Cursor& cursor, PlaceMap& places) {
+    if (change.place.pixel != places.pixels[static_cast<std::size_t>(change.texel)]) {
+      mark(change.texel);
+      for (const PixelNeighbor& n : cursor.at(change.texel).subspan(level_.destination.neighbors->first_adjacent())) {
+        if (n.texel >= 0) mark(n.texel);
+      }
+    }
+    places.set(change.texel, change.place);
   }
   /// By several threads at once: all write the same.
   void mark(TexelId t) { std::atomic_ref(changed_near_[static_cast<std::size_t>(t)]).store(static_cast<std::uint8_t>(turn_), std::memory_order_relaxed); }
 
   const SynthesisLevel& level_;
+  const TexelMap& map_;
   const Neighborhood& neighborhood_;
   const SimilarPixels& similar_;
   const EnergyScale& scale_;
   int num_random_;
   std::uint64_t seed_;
+  int squares_x_;
+  std::vector<int> squares_;                ///< Those with covered texels.
   std::vector<std::uint8_t> changed_near_;  ///< The last turn in which this texel or one beside it changed.
   int turn_ = 0;
 };

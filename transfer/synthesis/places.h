@@ -12,6 +12,7 @@ namespace patinate {
 /// In 1/256 pixel; middles of pixels are multiples of 256. A source is at most kLargestSource_px wide and high.
 struct FixedPoint {
   std::int32_t x = 0, y = 0;
+  friend bool operator==(const FixedPoint&, const FixedPoint&) = default;
 };
 inline constexpr int kLargestSource_px = 4'000'000;
 
@@ -19,6 +20,7 @@ inline constexpr int kLargestSource_px = 4'000'000;
 struct Place {
   std::int32_t pixel = -1;  ///< y * width + x of the nearest pixel; -1 = none.
   FixedPoint point;
+  friend bool operator==(const Place&, const Place&) = default;
 };
 
 /// Of all texels.

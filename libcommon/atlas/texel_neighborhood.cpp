@@ -47,6 +47,12 @@ std::vector<std::uint8_t> distance_to_border(const TexelMap& map) {
   return distance;
 }
 
+/// floor(v + 0.5) for |v| < 2^20, without a call.
+std::int32_t nearest(double v) {
+  constexpr std::int32_t kUp = 1 << 20;
+  return static_cast<std::int32_t>(v + 0.5 + kUp) - kUp;
+}
+
 struct TexelStep {
   int x, y;
 };
@@ -94,7 +100,7 @@ PixelNeighbor TexelNeighborhood::in_pixels(const TexelNeighbor& n) const {
   constexpr double kFarthest = 127.0;
   const Vec2 pixels = n.offset_mm / pixel_mm_;
   if (n.texel < 0 || !(pixels.cwiseAbs().maxCoeff() <= kFarthest)) return {};
-  const auto fixed = [](double v) { return static_cast<std::int16_t>(std::floor(v * PixelNeighbor::kOne + 0.5)); };
+  const auto fixed = [](double v) { return static_cast<std::int16_t>(nearest(v * PixelNeighbor::kOne)); };
   return {n.texel, fixed(pixels.x()), fixed(pixels.y())};
 }
 
@@ -108,7 +114,7 @@ void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps)
   const Eigen::Matrix2d to_texels = map_.texels_per_mm(triangle, frame), to_mm = frame.transpose() * map_.mm_per_texel(triangle);
   for (std::size_t k = 0; k < size(); ++k) {
     const Vec2 step = k < first_adjacent() ? Vec2(to_texels * offsets_mm_[k]) : Vec2(kAdjacent[k - first_adjacent()].x, kAdjacent[k - first_adjacent()].y);
-    const auto dx = static_cast<TexelId>(std::floor(step.x() + 0.5)), dy = static_cast<TexelId>(std::floor(step.y() + 0.5));
+    const TexelId dx = nearest(step.x()), dy = nearest(step.y());  // At most 255: the border of the chart lies farther.
     steps[k] = in_pixels({0, to_mm * Vec2(static_cast<double>(dx), static_cast<double>(dy))});
     steps[k].texel = steps[k].texel < 0 ? kNoStep : dy * map_.width() + dx;
   }

@@ -65,6 +65,16 @@ void long_history() {
               static_cast<long long>(setting.map->num_covered()), s, result.energy.energy);
 }
 
+/// One photograph, texels as large as its pixels; what does not depend on the atlas is told apart by one of 64 x 64.
+void photograph() {
+  const Setting small(512, 1, 64), large(512, 1, 1448);  // 1448^2 / 2 of them are covered: about 2^20.
+  const double source_s = median_of_five([&] { (void)small.run(TransferMethod::Fast); });
+  const double s = median_of_five([&] { (void)large.run(TransferMethod::Fast); });
+  const auto texels = static_cast<double>(large.map->num_covered());
+  std::printf("one 512 x 512 photograph onto %.0f texels: fast %.2f s, %.2f of them reading and analysing the photograph; %.0f k texels/s, %.0f k without that\n", texels, s, source_s,
+              1e-3 * texels / s, 1e-3 * texels / (s - source_s));
+}
+
 void lookup_against_copy() {
   const Setting setting(512, 1, 2048);
   const ImageF frame = setting.history->read_frame(0);
@@ -82,5 +92,6 @@ void lookup_against_copy() {
 int main() {
   patinate::compare_methods();
   patinate::long_history();
+  patinate::photograph();
   patinate::lookup_against_copy();
 }

@@ -127,7 +127,7 @@ LambertianLightResult lights_from_lambertian(const Camera& camera, const std::ve
     problem.strengths.push_back(fit.strength);
     problem.ambient += fit.ambient / static_cast<double>(given.size());
     // What faces away tells nothing; what is in its own shadow would only pull.
-    std::erase_if(samples[k], [&](const ShadedSample& s) { return (position - s.point_mm).dot(s.normal) <= 0.05 * (position - s.point_mm).norm(); });
+    std::erase_if(samples[k], [&place = position](const ShadedSample& s) { return (place - s.point_mm).dot(s.normal) <= 0.05 * (place - s.point_mm).norm(); });
     if (samples[k].size() < kMinSamples) throw InvalidInput("light " + std::to_string(k + 1) + " lies behind the object");
   }
   const CameraParameters& p = camera.parameters();

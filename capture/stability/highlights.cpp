@@ -76,7 +76,7 @@ cv::Mat ground_of(const cv::Mat& light, int radius) {
   cv::morphologyEx(light, ground, cv::MORPH_OPEN, square(radius), {-1, -1}, 1, cv::BORDER_REFLECT);
   const int size = radius | 1;
   cv::blur(ground, ground, {size, size}, {-1, -1}, cv::BORDER_REFLECT);
-  return cv::max(ground, kLeastGround);
+  return cv::max(ground, static_cast<double>(kLeastGround));
 }
 
 /// What the first frames share: the least luminance, and the least darkest channel, of every pixel.
@@ -155,7 +155,7 @@ ImageU8 find_standing_highlight(int num_frames, const std::function<ImageF(int)>
   const EarlyLook look = look_at_start(num_frames, read_frame, control);
   const int radius = window_radius(look.light.cols, look.light.rows, options);
   const cv::Mat ground = ground_of(look.light, radius);
-  const cv::Mat cores = narrow_parts(look.darkest >= kNearlySaturated * saturation, radius) & (look.light >= options.core_rise * ground);
+  const cv::Mat cores = narrow_parts(look.darkest >= static_cast<double>(kNearlySaturated * saturation), radius) & (look.light >= options.core_rise * ground);
   const int core_radius = std::max(1, static_cast<int>(std::lround(0.5 * kLeastCore * std::min(cores.cols, cores.rows))));
   cv::Mat large_cores;
   cv::morphologyEx(cores, large_cores, cv::MORPH_OPEN, disk(core_radius));

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <vector>
 
 #include "libcommon/core/text.h"
 
@@ -17,16 +19,37 @@ double srgb_encode(double linear) {
   return linear <= 0.0031308 ? linear * 12.92 : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
 }
 
-/// Linear values half-way (in code) between 8-bit codes: code k covers [edges[k - 1], edges[k]).
-const std::array<float, 255>& code_edges() {
-  static const std::array<float, 255> edges = [] {
-    std::array<float, 255> e{};
-    for (std::size_t k = 0; k < e.size(); ++k) {
-      e[k] = static_cast<float>(srgb_decode((static_cast<double>(k) + 0.5) / 255.0));
+/// How linear values become 8-bit codes.
+class CodeTable {
+ public:
+  CodeTable() {
+    for (std::size_t k = 0; k < edges_.size(); ++k) edges_[k] = static_cast<float>(srgb_decode((static_cast<double>(k) + 0.5) / 255.0));
+    first_ = std::bit_cast<std::uint32_t>(edges_.front()) >> kShift;
+    const std::uint32_t last = std::bit_cast<std::uint32_t>(edges_.back()) >> kShift;
+    for (std::uint32_t bucket = first_; bucket <= last; ++bucket) {
+      const auto least = std::bit_cast<float>(bucket << kShift);
+      code_of_.push_back(static_cast<std::uint8_t>(std::upper_bound(edges_.begin(), edges_.end(), least) - edges_.begin()));
     }
-    return e;
-  }();
-  return edges;
+  }
+  /// How many edges do not lie above. NaN: 255.
+  [[nodiscard]] std::uint8_t code(float linear) const {
+    if (linear < edges_.front()) return 0;
+    if (!(linear < edges_.back())) return 255;
+    std::size_t code = code_of_[(std::bit_cast<std::uint32_t>(linear) >> kShift) - first_];
+    while (linear >= edges_[code]) ++code;  // At most once: a bucket is narrower than a code.
+    return static_cast<std::uint8_t>(code);
+  }
+
+ private:
+  static constexpr int kShift = 16;          ///< 128 buckets an octave; the last octave has 68 codes.
+  std::array<float, 255> edges_{};           ///< Half-way (in code) between codes: code k covers [edges[k - 1], edges[k]).
+  std::uint32_t first_ = 0;                  ///< Bucket of the first edge.
+  std::vector<std::uint8_t> code_of_;        ///< Of the least value of each bucket.
+};
+
+const CodeTable& code_table() {
+  static const CodeTable table;
+  return table;
 }
 
 }  // namespace
@@ -42,8 +65,7 @@ float srgb_from_linear(float linear) {
 }
 
 std::uint8_t srgb8_from_linear(float linear) {
-  const auto& edges = code_edges();
-  return static_cast<std::uint8_t>(std::upper_bound(edges.begin(), edges.end(), linear) - edges.begin());
+  return code_table().code(linear);
 }
 
 float Response::linear_from_code(float code) const {
@@ -72,8 +94,8 @@ std::string Response::text() const {
 
 ImageU8 srgb8_from_linear(const ImageF& linear) {
   ImageU8 codes(linear.width(), linear.height(), linear.channels());
-  std::transform(linear.values().begin(), linear.values().end(), codes.values().begin(),
-                 [](float v) { return srgb8_from_linear(v); });
+  const CodeTable& table = code_table();
+  std::transform(linear.values().begin(), linear.values().end(), codes.values().begin(), [&](float v) { return table.code(v); });
   return codes;
 }
 

@@ -42,6 +42,19 @@ TEST(Color, FollowsTheStandard) {
   EXPECT_EQ(srgb8_from_linear(7.0f), 255);
 }
 
+TEST(Color, CodesChangeHalfWay) {
+  for (int code = 0; code < 255; ++code) {
+    const double half_way = (code + 0.5) / 255.0;  // IEC 61966-2-1
+    const auto edge = static_cast<float>(half_way <= 0.04045 ? half_way / 12.92 : std::pow((half_way + 0.055) / 1.055, 2.4));
+    EXPECT_EQ(srgb8_from_linear(std::nextafter(edge, 0.0f)), code);
+    EXPECT_EQ(srgb8_from_linear(edge), code + 1);
+  }
+  constexpr double kRounding = 1e-4;  // Of floats near an edge, in codes.
+  for (float linear = 1e-5f; linear < 1.0f; linear *= 1.0001f) {
+    EXPECT_NEAR(srgb8_from_linear(linear), 255.0 * static_cast<double>(srgb_from_linear(linear)), 0.5 + kRounding) << linear;
+  }
+}
+
 TEST(ImageIo, EqualImagesGiveEqualBytes) {
   TempFolder folder;
   const ImageF image = ramp(33, 17, 3);

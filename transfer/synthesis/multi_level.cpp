@@ -242,7 +242,7 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
   check_ranges(options);
   RunControl silent = control;
   silent.on_progress = nullptr;
-  constexpr std::size_t kMaxSearchedPixels = 70'000;  // Beyond, similar pixels are taken over from the coarser level.
+  constexpr std::size_t kMaxSearchedPixels = 17'000;  // Beyond, similar pixels are taken over from the coarser level.
   const std::size_t coarsest = levels.size() - 1;
   PlaceMap places = initial_places(levels[coarsest], seed);
   SimilarPixels similar;

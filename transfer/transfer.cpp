@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libcommon/atlas/direction_field.h"
-#include "libcommon/core/parallel.h"
+#include "transfer/source_levels.h"
 
 namespace patinate {
 
@@ -19,45 +18,6 @@ void describe(OptionVisitor& v, TransferOptions& o) {
 }
 
 namespace {
-
-/// C images of H x W in [0, 1] as one of integers.
-ControlImage interleave(const std::vector<ImageF>& controls) {
-  ControlImage result(controls[0].width(), controls[0].height(), static_cast<int>(controls.size()));
-  for (std::size_t c = 0; c < controls.size(); ++c) {
-    for (int y = 0; y < result.height(); ++y) {
-      for (int x = 0; x < result.width(); ++x) {
-        const double value = std::clamp(static_cast<double>(controls[c].at(x, y)), 0.0, 1.0);
-        result.at(x, y, static_cast<int>(c)) = static_cast<std::uint16_t>(value * kControlSteps + 0.5);
-      }
-    }
-  }
-  return result;
-}
-
-/// Mean of the 2 x 2 finer pixels that count.
-template <class Counts>
-ControlImage halve(const ControlImage& fine, int width, int height, Counts&& counts) {
-  ControlImage coarse(width, height, fine.channels());
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < fine.channels(); ++c) {
-        int sum = 0, n = 0;
-        for (int dy = 0; dy < 2; ++dy) {
-          for (int dx = 0; dx < 2; ++dx) {
-            const int fx = 2 * x + dx, fy = 2 * y + dy;
-            if (!fine.contains(fx, fy) || !counts(fx, fy)) continue;
-            sum += fine.at(fx, fy, c);
-            ++n;
-          }
-        }
-        if (n > 0) coarse.at(x, y, c) = static_cast<std::uint16_t>((sum + n / 2) / n);
-      }
-    }
-  }
-  return coarse;
-}
-
-constexpr int kSmallestSide = 12;
 
 /// Levels from the atlas's own to the coarsest.
 int usable_levels(const HistoryReader& history, int halvings, const TexelMap& map, const TransferOptions& options) {
@@ -94,25 +54,6 @@ void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const Cont
     if (near < 0) continue;
     for (int c = 0; c < coarse.channels(); ++c) coarse.at(x, y, c) = fine.data()[near * fine.channels() + c];
   }
-}
-
-/// How often the history is halved before its pixels are as large as texels, to a factor of sqrt 2, or as small as it can be.
-int source_halvings(double texel_mm, double pixel_mm, int smallest_side) {
-  constexpr double kSqrt2 = 1.4142135623730951;
-  int halvings = 0;
-  for (; texel_mm > kSqrt2 * pixel_mm && (smallest_side >> (halvings + 1)) >= kSmallestSide; ++halvings) pixel_mm *= 2.0;
-  return halvings;
-}
-
-/// Controls of the history at every level of the appearance.
-std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, const std::vector<ImageF>& controls) {
-  std::vector<ControlImage> levels{interleave(controls)};
-  for (std::size_t l = 1; l < appearance.levels.size(); ++l) {
-    const ImageU8& fine_mask = appearance.masks[l - 1];
-    levels.push_back(halve(levels.back(), appearance.levels[l].width(), appearance.levels[l].height(),
-                           [&](int x, int y) { return fine_mask.at(x, y) != 0; }));
-  }
-  return levels;
 }
 
 /// @param first  Level of the appearance that the atlas itself is matched with.
@@ -183,11 +124,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
   RunControl silent = control;
   silent.on_progress = nullptr;
-  // Neighbours a whole texel apart, unless texels are much smaller than the history's pixels.
-  const double texel_mm = map->median_texel_size_mm();
-  const double step_mm = 1.5 * texel_mm > texel_size_mm ? texel_mm : texel_size_mm;
-  const double pixel_mm = std::ldexp(texel_size_mm, static_cast<int>(first));
-  const SourcePlacement placement{frames ? frames : std::make_shared<const FlowFrames>(uv_frames(*map)), pixel_mm, step_mm};
+  const SourcePlacement placement = place_source(*map, frames, texel_size_mm, static_cast<int>(first));
   const std::vector<SynthesisLevel> levels =
       make_levels(appearance, first, source_controls, result.matched_controls, map, placement, neighborhood, silent);
   if (levels.empty()) {

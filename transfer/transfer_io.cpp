@@ -93,6 +93,20 @@ EnergyReport read_energy(JsonReader json) {
   return e;
 }
 
+/// What says how the energy is measured. Options that only the search knows change from version to version and are not looked at.
+TransferOptions read_measure(JsonReader json) {
+  TransferOptions o;
+  const auto put = [&](const char* name, int& value, const Range& range) {
+    if (json.has(name)) value = static_cast<int>(json.member(name).integer(range));
+  };
+  if (json.has("coherence")) o.coherence_share = json.member("coherence").number(between(0, 1));
+  put("neighborhood", o.neighborhood_radius_px, between(1, 5));
+  put("spatial_radius", o.appearance.spatial_radius_px, between(0, 3));
+  put("max_frames", o.appearance.max_frames, between(2, 128));
+  put("appearance_samples", o.appearance.num_samples, between(64, 65536));
+  return o;
+}
+
 RecordedControl read_control(JsonReader& json) {
   RecordedControl c;
   c.source = json.member("source").string();
@@ -242,8 +256,9 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   const JsonReader controls = reader.member("controls");
   for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
   manifest.energy = read_energy(reader.member("energy"));
+  manifest.measured_with = read_measure(reader.member("options"));
   manifest.key = reader.member("key").string();
-  for (const char* known : {"covered_texels", "options", "seed", "explained_variance"}) (void)reader.member(known);
+  for (const char* known : {"covered_texels", "seed", "explained_variance"}) (void)reader.member(known);
   if (reader.has("flow")) manifest.flow = reader.member("flow").string();  // Missing in earlier transfers: uv.
   reader.finish();
   return manifest;

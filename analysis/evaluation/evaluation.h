@@ -17,6 +17,7 @@ struct EvaluationOptions {
   int num_samples = 20000;     ///< [100, 10^6]. Patches drawn for the distances of distributions.
   int num_directions = 64;     ///< [1, 1024].
   int num_times = 5;           ///< [1, 100]. At which colours are compared.
+  int num_audits = 2000;       ///< [0, 10^6]. Texels whose pixel is compared with the best there is (M1); 0: none.
   int source_step = 0;         ///< [0, 256]. Source pixels of a texel step; 0: texel size / pixel size.
 };
 void describe(OptionVisitor& v, EvaluationOptions& o);

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other figures.
 
 fs::path item_file(std::size_t i) { return fs::path(kJobWorkFolder) / ("map" + std::to_string(i) + ".json"); }
 
@@ -31,8 +31,8 @@ Json picture_json(const Picture& picture, const fs::path& scratch) { return {{"n
 
 /// One map's part of the report, with its pictures inside.
 Json evaluated(const EvaluationItem& item, const EvaluationOptions& options, std::uint64_t seed, const fs::path& scratch, const RunControl& control) {
-  const MapToEvaluate opened = item.open(control.part(0.0, 0.3));
-  Evaluation made = evaluate(opened.source, opened.map, options, seed, opened.made ? &*opened.made : nullptr, control.part(0.3, 1.0));
+  const MapToEvaluate opened = item.open(control.part(0.0, 0.5));
+  Evaluation made = evaluate(opened.source, opened.map, options, seed, opened.made ? &*opened.made : nullptr, control.part(0.5, 1.0));
   Json json{{"name", item.name}, {"about", item.about}, {"hash", made.hash}, {"figures", Json::array()}, {"pictures", Json::array()}};
   for (const Figure& f : opened.more) json["figures"].push_back(figure_json(f));
   for (const Figure& f : made.figures) json["figures"].push_back(figure_json(f));
@@ -77,7 +77,8 @@ void add_table(HtmlPage& page, const std::vector<Json>& maps) {
 void write_report(const fs::path& folder, const EvaluationTask& task, const std::string& key, const std::vector<Json>& maps) {
   HtmlPage page("How good is the texture?");
   page.paragraph("Every texel of a synthesis shows a place of its source; these figures say how well it follows its control, how well it hangs together, and how much its statistics are the source's. "
-                 "In brackets: the same for two draws from the source itself, which nothing can be better than. Less is better, except for the two figures M3, the share used (M6), and those at seams, where 1 is best.");
+                 "In brackets: the same for two draws from the source itself, which nothing can be better than. Less is better, except for the two figures M3, the share used (M6), and those at seams, where 1 is best. "
+                 "M1 says how far a search went towards the least energy, not how good the texture looks: the least energy is smooth and repeats itself.");
   add_table(page, maps);
   Json list = Json::array();
   for (const Json& map : maps) {

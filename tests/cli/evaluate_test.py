@@ -73,6 +73,12 @@ class Evaluate(unittest.TestCase):
         self.assertAlmostEqual(aged["control_error_mean"]["value"], energy["control_error_mean"], 3)
         self.assertAlmostEqual(aged["coherent_share"]["value"], energy["coherent_share"], 9)
         self.assertIsNotNone(aged["seam_gradient_ratio"]["value"])
+        # The source as it is wanted costs nothing; a share of it lies too near the border, 3 of 96 and of 80 pixels on each side.
+        self.assertEqual((same["audit_ratio"]["value"], same["audit_energy"]["value"], same["audit_optimal_share"]["value"]), (1, 0, 1))
+        self.assertAlmostEqual(same["audit_left_out"]["value"], 1 - 90 * 74 / (WIDTH * HEIGHT), delta=0.03)
+        self.assertGreater(tiles["audit_energy"]["value"], 0.1)
+        self.assertGreater(aged["audit_ratio"]["value"], 1)
+        self.assertAlmostEqual(aged["audit_energy"]["value"], energy["energy"], delta=0.1 * energy["energy"])
         page = (WORK / "report/evaluation.html").read_text()
         self.assertFalse("http:" in page)
         self.assertIn("up to date", patinate(*arguments).stderr)
@@ -81,6 +87,17 @@ class Evaluate(unittest.TestCase):
         found = [json.loads(patinate("evaluate", file, "--history", "crackle", "--samples", 500, *more, "-o", file + ".report", "--json").stdout)["maps"][0]
                  for file, more in (("same.nnf", ("--control", "crackle/controls/thickness.exr")), ("same16.png", ()))]
         self.assertEqual(found[0]["hash"], found[1]["hash"])
+        self.assertEqual([f.get("undefined") for m in found for f in m["figures"] if f["name"] == "audit_ratio"], [None, "no control was given"])
+
+    def test_audits_can_be_left_out_and_follow_the_seed(self):
+        def audit(*options):
+            result = patinate("evaluate", "aged", "--samples", 500, *options, "-o", "audit", "--force", "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            return {f["name"]: f["value"] for f in json.loads(result.stdout)["maps"][0]["figures"] if f["name"].startswith("audit")}
+        self.assertEqual(audit("--audits", 0), {})
+        one = audit("--audits", 50)
+        self.assertEqual(one, audit("--audits", 50, "--threads", 1))
+        self.assertNotEqual(one["audit_energy"], audit("--audits", 50, "--seed", 2)["audit_energy"])
 
     def test_the_tools_own_picture_is_checked_against_its_coordinates(self):
         patinate("lookup", "aged", "--time", 0, "-o", "unused.png")

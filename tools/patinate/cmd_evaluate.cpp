@@ -37,7 +37,7 @@ int cmd_evaluate(CommandRun& run) {
   if (!run.parse()) return 0;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   for (const std::string& word : run.command_line()) task.command += (task.command.empty() ? "" : " ") + word;
-  for (const fs::path& map : maps) task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options.num_times) : foreign_item(map, foreign, task.options.num_times));
+  for (const fs::path& map : maps) task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed) : foreign_item(map, foreign, task.options, task.seed));
   const std::optional<JobStatus> status = run.make_folder(plan_evaluation(std::move(task), output), "evaluate");
   if (!status) return 0;
 

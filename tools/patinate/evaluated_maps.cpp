@@ -14,6 +14,7 @@
 #include "tools/patinate/path_kind.h"
 #include "transfer/flow_io.h"
 #include "transfer/lookup/transfer_reader.h"
+#include "transfer/map_audit.h"
 
 namespace patinate {
 
@@ -45,7 +46,23 @@ SynthesisSource source_of(const HistoryReader& history, const std::string& contr
   return source;
 }
 
-Figure energy_figure(const char* name, const char* title, double value) { return {.name = name, .title = title, .unit = "", .value = value}; }
+Figure energy_figure(const char* name, const char* title, std::optional<double> value, const std::string& undefined = {}) {
+  return {.name = name, .title = title, .unit = "", .value = value, .undefined = value ? "" : undefined};
+}
+
+/// @param why  Why nothing was audited; "" when it was tried.
+void add_audit(std::vector<Figure>& figures, const OptimumAudit& audit, const std::string& why = {}) {
+  const bool has = audit.num_audited > 0;
+  const std::string none = why.empty() ? "no audited texel shows a pixel whose whole neighbourhood lies in the source" : why;
+  const std::string undefined = has ? "the least energy is 0" : none;
+  const auto drawn = static_cast<double>(audit.num_audited + audit.num_left_out);
+  const auto known = [](bool is_known, double value) { return is_known ? std::optional(value) : std::nullopt; };
+  figures.push_back(energy_figure("audit_ratio", "Energy over the optimum, neighbours held fixed (M1)", audit.ratio, undefined));
+  figures.push_back(energy_figure("audit_ratio_median", "The same texel by texel, median (M1)", audit.median_ratio, undefined));
+  figures.push_back(energy_figure("audit_optimal_share", "Texels that no other pixel serves better (M1)", known(has, audit.optimal_share), none));
+  figures.push_back(energy_figure("audit_energy", "Energy of the audited texels (M1)", known(has, audit.energy), none));
+  figures.push_back(energy_figure("audit_left_out", "Not audited: their pixel lies too near the source's border (M1)", known(drawn > 0.0, static_cast<double>(audit.num_left_out) / std::max(1.0, drawn)), none));
+}
 
 ImageF read_nnf(const fs::path& file, int width, int height) {
   const std::string bytes = read_file(file);
@@ -81,7 +98,7 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
 
 }  // namespace
 
-EvaluationItem transfer_item(const fs::path& transfer, int num_times) {
+EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& options, std::uint64_t seed) {
   const TransferManifest manifest = read_transfer_manifest(transfer);
   std::string about = "transfer " + transfer.string() + ", history " + manifest.history.string();
   for (const RecordedControl& c : manifest.controls) about += ", " + c.text();
@@ -89,49 +106,60 @@ EvaluationItem transfer_item(const fs::path& transfer, int num_times) {
   return {.name = name.empty() ? fs::absolute(transfer).lexically_normal().parent_path().filename().string() : name,
           .about = about,
           .key = manifest.key,
-          .open = [transfer, num_times](const RunControl& control) {
+          .open = [transfer, options, seed](const RunControl& control) {
             const TransferReader reader(transfer);
             const TransferManifest& m = reader.manifest();
             MapToEvaluate out;
-            out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source, m.texel_size_mm, num_times);
+            out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source, m.texel_size_mm, options.num_times);
             out.map = {.name = transfer.filename().string(),
-                       .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control),
+                       .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
                        .coordinates = reader.coordinates(),
                        .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
             out.map.frames = read_flow_frames(m, *out.map.surface);
             out.more = {energy_figure("energy", "Energy (M1)", m.energy.energy), energy_figure("energy_coherence", "Energy, part of coherence (M1)", m.energy.coherence),
                         energy_figure("energy_control", "Energy, part of control (M1)", m.energy.control_mismatch)};
+            if (options.num_audits == 0) return out;
+            MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = m.texel_size_mm, .controls = {}, .frames = out.map.frames};
+            for (std::size_t i = 0; i < m.controls.size(); ++i) made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
+            add_audit(out.more, audit_map(reader.history(), made, m.measured_with, options.num_audits, seed, control.part(0.3, 1.0)));
             return out;
           }};
 }
 
-EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& options, int num_times) {
-  if (options.history.empty()) throw UsageError("--history: is needed for " + map.string() + ", which is no transfer: the history that the tool copied from");
-  const HistoryReader history(options.history);
-  const std::optional<ControlSpec> spec = options.control.empty() ? std::nullopt : std::optional(parse_control_spec(options.control));
+EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign, const EvaluationOptions& options, std::uint64_t seed) {
+  if (foreign.history.empty()) throw UsageError("--history: is needed for " + map.string() + ", which is no transfer: the history that the tool copied from");
+  const HistoryReader history(foreign.history);
+  const std::optional<ControlSpec> spec = foreign.control.empty() ? std::nullopt : std::optional(parse_control_spec(foreign.control));
   if (spec && (spec->weight != 1.0 || spec->mapping != ControlMapping::Rank)) throw UsageError("--control: weight and mapping are the tool's own; give [SOURCE=]MAP with the values that the tool was given");
-  const std::string control = spec ? source_control(history, *spec) : "";
+  const std::string source_name = spec ? source_control(history, *spec) : "";
   ContentHash hash;
-  hash.add_file(map).add(history_content_key(history)).add(options.control);
+  hash.add_file(map).add(history_content_key(history)).add(foreign.control);
   if (spec) hash.add_file(spec->destination);
-  if (!options.picture.empty()) hash.add_file(options.picture);
+  if (!foreign.picture.empty()) hash.add_file(foreign.picture);
   return {.name = map.stem().string(),
-          .about = "coordinates " + map.string() + ", history " + options.history.string() + (spec ? ", " + options.control : ""),
+          .about = "coordinates " + map.string() + ", history " + foreign.history.string() + (spec ? ", " + foreign.control : ""),
           .key = hash.hex(),
-          .open = [map, options, spec, control, num_times](const RunControl&) {
-            const HistoryReader source(options.history);
+          .open = [map, foreign, spec, source_name, options, seed](const RunControl& control) {
+            const HistoryReader source(foreign.history);
             MapToEvaluate out;
-            out.source = source_of(source, control, 1.0, num_times);
+            out.source = source_of(source, source_name, 1.0, options.num_times);
             const ImageF wanted = spec ? read_gray(spec->destination) : ImageF();
-            if (!options.picture.empty()) out.made = MadePicture{.frame = out.source.frames.size() - 1, .codes = codes_of(read_color(options.picture))};
+            if (!foreign.picture.empty()) out.made = MadePicture{.frame = out.source.frames.size() - 1, .codes = codes_of(read_color(foreign.picture))};
             out.map.name = map.filename().string();
             out.map.coordinates = read_coordinates(map, !wanted.empty() ? wanted : out.made ? out.made->codes : ImageF());
             out.map.surface = flat_surface(out.map.coordinates.width(), out.map.coordinates.height(), 1.0);
-            if (!spec) return out;
+            if (!spec) {
+              if (options.num_audits > 0) add_audit(out.more, {}, "no control was given");
+              return out;
+            }
             if (!wanted.same_size(out.map.coordinates)) {
               throw IoError(spec->destination, "is " + size_text(wanted.width(), wanted.height()) + "; the coordinate map is " + size_text(out.map.coordinates.width(), out.map.coordinates.height()));
             }
             out.map.control = wanted;
+            if (options.num_audits == 0) return out;
+            const double pixel_mm = options.source_step > 0 ? 1.0 / options.source_step : 1.0;
+            const MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = pixel_mm, .controls = {{source_name, wanted}}};
+            add_audit(out.more, audit_map(source, made, {}, options.num_audits, seed, control));
             return out;
           }};
 }

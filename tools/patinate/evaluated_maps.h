@@ -2,6 +2,7 @@
 /// Coordinate maps to evaluate: transfers, and what other tools leave.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,10 +18,12 @@ struct ForeignMapOptions {
   std::filesystem::path picture;  ///< The picture that the tool made, of the history's last frame; "" = none.
 };
 
-/// A transfer: its history, its first control, its energy.
-[[nodiscard]] EvaluationItem transfer_item(const std::filesystem::path& transfer, int num_times);
+/// A transfer: its history, its first control, its energy, which is audited with its own coherence share and controls.
+/// @param options  Times and audits. @param seed  Of the audits.
+[[nodiscard]] EvaluationItem transfer_item(const std::filesystem::path& transfer, const EvaluationOptions& options, std::uint64_t seed);
 /// A coordinate map of another tool, over a flat picture: EXR or TIFF with channels source.x and source.y (or its first two), 16-bit PNG (R = x, G = y), or
-/// `.nnf`: int32 x, y for every pixel, row by row, little-endian, of the size of the control map or the picture. @throws IoError, InvalidInput, UsageError
-[[nodiscard]] EvaluationItem foreign_item(const std::filesystem::path& map, const ForeignMapOptions& options, int num_times);
+/// `.nnf`: int32 x, y for every pixel, row by row, little-endian, of the size of the control map or the picture. Audited, where there is a control, with the energy of a transfer's default options.
+/// @throws IoError, InvalidInput, UsageError
+[[nodiscard]] EvaluationItem foreign_item(const std::filesystem::path& map, const ForeignMapOptions& foreign, const EvaluationOptions& options, std::uint64_t seed);
 
 }  // namespace patinate

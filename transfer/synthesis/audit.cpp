@@ -1,0 +1,106 @@
+#include "transfer/synthesis/audit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "libcommon/core/parallel.h"
+#include "libcommon/core/random.h"
+#include "transfer/synthesis/window_search.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::int64_t kChunk = 4;          // Texels: some ms each in a large source.
+constexpr std::uint32_t kPurpose = 500;     // Of RandomStream.
+
+/// One texel of each of `count` equal parts of the list.
+std::vector<TexelId> drawn_texels(const std::vector<TexelId>& texels, std::int64_t count, std::uint64_t seed) {
+  const auto size = static_cast<std::int64_t>(texels.size());
+  if (size <= count) return texels;
+  std::vector<TexelId> drawn;
+  for (std::int64_t i = 0; i < count; ++i) {
+    const std::int64_t begin = i * size / count, end = (i + 1) * size / count;
+    const std::uint32_t chosen = RandomStream(seed, static_cast<std::uint64_t>(i), kPurpose).below(static_cast<std::uint32_t>(end - begin));
+    drawn.push_back(texels[static_cast<std::size_t>(begin + chosen)]);
+  }
+  return drawn;
+}
+
+/// The texel's own pixel and those to which its neighbours lead: they bound the search.
+std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCost& cost, const CoordinateMap& coordinates, std::int32_t own) {
+  std::vector<std::int32_t> likely{own};
+  for (const PixelNeighbor& n : cost.adjacent()) {
+    const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
+    if (s < 0) continue;
+    const int x = s % source.width() - whole_pixels(n.x), y = s / source.width() - whole_pixels(n.y);
+    if (x >= 0 && y >= 0 && x < source.width() && y < source.height()) likely.push_back(y * source.width() + x);
+  }
+  return likely;
+}
+
+struct Costs {
+  std::int64_t own = -1;  ///< -1: the pixel has no cost.
+  std::int64_t least = 0;
+};
+
+double ratio_of(double cost, double least) {
+  if (least > 0.0) return cost / least;
+  return cost > 0.0 ? std::numeric_limits<double>::infinity() : 1.0;
+}
+
+std::optional<double> finite(double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; }
+
+OptimumAudit summary_of(const std::vector<Costs>& all) {
+  OptimumAudit audit;
+  std::int64_t optimal = 0;
+  std::vector<double> ratios;
+  for (const Costs& c : all) {
+    if (c.own < 0) {
+      ++audit.num_left_out;
+      continue;
+    }
+    audit.energy += static_cast<double>(c.own);
+    audit.optimum += static_cast<double>(c.least);
+    optimal += c.own == c.least ? 1 : 0;
+    ratios.push_back(ratio_of(static_cast<double>(c.own), static_cast<double>(c.least)));
+  }
+  audit.num_audited = static_cast<std::int64_t>(ratios.size());
+  if (ratios.empty()) return audit;
+  const auto n = static_cast<double>(ratios.size());
+  audit.ratio = finite(ratio_of(audit.energy, audit.optimum));
+  audit.energy /= n * EnergyScale::kOne;
+  audit.optimum /= n * EnergyScale::kOne;
+  audit.optimal_share = static_cast<double>(optimal) / n;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  audit.median_ratio = finite(*middle);
+  return audit;
+}
+
+}  // namespace
+
+OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
+                           std::span<const double> control_weights, std::int64_t num_audits, std::uint64_t seed, const RunControl& control) {
+  if (!(num_audits > 0)) throw InvalidInput("audits: " + std::to_string(num_audits) + " is out of range; use > 0");
+  const SourceLevel& source = level.source;
+  const std::vector<TexelId> drawn = drawn_texels(level.destination.texels, num_audits, seed);
+  const EnergyScale scale = EnergyScale::make(source, coherence_share, control_weights);
+  const WindowSearch search(source);
+  const SearchWindow whole{.x0 = 0, .y0 = 0, .x1 = source.width(), .y1 = source.height()};
+  std::vector<Costs> costs(drawn.size());
+  parallel_for(static_cast<std::int64_t>(drawn.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    TexelCost cost(source, level.destination, neighborhood);
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const std::int32_t own = coordinates[static_cast<std::size_t>(drawn[i])];
+      if (own < 0 || source.is_usable[static_cast<std::size_t>(own)] == 0) continue;
+      cost.prepare(drawn[i], coordinates, scale);
+      costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()), .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
+    }
+  });
+  return summary_of(costs);
+}
+
+}  // namespace patinate

@@ -7,6 +7,7 @@
 #include "libcommon/core/error.h"
 #include "transfer/lookup/transfer_reader.h"
 #include "transfer/scale.h"
+#include "transfer/transfer_controls.h"
 #include "transfer/transfer_io.h"
 
 namespace patinate {
@@ -20,7 +21,7 @@ ImageF AgedMesh::texture(const HistoryReader& history, double time, const RunCon
 
 AgedMesh age_mesh(const HistoryReader& history, Mesh mesh, std::string_view control, const AgeOptions& options, const RunControl& run) {
   const ControlSpec spec = parse_control_spec(control);
-  const std::string source = source_control(history, spec);
+  (void)source_control(history, spec);  // A control that is not there is said before work starts.
   AtlasMesh atlas = make_atlas_mesh(with_normals(std::move(mesh)), options.atlas, options.resolution, run.part(0.0, 0.1));
   const double texel = make_texel_map(atlas, options.resolution).median_texel_size_mm();
   const TransferScale scale = choose_scale(options.mm_per_unit, history.manifest().texel_size_mm, texel);
@@ -28,7 +29,7 @@ AgedMesh age_mesh(const HistoryReader& history, Mesh mesh, std::string_view cont
   const auto map = std::make_shared<TexelMap>(make_texel_map(atlas, options.resolution, run.part(0.1, 0.2)));
 
   ControlMap made = make_control_expression(spec.destination, *map, options.controls, run.part(0.2, 0.4));
-  const TransferControl pair{source, spec.destination, std::move(made.values), {made.low, made.high, made.unit}, spec.weight, spec.mapping};
+  const TransferControl pair = make_transfer_control(history, spec, std::move(made));
   const TransferResult result = transfer(history, map, scale.texel_size_mm, {pair}, options.transfer, run.part(0.4, 1.0));
   return {map->mesh(), coordinate_image(result.coordinates, map->width(), map->height(), history.manifest().width), map->coverage(),
           result.energy};

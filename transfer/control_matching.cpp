@@ -1,6 +1,8 @@
 #include "transfer/control_matching.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "libcommon/core/error.h"
@@ -75,6 +77,27 @@ ImageF match_control(const ImageF& destination, const ImageU8& destination_mask,
       if (is_inside(destination_mask, x, y)) {
         result.at(x, y) = static_cast<float>(std::clamp(mapped(destination.at(x, y)), 0.0, 1.0));
       }
+    }
+  }
+  return result;
+}
+
+ImageF match_control_by_label(const ImageF& destination, const ImageU8& destination_labels, const ControlRange& destination_range, const ImageF& source,
+                              const ImageU8& source_labels, const ControlRange& source_range, ControlMapping mapping) {
+  const auto mask_of = [](const ImageU8& labels, std::uint8_t label) {
+    ImageU8 mask(labels.width(), labels.height());
+    std::transform(labels.values().begin(), labels.values().end(), mask.values().begin(), [&](std::uint8_t l) { return static_cast<std::uint8_t>(l == label ? 255 : 0); });
+    return mask;
+  };
+  std::array<bool, 256> is_there{};
+  for (std::uint8_t label : destination_labels.values()) is_there[label] = true;
+  ImageF result(destination.width(), destination.height());
+  for (std::size_t label = 1; label < is_there.size(); ++label) {
+    if (!is_there[label]) continue;
+    const ImageU8 texels = mask_of(destination_labels, static_cast<std::uint8_t>(label));
+    const ImageF matched = match_control(destination, texels, destination_range, source, mask_of(source_labels, static_cast<std::uint8_t>(label)), source_range, mapping);
+    for (std::size_t t = 0; t < result.values().size(); ++t) {
+      if (texels.values()[t] != 0) result.values()[t] = matched.values()[t];
     }
   }
   return result;

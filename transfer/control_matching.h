@@ -25,4 +25,11 @@ struct ControlRange {
                                    const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
                                    ControlMapping mapping);
 
+/// match_control() label by label: texels of one label are matched with the pixels of that label alone, as if each were a history of its own.
+/// @param destination_labels,source_labels  0 = not counted, else a label, as masks are.
+/// @throws InvalidInput also when a label has texels but no pixels.
+[[nodiscard]] ImageF match_control_by_label(const ImageF& destination, const ImageU8& destination_labels, const ControlRange& destination_range,
+                                            const ImageF& source, const ImageU8& source_labels, const ControlRange& source_range,
+                                            ControlMapping mapping);
+
 }  // namespace patinate

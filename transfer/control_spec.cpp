@@ -5,6 +5,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
+#include "transfer/library/library_parts.h"
 
 namespace patinate {
 
@@ -45,6 +46,7 @@ ControlSpec parse_control_spec(std::string_view text) {
       return fail("unknown mapping `" + parts[2] + "`" + did_you_mean(parts[2], names) + " (rank, linear, physical)");
     }
     spec.mapping = static_cast<ControlMapping>(it - kControlMappingNames.begin());
+    spec.has_mapping = true;
   }
   return spec;
 }
@@ -53,6 +55,7 @@ std::string source_control(const HistoryReader& history, const ControlSpec& spec
   if (!spec.source.empty()) return history.control(spec.source).name;
   const auto& controls = history.manifest().controls;
   if (controls.size() == 1) return controls[0].name;
+  if (controls.size() == 2 && !library_parts(history).empty()) return controls[controls[0].name == kLibraryControl ? 1 : 0].name;
   std::string names;
   for (const ControlParameter& c : controls) names += (names.empty() ? "" : ", ") + c.name;
   throw UsageError("--control " + spec.destination + ": " + history.folder().string() +

@@ -23,11 +23,12 @@ struct ControlSpec {
   std::string destination;         ///< A map file, a kind, or an expression of them.
   double weight = 1.0;             ///< > 0
   ControlMapping mapping = ControlMapping::Rank;
+  bool has_mapping = false;        ///< It was said.
 };
 
 /// @throws UsageError saying which part is wrong.
 [[nodiscard]] ControlSpec parse_control_spec(std::string_view text);
-/// The history's control that a spec names, or its only one.
+/// The history's control that a spec names, or its only one; of a library the only one beside kLibraryControl.
 /// @throws InvalidInput if it has no such control; UsageError if none is named and it has several, or none.
 [[nodiscard]] std::string source_control(const HistoryReader& history, const ControlSpec& spec);
 

@@ -41,8 +41,8 @@ OptimumAudit audit_map(const HistoryReader& history, const MapToAudit& made, con
   check_ranges(options);
   check_sizes(made);
   const HistoryManifest& manifest = history.manifest();
-  const int halvings = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, std::min(manifest.width, manifest.height));
-  const AppearanceSpace appearance = build_appearance_space(history, halvings + 1, options.appearance, control.part(0.0, 0.5));
+  const int halvings = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));
+  const AppearanceSpace appearance = build_appearance_space(history, halvings + 1, options.appearance, control.part(0.0, 0.5), made.source_mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   std::vector<ImageF> known, wanted;
   std::vector<double> weights;

@@ -28,6 +28,7 @@ struct MapToAudit {
   double pixel_mm = 1.0;                    ///< Surface length of one pixel of the history.
   std::vector<FollowedControl> controls;    ///< At least one.
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< As transfer()'s.
+  ImageU8 source_mask = {};                 ///< What could be copied, instead of the history's mask; empty: that.
 };
 
 /// Measures as transfer() does: with its appearance, on the level whose pixels are as large as texels.

@@ -5,8 +5,15 @@
 #include <utility>
 
 #include "libcommon/atlas/direction_field.h"
+#include "transfer/library/library_parts.h"
 
 namespace patinate {
+
+int smallest_side(const HistoryReader& history) {
+  int side = std::min(history.manifest().width, history.manifest().height);
+  for (const LibraryPart& part : library_parts(history)) side = std::min({side, part.width, part.height});
+  return side;
+}
 
 int source_halvings(double texel_mm, double pixel_mm, int smallest_side) {
   constexpr double kSqrt2 = 1.4142135623730951;

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "transfer/library/library_parts.h"
 #include "transfer/source_levels.h"
+#include "transfer/transfer_controls.h"
 
 namespace patinate {
 
@@ -22,7 +25,7 @@ namespace {
 /// Levels from the atlas's own to the coarsest.
 int usable_levels(const HistoryReader& history, int halvings, const TexelMap& map, const TransferOptions& options) {
   if (options.method == TransferMethod::Reference) return 1;
-  const int source_side = std::min(history.manifest().width, history.manifest().height) >> halvings;
+  const int source_side = smallest_side(history) >> halvings;
   const int smallest = std::min({source_side, map.width(), map.height()});
   int levels = 1;
   while (levels < options.multi_level.num_levels && (smallest >> levels) >= kSmallestSide) ++levels;
@@ -93,11 +96,23 @@ void check_controls(const std::vector<TransferControl>& controls, const TexelMap
   }
 }
 
+/// Histories of a library that are asked for can be copied from. @param first  The level is halved as often.
+void check_usable(const HistoryReader& history, const std::vector<std::size_t>& asked, const SourceLevel& level, std::size_t first, int window_px) {
+  const std::vector<LibraryPart> parts = library_parts(history);
+  for (std::size_t p : asked) {
+    const LibraryPart& part = parts[p];
+    const auto is_of_part = [&](std::int32_t pixel) { return pixel % level.width() >= part.x >> first && pixel % level.width() < (part.x + part.width) >> first; };
+    if (std::any_of(level.usable.begin(), level.usable.end(), is_of_part)) continue;
+    throw InvalidInput(history.folder().string() + ": no pixel of its history " + std::to_string(p) + " (" + part.name + ") has its whole neighbourhood of " + std::to_string(window_px) +
+                       " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
+  }
+}
+
 }  // namespace
 
 TransferResult transfer(const HistoryReader& history, std::shared_ptr<const TexelMap> map, double texel_size_mm,
                         const std::vector<TransferControl>& controls, const TransferOptions& options, const RunControl& control,
-                        std::shared_ptr<const FlowFrames> frames) {
+                        std::shared_ptr<const FlowFrames> frames, const ImageU8& source_mask) {
   check_ranges(options);
   check_controls(controls, *map);
   if (frames && frames->size() != map->mesh().triangles.size()) throw InvalidInput("transfer: expected one frame a triangle");
@@ -106,19 +121,15 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   if (!(texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
   if (map->num_covered() == 0) throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
   TransferResult result;
-  const ImageU8 source_mask = history.read_mask();
-  std::vector<ImageF> source_controls;
+  const ImageU8 mask = usable_mask(history, source_mask);
+  MatchedControls matched = match_controls(history, mask, controls, map->coverage());
+  const std::vector<ImageF> source_controls = std::move(matched.source);
+  result.matched_controls = std::move(matched.destination);
   std::vector<double> weights;
-  for (const TransferControl& c : controls) {
-    const ControlParameter& parameter = history.control(c.source);
-    source_controls.push_back(history.read_control(c.source));
-    result.matched_controls.push_back(match_control(c.values, map->coverage(), c.range, source_controls.back(), source_mask,
-                                                    {parameter.low, parameter.high, parameter.unit}, c.mapping));
-    weights.push_back(c.weight);
-  }
-  const int halvings = source_halvings(map->median_texel_size_mm(), texel_size_mm, std::min(history.manifest().width, history.manifest().height));
+  for (const TransferControl& c : controls) weights.push_back(c.weight);
+  const int halvings = source_halvings(map->median_texel_size_mm(), texel_size_mm, smallest_side(history));
   const AppearanceSpace appearance = build_appearance_space(
-      history, halvings + usable_levels(history, halvings, *map, options), options.appearance, control.part(0.0, 0.3));
+      history, halvings + usable_levels(history, halvings, *map, options), options.appearance, control.part(0.0, 0.3), mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   result.explained_variance = appearance.explained_variance;
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
@@ -131,6 +142,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
     throw InvalidInput(history.folder().string() + ": no pixel has its whole neighbourhood of " +
                        std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
   }
+  check_usable(history, matched.asked_histories, levels[0].source, first, 2 * neighborhood.radius_px + 1);
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const RunControl synthesis_control = control.part(0.35, 0.97);
   result.coordinates = options.method == TransferMethod::Reference

@@ -55,9 +55,11 @@ struct TransferResult {
 /// @param map       The destination in mm.
 /// @param texel_size_mm  Surface length of one history pixel.
 /// @param frames    Which way the history's rows and columns run on the surface (direction_field.h); none: as the UVs do.
+/// @param source_mask  Of the history's size; 0 = must not be copied, as where the history's own mask is 0. Empty: only that.
 /// @throws InvalidInput
 [[nodiscard]] TransferResult transfer(const HistoryReader& history, std::shared_ptr<const TexelMap> map, double texel_size_mm,
                                       const std::vector<TransferControl>& controls, const TransferOptions& options,
-                                      const RunControl& control = {}, std::shared_ptr<const FlowFrames> frames = nullptr);
+                                      const RunControl& control = {}, std::shared_ptr<const FlowFrames> frames = nullptr,
+                                      const ImageU8& source_mask = {});
 
 }  // namespace patinate

@@ -1,5 +1,6 @@
 #include "transfer/transfer_io.h"
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
 #include "transfer/flow_io.h"
+#include "transfer/library/library_parts.h"
 
 namespace patinate {
 
@@ -22,6 +24,7 @@ namespace {
 
 constexpr std::array<std::string_view, 5> kTileRuleNames{"square", "udim", "material", "node", "surface"};
 constexpr const char* kTilePlace = "<UDIM>";  ///< In file names, for the tile's name.
+constexpr const char* kSourceMaskFile = "source_mask.png";
 
 TileRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : TileRule::Square; }
 
@@ -175,19 +178,42 @@ ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height,
   return image;
 }
 
-void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result, int source_width) {
+namespace {
+
+/// A coordinate map with one channel more: the history of a library that each pixel belongs to.
+ImageF with_index(const ImageF& coordinates, const std::vector<LibraryPart>& library) {
+  const int channels = coordinates.channels();
+  ImageF out(coordinates.width(), coordinates.height(), channels + 1, -1.0f);
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      std::copy_n(coordinates.pixel(x, y).begin(), channels, out.pixel(x, y).begin());
+      const auto after = std::upper_bound(library.begin(), library.end(), coordinates.at(x, y), [](float column, const LibraryPart& part) { return column < static_cast<float>(part.x); });
+      out.at(x, y, channels) = static_cast<float>(after - library.begin() - 1);  // -1 lies before the first.
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result, const HistoryReader& history) {
   for (std::size_t i = 0; i < task.controls.size(); ++i) {
     write_tiles(folder / control_file(task, i), task.controls[i].values, task.map->sheet(), {"Y"});
   }
   write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : task.map->mesh());
-  const ImageF coordinates = coordinate_image(result.coordinates, task.map->width(), task.map->height(), source_width);
-  const fs::path file = folder / tiled_name("coordinates", rule_of(task));
+  if (!task.source_mask.empty()) write_codes(folder / kSourceMaskFile, task.source_mask);
+  ImageF coordinates = coordinate_image(result.coordinates, task.map->width(), task.map->height(), history.manifest().width);
+  std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
   if (task.frames) {
-    write_tiles(file, with_patch(coordinates, *task.map, *task.frames), task.map->sheet(),
-                {kCoordinateChannels[0], kCoordinateChannels[1], kPatchChannels[0], kPatchChannels[1]});
-  } else {
-    write_tiles(file, coordinates, task.map->sheet(), {kCoordinateChannels[0], kCoordinateChannels[1]});
+    coordinates = with_patch(coordinates, *task.map, *task.frames);
+    channels.emplace_back(kPatchChannels[0]);
+    channels.emplace_back(kPatchChannels[1]);
   }
+  if (const std::vector<LibraryPart> parts = library_parts(history); !parts.empty()) {
+    coordinates = with_index(coordinates, parts);
+    channels.emplace_back(kIndexChannel);
+  }
+  write_tiles(folder / tiled_name("coordinates", rule_of(task)), coordinates, task.map->sheet(), channels);
 }
 
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
@@ -220,6 +246,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
     json["tiles"] = tiles_json(task);
   }
   json["subpixel"] = false;
+  if (!task.source_mask.empty()) json["source_mask"] = kSourceMaskFile;
   json["controls"] = controls_json(task);
   json["options"] = options;
   json["seed"] = task.options.seed;
@@ -252,6 +279,7 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   manifest.height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
   read_tiles(reader, manifest);
   if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
+  if (reader.has("source_mask")) manifest.source_mask = reader.member("source_mask").path();
   manifest.texel_size_mm = reader.member("texel_size_mm").number(above(0));
   const JsonReader controls = reader.member("controls");
   for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));

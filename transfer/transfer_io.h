@@ -16,6 +16,7 @@
 namespace patinate {
 
 inline constexpr const char* kCoordinateChannels[2] = {"source.x", "source.y"};
+inline constexpr const char* kIndexChannel = "source.index";  ///< Of a library: which of its histories; -1 outside the charts.
 
 /// The history's own content key, or one made of its files when it has none.
 [[nodiscard]] std::string history_content_key(const HistoryReader& history);
@@ -39,6 +40,8 @@ struct TransferTask {
   TransferOptions options;
   std::shared_ptr<const FlowFrames> frames;  ///< As transfer()'s; none: as the UVs run.
   std::string flow = "uv";                      ///< What the frames were made from, for people.
+  ImageU8 source_mask;                          ///< As transfer()'s; empty: none.
+  std::string source_mask_name;                 ///< For people: the file's name.
 };
 
 /// One square of the atlas.
@@ -72,6 +75,7 @@ struct TransferManifest {
   double texel_size_mm = 1.0;         ///< Surface length of one pixel of the history.
   std::string flow = "uv";            ///< What the history's direction on the surface was made from.
   std::vector<RecordedControl> controls;
+  std::optional<std::filesystem::path> source_mask;  ///< What may be copied, beside the history's own mask.
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;
@@ -83,8 +87,8 @@ struct TransferManifest {
 /// @param path  A transfer folder, or its transfer.json. @throws IoError
 [[nodiscard]] TransferManifest read_transfer_manifest(const std::filesystem::path& path);
 
-/// Writes coordinates, controls (a file a tile) and mesh into an existing folder.
-void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result, int source_width);
+/// Writes coordinates, controls (a file a tile), mesh and source mask into an existing folder. @param history  That coordinates index.
+void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result, const HistoryReader& history);
 /// Writes transfer.json. @param final_folder  Where the folder will stand: the history's path is written relative to it.
 void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder, const TransferTask& task,
                              const EnergyReport& energy, double explained_variance, const std::string& key);

@@ -36,6 +36,11 @@ JobInputs transfer_inputs(const TransferTask& task, const std::string& history_k
     map.add(std::as_bytes(c.values.values())).add(c.range.low).add(c.range.high).add(c.range.unit);
     inputs.add_content("control", "map of " + name, map.hex());
   }
+  if (!task.source_mask.empty()) {
+    ContentHash mask;
+    mask.add(std::as_bytes(task.source_mask.values()));
+    inputs.add_content("source mask", "--source-mask " + task.source_mask_name, mask.hex());
+  }
   inputs.add_value("--flow", task.flow);
   if (task.frames) {
     ContentHash frames;
@@ -58,8 +63,8 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
   plan.join = [shared, result, key = plan.key, output](const fs::path& folder, const RunControl& control) {
     const HistoryReader history(shared->history);
-    *result = transfer(history, shared->map, shared->texel_size_mm, shared->controls, shared->options, control, shared->frames);
-    write_transfer_files(folder, *shared, *result, history.manifest().width);
+    *result = transfer(history, shared->map, shared->texel_size_mm, shared->controls, shared->options, control, shared->frames, shared->source_mask);
+    write_transfer_files(folder, *shared, *result, history);
     write_transfer_manifest(folder, output, *shared, result->energy, result->explained_variance, key);
   };
   return plan;

@@ -121,6 +121,7 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
     }
     maps.finish();
   }
+  if (json.has("library")) (void)json.member("library");  // transfer/library/library_parts.h reads it.
   if (json.has("key")) m.key = json.member("key").string();
   json.finish();
   try {

@@ -19,7 +19,7 @@ except ImportError:
 
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
-FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "transfer": "aged/transfer.json",
+FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
          "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json"}
@@ -37,7 +37,7 @@ def setUpModule():
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
                       ["synth", "mould", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mould"],
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"],
-                      ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"],
+                      ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"], ["combine", "history", "history", "-o", "library"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
                       ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorise", "history", "--times", "24", "-o", "factors"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
@@ -63,7 +63,7 @@ def tearDownModule():
 
 
 def validator(name):
-    schema = json.loads((SCHEMAS / f"{ {'relit': 'capture'}.get(name, name)}.schema.json").read_text())
+    schema = json.loads((SCHEMAS / f"{ {'relit': 'capture', 'library': 'history'}.get(name, name)}.schema.json").read_text())
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 
@@ -96,6 +96,7 @@ BROKEN = {
                          put("texel_size_mm", 0), put("texel_size_mm", -1), put("frames", []), put("frames", {}), put("frames", 0, "time", "now"),
                          put("frames", 0, "fiel", "x"), drop("frames", 0, "file"), put("controls", 0, "range", [1]), drop("controls", 0, "name"),
                          put("maps", {"colour": "x"}), put("key", 5), drop("name"), put("mask", 3)],
+    "library": [put("library", 0, "width", 0), put("library", 0, "x", -1), drop("library", 0, "key"), put("library", 0, "surplus", 1), put("library", "two")],
     "capture": COMMON + [put("kind", "moving"), put("response", "rgb"), put("response", {"gamma": 0}), put("response", {"gama": 2}), put("frames", []),
                          put("frames", {"pattern": "frames/*.png", "interval": 0}), put("frames", {"pattern": "frames/*.png", "start": 1}),
                          put("frames", "frames/*.png"), put("frames", [{"time": 1}]), put("frames", "interval", "7"), put("transmission", "align", "sometimes"),

@@ -10,10 +10,13 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/destination.h"
 #include "tools/patinate/mesh_source.h"
 #include "tools/patinate/path_kind.h"
+#include "transfer/library/library_parts.h"
+#include "transfer/transfer_controls.h"
 #include "transfer/transfer_job.h"
 
 namespace patinate {
@@ -38,6 +41,20 @@ std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map)
   return range;
 }
 
+/// Says what the values of a library's control mean, and that it would help. Candidates are drawn by the first two controls: it becomes one of them.
+void note_library(const std::vector<LibraryPart>& library, std::vector<TransferControl>& controls, CommandRun& run) {
+  if (library.empty()) return;
+  const auto found = std::find_if(controls.begin(), controls.end(), [](const TransferControl& c) { return c.source == kLibraryControl; });
+  std::string list;
+  for (std::size_t p = 0; p < library.size(); ++p) list += (p == 0 ? "" : ", ") + std::to_string(p) + " " + library[p].name;
+  if (found == controls.end()) {
+    run.note("a library (" + list + "): nothing says where which history applies; --control " + std::string(kLibraryControl) + "=MAP does");
+    return;
+  }
+  run.note(std::string(kLibraryControl) + ": " + list);
+  if (found - controls.begin() > 1) std::rotate(controls.begin() + 1, found, found + 1);
+}
+
 std::vector<TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
                                            const ControlKindOptions& kinds, CommandRun& run) {
   std::vector<TransferControl> controls;
@@ -50,10 +67,26 @@ std::vector<TransferControl> make_controls(const std::vector<std::string>& texts
     ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source));
     for (const std::string& note : made.notes) run.note(note);
     const auto [low, high] = covered_range(made.values, map);
-    if (!(low < high)) run.note("control `" + source + "`: `" + spec.destination + "` is the same all over the mesh, so that it decides nothing");
-    controls.push_back({source, spec.destination, std::move(made.values), {made.low, made.high, made.unit}, spec.weight, spec.mapping});
+    controls.push_back(make_transfer_control(history, spec, std::move(made)));
+    if (!(low < high) && controls.back().mapping != ControlMapping::Physical) {
+      run.note("control `" + source + "`: `" + spec.destination + "` is the same all over the mesh, so that it decides nothing");
+    }
   }
+  note_library(library_parts(history), controls, run);
   return controls;
+}
+
+/// A file that says what may be copied. @throws IoError
+ImageU8 read_source_mask(const std::filesystem::path& file, const HistoryReader& history) {
+  ImageU8 mask = read_mask(file);
+  try {
+    (void)usable_mask(history, mask);
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(file.string(), e.what());
+  }
+  return mask;
 }
 
 const std::string_view* find_flow(const std::string& flow) { return std::find(kDirectionKindNames.begin(), kDirectionKindNames.end(), flow); }
@@ -92,6 +125,7 @@ int cmd_transfer(CommandRun& run) {
   TransferOptions options;
   ControlKindOptions kinds;
   std::string flow = "gravity";
+  std::filesystem::path source_mask;
   run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
@@ -100,11 +134,13 @@ int cmd_transfer(CommandRun& run) {
   run.line.required();
   run.line.options(atlas);
   run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says", texel_size_mm);
+  run.line.option("source_mask", "FILE", "8-bit image of the history's size; what is 0 there is not copied", source_mask);
   run.line.option("flow", "FLOW", "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature (along tubes and ridges), uv (as each chart lies), "
                   "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows", flow);
   run.line.options(options);
   run.line.options(kinds);
   run.line.example("transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
+  run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
   run.line.example("transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
   if (!run.parse()) return 0;
   if (texel_size_mm && !(*texel_size_mm > 0.0)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number > 0");
@@ -121,6 +157,10 @@ int cmd_transfer(CommandRun& run) {
   history_path = history_place(history_path);
   task.history = history_path;
   const HistoryReader history(history_path);
+  if (!source_mask.empty()) {
+    task.source_mask = read_source_mask(source_mask, history);
+    task.source_mask_name = source_mask.filename().string();
+  }
   const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.manifest().texel_size_mm;
   const Destination destination = make_destination(mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
   task.atlas = destination.atlas;

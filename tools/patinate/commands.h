@@ -9,6 +9,7 @@ namespace patinate {
 /// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/core/error.h.
 int cmd_accessibility(CommandRun& run);
 int cmd_calibrate(CommandRun& run);
+int cmd_combine(CommandRun& run);
 int cmd_compare(CommandRun& run);
 int cmd_completion(CommandRun& run);
 int cmd_control(CommandRun& run);

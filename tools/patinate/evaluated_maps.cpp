@@ -111,6 +111,7 @@ EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& 
             const TransferManifest& m = reader.manifest();
             MapToEvaluate out;
             out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source, m.texel_size_mm, options.num_times);
+            out.source.mask = reader.source_mask();
             out.map = {.name = transfer.filename().string(),
                        .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
                        .coordinates = reader.coordinates(),
@@ -120,6 +121,7 @@ EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& 
                         energy_figure("energy_control", "Energy, part of control (M1)", m.energy.control_mismatch)};
             if (options.num_audits == 0) return out;
             MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = m.texel_size_mm, .controls = {}, .frames = out.map.frames};
+            made.source_mask = out.source.mask;
             for (std::size_t i = 0; i < m.controls.size(); ++i) made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
             add_audit(out.more, audit_map(reader.history(), made, m.measured_with, options.num_audits, seed, control.part(0.3, 1.0)));
             return out;

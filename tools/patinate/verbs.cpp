@@ -18,6 +18,7 @@ constexpr std::array kVerbs{
     Verb{"register", "Brings scans of one object into one frame.", cmd_register},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"accessibility", "Says how hard each place of a scan is to reach, in three definitions.", cmd_accessibility},
+    Verb{"combine", "Lays several histories side by side in one, a library.", cmd_combine},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
     Verb{"render", "Makes a picture of a transfer or simulation at a time, a strip of times, or a movie.", cmd_render},

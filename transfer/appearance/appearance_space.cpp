@@ -184,10 +184,10 @@ AppearanceImage quantise(const ImageF& image, double variance, double& quantised
 }  // namespace
 
 AppearanceSpace build_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options,
-                                       const RunControl& control) {
+                                       const RunControl& control, const ImageU8& given_mask) {
   check_ranges(options);
   AppearanceSpace space;
-  ImageU8 mask = history.read_mask();
+  ImageU8 mask = given_mask.empty() ? history.read_mask() : given_mask;
   ImageF projected = temporal_projection(history, mask, options, space.explained_variance, control.part(0.0, 0.8));
   for (int level = 0; level < num_levels; ++level) {
     const bool has_inside = std::any_of(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; });

@@ -39,8 +39,9 @@ struct AppearanceSpace {
 ///
 /// Streams over the frames twice; memory is O(W H 8), whatever the number of frames. Uses + - * / and sqrt only, in a fixed
 /// order: same bits for any number of threads.
-/// @param num_levels  >= 1. @throws InvalidInput if the mask is empty everywhere.
-[[nodiscard]] AppearanceSpace build_appearance_space(const HistoryReader& history, int num_levels,
-                                                     const AppearanceOptions& options = {}, const RunControl& control = {});
+/// @param num_levels  >= 1. @param given_mask  Taken instead of the history's own; of its size. Empty: its own.
+/// @throws InvalidInput if the mask is empty everywhere.
+[[nodiscard]] AppearanceSpace build_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options = {},
+                                                     const RunControl& control = {}, const ImageU8& given_mask = {});
 
 }  // namespace patinate

@@ -9,10 +9,11 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
-#include "transfer/control_matching.h"
 #include "transfer/flow_io.h"
+#include "transfer/library/library_parts.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/lookup/time_map.h"
+#include "transfer/transfer_controls.h"
 
 namespace patinate {
 
@@ -100,11 +101,21 @@ void TransferReader::read_coordinates() {
 }
 
 ImageF TransferReader::matched_control(std::size_t index) const {
-  const RecordedControl& c = manifest().controls.at(index);
-  std::vector<std::filesystem::path> files;
-  for (const TransferTile& tile : manifest().tiles) files.push_back(tile_path(c.file, tile.name));
-  const ControlParameter& parameter = history().control(c.source);
-  return match_control(read_sheet(files, {"Y"}, 0.0f), coverage(), c.range, history().read_control(c.source), history().read_mask(), {parameter.low, parameter.high, parameter.unit}, c.mapping);
+  std::vector<TransferControl> controls;
+  const auto add = [&](const RecordedControl& c) {
+    std::vector<std::filesystem::path> files;
+    for (const TransferTile& tile : manifest().tiles) files.push_back(tile_path(c.file, tile.name));
+    controls.push_back({c.source, c.destination, read_sheet(files, {"Y"}, 0.0f), c.range, c.weight, c.mapping});
+  };
+  add(manifest().controls.at(index));
+  for (const RecordedControl& c : manifest().controls) {  // What says which history of a library applies decides how others are matched.
+    if (c.source == kLibraryControl && c.source != controls[0].source) add(c);
+  }
+  return match_controls(history(), source_mask(), controls, coverage()).destination[0];
+}
+
+ImageU8 TransferReader::source_mask() const {
+  return usable_mask(history(), manifest().source_mask ? read_mask(*manifest().source_mask) : ImageU8());
 }
 
 ImageU8 TransferReader::coverage() const {

@@ -40,9 +40,11 @@ class TransferReader {
   /// The same as one number a texel, gutters filled and borders repeated over the margins tile by tile; made when first asked for.
   [[nodiscard]] const PackedCoordinates& filled_indices() const;
   [[nodiscard]] ImageU8 coverage() const;
-  /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control (match_control()).
+  /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control (match_controls()).
   /// @param index  Into manifest().controls. @throws IoError if its file is missing or does not fit.
   [[nodiscard]] ImageF matched_control(std::size_t index) const;
+  /// The history's pixels that could be copied: its mask and the one that was given (usable_mask()).
+  [[nodiscard]] ImageU8 source_mask() const;
   /// The surface's colour at a time of the history's unit (clamped to its ends): H x W x 3 over the sheet, linear. Gutters are filled tile by tile, so that
   /// filtering does not bleed. At a frame's time inside the charts exactly that frame's values.
   [[nodiscard]] ImageF sample(double time, const RunControl& control = {}) const;

@@ -6,12 +6,24 @@
 #include <vector>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/parallel.h"
 
 namespace patinate {
 
 namespace {
 
-std::vector<float> values_inside(const ImageF& image, const ImageU8& mask) {
+/// By parts that are merged, so that a stop is noticed between them.
+void sort_values(std::vector<float>& values, const RunControl& control) {
+  constexpr std::int64_t kPart = 65536;
+  const auto n = static_cast<std::int64_t>(values.size());
+  const auto at = [&](std::int64_t i) { return values.begin() + static_cast<std::ptrdiff_t>(std::min(i, n)); };
+  parallel_for(n, kPart, control, [&](std::int64_t begin, std::int64_t end) { std::sort(at(begin), at(end)); });
+  for (std::int64_t size = kPart; size < n; size *= 2) {
+    parallel_for((n + 2 * size - 1) / (2 * size), 1, control, [&](std::int64_t pair, std::int64_t) { std::inplace_merge(at(pair * 2 * size), at((pair * 2 + 1) * size), at((pair + 1) * 2 * size)); });
+  }
+}
+
+std::vector<float> values_inside(const ImageF& image, const ImageU8& mask, const RunControl& control) {
   std::vector<float> values;
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
@@ -19,7 +31,7 @@ std::vector<float> values_inside(const ImageF& image, const ImageU8& mask) {
     }
   }
   if (values.empty()) throw InvalidInput("a control map is empty: its mask leaves no pixel");
-  std::sort(values.begin(), values.end());
+  sort_values(values, control);
   return values;
 }
 
@@ -46,9 +58,12 @@ double quantile(const std::vector<float>& sorted, double fraction) {
 }  // namespace
 
 ImageF match_control(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
-                     const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping) {
-  const std::vector<float> from = values_inside(destination, destination_mask);
-  const std::vector<float> to = values_inside(source, source_mask);
+                     const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping,
+                     const RunControl& control) {
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  const std::vector<float> from = values_inside(destination, destination_mask, silent);
+  const std::vector<float> to = values_inside(source, source_mask, silent);
   if (mapping == ControlMapping::Physical) check_units(destination_range.unit, source_range.unit);
   const auto mapped = [&](float value) -> double {
     const double v = static_cast<double>(value);
@@ -72,18 +87,20 @@ ImageF match_control(const ImageF& destination, const ImageU8& destination_mask,
     return v;
   };
   ImageF result(destination.width(), destination.height());
-  for (int y = 0; y < result.height(); ++y) {
-    for (int x = 0; x < result.width(); ++x) {
-      if (is_inside(destination_mask, x, y)) {
-        result.at(x, y) = static_cast<float>(std::clamp(mapped(destination.at(x, y)), 0.0, 1.0));
+  constexpr std::int64_t kRows = 8;
+  parallel_for(result.height(), kRows, silent, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < result.width(); ++x) {
+        if (is_inside(destination_mask, x, y)) result.at(x, y) = static_cast<float>(std::clamp(mapped(destination.at(x, y)), 0.0, 1.0));
       }
     }
-  }
+  });
   return result;
 }
 
 ImageF match_control_by_label(const ImageF& destination, const ImageU8& destination_labels, const ControlRange& destination_range, const ImageF& source,
-                              const ImageU8& source_labels, const ControlRange& source_range, ControlMapping mapping) {
+                              const ImageU8& source_labels, const ControlRange& source_range, ControlMapping mapping,
+                              const RunControl& control) {
   const auto mask_of = [](const ImageU8& labels, std::uint8_t label) {
     ImageU8 mask(labels.width(), labels.height());
     std::transform(labels.values().begin(), labels.values().end(), mask.values().begin(), [&](std::uint8_t l) { return static_cast<std::uint8_t>(l == label ? 255 : 0); });
@@ -95,7 +112,7 @@ ImageF match_control_by_label(const ImageF& destination, const ImageU8& destinat
   for (std::size_t label = 1; label < is_there.size(); ++label) {
     if (!is_there[label]) continue;
     const ImageU8 texels = mask_of(destination_labels, static_cast<std::uint8_t>(label));
-    const ImageF matched = match_control(destination, texels, destination_range, source, mask_of(source_labels, static_cast<std::uint8_t>(label)), source_range, mapping);
+    const ImageF matched = match_control(destination, texels, destination_range, source, mask_of(source_labels, static_cast<std::uint8_t>(label)), source_range, mapping, control);
     for (std::size_t t = 0; t < result.values().size(); ++t) {
       if (texels.values()[t] != 0) result.values()[t] = matched.values()[t];
     }

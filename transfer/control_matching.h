@@ -2,6 +2,7 @@
 /// Brings a destination's control values into the range of the history's.
 #pragma once
 
+#include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 #include "transfer/control_spec.h"
 
@@ -23,13 +24,13 @@ struct ControlRange {
 /// @throws InvalidInput for Physical when the units differ or the source has none, or when a mask is empty.
 [[nodiscard]] ImageF match_control(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
                                    const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
-                                   ControlMapping mapping);
+                                   ControlMapping mapping, const RunControl& control = {});
 
 /// match_control() label by label: texels of one label are matched with the pixels of that label alone, as if each were a history of its own.
 /// @param destination_labels,source_labels  0 = not counted, else a label, as masks are.
 /// @throws InvalidInput also when a label has texels but no pixels.
 [[nodiscard]] ImageF match_control_by_label(const ImageF& destination, const ImageU8& destination_labels, const ControlRange& destination_range,
                                             const ImageF& source, const ImageU8& source_labels, const ControlRange& source_range,
-                                            ControlMapping mapping);
+                                            ControlMapping mapping, const RunControl& control = {});
 
 }  // namespace patinate

@@ -29,10 +29,11 @@ SourcePlacement place_source(const TexelMap& map, std::shared_ptr<const FlowFram
           .step_mm = 1.5 * texel_mm > pixel_mm ? texel_mm : pixel_mm};
 }
 
-ControlImage interleave(std::span<const ImageF> controls) {
+ControlImage interleave(std::span<const ImageF> controls, const RunControl& control) {
   ControlImage result(controls[0].width(), controls[0].height(), static_cast<int>(controls.size()));
   for (std::size_t c = 0; c < controls.size(); ++c) {
     for (int y = 0; y < result.height(); ++y) {
+      control.throw_if_stopped();
       for (int x = 0; x < result.width(); ++x) {
         const double value = std::clamp(static_cast<double>(controls[c].at(x, y)), 0.0, 1.0);
         result.at(x, y, static_cast<int>(c)) = static_cast<std::uint16_t>(value * kControlSteps + 0.5);
@@ -42,9 +43,10 @@ ControlImage interleave(std::span<const ImageF> controls) {
   return result;
 }
 
-ControlImage halve(const ControlImage& fine, int width, int height, const std::function<bool(int x, int y)>& counts) {
+ControlImage halve(const ControlImage& fine, int width, int height, const std::function<bool(int x, int y)>& counts, const RunControl& control) {
   ControlImage coarse(width, height, fine.channels());
   for (int y = 0; y < height; ++y) {
+    control.throw_if_stopped();
     for (int x = 0; x < width; ++x) {
       for (int c = 0; c < fine.channels(); ++c) {
         int sum = 0, n = 0;
@@ -63,11 +65,11 @@ ControlImage halve(const ControlImage& fine, int width, int height, const std::f
   return coarse;
 }
 
-std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, std::span<const ImageF> controls) {
-  std::vector<ControlImage> levels{interleave(controls)};
+std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, std::span<const ImageF> controls, const RunControl& control) {
+  std::vector<ControlImage> levels{interleave(controls, control)};
   for (std::size_t l = 1; l < appearance.levels.size(); ++l) {
     const ImageU8& fine_mask = appearance.masks[l - 1];
-    levels.push_back(halve(levels.back(), appearance.levels[l].width(), appearance.levels[l].height(), [&](int x, int y) { return fine_mask.at(x, y) != 0; }));
+    levels.push_back(halve(levels.back(), appearance.levels[l].width(), appearance.levels[l].height(), [&](int x, int y) { return fine_mask.at(x, y) != 0; }, control));
   }
   return levels;
 }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 #include "transfer/appearance/appearance_space.h"
 #include "transfer/synthesis/levels.h"
@@ -26,12 +27,12 @@ inline constexpr int kSmallestSide = 12;  ///< Nothing is halved below it.
 [[nodiscard]] SourcePlacement place_source(const TexelMap& map, std::shared_ptr<const FlowFrames> frames, double pixel_mm, int halvings);
 
 /// C images of H x W in [0, 1] as one of integers. @param controls  At least one, of equal sizes.
-[[nodiscard]] ControlImage interleave(std::span<const ImageF> controls);
+[[nodiscard]] ControlImage interleave(std::span<const ImageF> controls, const RunControl& control = {});
 
 /// Mean of the 2 x 2 finer pixels that count. 0 where none does.
-[[nodiscard]] ControlImage halve(const ControlImage& fine, int width, int height, const std::function<bool(int x, int y)>& counts);
+[[nodiscard]] ControlImage halve(const ControlImage& fine, int width, int height, const std::function<bool(int x, int y)>& counts, const RunControl& control = {});
 
 /// Controls of the history at every level of its appearance, finest first.
-[[nodiscard]] std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, std::span<const ImageF> controls);
+[[nodiscard]] std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, std::span<const ImageF> controls, const RunControl& control = {});
 
 }  // namespace patinate

@@ -43,8 +43,9 @@ CoordinateMap to_full_size(CoordinateMap coordinates, int coarse_width, int halv
 }
 
 /// Texels that are covered on a coarse level but by no fine texel keep a control of their own: filled from the finer level by position.
-void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const ControlImage& fine, const TexelMap& fine_map) {
+void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const ControlImage& fine, const TexelMap& fine_map, const RunControl& control) {
   for (TexelId t = 0; t < coarse_map.num_texels(); ++t) {
+    if (t % 4096 == 0) control.throw_if_stopped();
     if (!coarse_map.is_covered(t)) continue;
     const int x = static_cast<int>(t % coarse_map.width()), y = static_cast<int>(t / coarse_map.width());
     bool has_child = false;
@@ -65,16 +66,16 @@ std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::
                                         std::shared_ptr<const TexelMap> map, SourcePlacement placement, const Neighborhood& neighborhood,
                                         const RunControl& control) {
   std::vector<SynthesisLevel> levels;
-  const std::vector<ControlImage> sources = source_control_levels(appearance, source_controls);
-  ControlImage destination = interleave(matched);
+  const std::vector<ControlImage> sources = source_control_levels(appearance, source_controls, control);
+  ControlImage destination = interleave(matched, control);
   for (std::size_t l = first; l < appearance.levels.size(); ++l, placement.step_mm *= 2.0, placement.pixel_mm *= 2.0) {
     if (l > first) {
       auto coarse_map = std::make_shared<TexelMap>(map->mesh(), map->width() / 2, map->height() / 2, control);
       if (coarse_map->num_covered() == 0) break;
       ControlImage coarse = halve(destination, coarse_map->width(), coarse_map->height(), [&](int x, int y) {
         return map->is_covered(TexelId{y} * map->width() + x);
-      });
-      fill_uncovered(coarse, *coarse_map, destination, *map);
+      }, control);
+      fill_uncovered(coarse, *coarse_map, destination, *map, control);
       destination = std::move(coarse);
       map = std::move(coarse_map);
     }
@@ -122,7 +123,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   if (map->num_covered() == 0) throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
   TransferResult result;
   const ImageU8 mask = usable_mask(history, source_mask);
-  MatchedControls matched = match_controls(history, mask, controls, map->coverage());
+  MatchedControls matched = match_controls(history, mask, controls, map->coverage(), control.part(0.0, 0.0));
   const std::vector<ImageF> source_controls = std::move(matched.source);
   result.matched_controls = std::move(matched.destination);
   std::vector<double> weights;

@@ -86,7 +86,8 @@ ImageU8 usable_mask(const HistoryReader& history, const ImageU8& given) {
   return mask;
 }
 
-MatchedControls match_controls(const HistoryReader& history, const ImageU8& source_mask, const std::vector<TransferControl>& controls, const ImageU8& coverage) {
+MatchedControls match_controls(const HistoryReader& history, const ImageU8& source_mask, const std::vector<TransferControl>& controls, const ImageU8& coverage,
+                               const RunControl& control) {
   MatchedControls out;
   for (const TransferControl& c : controls) out.source.push_back(history.read_control(c.source));
   out.destination.resize(controls.size());
@@ -100,7 +101,7 @@ MatchedControls match_controls(const HistoryReader& history, const ImageU8& sour
   for (std::size_t i = 0; i < controls.size(); ++i) {
     const TransferControl& c = controls[i];
     if (!says_history(c)) continue;
-    out.destination[i] = match_control(c.values, coverage, c.range, out.source[i], source_mask, range_of(c), c.mapping);
+    out.destination[i] = match_control(c.values, coverage, c.range, out.source[i], source_mask, range_of(c), c.mapping, control);
     texels = destination_labels(out.destination[i], coverage, parts.size());
     pixels = source_labels(parts, source_mask);
     out.asked_histories = asked_histories(history, parts, texels, pixels);
@@ -109,7 +110,7 @@ MatchedControls match_controls(const HistoryReader& history, const ImageU8& sour
     const TransferControl& c = controls[i];
     if (says_history(c)) continue;
     out.destination[i] = texels.empty() ? match_control(c.values, coverage, c.range, out.source[i], source_mask, range_of(c), c.mapping)
-                                        : match_control_by_label(c.values, texels, c.range, out.source[i], pixels, range_of(c), c.mapping);
+                                        : match_control_by_label(c.values, texels, c.range, out.source[i], pixels, range_of(c), c.mapping, control);
   }
   return out;
 }

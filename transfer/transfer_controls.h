@@ -29,6 +29,7 @@ struct MatchedControls {
 /// texels nearest to it: ranks and ranges are those of the history that applies.
 /// @param source_mask  As usable_mask() gives. @param coverage  Of the atlas.
 /// @throws InvalidInput as match_control(); naming a history of the library that has texels, but no pixel in the mask.
-[[nodiscard]] MatchedControls match_controls(const HistoryReader& history, const ImageU8& source_mask, const std::vector<TransferControl>& controls, const ImageU8& coverage);
+[[nodiscard]] MatchedControls match_controls(const HistoryReader& history, const ImageU8& source_mask, const std::vector<TransferControl>& controls, const ImageU8& coverage,
+                                            const RunControl& control = {});
 
 }  // namespace patinate

@@ -13,13 +13,15 @@ namespace patinate {
 namespace {
 
 constexpr TexelId kNoStep = std::numeric_limits<TexelId>::min();
+constexpr int kLook = 4096;  // Texels or triangles between two looks at the stop.
 
 /// Chebyshev distance from each texel to the nearest texel of another chart (or the outside), at most 255.
-std::vector<std::uint8_t> distance_to_border(const TexelMap& map) {
+std::vector<std::uint8_t> distance_to_border(const TexelMap& map, const RunControl& control) {
   const int w = map.width(), h = map.height();
   std::vector<std::uint8_t> distance(static_cast<std::size_t>(map.num_texels()));
   const auto at = [&](int x, int y) -> std::uint8_t& { return distance[static_cast<std::size_t>(TexelId{y} * w + x)]; };
   for (int y = 0; y < h; ++y) {
+    control.throw_if_stopped();
     for (int x = 0; x < w; ++x) {
       const int own = map.chart(TexelId{y} * w + x);
       bool is_border = own < 0 || x == 0 || y == 0 || x == w - 1 || y == h - 1;
@@ -35,11 +37,13 @@ std::vector<std::uint8_t> distance_to_border(const TexelMap& map) {
     at(x, y) = static_cast<std::uint8_t>(std::min<int>(at(x, y), at(qx, qy) + 1));
   };
   for (int y = 0; y < h; ++y) {
+    control.throw_if_stopped();
     for (int x = 0; x < w; ++x) {
       for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) relax(x, y, dx, dy);
     }
   }
   for (int y = h - 1; y >= 0; --y) {
+    control.throw_if_stopped();
     for (int x = w - 1; x >= 0; --x) {
       for (const auto& [dx, dy] : {std::pair{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) relax(x, y, dx, dy);
     }
@@ -62,9 +66,10 @@ constexpr std::array<TexelStep, TexelNeighborhood::kNumAdjacent> kAdjacent{{{-1,
 
 TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames, double pixel_mm, const RunControl& control)
     : map_(map), offsets_mm_(std::move(offsets_mm)), frames_(std::move(frames)), pixel_mm_(pixel_mm), band_row_(static_cast<std::size_t>(map.num_texels()), -1) {
-  const std::vector<std::uint8_t> distance = distance_to_border(map);
+  const std::vector<std::uint8_t> distance = distance_to_border(map, control);
   std::vector<int> reach(map.mesh().triangles.size());  // Largest texel step of any offset, per triangle.
   for (std::size_t t = 0; t < reach.size(); ++t) {
+    if (t % kLook == 0) control.throw_if_stopped();
     const Eigen::Matrix2d to_texels = map.texels_per_mm(static_cast<int>(t), (*frames_)[t]);
     double largest = 1.0;
     for (const Vec2& offset : offsets_mm_) largest = std::max(largest, (to_texels * offset).cwiseAbs().maxCoeff());
@@ -72,6 +77,7 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
   }
   std::vector<TexelId> band;
   for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (t % kLook == 0) control.throw_if_stopped();
     if (!map.is_covered(t)) continue;
     const auto i = static_cast<std::size_t>(t);
     if (distance[i] > reach[static_cast<std::size_t>(map.triangle(t))]) continue;

@@ -19,6 +19,8 @@ void describe(OptionVisitor& v, AppearanceOptions& o) {
 
 namespace {
 
+constexpr int kLook = 4096;  // Values between two looks at the stop.
+
 RunControl quiet(const RunControl& control) {
   RunControl result = control;
   result.on_progress = nullptr;
@@ -90,11 +92,12 @@ ImageF temporal_projection(const HistoryReader& history, const ImageU8& mask, co
 }
 
 /// Halves an image by averaging 2 x 2; a coarse pixel is inside when all four are.
-void halve(const ImageF& image, const ImageU8& mask, ImageF& half, ImageU8& half_mask) {
+void halve(const ImageF& image, const ImageU8& mask, ImageF& half, ImageU8& half_mask, const RunControl& control) {
   const int w = std::max(1, image.width() / 2), h = std::max(1, image.height() / 2);
   half = ImageF(w, h, image.channels());
   half_mask = ImageU8(w, h);
   for (int y = 0; y < h; ++y) {
+    control.throw_if_stopped();
     for (int x = 0; x < w; ++x) {
       const int x1 = std::min(2 * x + 1, image.width() - 1), y1 = std::min(2 * y + 1, image.height() - 1);
       const bool inside = mask.at(2 * x, 2 * y) && mask.at(x1, 2 * y) && mask.at(2 * x, y1) && mask.at(x1, y1);
@@ -132,6 +135,7 @@ ImageF spatial_projection(const ImageF& image, const ImageU8& mask, const Appear
   const Eigen::Index size = kAppearanceSize * (2 * radius + 1) * (2 * radius + 1);
   SampleMatrix samples(static_cast<Eigen::Index>(pixels.size()), size);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (i % kLook == 0) control.throw_if_stopped();
     samples.row(static_cast<Eigen::Index>(i)) =
         neighborhood_vector(image, static_cast<int>(pixels[i] % mask.width()), static_cast<int>(pixels[i] / mask.width()), radius);
   }
@@ -153,11 +157,12 @@ ImageF spatial_projection(const ImageF& image, const ImageU8& mask, const Appear
 }
 
 /// Sum over components of their variance inside the mask.
-double total_variance(const ImageF& image, const ImageU8& mask) {
+double total_variance(const ImageF& image, const ImageU8& mask, const RunControl& control) {
   double total = 0.0;
   for (int k = 0; k < image.channels(); ++k) {
     double sum = 0.0, sum_squares = 0.0, count = 0.0;
     for (std::int64_t p = 0; p < mask.num_pixels(); ++p) {
+      if (p % kLook == 0) control.throw_if_stopped();
       if (mask.data()[p] == 0) continue;
       const double value = static_cast<double>(image.data()[p * image.channels() + k]);
       sum += value;
@@ -170,13 +175,14 @@ double total_variance(const ImageF& image, const ImageU8& mask) {
 }
 
 /// Integers in which the whole spread has a standard deviation of a third of the limit.
-AppearanceImage quantise(const ImageF& image, double variance, double& quantised_variance) {
+AppearanceImage quantise(const ImageF& image, double variance, double& quantised_variance, const RunControl& control) {
   const double scale = variance > 1e-20 ? kAppearanceLimit / (3.0 * std::sqrt(variance)) : 0.0;
   AppearanceImage result(image.width(), image.height(), image.channels());
-  std::transform(image.values().begin(), image.values().end(), result.values().begin(), [&](float v) {
-    const double q = std::floor(static_cast<double>(v) * scale + 0.5);
-    return static_cast<std::int16_t>(std::clamp<double>(q, -kAppearanceLimit, kAppearanceLimit));
-  });
+  for (std::size_t i = 0; i < image.values().size(); ++i) {
+    if (i % kLook == 0) control.throw_if_stopped();
+    const double q = std::floor(static_cast<double>(image.values()[i]) * scale + 0.5);
+    result.values()[i] = static_cast<std::int16_t>(std::clamp<double>(q, -kAppearanceLimit, kAppearanceLimit));
+  }
   quantised_variance = variance * scale * scale;
   return result;
 }
@@ -194,12 +200,12 @@ AppearanceSpace build_appearance_space(const HistoryReader& history, int num_lev
     if (!has_inside) break;
     const ImageF appearance = spatial_projection(projected, mask, options, control.part(0.9, 0.9));
     double variance = 0.0;
-    space.levels.push_back(quantise(appearance, total_variance(appearance, mask), variance));
+    space.levels.push_back(quantise(appearance, total_variance(appearance, mask, control), variance, control));
     space.masks.push_back(mask);
     space.variances.push_back(variance);
     ImageF half;
     ImageU8 half_mask;
-    halve(projected, mask, half, half_mask);
+    halve(projected, mask, half, half_mask, control);
     projected = std::move(half);
     mask = std::move(half_mask);
   }

@@ -58,10 +58,8 @@ class Combine(unittest.TestCase):
         self.assertEqual([c["name"] for c in info["controls"]], ["thickness", "history"])
         self.assertEqual(run("validate", "library").returncode, 0)
         self.assertIn("up to date", run("combine", "one", "two", "-o", "library").stderr)
-        for command in (["compare", "library", "library", "--num-resamples", "0"], ["factorise", "library"], ["export", "library", "--num-times", "2"]):
-            result = run(*command, "-o", self.folder / ("out" if command[0] != "export" else "out_%02d.png"))
-            self.assertEqual(result.returncode, 0, result.stderr)
-            shutil.rmtree(self.folder / "out", ignore_errors=True)
+        result = run("export", "library", "--num-times", "2", "-o", self.folder / "out_%02d.png")
+        self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_the_key_is_that_of_its_parts(self):
         manifest = json.loads((SHARED / "library/history.json").read_text())

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +16,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
+#include "transfer/synthesis/places.h"
 #include "transfer/synthesis/window_search.h"
 #include "transfer/transfer.h"
 
@@ -71,9 +71,9 @@ double rate(const SearchSetting& s, const WindowSearch& search, double coherence
             cost.prepare(t, s.coordinates, scale);
             std::array<std::int32_t, TexelNeighborhood::kNumAdjacent> likely{};
             std::transform(cost.adjacent().begin(), cost.adjacent().end(), likely.begin(), [&](const PixelNeighbor& n) {
-              return n.texel < 0 ? -1 : s.coordinates[static_cast<std::size_t>(n.texel)] - whole_pixels(n.y) * width - whole_pixels(n.x);
+              const Place at = n.texel < 0 ? Place{} : place_of(s.source, s.coordinates[static_cast<std::size_t>(n.texel)]);
+              return at.pixel < 0 ? -1 : place_at(s.source, {at.point.x - n.x, at.point.y - n.y}).pixel;
             });
-            for (std::int32_t& p : likely) p = p < static_cast<std::int32_t>(s.source.is_usable.size()) ? p : -1;
             const SearchWindow window = search.window(own % width, own / width, side);
             sum += (is_pruned ? search.find(cost, window, likely) : search.find_exhaustively(cost, window)).cost >> 10;
           }

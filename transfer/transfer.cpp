@@ -7,6 +7,7 @@
 
 #include "transfer/library/library_parts.h"
 #include "transfer/source_levels.h"
+#include "transfer/synthesis/places.h"
 #include "transfer/transfer_controls.h"
 
 namespace patinate {
@@ -119,6 +120,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   if (frames && frames->size() != map->mesh().triangles.size()) throw InvalidInput("transfer: expected one frame a triangle");
   const std::int64_t num_pixels = std::int64_t{history.manifest().width} * history.manifest().height;
   if (num_pixels > std::numeric_limits<std::int32_t>::max()) throw InvalidInput(history.folder().string() + ": has more than 2^31 pixels; scale it down");
+  if (std::max(history.manifest().width, history.manifest().height) > kLargestSource_px) throw InvalidInput(history.folder().string() + ": is longer than " + std::to_string(kLargestSource_px) + " pixels; scale it down");
   if (!(texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
   if (map->num_covered() == 0) throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
   TransferResult result;

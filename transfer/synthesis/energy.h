@@ -27,7 +27,7 @@ namespace patinate {
 /// Source pixel (y * width + x) per texel of the atlas; -1 = none (yet).
 using CoordinateMap = std::vector<std::int32_t>;
 
-/// Weights of the energy as integers: cost = coherence * coherence_scale(sum of weights) + sum_c difference_c^2 * control_scale[c].
+/// Weights of the energy as integers: cost = coherence * coherence_scales[sum of weights] + sum_c difference_c^2 * control_scale[c].
 struct EnergyScale {
   std::vector<std::int64_t> coherence_scales;  ///< By the sum of weights of the known neighbours, [0, Neighborhood::kLargestSum].
   std::vector<std::int64_t> control_scale;

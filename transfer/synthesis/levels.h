@@ -47,7 +47,7 @@ struct SourceLevel {
   /// Usable pixels of similar control values, never empty. One control: those within `tolerance` of the target, or the
   /// nearest. Several: those of the target's cell in a grid over the first two, or of the nearest cell that holds any.
   [[nodiscard]] std::span<const std::int32_t> similar(std::span<const std::uint16_t> target, int tolerance) const;
-  std::vector<std::int32_t> first_with;  ///< Of each value of the first control, and of one above: where in `usable` the values begin that are at least as high.
+  std::vector<std::int32_t> first_with;  ///< Per value v in [0, kControlSteps + 1] of the first control: how many of `usable` lie below v.
   /// Grid over the first two controls: `grid_pixels[grid_begin[c] .. grid_begin[c + 1])` of the cell that `grid_cell` leads to.
   static constexpr int kGridSide = 64;
   std::vector<std::int32_t> grid_cell, grid_begin, grid_pixels;

@@ -26,6 +26,6 @@ struct CameraSolution {
 /// How many of k1 k2 p1 p2 k3 are fitted.
 [[nodiscard]] int num_lens_terms(LensTerms lens);
 /// Refines `problem` in place.
-[[nodiscard]] CameraSolution refine_camera(const std::vector<const PointView*>& views, const CameraCalibrationOptions& options, CameraProblem& problem);
+[[nodiscard]] CameraSolution refine_camera(const std::vector<const PointView*>& views, const CameraCalibrationOptions& options, CameraProblem& start);
 
 }  // namespace patinate

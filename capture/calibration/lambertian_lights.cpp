@@ -87,7 +87,9 @@ std::pair<Vec3, LinearFit> start_of(const std::vector<ShadedSample>& samples, co
   std::vector<std::pair<Vec3, LinearFit>> fits(kDirections * kDistances);
   parallel_for(kDirections * kDistances, 50, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
-      const double z = 1.0 - 2.0 * (static_cast<double>(i / kDistances) + 0.5) / kDirections, turn = 2.399963229728653 * static_cast<double>(i / kDistances);
+      const std::int64_t row = i / kDistances;
+      const auto direction = static_cast<double>(row);
+      const double z = 1.0 - 2.0 * (direction + 0.5) / kDirections, turn = 2.399963229728653 * direction;
       const double flat = std::sqrt(1.0 - z * z), distance = 1.2 * extent.radius * std::pow(20.0, static_cast<double>(i % kDistances) / (kDistances - 1.0));
       const Vec3 position = extent.middle + distance * Vec3(flat * std::cos(turn), flat * std::sin(turn), z);
       fits[static_cast<std::size_t>(i)] = {position, fit_at(some, position, scale_mm, has_ambient)};

@@ -51,10 +51,10 @@ struct LambertianLightResult {
 /// Each light starts at the best of a grid of directions and distances, at each of which strengths are linear least squares; then Ceres refines all lights, ambient and
 /// vignetting together (Huber, its scale from the residuals' median, three rounds). A single flat pose leaves distance against strength open when
 /// the light is far or the values are noisy: the status and distance_sd say so.
-/// @param samples  samples[light]: at least 20 each; for a target, all its poses together.
+/// @param given  Samples [light]: at least 20 each; for a target, all its poses together.
 /// @param camera_mm  For the picture's middle and corners (vignetting).
 /// @throws InvalidInput naming the light: too few samples, numbers that are not finite, normals of another length than 1, nothing but black or saturated samples.
-[[nodiscard]] LambertianLightResult lights_from_lambertian(const Camera& camera_mm, const std::vector<std::vector<ShadedSample>>& samples,
+[[nodiscard]] LambertianLightResult lights_from_lambertian(const Camera& camera_mm, const std::vector<std::vector<ShadedSample>>& given,
                                                            const LambertianLightOptions& options = {}, const RunControl& control = {});
 
 }  // namespace patinate

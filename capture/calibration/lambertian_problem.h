@@ -25,6 +25,6 @@ struct LambertianSolution {
 
 /// radius2[light][sample]: squared distance from the picture's middle, 1 at its corners. Refines `problem` in place.
 [[nodiscard]] LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>>& samples, const std::vector<std::vector<double>>& radius2,
-                                                   const LambertianLightOptions& options, LambertianProblem& problem);
+                                                   const LambertianLightOptions& options, LambertianProblem& start);
 
 }  // namespace patinate

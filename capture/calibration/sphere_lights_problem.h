@@ -25,6 +25,6 @@ struct SphereLightSolution {
 
 /// Refines `problem` in place.
 [[nodiscard]] SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector<MirrorSphere>& spheres, const Highlights& highlights,
-                                                       const SphereLightOptions& options, SphereLightProblem& problem);
+                                                       const SphereLightOptions& options, SphereLightProblem& start);
 
 }  // namespace patinate

@@ -70,7 +70,8 @@ std::vector<std::vector<ShadedSample>> surface_samples(const Camera& camera, con
         for (int x = x0; x < x0 + step && is_whole; ++x) is_whole = is_inside(mask, x, y);
       }
       for (int corner = 0; corner < 4 && is_whole; ++corner) {
-        const auto there = seen.at({x0 + (corner % 2) * (step - 1.0), y0 + (corner / 2) * (step - 1.0)});
+        const int column = corner % 2, row = corner / 2;
+        const auto there = seen.at({x0 + column * (step - 1.0), y0 + row * (step - 1.0)});
         is_whole = there && there->normal.dot(at->normal) > kSmooth;
       }
       if (!is_whole) continue;

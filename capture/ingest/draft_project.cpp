@@ -100,7 +100,7 @@ std::vector<FoundImage> largest_group(const std::vector<FoundImage>& images) {
 
 /// `IMG_*.jpg` for names that begin alike, so that a mask beside them is not meant.
 std::string pattern_of(const std::vector<FoundImage>& group) {
-  const std::string first = group.front().file.filename().string();
+  std::string first = group.front().file.filename().string();
   if (group.size() == 1) return first;
   std::size_t length = group.front().file.stem().string().size();
   for (const FoundImage& image : group) {
@@ -133,7 +133,7 @@ class DraftText {
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       const auto& [line, comment] = lines_[i];
       text += line + (line.empty() || i == last ? "" : ",");
-      if (!comment.empty()) text += (line.empty() ? "  // " : "  // ") + comment;
+      if (!comment.empty()) text += "  // " + comment;
       text += "\n";
     }
     return text + "}\n";

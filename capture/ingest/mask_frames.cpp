@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
@@ -35,7 +36,7 @@ ImageU8 read_codes(const fs::path& file) {
   const ImageF values = read_gray(file);
   ImageU8 codes(values.width(), values.height());
   std::transform(values.values().begin(), values.values().end(), codes.values().begin(),
-                 [](float v) { return static_cast<std::uint8_t>(v * kCodes + 0.5f); });
+                 [](float v) { return static_cast<std::uint8_t>(std::floor(v * kCodes + 0.5f)); });
   return codes;
 }
 

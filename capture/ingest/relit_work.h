@@ -33,7 +33,7 @@ struct RelitPose {
 };
 
 struct RelitWork {
-  RelitWork(RelitProject the_project, RelitOptions the_options) : project(std::move(the_project)), options(std::move(the_options)) {}
+  RelitWork(RelitProject the_project, RelitOptions the_options) : project(std::move(the_project)), options(the_options) {}
 
   RelitProject project;
   RelitOptions options;

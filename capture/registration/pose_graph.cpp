@@ -75,13 +75,14 @@ std::vector<RigidTransform> solve_poses(std::span<const RigidTransform> world_fr
   return poses;
 }
 
-Matrix6 adjoint(const RigidTransform& t) {
+Matrix6 adjoint(const RigidTransform& a_from_b) {
   Eigen::Matrix3d cross;
-  cross << 0, -t.translation.z(), t.translation.y(), t.translation.z(), 0, -t.translation.x(), -t.translation.y(), t.translation.x(), 0;
+  const Vec3& t = a_from_b.translation;
+  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
   Matrix6 a = Matrix6::Zero();
-  a.topLeftCorner<3, 3>() = t.rotation;
-  a.bottomRightCorner<3, 3>() = t.rotation;
-  a.bottomLeftCorner<3, 3>() = cross * t.rotation;
+  a.topLeftCorner<3, 3>() = a_from_b.rotation;
+  a.bottomRightCorner<3, 3>() = a_from_b.rotation;
+  a.bottomLeftCorner<3, 3>() = cross * a_from_b.rotation;
   return a;
 }
 

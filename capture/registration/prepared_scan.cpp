@@ -95,8 +95,8 @@ RigidTransform normalised(const RigidTransform& t, const PreparedScan& target, c
   return {t.rotation, (t.rotation * source.middle() + (t.translation - target.middle())) / target.scale()};
 }
 
-RigidTransform in_unit(const RigidTransform& t, const PreparedScan& target, const PreparedScan& source) {
-  return {t.rotation, target.scale() * t.translation + target.middle() - t.rotation * source.middle()};
+RigidTransform in_unit(const RigidTransform& pose, const PreparedScan& target, const PreparedScan& source) {
+  return {pose.rotation, target.scale() * pose.translation + target.middle() - pose.rotation * source.middle()};
 }
 
 std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, double tolerance, int num_looked) {

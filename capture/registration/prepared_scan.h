@@ -63,7 +63,7 @@ inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normali
 
 /// x_in_cloud = middle + scale * x_normalised on both sides.
 [[nodiscard]] RigidTransform normalised(const RigidTransform& target_from_source, const PreparedScan& target, const PreparedScan& source);
-[[nodiscard]] RigidTransform in_unit(const RigidTransform& normalised, const PreparedScan& target, const PreparedScan& source);
+[[nodiscard]] RigidTransform in_unit(const RigidTransform& pose, const PreparedScan& target, const PreparedScan& source);
 
 /// Of what is seen by both scans in a pose (normalised): the share that lies in the other scanner's lines of sight by more than `tolerance`;
 /// nothing when neither scan says where its scanner stood. @param num_looked  About so many surfels of either scan are looked at; > 0.

@@ -41,9 +41,9 @@ struct UnlightWork {
   /// Unit, from a texel to the camera.
   [[nodiscard]] Vec3 to_camera(int x, int y) const;
   /// Everything that fit_texel() needs of a texel; its highlights are subtracted, and their share of it makes the samples less certain.
-  void load(int x, int y, TexelSamples& samples) const;
+  void load(int x, int y, TexelSamples& texel) const;
   /// The same with highlights.
-  void load_raw(int x, int y, TexelSamples& samples) const;
+  void load_raw(int x, int y, TexelSamples& texel) const;
   /// At most `max_count` texels of the surface, spread evenly over it, as y * width + x.
   [[nodiscard]] std::vector<std::int64_t> spread_texels(std::int64_t max_count) const;
 };

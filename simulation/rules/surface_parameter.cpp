@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
@@ -16,7 +17,7 @@ SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas
     const Vec3 across = (p(1) - p(0)).cross(p(2) - p(0));
     const double length = across.norm();
     const double slope = length > 0.0 ? (1.0 - across.dot(up) / length) / 2.0 : 0.0;
-    of_triangle[i] = static_cast<std::uint8_t>(std::clamp(slope, 0.0, 1.0) * 255.0 + 0.5);
+    of_triangle[i] = static_cast<std::uint8_t>(std::floor(std::clamp(slope, 0.0, 1.0) * 255.0 + 0.5));
   }
   std::vector<std::uint8_t> values(surface.grid().num_texels());
   for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
@@ -34,7 +35,7 @@ SurfaceParameter map_parameter(std::string name, const ImageF& map, const Surfac
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
       const double value = static_cast<double>(map.at(x, y));
-      if (surface.is_covered(grid.index(x, y)) && value > 0.0) values[grid.index(x, y)] = static_cast<std::uint16_t>(std::min(value, 1.0) * 65535.0 + 0.5);
+      if (surface.is_covered(grid.index(x, y)) && value > 0.0) values[grid.index(x, y)] = static_cast<std::uint16_t>(std::floor(std::min(value, 1.0) * 65535.0 + 0.5));
     }
   }
   return {.name = std::move(name), .values = std::move(values)};

@@ -45,10 +45,10 @@ struct SceneAssets {
 
 /// Reads and checks a scene (check_scene()), its meshes and its pictures. Lengths become mm, colours linear.
 /// @throws IoError naming file and JSON pointer (unknown key, wrong type, out of range), mesh or picture; InvalidInput.
-[[nodiscard]] SceneFile read_scene(const std::filesystem::path& file, const RunControl& control = {});
-/// The same of a scene in memory. @param file  What it is called in errors; paths in it are relative to its folder.
+[[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const RunControl& control = {});
+/// The same of a scene in memory. @param path  What it is called in errors; paths in it are relative to its folder.
 /// @param assets  Taken from when there, and added to; notes about meshes are of the first reading only.
-[[nodiscard]] SceneFile read_scene(const std::filesystem::path& file, const Json& scene, SceneAssets& assets, const RunControl& control = {});
+[[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const Json& root, SceneAssets& assets, const RunControl& control = {});
 
 /// What every parameter map may be called, for the given materials.
 [[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);

@@ -50,10 +50,10 @@ class GammatonTracer {
   /// pieces, until it hits something (InContact) or has left for good.
   /// @param gammatons  From make_gammatons() with as many emitters as the scene has.
   /// @throws InvalidInput if a Surface emitter has no surface, or gammatons name emitters that are not there.
-  void trace(Gammatons& gammatons, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control = {});
+  void trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control = {});
   /// Those in contact bounce, float on, come to rest or are absorbed.
   /// @param normals  nullptr: the mesh's.
-  void respond(Gammatons& gammatons, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals = nullptr,
+  void respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals = nullptr,
                const RunControl& control = {});
 
  private:

@@ -44,7 +44,7 @@ std::string random_token() {
   return token;
 }
 
-Access::Access(std::string token, int port, std::vector<std::string> hosts)
+Access::Access(std::string token, int port, const std::vector<std::string>& hosts)
     : token_(std::move(token)), cookie_name_("patinate-" + std::to_string(port)), hosts_{"127.0.0.1", "localhost", "[::1]"} {
   for (const std::string& host : hosts) hosts_.push_back(lower(host));
 }

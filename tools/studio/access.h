@@ -17,7 +17,7 @@ namespace patinate {
 class Access {
  public:
   /// @param hosts  Names that a Host header may have beside 127.0.0.1, localhost and [::1], without port.
-  Access(std::string token, int port, std::vector<std::string> hosts);
+  Access(std::string token, int port, const std::vector<std::string>& hosts);
 
   /// Why a request is refused, in one sentence; "" when it may be answered.
   [[nodiscard]] std::string refusal(const HttpRequest& request) const;

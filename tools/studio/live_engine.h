@@ -46,7 +46,7 @@ class LiveEngine {
   /// Pauses when none is left.
   void leave(int client);
   /// One message of a client; what is wrong with it is its answer.
-  void receive(int client, const std::string& text);
+  void receive(int id, const std::string& text);
   /// An iteration if it runs, then what is due to each client. @returns whether there is more to do at once.
   bool advance(const std::stop_token& stop);
 

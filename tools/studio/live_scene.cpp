@@ -94,7 +94,7 @@ void LiveScene::post(std::function<void(LiveEngine&)> task) {
   has_task_.notify_one();
 }
 
-void LiveScene::join(int client, std::shared_ptr<WebSocketPeer> peer) {
+void LiveScene::join(int client, const std::shared_ptr<WebSocketPeer>& peer) {
   {
     const std::lock_guard lock(mutex_);
     if (!problem_.empty()) {
@@ -166,7 +166,7 @@ class LiveConnection : public WebSocketListener {
 
 }  // namespace
 
-std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceKind kind, std::shared_ptr<WebSocketPeer> peer) {
+std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceKind kind, const std::shared_ptr<WebSocketPeer>& peer) {
   std::vector<std::shared_ptr<LiveScene>> ended;  // they join their threads without the lock
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; });
@@ -184,7 +184,7 @@ std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceK
   }
   const std::shared_ptr<LiveScene> scene = entries_.front().scene;
   const int client = ++num_clients_;
-  scene->join(client, std::move(peer));
+  scene->join(client, peer);
   std::size_t num_unwatched = 0;
   for (auto it = entries_.begin(); it != entries_.end();) {
     const bool goes = it->scene->num_clients() == 0 && it->scene != scene && ++num_unwatched > kMostUnwatched;

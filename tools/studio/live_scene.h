@@ -27,7 +27,7 @@ class LiveScene {
   LiveScene(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads);
   ~LiveScene();
 
-  void join(int client, std::shared_ptr<WebSocketPeer> peer);
+  void join(int client, const std::shared_ptr<WebSocketPeer>& peer);
   void leave(int client);
   void receive(int client, std::string text);
   [[nodiscard]] int num_clients() const;
@@ -57,7 +57,7 @@ class LiveScenes {
   LiveScenes(const ServedFolder& folder, int num_threads) : folder_(folder), num_threads_(num_threads) {}
 
   /// A new client of a place. @returns who hears its messages.
-  [[nodiscard]] std::shared_ptr<WebSocketListener> open(const std::filesystem::path& path, PlaceKind kind, std::shared_ptr<WebSocketPeer> peer);
+  [[nodiscard]] std::shared_ptr<WebSocketListener> open(const std::filesystem::path& path, PlaceKind kind, const std::shared_ptr<WebSocketPeer>& peer);
   /// The scene of a place; nothing if it does not run.
   [[nodiscard]] std::shared_ptr<LiveScene> find(const std::filesystem::path& path);
 

@@ -1,6 +1,7 @@
 #include "tools/studio/preview.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -30,7 +31,7 @@ ImageU8 spread_out(const ImageF& image) {
     }
     const float scale = high > low ? 255.0f / (high - low) : 0.0f;
     for (std::int64_t i = c; i < static_cast<std::int64_t>(image.values().size()); i += image.channels()) {
-      codes.data()[i] = static_cast<std::uint8_t>((image.data()[i] - low) * scale + 0.5f);
+      codes.data()[i] = static_cast<std::uint8_t>(std::floor((image.data()[i] - low) * scale + 0.5f));
     }
   }
   return codes;

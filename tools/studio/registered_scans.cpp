@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMostTriangles = 3'000'000, kMostPoints = 1'500'000;
 
-RigidTransform transform_of(JsonReader json) {
+RigidTransform transform_of(const JsonReader& json) {
   Eigen::Matrix4d matrix;
   int row = 0;
   for (const JsonReader& numbers : json.elements(4)) {

@@ -58,7 +58,7 @@ fs::path ServedFolder::new_path(std::string_view name) const {
   const std::optional<fs::path> folder = find(path.parent_path().string());
   std::error_code error;
   if (!folder || !fs::is_directory(*folder, error)) throw InvalidInput("the folder of \"" + shown + "\" does not exist; make it first");
-  const fs::path made = *folder / path.filename();
+  fs::path made = *folder / path.filename();
   if (fs::symlink_status(made, error).type() != fs::file_type::not_found) throw InvalidInput("\"" + shown + "\" exists; give another name");
   return made;
 }

@@ -144,13 +144,13 @@ std::string Studio::session(const SessionOptions& options, const RunControl& con
   return make_session(Asked{folder_, opened_, live_, target, control}, options);
 }
 
-std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request, std::shared_ptr<WebSocketPeer> peer) noexcept {
+std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request, const std::shared_ptr<WebSocketPeer>& peer) noexcept {
   try {
     const RequestTarget target = parse_target(request.target);
     if (target.path != "/api/live") throw NotFound("there is nothing at " + target.path);
     const auto [path, kind] = Asked{folder_, opened_, live_, target, {}}.place();
     if (kind != PlaceKind::Scene && kind != PlaceKind::Simulation) throw InvalidInput("only scenes and simulations run");
-    return live_.open(path, kind, std::move(peer));
+    return live_.open(path, kind, peer);
   } catch (const std::exception& e) {
     peer->send_text(error_text(nullptr, e.what()));
     return nullptr;

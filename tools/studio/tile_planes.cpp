@@ -1,6 +1,7 @@
 #include "tools/studio/tile_planes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <bit>
 #include <cstring>
 
@@ -88,7 +89,7 @@ std::vector<ScreenTile> ScreenLayout::showing(std::span<const TileIndex> changed
 std::size_t ScreenLayout::memory() const { return (first_source_.size() + sources_.size() + gutter_begin_.size() + gutter_tiles_.size()) * sizeof(std::uint32_t); }
 
 std::uint8_t ReliefRange::code(double height_mm) const {
-  return static_cast<std::uint8_t>(255.0 * std::clamp((height_mm - low_mm) / (high_mm - low_mm), 0.0, 1.0) + 0.5);
+  return static_cast<std::uint8_t>(std::floor(255.0 * std::clamp((height_mm - low_mm) / (high_mm - low_mm), 0.0, 1.0) + 0.5));
 }
 
 TilePlanes::TilePlanes(const ScreenLayout& layout) : layout_(&layout) {

@@ -25,6 +25,7 @@ void sort_values(std::vector<float>& values, const RunControl& control) {
 
 std::vector<float> values_inside(const ImageF& image, const ImageU8& mask, const RunControl& control) {
   std::vector<float> values;
+  values.reserve(mask.empty() ? image.values().size() : static_cast<std::size_t>(std::count_if(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; })));
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       if (is_inside(mask, x, y)) values.push_back(image.at(x, y));
@@ -55,11 +56,9 @@ double quantile(const std::vector<float>& sorted, double fraction) {
   return here + (position - static_cast<double>(index)) * (next - here);
 }
 
-}  // namespace
-
-ImageF match_control(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
-                     const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping,
-                     const RunControl& control) {
+/// match_control() into the texels of the mask alone.
+void match_inside(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range, const ImageF& source,
+                  const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping, ImageF& result, const RunControl& control) {
   RunControl silent = control;
   silent.on_progress = nullptr;
   const std::vector<float> from = values_inside(destination, destination_mask, silent);
@@ -86,7 +85,6 @@ ImageF match_control(const ImageF& destination, const ImageU8& destination_mask,
     }
     return v;
   };
-  ImageF result(destination.width(), destination.height());
   constexpr std::int64_t kRows = 8;
   parallel_for(result.height(), kRows, silent, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
@@ -95,6 +93,15 @@ ImageF match_control(const ImageF& destination, const ImageU8& destination_mask,
       }
     }
   });
+}
+
+}  // namespace
+
+ImageF match_control(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
+                     const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping,
+                     const RunControl& control) {
+  ImageF result(destination.width(), destination.height());
+  match_inside(destination, destination_mask, destination_range, source, source_mask, source_range, mapping, result, control);
   return result;
 }
 
@@ -111,11 +118,8 @@ ImageF match_control_by_label(const ImageF& destination, const ImageU8& destinat
   ImageF result(destination.width(), destination.height());
   for (std::size_t label = 1; label < is_there.size(); ++label) {
     if (!is_there[label]) continue;
-    const ImageU8 texels = mask_of(destination_labels, static_cast<std::uint8_t>(label));
-    const ImageF matched = match_control(destination, texels, destination_range, source, mask_of(source_labels, static_cast<std::uint8_t>(label)), source_range, mapping, control);
-    for (std::size_t t = 0; t < result.values().size(); ++t) {
-      if (texels.values()[t] != 0) result.values()[t] = matched.values()[t];
-    }
+    match_inside(destination, mask_of(destination_labels, static_cast<std::uint8_t>(label)), destination_range, source, mask_of(source_labels, static_cast<std::uint8_t>(label)),
+                 source_range, mapping, result, control);
   }
   return result;
 }

@@ -9,23 +9,21 @@
 
 namespace patinate {
 
-ImageF with_patch(const ImageF& coordinates, const TexelMap& map, const FlowFrames& frames) {
-  ImageF out(coordinates.width(), coordinates.height(), 4);
+void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames) {
   int triangle = -1;
   FrameInUv in_uv;
-  for (TexelId t = 0; t < map.num_texels(); ++t) {
-    float* to = out.data() + 4 * t;
-    to[0] = coordinates.data()[2 * t];
-    to[1] = coordinates.data()[2 * t + 1];
-    if (!map.is_covered(t)) continue;
-    if (map.triangle(t) != triangle) {
-      triangle = map.triangle(t);
-      in_uv = frame_in_uv(frames[static_cast<std::size_t>(triangle)], map.tangents(triangle));
+  for (int row = 0; row < strip.height(); ++row) {
+    for (int column = 0; column < strip.width(); ++column) {
+      const TexelId t = TexelId{y + row} * map.width() + x + column;
+      const bool is_covered = map.is_covered(t);
+      if (is_covered && map.triangle(t) != triangle) {
+        triangle = map.triangle(t);
+        in_uv = frame_in_uv(frames[static_cast<std::size_t>(triangle)], map.tangents(triangle));
+      }
+      strip.at(column, row, 2) = is_covered ? static_cast<float>(in_uv.angle) : 0.0f;
+      strip.at(column, row, 3) = is_covered && in_uv.is_mirrored ? 1.0f : 0.0f;
     }
-    to[2] = static_cast<float>(in_uv.angle);
-    to[3] = in_uv.is_mirrored ? 1.0f : 0.0f;
   }
-  return out;
 }
 
 std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map) {

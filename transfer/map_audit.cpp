@@ -37,12 +37,13 @@ CoordinateMap level_pixels(const MapToAudit& made, const HistoryManifest& histor
 
 }  // namespace
 
-OptimumAudit audit_map(const HistoryReader& history, const MapToAudit& made, const TransferOptions& options, std::int64_t num_audits, std::uint64_t seed, const RunControl& control) {
+OptimumAudit audit_map(const HistoryReader& history, const MapToAudit& made, const TransferOptions& options, std::int64_t num_audits, std::uint64_t seed, const RunControl& control,
+                       const AppearanceSource& appearance_source) {
   check_ranges(options);
   check_sizes(made);
   const HistoryManifest& manifest = history.manifest();
   const int halvings = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));
-  const AppearanceSpace appearance = build_appearance_space(history, halvings + 1, options.appearance, control.part(0.0, 0.5), made.source_mask);
+  const AppearanceSpace appearance = appearance_source(history, halvings + 1, options.appearance, control.part(0.0, 0.5), made.source_mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   std::vector<ImageF> known, wanted;
   std::vector<double> weights;

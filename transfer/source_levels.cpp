@@ -36,7 +36,7 @@ ControlImage interleave(std::span<const ImageF> controls, const RunControl& cont
       control.throw_if_stopped();
       for (int x = 0; x < result.width(); ++x) {
         const double value = std::clamp(static_cast<double>(controls[c].at(x, y)), 0.0, 1.0);
-        result.at(x, y, static_cast<int>(c)) = static_cast<std::uint16_t>(value * kControlSteps + 0.5);
+        result.at(x, y, static_cast<int>(c)) = static_cast<std::uint16_t>(std::floor(value * kControlSteps + 0.5));
       }
     }
   }

@@ -63,26 +63,28 @@ void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const Cont
 
 /// @param first  Level of the appearance that the atlas itself is matched with.
 std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::size_t first,
-                                        const std::vector<ImageF>& source_controls, const std::vector<ImageF>& matched,
+                                        const std::vector<ImageF>& source_controls, std::vector<ImageF> matched,
                                         std::shared_ptr<const TexelMap> map, SourcePlacement placement, const Neighborhood& neighborhood,
                                         const RunControl& control) {
   std::vector<SynthesisLevel> levels;
   const std::vector<ControlImage> sources = source_control_levels(appearance, source_controls, control);
   ControlImage destination = interleave(matched, control);
+  matched.clear();
   for (std::size_t l = first; l < appearance.levels.size(); ++l, placement.step_mm *= 2.0, placement.pixel_mm *= 2.0) {
     if (l > first) {
-      auto coarse_map = std::make_shared<TexelMap>(map->mesh(), map->width() / 2, map->height() / 2, control);
+      auto coarse_map = std::make_shared<TexelMap>(map->halved(control));
       if (coarse_map->num_covered() == 0) break;
-      ControlImage coarse = halve(destination, coarse_map->width(), coarse_map->height(), [&](int x, int y) {
+      const ControlImage& fine = levels.back().destination.controls;
+      destination = halve(fine, coarse_map->width(), coarse_map->height(), [&](int x, int y) {
         return map->is_covered(TexelId{y} * map->width() + x);
       }, control);
-      fill_uncovered(coarse, *coarse_map, destination, *map, control);
-      destination = std::move(coarse);
+      fill_uncovered(destination, *coarse_map, fine, *map, control);
       map = std::move(coarse_map);
     }
-    SourceLevel source = make_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood);
+    SourceLevel source = l == first ? make_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood)
+                                    : make_coarse_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood);
     if (source.usable.empty()) break;  // A coarse level is not needed.
-    levels.push_back({std::move(source), make_destination_level(map, destination, neighborhood, placement, control)});
+    levels.push_back({std::move(source), cover_level(map, std::move(destination), placement)});
   }
   return levels;
 }
@@ -112,9 +114,9 @@ void check_usable(const HistoryReader& history, const std::vector<std::size_t>& 
 
 }  // namespace
 
-TransferResult transfer(const HistoryReader& history, std::shared_ptr<const TexelMap> map, double texel_size_mm,
+TransferResult transfer(const HistoryReader& history, const std::shared_ptr<const TexelMap>& map, double texel_size_mm,
                         const std::vector<TransferControl>& controls, const TransferOptions& options, const RunControl& control,
-                        std::shared_ptr<const FlowFrames> frames, const ImageU8& source_mask) {
+                        const std::shared_ptr<const FlowFrames>& frames, const ImageU8& source_mask, const AppearanceSource& appearance_source) {
   check_ranges(options);
   check_controls(controls, *map);
   if (frames && frames->size() != map->mesh().triangles.size()) throw InvalidInput("transfer: expected one frame a triangle");
@@ -126,12 +128,10 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   TransferResult result;
   const ImageU8 mask = usable_mask(history, source_mask);
   MatchedControls matched = match_controls(history, mask, controls, map->coverage(), control.part(0.0, 0.0));
-  const std::vector<ImageF> source_controls = std::move(matched.source);
-  result.matched_controls = std::move(matched.destination);
   std::vector<double> weights;
   for (const TransferControl& c : controls) weights.push_back(c.weight);
   const int halvings = source_halvings(map->median_texel_size_mm(), texel_size_mm, smallest_side(history));
-  const AppearanceSpace appearance = build_appearance_space(
+  const AppearanceSpace appearance = appearance_source(
       history, halvings + usable_levels(history, halvings, *map, options), options.appearance, control.part(0.0, 0.3), mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   result.explained_variance = appearance.explained_variance;
@@ -139,8 +139,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   RunControl silent = control;
   silent.on_progress = nullptr;
   const SourcePlacement placement = place_source(*map, frames, texel_size_mm, static_cast<int>(first));
-  const std::vector<SynthesisLevel> levels =
-      make_levels(appearance, first, source_controls, result.matched_controls, map, placement, neighborhood, silent);
+  std::vector<SynthesisLevel> levels = make_levels(appearance, first, matched.source, std::move(matched.destination), map, placement, neighborhood, silent);
   if (levels.empty()) {
     throw InvalidInput(history.folder().string() + ": no pixel has its whole neighbourhood of " +
                        std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
@@ -148,6 +147,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
   check_usable(history, matched.asked_histories, levels[0].source, first, 2 * neighborhood.radius_px + 1);
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const RunControl synthesis_control = control.part(0.35, 0.97);
+  if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
   result.coordinates = options.method == TransferMethod::Reference
                            ? synthesise_reference(levels[0].source, levels[0].destination, neighborhood, options.coherence_share,
                                                   weights, seed, options.reference, synthesis_control)
@@ -155,6 +155,7 @@ TransferResult transfer(const HistoryReader& history, std::shared_ptr<const Texe
                                                     options.multi_level, synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  options.coherence_share, weights, silent);
+  result.matched_controls = std::move(levels[0].destination.controls);
   result.coordinates = to_full_size(std::move(result.coordinates), levels[0].source.width(), static_cast<int>(first), history.manifest().width);
   control.report(1.0);
   return result;

@@ -47,7 +47,7 @@ struct TransferControl {
 
 struct TransferResult {
   CoordinateMap coordinates;              ///< Per texel of the atlas, index into the history's pixels; -1 outside.
-  std::vector<ImageF> matched_controls;   ///< In the history's values.
+  ControlImage matched_controls;          ///< H x W x a channel for each control, in the history's values.
   EnergyReport energy;
   double explained_variance = 0.0;        ///< Of the history's colours, by the appearance that was compared.
 };
@@ -56,10 +56,11 @@ struct TransferResult {
 /// @param texel_size_mm  Surface length of one history pixel.
 /// @param frames    Which way the history's rows and columns run on the surface (direction_field.h); none: as the UVs do.
 /// @param source_mask  Of the history's size; 0 = must not be copied, as where the history's own mask is 0. Empty: only that.
+/// @param appearance_source  Where the history's appearance comes from; no result depends on it.
 /// @throws InvalidInput
-[[nodiscard]] TransferResult transfer(const HistoryReader& history, std::shared_ptr<const TexelMap> map, double texel_size_mm,
+[[nodiscard]] TransferResult transfer(const HistoryReader& history, const std::shared_ptr<const TexelMap>& map, double texel_size_mm,
                                       const std::vector<TransferControl>& controls, const TransferOptions& options,
-                                      const RunControl& control = {}, std::shared_ptr<const FlowFrames> frames = nullptr,
-                                      const ImageU8& source_mask = {});
+                                      const RunControl& control = {}, const std::shared_ptr<const FlowFrames>& frames = nullptr,
+                                      const ImageU8& source_mask = {}, const AppearanceSource& appearance_source = build_appearance_space);
 
 }  // namespace patinate

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
+#include "libcommon/image/image_rows.h"
 #include "transfer/flow_io.h"
 #include "transfer/library/library_parts.h"
 
@@ -37,11 +39,20 @@ std::string control_file(const TransferTask& task, std::size_t index) {
   return tiled_name(task.controls.size() == 1 ? "control" : "control." + task.controls[index].source, rule_of(task));
 }
 
-/// One file per tile.
-void write_tiles(const fs::path& file, const ImageF& image, const Sheet& sheet, const std::vector<std::string>& channels) {
+/// Puts the part of the sheet that begins at (x, y) into a strip.
+using FillStrip = std::function<void(int x, int y, ImageF& strip)>;
+
+/// One file per tile, a few rows at a time: an atlas may be larger than what there is beside it.
+void write_tiles(const fs::path& file, const Sheet& sheet, const std::vector<std::string>& channels, const FillStrip& fill) {
+  constexpr int kStripRows = 64;
   for (int i = 0; i < sheet.num_tiles(); ++i) {
-    const std::string& name = sheet.names[static_cast<std::size_t>(i)];
-    write_exr(tile_path(file, name), sheet.num_tiles() == 1 ? image : cut_tile(image, sheet, i), channels, ExrDepth::Float);
+    ImageRowWriter writer(tile_path(file, sheet.names[static_cast<std::size_t>(i)]), sheet.tile_width, sheet.tile_height, {.channels = channels, .depth = ExrDepth::Float});
+    for (int y = 0; y < sheet.tile_height; y += kStripRows) {
+      ImageF strip(sheet.tile_width, std::min(kStripRows, sheet.tile_height - y), static_cast<int>(channels.size()));
+      fill(sheet.first_x(i), sheet.first_y(i) + y, strip);
+      writer.write(strip.values());
+    }
+    writer.finish();
   }
 }
 
@@ -180,40 +191,47 @@ ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height,
 
 namespace {
 
-/// A coordinate map with one channel more: the history of a library that each pixel belongs to.
-ImageF with_index(const ImageF& coordinates, const std::vector<LibraryPart>& library) {
-  const int channels = coordinates.channels();
-  ImageF out(coordinates.width(), coordinates.height(), channels + 1, -1.0f);
-  for (int y = 0; y < out.height(); ++y) {
-    for (int x = 0; x < out.width(); ++x) {
-      std::copy_n(coordinates.pixel(x, y).begin(), channels, out.pixel(x, y).begin());
-      const auto after = std::upper_bound(library.begin(), library.end(), coordinates.at(x, y), [](float column, const LibraryPart& part) { return column < static_cast<float>(part.x); });
-      out.at(x, y, channels) = static_cast<float>(after - library.begin() - 1);  // -1 lies before the first.
+/// As coordinate_image(), of a part of the atlas. @param strip  Its first texel is (x, y); its first two channels are set.
+void put_coordinates(ImageF& strip, int x, int y, const CoordinateMap& coordinates, int width, int source_width) {
+  for (int row = 0; row < strip.height(); ++row) {
+    for (int column = 0; column < strip.width(); ++column) {
+      const std::int32_t s = coordinates[static_cast<std::size_t>(TexelId{y + row} * width + x + column)];
+      strip.at(column, row, 0) = s < 0 ? -1.0f : static_cast<float>(s % source_width);
+      strip.at(column, row, 1) = s < 0 ? -1.0f : static_cast<float>(s / source_width);
     }
   }
-  return out;
+}
+
+/// The last channel: the history of a library that each pixel belongs to.
+void put_index(ImageF& strip, const std::vector<LibraryPart>& library) {
+  for (int y = 0; y < strip.height(); ++y) {
+    for (int x = 0; x < strip.width(); ++x) {
+      const auto after = std::upper_bound(library.begin(), library.end(), strip.at(x, y), [](float column, const LibraryPart& part) { return column < static_cast<float>(part.x); });
+      strip.at(x, y, strip.channels() - 1) = static_cast<float>(after - library.begin() - 1);  // -1 lies before the first.
+    }
+  }
 }
 
 }  // namespace
 
 void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result, const HistoryReader& history) {
+  const TexelMap& map = *task.map;
   for (std::size_t i = 0; i < task.controls.size(); ++i) {
-    write_tiles(folder / control_file(task, i), task.controls[i].values, task.map->sheet(), {"Y"});
+    write_tiles(folder / control_file(task, i), map.sheet(), {"Y"}, [&](int x, int y, ImageF& strip) {
+      for (int row = 0; row < strip.height(); ++row) std::copy_n(&task.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
+    });
   }
-  write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : task.map->mesh());
+  write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : map.mesh());
   if (!task.source_mask.empty()) write_codes(folder / kSourceMaskFile, task.source_mask);
-  ImageF coordinates = coordinate_image(result.coordinates, task.map->width(), task.map->height(), history.manifest().width);
+  const std::vector<LibraryPart> parts = library_parts(history);
   std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
-  if (task.frames) {
-    coordinates = with_patch(coordinates, *task.map, *task.frames);
-    channels.emplace_back(kPatchChannels[0]);
-    channels.emplace_back(kPatchChannels[1]);
-  }
-  if (const std::vector<LibraryPart> parts = library_parts(history); !parts.empty()) {
-    coordinates = with_index(coordinates, parts);
-    channels.emplace_back(kIndexChannel);
-  }
-  write_tiles(folder / tiled_name("coordinates", rule_of(task)), coordinates, task.map->sheet(), channels);
+  if (task.frames) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
+  if (!parts.empty()) channels.emplace_back(kIndexChannel);
+  write_tiles(folder / tiled_name("coordinates", rule_of(task)), map.sheet(), channels, [&](int x, int y, ImageF& strip) {
+    put_coordinates(strip, x, y, result.coordinates, map.width(), history.manifest().width);
+    if (task.frames) put_patch(strip, x, y, map, *task.frames);
+    if (!parts.empty()) put_index(strip, parts);
+  });
 }
 
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,

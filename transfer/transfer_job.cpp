@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other coordinates.
+constexpr std::int64_t kStageVersion = 5;  ///< Raised when the same input gives other coordinates.
 
 /// Everything that coordinates depend on: by content, never by path.
 JobInputs transfer_inputs(const TransferTask& task, const std::string& history_key) {
@@ -54,16 +54,16 @@ JobInputs transfer_inputs(const TransferTask& task, const std::string& history_k
 
 }  // namespace
 
-JobPlan plan_transfer(TransferTask task, const fs::path& output) {
+JobPlan plan_transfer(TransferTask task, const fs::path& output, AppearanceSource appearance_source) {
   check_ranges(task.options);
   const auto shared = std::make_shared<const TransferTask>(std::move(task));
   const auto result = std::make_shared<TransferResult>();
   JobPlan plan = transfer_inputs(*shared, history_content_key(HistoryReader(shared->history))).plan(output, "transfer.json");
   plan.parallel_items = false;
   // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
-  plan.join = [shared, result, key = plan.key, output](const fs::path& folder, const RunControl& control) {
+  plan.join = [shared, result, appearance_source = std::move(appearance_source), key = plan.key, output](const fs::path& folder, const RunControl& control) {
     const HistoryReader history(shared->history);
-    *result = transfer(history, shared->map, shared->texel_size_mm, shared->controls, shared->options, control, shared->frames, shared->source_mask);
+    *result = transfer(history, shared->map, shared->texel_size_mm, shared->controls, shared->options, control, shared->frames, shared->source_mask, appearance_source);
     write_transfer_files(folder, *shared, *result, history);
     write_transfer_manifest(folder, output, *shared, result->energy, result->explained_variance, key);
   };

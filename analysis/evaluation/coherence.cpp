@@ -1,6 +1,7 @@
 #include "analysis/evaluation/coherence.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -17,6 +18,7 @@ constexpr int kShortestSpan = 8, kLongestSpan = 32;  // Texels: whole pixels mea
 constexpr double kLargestStep = 5.0;         // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
 constexpr double kStepTolerance = 0.99;      // Of a unit: both places are rounded to half of one.
 constexpr std::pair<int, int> kSteps[] = {{1, 0}, {0, 1}};
+constexpr std::pair<int, int> kFartherSteps[] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}, {2, 0}, {0, 2}, {2, 1}, {1, -2}, {3, 0}, {0, 3}, {4, 1}, {1, -4}};
 
 /// Sets that are joined; the smallest member stands for each.
 class Pieces {
@@ -67,13 +69,59 @@ struct PairSums {
     ++count;
     following += follows_surface(source, pair, scale) ? 1 : 0;
     for (const ImageF& frame : frames.frames) difference += color_difference(frame, source.of(pair.first), source.of(pair.second));
-    distance += pair.distance_mm * static_cast<double>(frames.frames.size());
+    distance += pair.offset_mm.norm() * static_cast<double>(frames.frames.size());
   }
   static PairSums merge(PairSums a, const PairSums& b) {
     return {a.count + b.count, a.following + b.following, a.difference + b.difference, a.distance + b.distance};
   }
-  [[nodiscard]] double gradient() const { return difference / distance; }
+  [[nodiscard]] double gradient() const { return distance > 0.0 ? difference / distance : 0.0; }
   [[nodiscard]] double following_share() const { return static_cast<double>(following) / static_cast<double>(count); }
+};
+
+/// Pairs by how far they are apart: a texture's differences do not grow with the distance, so that only pairs of equal distance can be compared.
+class PairsByDistance {
+ public:
+  explicit PairsByDistance(double texel_mm) : bin_mm_(texel_mm / 2) {}
+
+  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames, const SourceScale& scale) {
+    const double bin = std::floor(pair.offset_mm.norm() / bin_mm_ + 0.5);
+    if (bin < static_cast<double>(sums_.size())) sums_[static_cast<std::size_t>(bin)].add(pair, source, frames, scale);
+  }
+  static PairsByDistance merge(PairsByDistance a, const PairsByDistance& b) {
+    for (std::size_t i = 0; i < a.sums_.size(); ++i) a.sums_[i] = PairSums::merge(a.sums_[i], b.sums_[i]);
+    return a;
+  }
+  /// Against pairs of the same distance, or where there are few of those, of the nearest distance that has more.
+  [[nodiscard]] SeamFigures against(const PairsByDistance& inside) const {
+    SeamFigures figures;
+    double difference = 0.0, expected_difference = 0.0, following = 0.0, expected_following = 0.0;
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      figures.num_pairs += sums_[i].count;
+      const PairSums* same = inside.nearest(i);
+      if (sums_[i].count == 0 || same == nullptr) continue;
+      difference += sums_[i].difference;
+      expected_difference += same->gradient() * sums_[i].distance;
+      following += static_cast<double>(sums_[i].following);
+      expected_following += same->following_share() * static_cast<double>(sums_[i].count);
+    }
+    if (expected_difference > 0.0) figures.gradient_ratio = difference / expected_difference;
+    if (expected_following > 0.0) figures.coherence_ratio = following / expected_following;
+    return figures;
+  }
+
+ private:
+  static constexpr std::int64_t kEnough = 100;
+  [[nodiscard]] const PairSums* nearest(std::size_t bin) const {
+    for (std::size_t d = 0; d < sums_.size(); ++d) {
+      for (const std::size_t i : {bin + d, bin - d}) {
+        if (i < sums_.size() && sums_[i].count >= kEnough) return &sums_[i];
+      }
+    }
+    return nullptr;
+  }
+
+  double bin_mm_;
+  std::array<PairSums, 12> sums_ = {};  ///< Around multiples of half a texel.
 };
 
 /// Length of a span in the source over that on the surface; nothing where it leaves a piece.
@@ -155,27 +203,24 @@ ReuseFigures measure_reuse(const TexelMap& surface, const SourceIndices& source,
 
 SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, std::span<const TexelPair> seams, const SynthesisSource& frames,
                           const SourceScale& scale, const RunControl& control) {
-  PairSums over, inside;
+  const PairsByDistance none(surface.median_texel_size_mm());
+  if (seams.empty()) return {};
+  PairsByDistance over = none;
   for (const TexelPair& pair : seams) over.add(pair, source, frames, scale);
-  SeamFigures figures;
-  figures.num_pairs = over.count;
-  if (over.count == 0) return figures;
-  inside = parallel_reduce(
-      surface.num_texels(), kChunk, control, PairSums{},
+  const PairsByDistance inside = parallel_reduce(
+      surface.num_texels(), kChunk, control, none,
       [&](std::int64_t begin, std::int64_t end) {
-        PairSums part;
+        PairsByDistance part = none;
         for (TexelId t = begin; t < end; ++t) {
           if (!surface.is_covered(t)) continue;
-          for (const auto& [dx, dy] : kSteps) {
+          for (const auto& [dx, dy] : kFartherSteps) {
             if (const auto pair = interior_pair(surface, scale.frames, t, dx, dy)) part.add(*pair, source, frames, scale);
           }
         }
         return part;
       },
-      PairSums::merge);
-  if (inside.distance > 0.0 && inside.difference > 0.0) figures.gradient_ratio = over.gradient() / inside.gradient();
-  if (inside.following > 0) figures.coherence_ratio = over.following_share() / inside.following_share();
-  return figures;
+      PairsByDistance::merge);
+  return over.against(inside);
 }
 
 ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale, const RunControl& control) {

@@ -34,10 +34,10 @@ struct ReuseFigures {
 /// @param num_usable  Pixels of the source that could be used.
 [[nodiscard]] ReuseFigures measure_reuse(const TexelMap& surface, const SourceIndices& source, std::int64_t num_usable);
 
-/// Across seams against inside charts: 1 = a seam cannot be told from any other place.
+/// Across seams against pairs inside charts that are as far apart (to half a texel; pairs over 6 texels apart are left out): 1 = a seam cannot be told from any other place.
 struct SeamFigures {
   std::int64_t num_pairs = 0;
-  std::optional<double> gradient_ratio;   ///< Colour difference by distance, mean over all frames.
+  std::optional<double> gradient_ratio;   ///< Colour difference, mean over all frames.
   std::optional<double> coherence_ratio;  ///< Share of pairs whose step in the source is that on the surface.
 };
 /// @param frames  Of the source, as in SynthesisSource. Both ratios are undefined without seams.

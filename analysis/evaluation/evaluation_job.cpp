@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other figures.
 
 fs::path item_file(std::size_t i) { return fs::path(kJobWorkFolder) / ("map" + std::to_string(i) + ".json"); }
 

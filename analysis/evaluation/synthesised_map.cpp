@@ -68,7 +68,7 @@ SourceIndices::SourceIndices(const SynthesisedMap& map, const SynthesisSource& s
 std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t, int dx, int dy) {
   const TexelId n = beside(surface, t, dx, dy);
   if (n < 0) return std::nullopt;
-  return TexelPair{t, n, (surface.position_mm(n) - surface.position_mm(t)).norm(), step_mm(surface, frames, t, dx, dy)};
+  return TexelPair{t, n, step_mm(surface, frames, t, dx, dy)};
 }
 
 Pairs seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunControl& control) {
@@ -79,8 +79,7 @@ Pairs seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunCon
       std::array<TexelNeighbor, 1> n;
       surface.gather(t, frames, offset, n);
       if (n[0].texel < 0 || n[0].texel == t) continue;
-      const double distance = (surface.position_mm(n[0].texel) - surface.position_mm(t)).norm();
-      if (distance > 0.0) out.push_back({t, n[0].texel, distance, n[0].offset_mm});
+      if (n[0].offset_mm.squaredNorm() > 0.0) out.push_back({t, n[0].texel, n[0].offset_mm});
     }
   };
   return parallel_reduce(

@@ -41,7 +41,6 @@ struct SynthesisedMap {
 struct TexelPair {
   TexelId first = -1;
   TexelId second = -1;
-  double distance_mm = 0.0;
   Vec2 offset_mm{0, 0};  ///< From first to second, in the frame of the first.
 };
 

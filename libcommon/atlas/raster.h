@@ -20,6 +20,11 @@ inline constexpr double kOverlapTolerance = 1e-6;  ///< Deeper inside than this 
 
 [[nodiscard]] inline double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
+/// Barycentric weights of corners 1 and 2 of the triangle `p` at a point. @param area  cross2() of its sides from corner 0, not 0.
+[[nodiscard]] inline std::array<double, 2> weights_at(const std::array<Vec2, 3>& p, double area, const Vec2& q) {
+  return {cross2(q - p[0], p[2] - p[0]) / area, cross2(p[1] - p[0], q - p[0]) / area};
+}
+
 /// Calls visit(x, y, b1, b2, inside) for every texel of a width x height grid whose centre lies in the triangle `p` (texel
 /// coordinates, either winding), row by row: barycentric weights of corners 1 and 2, and the least of all three weights.
 /// before_row() is called now and then.
@@ -38,9 +43,7 @@ void for_each_texel(const std::array<Vec2, 3>& p, int width, int height, Visit&&
   for (int y = y0; y <= y1; ++y) {
     if (y % 256 == 255) before_row();
     for (int x = x0; x <= x1; ++x) {
-      const Vec2 q(x, y);
-      const double b1 = cross2(q - p[0], p[2] - p[0]) / area;
-      const double b2 = cross2(p[1] - p[0], q - p[0]) / area;
+      const auto [b1, b2] = weights_at(p, area, Vec2(x, y));
       const double inside = std::min({1.0 - b1 - b2, b1, b2});
       if (!(inside < -kInsideTolerance)) visit(x, y, b1, b2, inside);
     }

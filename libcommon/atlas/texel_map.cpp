@@ -63,62 +63,102 @@ std::vector<int> label_charts(const Mesh& mesh, const std::vector<std::array<int
   return chart;
 }
 
+Sheet checked(Sheet sheet) {
+  const int width = sheet.width(), height = sheet.height();
+  if (width >= 1 && height >= 1 && width <= kMaxSide && height <= kMaxSide) return sheet;
+  throw InvalidInput("atlas size " + std::to_string(width) + " x " + std::to_string(height) + " is out of range; use [1, 65536]");
+}
+
+/// Of all texels, by how many each triangle has of its own size. @param sizes,counts  A triangle each.
+double median_size(const std::vector<float>& sizes, const std::vector<std::int64_t>& counts, std::int64_t num_texels) {
+  std::vector<std::size_t> order;
+  for (std::size_t t = 0; t < counts.size(); ++t) {
+    if (counts[t] > 0) order.push_back(t);
+  }
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sizes[a] < sizes[b]; });
+  std::int64_t seen = 0;
+  for (std::size_t t : order) {
+    seen += counts[t];
+    if (seen > num_texels / 2) return static_cast<double>(sizes[t]);
+  }
+  return 0.0;
+}
+
 }  // namespace
+
+TexelMap::Surface::Surface(Mesh with_uvs) : mesh(std::move(with_uvs)) {
+  check_uvs(mesh);
+  neighbors = triangle_neighbors(mesh);
+  chart = label_charts(mesh, neighbors);
+}
 
 TexelMap::TexelMap(Mesh mesh, int width, int height, const RunControl& control)
     : TexelMap(std::move(mesh), Sheet{.tile_width = width, .tile_height = height, .columns = 1, .names = {""}}, control) {}
 
 TexelMap::TexelMap(Mesh mesh, Sheet sheet, const RunControl& control)
-    : mesh_(std::move(mesh)), sheet_(std::move(sheet)), width_(sheet_.width()), height_(sheet_.height()) {
-  const int width = width_, height = height_;
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
-    throw InvalidInput("atlas size " + std::to_string(width) + " x " + std::to_string(height) +
-                       " is out of range; use [1, 65536]");
-  }
-  check_uvs(mesh_);
-  neighbors_ = triangle_neighbors(mesh_);
-  triangle_chart_ = label_charts(mesh_, neighbors_);
-  triangle_.assign(static_cast<std::size_t>(num_texels()), -1);
-  barycentric_.assign(static_cast<std::size_t>(num_texels()), {0.0f, 0.0f});
-  std::vector<float> sizes;
-  for (int t = 0; t < mesh_.num_triangles(); ++t) {
+    : TexelMap(std::make_shared<const Surface>(std::move(mesh)), checked(std::move(sheet)), control) {}
+
+TexelMap TexelMap::halved(const RunControl& control) const {
+  return {surface_, checked({.tile_width = width_ / 2, .tile_height = height_ / 2, .columns = 1, .names = {""}}), control};
+}
+
+TexelMap::TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const RunControl& control)
+    : surface_(std::move(surface)), sheet_(std::move(sheet)), width_(sheet_.width()), height_(sheet_.height()), triangle_(static_cast<std::size_t>(num_texels()), -1) {
+  const Mesh& mesh = surface_->mesh;
+  std::vector<float> sizes(mesh.triangles.size());
+  std::vector<std::int64_t> counts(mesh.triangles.size());
+  for (int t = 0; t < mesh.num_triangles(); ++t) {
     if (t % 4096 == 0) control.throw_if_stopped();
-    const Triangle& corners = mesh_.uv_triangles[static_cast<std::size_t>(t)];
-    std::array<Vec2, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) p[k] = texel_from_uv(mesh_.uvs[static_cast<std::size_t>(corners[k])], width, height);
+    const std::array<Vec2, 3> p = corners_in_texels(t);
     const double area = cross2(p[1] - p[0], p[2] - p[0]);
     if (!(std::abs(area) > 0.0)) continue;
-    const float texel_size = static_cast<float>(std::sqrt(area_vector(mesh_, t).norm() / std::abs(area)));
+    sizes[static_cast<std::size_t>(t)] = static_cast<float>(std::sqrt(area_vector(mesh, t).norm() / std::abs(area)));
+    std::int64_t& count = counts[static_cast<std::size_t>(t)];
     for_each_texel(
-        p, width, height,
-        [&](int x, int y, double b1, double b2, double inside) {
-          const auto texel = static_cast<std::size_t>(TexelId{y} * width + x);
-          if (triangle_[texel] >= 0) {
+        p, width_, height_,
+        [&](int x, int y, double, double, double inside) {
+          std::int32_t& triangle = triangle_[static_cast<std::size_t>(TexelId{y} * width_ + x)];
+          if (triangle >= 0) {
             if (inside > kOverlapTolerance) ++num_overlapping_;
             return;
           }
-          triangle_[texel] = t;
-          barycentric_[texel] = {static_cast<float>(b1), static_cast<float>(b2)};
-          sizes.push_back(texel_size);
+          triangle = t;
+          ++count;
         },
         [&] { control.throw_if_stopped(); });
+    num_covered_ += count;
   }
-  num_covered_ = static_cast<std::int64_t>(sizes.size());
-  if (!sizes.empty()) {
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    median_texel_size_mm_ = static_cast<double>(*middle);
+  median_texel_size_mm_ = median_size(sizes, counts, num_covered_);
+}
+
+std::array<Vec2, 3> TexelMap::corners_in_texels(int triangle) const {
+  std::array<Vec2, 3> p;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const int corner = mesh().uv_triangles[static_cast<std::size_t>(triangle)][k];
+    p[k] = texel_from_uv(mesh().uvs[static_cast<std::size_t>(corner)], width_, height_);
   }
+  return p;
 }
 
 int TexelMap::chart(TexelId t) const {
   const int triangle = triangle_[static_cast<std::size_t>(t)];
-  return triangle < 0 ? -1 : triangle_chart_[static_cast<std::size_t>(triangle)];
+  return triangle < 0 ? -1 : surface_->chart[static_cast<std::size_t>(triangle)];
 }
 
+namespace {
+
+/// Not inlined: of two numbers side by side, which become a vector, g++ 12 leaves the rounding out.
+[[gnu::noinline]] double in_single_precision(double v) { return static_cast<double>(static_cast<float>(v)); }
+
+}  // namespace
+
 SurfacePoint TexelMap::point(TexelId t) const {
-  const auto i = static_cast<std::size_t>(t);
-  return {triangle_[i], static_cast<double>(barycentric_[i][0]), static_cast<double>(barycentric_[i][1])};
+  const int own = triangle(t);
+  if (own < 0) return {};
+  const std::array<Vec2, 3> p = corners_in_texels(own);
+  const TexelId column = t % width_, row = t / width_;
+  const auto [b1, b2] = weights_at(p, cross2(p[1] - p[0], p[2] - p[0]), Vec2(static_cast<double>(column), static_cast<double>(row)));
+  return {own, in_single_precision(b1), in_single_precision(b2)};
 }
 
 namespace {
@@ -135,14 +175,14 @@ auto interpolate(const Values& values, const Triangle& corners, const SurfacePoi
 
 Vec3 TexelMap::position_mm(TexelId t) const {
   const SurfacePoint p = point(t);
-  return interpolate(mesh_.positions, mesh_.triangles[static_cast<std::size_t>(p.triangle)], p);
+  return interpolate(mesh().positions, mesh().triangles[static_cast<std::size_t>(p.triangle)], p);
 }
 
 Vec3 TexelMap::normal(TexelId t) const {
   const SurfacePoint p = point(t);
-  Vec3 n = area_vector(mesh_, p.triangle);
-  if (!mesh_.normal_triangles.empty()) {
-    const Vec3 shading = interpolate(mesh_.normals, mesh_.normal_triangles[static_cast<std::size_t>(p.triangle)], p);
+  Vec3 n = area_vector(mesh(), p.triangle);
+  if (!mesh().normal_triangles.empty()) {
+    const Vec3 shading = interpolate(mesh().normals, mesh().normal_triangles[static_cast<std::size_t>(p.triangle)], p);
     if (shading.norm() > 1e-12) n = shading;
   }
   const double length = n.norm();
@@ -150,12 +190,12 @@ Vec3 TexelMap::normal(TexelId t) const {
 }
 
 Eigen::Matrix<double, 3, 2> TexelMap::mm_per_texel(int triangle) const {
-  const Triangle& c = mesh_.triangles[static_cast<std::size_t>(triangle)];
-  const Triangle& u = mesh_.uv_triangles[static_cast<std::size_t>(triangle)];
+  const Triangle& c = mesh().triangles[static_cast<std::size_t>(triangle)];
+  const Triangle& u = mesh().uv_triangles[static_cast<std::size_t>(triangle)];
   const auto texel = [&](std::size_t k) {
-    return texel_from_uv(mesh_.uvs[static_cast<std::size_t>(u[k])], width_, height_);
+    return texel_from_uv(mesh().uvs[static_cast<std::size_t>(u[k])], width_, height_);
   };
-  const auto position = [&](std::size_t k) -> const Vec3& { return mesh_.positions[static_cast<std::size_t>(c[k])]; };
+  const auto position = [&](std::size_t k) -> const Vec3& { return mesh().positions[static_cast<std::size_t>(c[k])]; };
   const Vec2 d1 = texel(1) - texel(0), d2 = texel(2) - texel(0);
   const Vec3 e1 = position(1) - position(0), e2 = position(2) - position(0);
   const double det = cross2(d1, d2);
@@ -197,8 +237,8 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
   constexpr SurfacePoint kNowhere{};
   for (int crossing = 0; crossing < kMaxCrossings; ++crossing) {
     const auto t = static_cast<std::size_t>(from.triangle);
-    const Triangle& corners = mesh_.triangles[t];
-    const auto position = [&](std::size_t k) -> const Vec3& { return mesh_.positions[static_cast<std::size_t>(corners[k % 3])]; };
+    const Triangle& corners = mesh().triangles[t];
+    const auto position = [&](std::size_t k) -> const Vec3& { return mesh().positions[static_cast<std::size_t>(corners[k % 3])]; };
     const Vec3 e1 = position(1) - position(0), e2 = position(2) - position(0);
     const double g11 = e1.dot(e1), g12 = e1.dot(e2), g22 = e2.dot(e2), det = g11 * g22 - g12 * g12;
     if (!(det > 1e-24 * g11 * g22)) return from;  // No area: nowhere to go.
@@ -216,13 +256,13 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
     }
     if (left == 3) return {from.triangle, from.b1 + d1, from.b2 + d2};
     const std::size_t edge = (left + 1) % 3;
-    const int next = neighbors_[t][edge];
+    const int next = surface_->neighbors[t][edge];
     if (next < 0) return kNowhere;
     // Unfold the next triangle into this one's plane: keep the part along the edge, turn the part across it.
     const Vec3 along = (position(edge + 1) - position(edge)).normalized();
     Vec3 outward = position(edge) - position(left);
     outward = (outward - along * along.dot(outward)).normalized();
-    const Triangle& next_corners = mesh_.triangles[static_cast<std::size_t>(next)];
+    const Triangle& next_corners = mesh().triangles[static_cast<std::size_t>(next)];
     std::array<double, 3> next_weight{0.0, 0.0, 0.0};
     Vec3 inward = Vec3::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -232,7 +272,7 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
       } else if (next_corners[k] == corners[(edge + 1) % 3]) {
         next_weight[k] = std::max(0.0, at(edge + 1));
       } else {
-        inward = mesh_.positions[static_cast<std::size_t>(next_corners[k])] - position(edge);
+        inward = mesh().positions[static_cast<std::size_t>(next_corners[k])] - position(edge);
       }
     }
     inward -= along * along.dot(inward);
@@ -246,10 +286,10 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
 
 TexelId TexelMap::texel_of(const SurfacePoint& p) const {
   if (p.triangle < 0) return -1;
-  const Vec2 uv = interpolate(mesh_.uvs, mesh_.uv_triangles[static_cast<std::size_t>(p.triangle)], p);
+  const Vec2 uv = interpolate(mesh().uvs, mesh().uv_triangles[static_cast<std::size_t>(p.triangle)], p);
   const Vec2 texel = texel_from_uv(uv, width_, height_);
   const int x = static_cast<int>(std::floor(texel.x() + 0.5)), y = static_cast<int>(std::floor(texel.y() + 0.5));
-  const int wanted_chart = triangle_chart_[static_cast<std::size_t>(p.triangle)];
+  const int wanted_chart = surface_->chart[static_cast<std::size_t>(p.triangle)];
   TexelId best = -1;
   double best_distance = 1e30;
   for (int dy = -1; dy <= 1; ++dy) {
@@ -312,8 +352,9 @@ void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2>
     out[k] = {texel_of(end), offsets_mm[k]};
     if (out[k].texel < 0) continue;
     // What texel_of() rounds away, in the texels over there.
-    const Vec2 at = texel_from_uv(interpolate(mesh_.uvs, mesh_.uv_triangles[static_cast<std::size_t>(end.triangle)], end), width_, height_);
-    const Vec2 rest = Vec2(static_cast<double>(out[k].texel % width_), static_cast<double>(out[k].texel / width_)) - at;
+    const Vec2 at = texel_from_uv(interpolate(mesh().uvs, mesh().uv_triangles[static_cast<std::size_t>(end.triangle)], end), width_, height_);
+    const TexelId column = out[k].texel % width_, row = out[k].texel / width_;
+    const Vec2 rest = Vec2(static_cast<double>(column), static_cast<double>(row)) - at;
     out[k].offset_mm += frames[static_cast<std::size_t>(end.triangle)].transpose() * (mm_per_texel(end.triangle) * rest);
   }
 }

@@ -2,7 +2,9 @@
 /// Which surface point each texel of a UV atlas shows, how large it is, and what lies around it on the surface.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -33,7 +35,7 @@ struct SurfacePoint {
 };
 
 /// Texel -> surface. A texel is covered when its centre lies in a triangle's UVs; where UVs overlap, the lowest triangle
-/// wins. Stores 12 bytes per texel; positions, frames and neighbours are computed.
+/// wins. Stores 4 bytes per texel; points, positions, frames and neighbours are computed.
 class TexelMap {
  public:
   /// @param mesh  With UVs in [0, 1], in mm. Kept by copy.
@@ -41,6 +43,8 @@ class TexelMap {
   TexelMap(Mesh mesh, int width, int height, const RunControl& control = {});
   /// Over the tiles of a sheet. @param mesh  As sheet_mesh() gives it: UVs over the whole sheet.
   TexelMap(Mesh mesh, Sheet sheet, const RunControl& control = {});
+  /// Half as many texels in both directions, rounded down, in one square. The mesh is shared. @throws InvalidInput if nothing is left.
+  [[nodiscard]] TexelMap halved(const RunControl& control = {}) const;
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
@@ -50,11 +54,12 @@ class TexelMap {
   [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
   /// Texels that a second triangle wanted too.
   [[nodiscard]] std::int64_t num_overlapping() const { return num_overlapping_; }
-  [[nodiscard]] const Mesh& mesh() const { return mesh_; }
+  [[nodiscard]] const Mesh& mesh() const { return surface_->mesh; }
 
   [[nodiscard]] bool is_covered(TexelId t) const { return triangle_[static_cast<std::size_t>(t)] >= 0; }
   /// UV-connected piece of the atlas, from 0; -1 outside.
   [[nodiscard]] int chart(TexelId t) const;
+  /// Its centre, the weights in single precision; triangle -1 outside.
   [[nodiscard]] SurfacePoint point(TexelId t) const;
   [[nodiscard]] int triangle(TexelId t) const { return triangle_[static_cast<std::size_t>(t)]; }
   [[nodiscard]] Vec3 position_mm(TexelId t) const;
@@ -84,15 +89,22 @@ class TexelMap {
  private:
   /// The texel (dx, dy) away if the chart's own grid leads there; -1 otherwise.
   [[nodiscard]] TexelId inside_chart(TexelId from, int dx, int dy) const;
+  [[nodiscard]] std::array<Vec2, 3> corners_in_texels(int triangle) const;
 
-  Mesh mesh_;
+  /// What does not depend on the number of texels.
+  struct Surface {
+    Mesh mesh;
+    std::vector<std::array<int, 3>> neighbors;
+    std::vector<int> chart;  ///< Of each triangle.
+    explicit Surface(Mesh with_uvs);
+  };
+  TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const RunControl& control);
+
+  std::shared_ptr<const Surface> surface_;
   Sheet sheet_;
   int width_;
   int height_;
   std::vector<std::int32_t> triangle_;
-  std::vector<std::array<float, 2>> barycentric_;
-  std::vector<std::array<int, 3>> neighbors_;
-  std::vector<int> triangle_chart_;
   std::int64_t num_covered_ = 0;
   std::int64_t num_overlapping_ = 0;
   double median_texel_size_mm_ = 0.0;

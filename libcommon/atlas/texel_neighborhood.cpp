@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "libcommon/core/parallel.h"
@@ -65,8 +67,7 @@ constexpr std::array<TexelStep, TexelNeighborhood::kNumAdjacent> kAdjacent{{{-1,
 }  // namespace
 
 TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames, double pixel_mm, const RunControl& control)
-    : map_(map), offsets_mm_(std::move(offsets_mm)), frames_(std::move(frames)), pixel_mm_(pixel_mm), band_row_(static_cast<std::size_t>(map.num_texels()), -1) {
-  const std::vector<std::uint8_t> distance = distance_to_border(map, control);
+    : map_(map), offsets_mm_(std::move(offsets_mm)), frames_(std::move(frames)), pixel_mm_(pixel_mm) {
   std::vector<int> reach(map.mesh().triangles.size());  // Largest texel step of any offset, per triangle.
   for (std::size_t t = 0; t < reach.size(); ++t) {
     if (t % kLook == 0) control.throw_if_stopped();
@@ -75,31 +76,65 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
     for (const Vec2& offset : offsets_mm_) largest = std::max(largest, (to_texels * offset).cwiseAbs().maxCoeff());
     reach[t] = static_cast<int>(std::min(std::ceil(largest), 1e6));
   }
-  std::vector<TexelId> band;
-  for (TexelId t = 0; t < map.num_texels(); ++t) {
-    if (t % kLook == 0) control.throw_if_stopped();
-    if (!map.is_covered(t)) continue;
-    const auto i = static_cast<std::size_t>(t);
-    if (distance[i] > reach[static_cast<std::size_t>(map.triangle(t))]) continue;
-    band_row_[i] = static_cast<std::int32_t>(band.size());
-    band.push_back(t);
+  {
+    const std::vector<std::uint8_t> distance = distance_to_border(map, control);
+    band_ = TexelSet(map.num_texels(), [&](TexelId t) {
+      if (t % kLook == 0) control.throw_if_stopped();
+      return map.is_covered(t) && distance[static_cast<std::size_t>(t)] <= reach[static_cast<std::size_t>(map.triangle(t))];
+    });
   }
-  num_stored_ = static_cast<std::int64_t>(band.size());
-  stored_.resize(band.size() * size());
-  parallel_for(num_stored_, 4096, control, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<TexelNeighbor> found(size());
-    std::vector<Vec2> offsets = offsets_mm_;
-    offsets.resize(size());
-    for (auto row = static_cast<std::size_t>(begin); row < static_cast<std::size_t>(end); ++row) {
-      const Eigen::Matrix2d to_mm = pixels_per_texel(map_.triangle(band[row])) * pixel_mm_;
-      for (std::size_t k = 0; k < kNumAdjacent; ++k) offsets[first_adjacent() + k] = to_mm * Vec2(kAdjacent[k].x, kAdjacent[k].y);
-      map_.gather(band[row], *frames_, offsets, found);
-      for (std::size_t k = 0; k < size(); ++k) {
-        const PixelNeighbor n = in_pixels(found[k]);
-        if (n.texel >= 0) stored_[row * size() + k] = {static_cast<std::uint32_t>(n.texel), n.x, n.y};
-      }
+  if (size() > kMostNeighbors) throw InvalidInput("neighbourhood: " + std::to_string(size()) + " neighbours; at most " + std::to_string(kMostNeighbors));
+  const std::vector<bool> follows_grid = follow_their_grid(reach, control);
+  chunks_.resize((band_.size() + kChunk - 1) / kChunk);
+  parallel_for(static_cast<std::int64_t>(chunks_.size()), 1, control, [&](std::int64_t chunk, std::int64_t) { store(static_cast<std::size_t>(chunk), follows_grid); });
+}
+
+/// Of each triangle: it has so many texels that its steps are found for several of them at a time, and steps that are whole numbers.
+std::vector<bool> TexelNeighborhood::follow_their_grid(const std::vector<int>& reach, const RunControl& control) const {
+  constexpr std::int32_t kFewTexels = 64;
+  constexpr int kLargestStep = 255;
+  std::vector<std::int32_t> num_texels(reach.size());
+  for (TexelId t = 0; t < map_.num_texels(); ++t) {
+    if (t % kLook == 0) control.throw_if_stopped();
+    if (map_.is_covered(t)) ++num_texels[static_cast<std::size_t>(map_.triangle(t))];
+  }
+  std::vector<bool> follows(reach.size());
+  for (std::size_t t = 0; t < reach.size(); ++t) follows[t] = num_texels[t] >= kFewTexels && reach[t] <= kLargestStep;
+  return follows;
+}
+
+void TexelNeighborhood::store(std::size_t chunk, const std::vector<bool>& follows_grid) {
+  Chunk& out = chunks_[chunk];
+  const std::size_t begin = chunk * kChunk, end = std::min(band_.size(), begin + kChunk);
+  out.rows.reserve(end - begin);
+  std::vector<TexelNeighbor> found(size());
+  std::vector<Vec2> offsets = offsets_mm_;
+  offsets.resize(size());
+  Cursor grid(*this);
+  auto at = band_.from(begin);
+  for (std::size_t i = begin; i < end; ++i, ++at) {
+    const int triangle = map_.triangle(*at);
+    const Eigen::Matrix2d to_mm = pixels_per_texel(triangle) * pixel_mm_;
+    for (std::size_t k = 0; k < kNumAdjacent; ++k) offsets[first_adjacent() + k] = to_mm * Vec2(kAdjacent[k].x, kAdjacent[k].y);
+    map_.gather(*at, *frames_, offsets, found);
+    const bool has_grid = follows_grid[static_cast<std::size_t>(triangle)];
+    if (has_grid) grid.follow_grid(*at);
+    Row row{.begin = static_cast<std::uint32_t>(out.stored.size())};
+    for (std::size_t k = 0; k < size(); ++k) {
+      const PixelNeighbor n = in_pixels(found[k]);
+      if (has_grid && n == grid.found_[k]) continue;
+      row.is_stored[k / 64] |= std::uint64_t{1} << (k % 64);
+      out.stored.push_back(n.texel >= 0 ? Stored{static_cast<std::uint32_t>(n.texel), n.x, n.y} : Stored{});
     }
-  });
+    out.rows.push_back(row);
+  }
+  out.stored.shrink_to_fit();
+}
+
+std::int64_t TexelNeighborhood::stored_bytes() const {
+  std::int64_t bytes = 0;
+  for (const Chunk& c : chunks_) bytes += static_cast<std::int64_t>(c.rows.size() * sizeof(Row) + c.stored.size() * sizeof(Stored));
+  return bytes;
 }
 
 PixelNeighbor TexelNeighborhood::in_pixels(const TexelNeighbor& n) const {
@@ -126,14 +161,8 @@ void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps)
   }
 }
 
-std::span<const PixelNeighbor> TexelNeighborhood::Cursor::at(TexelId t) {
+void TexelNeighborhood::Cursor::follow_grid(TexelId t) {
   const TexelNeighborhood& all = neighborhood_;
-  const std::int32_t row = all.band_row_[static_cast<std::size_t>(t)];
-  if (row >= 0) {
-    const auto stored = std::span(all.stored_).subspan(static_cast<std::size_t>(row) * all.size(), all.size());
-    for (std::size_t k = 0; k < stored.size(); ++k) found_[k] = {stored[k].texel == Stored::kNone ? -1 : TexelId{stored[k].texel}, stored[k].x, stored[k].y};
-    return found_;
-  }
   const int triangle = all.map_.triangle(t);
   const std::size_t kept = static_cast<std::size_t>(triangle) % kNumKept;
   const auto steps = std::span(steps_).subspan(kept * all.size(), all.size());
@@ -142,6 +171,31 @@ std::span<const PixelNeighbor> TexelNeighborhood::Cursor::at(TexelId t) {
   for (std::size_t k = 0; k < steps.size(); ++k) {
     found_[k] = steps[k];
     found_[k].texel = steps[k].texel == kNoStep ? -1 : t + steps[k].texel;
+  }
+}
+
+std::span<const PixelNeighbor> TexelNeighborhood::Cursor::at(TexelId t) {
+  const TexelNeighborhood& all = neighborhood_;
+  if (!all.band_.contains(t)) {
+    follow_grid(t);
+    return found_;
+  }
+  const std::size_t index = all.band_.index_of(t);
+  const Chunk& chunk = all.chunks_[index / kChunk];
+  const Row& row = chunk.rows[index % kChunk];
+  const Stored* next = chunk.stored.data() + row.begin;
+  const auto take = [&](std::size_t k) {
+    found_[k] = {next->texel == Stored::kNone ? -1 : TexelId{next->texel}, next->x, next->y};
+    ++next;
+  };
+  const std::size_t end = index % kChunk + 1 < chunk.rows.size() ? chunk.rows[index % kChunk + 1].begin : chunk.stored.size();
+  if (end - row.begin == found_.size()) {
+    for (std::size_t k = 0; k < found_.size(); ++k) take(k);
+    return found_;
+  }
+  follow_grid(t);
+  for (std::size_t word = 0; word < row.is_stored.size(); ++word) {
+    for (std::uint64_t rest = row.is_stored[word]; rest != 0; rest &= rest - 1) take(word * 64 + static_cast<std::size_t>(std::countr_zero(rest)));
   }
   return found_;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libcommon/atlas/texel_map.h"
+#include "libcommon/atlas/texel_set.h"
 #include "libcommon/core/run_control.h"
 
 namespace patinate {
@@ -25,8 +26,8 @@ struct PixelNeighbor {
 /// The nearest whole pixel of a length in units of 1/256.
 [[nodiscard]] constexpr int whole_pixels(std::int32_t fixed) { return (fixed + PixelNeighbor::kOne / 2) >> 8; }
 
-/// Neighbours of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those of texels whose whole neighbourhood lies inside their chart are
-/// computed, triangle by triangle, and only the bands along seams are stored.
+/// Neighbours of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those that lie where their triangle's own grid says are
+/// computed, triangle by triangle, and only the others are stored: in bands along seams. In triangles of few texels that costs more than it saves, and all neighbours in the bands are stored.
 class TexelNeighborhood {
  public:
   /// @param map       Must outlive this.
@@ -38,7 +39,9 @@ class TexelNeighborhood {
   [[nodiscard]] std::size_t size() const { return offsets_mm_.size() + kNumAdjacent; }
   [[nodiscard]] std::size_t first_adjacent() const { return offsets_mm_.size(); }
   static constexpr std::size_t kNumAdjacent = 8;
-  [[nodiscard]] std::int64_t num_stored() const { return num_stored_; }
+  /// Texels in the bands.
+  [[nodiscard]] std::int64_t num_stored() const { return static_cast<std::int64_t>(band_.size()); }
+  [[nodiscard]] std::int64_t stored_bytes() const;
   [[nodiscard]] double pixel_mm() const { return pixel_mm_; }
   /// Pixels of a texel step to the right and one down (columns) in a triangle.
   [[nodiscard]] Eigen::Matrix2d pixels_per_texel(int triangle) const;
@@ -53,6 +56,10 @@ class TexelNeighborhood {
     [[nodiscard]] std::span<const PixelNeighbor> at(TexelId t);
 
    private:
+    friend class TexelNeighborhood;
+    /// What the grid of a texel's own triangle says.
+    void follow_grid(TexelId t);
+
     const TexelNeighborhood& neighborhood_;
     static constexpr std::size_t kNumKept = 8;
     std::array<int, kNumKept> triangles_{};  ///< At their index modulo kNumKept; -1 = none.
@@ -66,16 +73,29 @@ class TexelNeighborhood {
     std::int16_t x = 0, y = 0;
     static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   };
+  static constexpr std::size_t kMostNeighbors = 128;
+  /// Which neighbours of a texel are stored, and where its first one is.
+  struct Row {
+    std::array<std::uint64_t, kMostNeighbors / 64> is_stored{};
+    std::uint32_t begin = 0;
+  };
+  /// Rows whose neighbours were found together.
+  struct Chunk {
+    std::vector<Row> rows;
+    std::vector<Stored> stored;
+  };
+  static constexpr std::size_t kChunk = 4096;
   [[nodiscard]] PixelNeighbor in_pixels(const TexelNeighbor& n) const;
   void find_steps(int triangle, std::span<PixelNeighbor> steps) const;
+  [[nodiscard]] std::vector<bool> follow_their_grid(const std::vector<int>& reach, const RunControl& control) const;
+  void store(std::size_t chunk, const std::vector<bool>& follows_grid);
 
   const TexelMap& map_;
   std::vector<Vec2> offsets_mm_;
   std::shared_ptr<const FlowFrames> frames_;
   double pixel_mm_;
-  std::vector<std::int32_t> band_row_;  ///< Per texel: row of `stored_`, or -1 for the interior.
-  std::vector<Stored> stored_;
-  std::int64_t num_stored_ = 0;
+  TexelSet band_;               ///< Texels with a row.
+  std::vector<Chunk> chunks_;   ///< kChunk rows each.
 };
 
 }  // namespace patinate

@@ -8,7 +8,10 @@
 #include <cctype>
 #include <cerrno>
 #include <fstream>
+#include <limits>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -21,26 +24,56 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Forces a file's bytes to the disk, so that a full disk is noticed before the rename.
-void flush_to_disk(const fs::path& path, const fs::path& shown) {
+/// Forces a file's bytes to the disk, so that a full disk is noticed before the rename. @returns whether they are there
+bool flush_to_disk(const fs::path& path) {
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   const bool ok = fd >= 0 && ::fsync(fd) == 0;
   if (fd >= 0) ::close(fd);
-  if (!ok) throw CannotComplete(shown.string() + ": cannot be written; is the disk full?");
+  return ok;
 }
 
-std::string temporary_stem(const fs::path& path) { return "." + path.stem().string() + ".tmp"; }
+constexpr std::string_view kTemporary = ".tmp";  // Followed by the writer's process id.
+
+std::string temporary_stem(const fs::path& path) { return "." + path.stem().string() + std::string(kTemporary); }
+
+/// A temporary file whose writer was killed.
+bool is_abandoned(const fs::path& temporary) {
+  const std::string name = temporary.stem().string();
+  const std::size_t at = name.rfind(kTemporary);
+  if (at == std::string::npos) return false;
+  const std::optional<double> writer = parse_number(name.substr(at + kTemporary.size()));
+  if (!writer || !(*writer >= 1.0 && *writer <= std::numeric_limits<pid_t>::max())) return false;
+  return ::kill(static_cast<pid_t>(*writer), 0) != 0 && errno == ESRCH;
+}
+
+void remove_abandoned_files(const fs::path& folder, const std::function<bool(const fs::path&)>& is_one) {
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::error_code ignored;
+    if (is_one(it->path()) && is_abandoned(it->path())) fs::remove(it->path(), ignored);
+  }
+}
 
 /// Removes temporary files for the same path whose writers were killed.
 void remove_leftovers(const fs::path& folder, const fs::path& path) {
-  std::error_code error;
   const std::string stem = temporary_stem(path);
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    if (!name.starts_with(stem) || it->path().extension() != path.extension()) continue;
-    const std::optional<double> writer = parse_number(name.substr(stem.size(), name.find('.', stem.size()) - stem.size()));
-    if (writer && ::kill(static_cast<pid_t>(*writer), 0) != 0 && errno == ESRCH) fs::remove(it->path(), error);
-  }
+  remove_abandoned_files(folder, [&](const fs::path& p) { return p.filename().string().starts_with(stem) && p.extension() == path.extension(); });
+}
+
+/// The temporary files of this process. Never destroyed: a thread may still write when the process ends.
+struct Unfinished {
+  std::mutex mutex;
+  std::multiset<fs::path> paths;
+};
+Unfinished& unfinished() {
+  static auto* const all = new Unfinished;
+  return *all;
+}
+
+/// Call under the mutex.
+void forget(const fs::path& temporary) {
+  auto& paths = unfinished().paths;
+  if (const auto it = paths.find(temporary); it != paths.end()) paths.erase(it);
 }
 
 bool matches(std::string_view name, std::string_view pattern) {
@@ -104,19 +137,47 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
   }
   remove_leftovers(folder, path_);
   temporary_ = folder / (temporary_stem(path_) + std::to_string(::getpid()) + path_.extension().string());
+  const std::lock_guard lock(unfinished().mutex);
+  unfinished().paths.insert(temporary_);
 }
 
 AtomicFile::~AtomicFile() {
+  if (is_finished_) return;
   std::error_code error;
-  if (!is_finished_) fs::remove(temporary_, error);
+  const std::lock_guard lock(unfinished().mutex);
+  fs::remove(temporary_, error);
+  forget(temporary_);
 }
 
 void AtomicFile::finish() {
-  flush_to_disk(temporary_, path_);
+  const bool is_flushed = flush_to_disk(temporary_);
+  const std::lock_guard lock(unfinished().mutex);
+  if (!is_flushed) throw CannotComplete(path_.string() + ": cannot be written; is the disk full?");
+  move_to_place();
+}
+
+void AtomicFile::finish_unsynced() {
+  const std::lock_guard lock(unfinished().mutex);
+  move_to_place();
+}
+
+void AtomicFile::move_to_place() {
   std::error_code error;
   fs::rename(temporary_, path_, error);
   if (error) throw CannotComplete(path_.string() + ": cannot be written; " + error.message());
   is_finished_ = true;
+  forget(temporary_);
+}
+
+void abandon_atomic_files() {
+  unfinished().mutex.lock();  // For good.
+  std::error_code error;
+  for (const fs::path& temporary : unfinished().paths) fs::remove(temporary, error);
+}
+
+void remove_abandoned(const fs::path& folder, std::string_view prefix) {
+  const std::string start = "." + std::string(prefix);
+  remove_abandoned_files(folder, [&](const fs::path& p) { return p.filename().string().starts_with(start); });
 }
 
 void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {

@@ -11,7 +11,7 @@
 
 namespace patinate {
 
-/// A file that is written beside its place and gets there when it is whole.
+/// A file that is written beside its place and gets there when it is whole. Thread-safe towards others and abandon_atomic_files().
 class AtomicFile {
  public:
   /// @throws CannotComplete if there is no such folder, or the path is a folder or no regular file.
@@ -24,11 +24,22 @@ class AtomicFile {
   [[nodiscard]] const std::filesystem::path& temporary() const { return temporary_; }
   /// Renames it over `path`. @throws CannotComplete if it is not there or the disk is full.
   void finish();
+  /// The same without waiting for the disk: after a power cut the file may hold anything. For files that carry a checksum.
+  void finish_unsynced();
 
  private:
+  void move_to_place();
+
   std::filesystem::path path_, temporary_;
   bool is_finished_ = false;
 };
+
+/// For a process that ends at once, whatever its threads are doing: removes all temporary files. Whoever wants to begin or finish
+/// an AtomicFile from then on waits for the end. Call it right before _exit().
+void abandon_atomic_files();
+
+/// Removes what killed writers of an AtomicFile left in `folder` in place of files whose names begin with `prefix`.
+void remove_abandoned(const std::filesystem::path& folder, std::string_view prefix);
 
 /// Calls `write` with a temporary path beside `path` (same extension), then renames it over `path`.
 /// @throws CannotComplete if the folder cannot be written or the disk is full; `path` is then untouched.

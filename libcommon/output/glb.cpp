@@ -1,11 +1,9 @@
 #include "libcommon/output/glb.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -15,6 +13,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
 #include "libcommon/image/color.h"
+#include "libcommon/output/glb_binary.h"
 #include "libcommon/output/glb_tangents.h"
 
 namespace patinate {
@@ -67,51 +66,51 @@ VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale
   return buffers;
 }
 
-std::string png_bytes(const ImageU8& codes, bool is_color) {
-  OIIO::Filesystem::IOVecOutput bytes;
-  const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("picture.png", &bytes);
-  OIIO::ImageSpec spec(codes.width(), codes.height(), codes.channels(), OIIO::TypeDesc::UINT8);
-  if (is_color) spec.attribute("oiio:ColorSpace", "sRGB");
-  if (!out || !out->open("picture.png", spec) || !out->write_image(OIIO::TypeDesc::UINT8, codes.data()) ||
-      !out->close()) {
-    throw CannotComplete("glb: a texture could not be encoded as PNG" + (out ? ": " + out->geterror() : std::string()));
-  }
-  const auto& buffer = bytes.buffer();
-  return {buffer.begin(), buffer.end()};
-}
-
 // glTF keeps roughness in green and metalness in blue.
-ImageU8 roughness_map(const ImageU8& specular) {
-  ImageU8 map(specular.width(), specular.height(), 3);
-  for (std::int64_t i = 0; i < specular.num_pixels(); ++i) {
-    const int rough = 255 - specular.data()[i * specular.channels()];
-    map.data()[3 * i + 1] = static_cast<std::uint8_t>(std::max(rough, kLeastRoughness));
-  }
+GlbTexture roughness_map(const GlbTexture& specular) {
+  GlbTexture map = specular;
+  map.channels = 3;
+  map.make = [&specular](const auto& write) {
+    std::vector<std::uint8_t> rows;
+    specular.make([&](std::span<const std::uint8_t> values) {
+      rows.assign(3 * values.size() / static_cast<std::size_t>(specular.channels), 0);
+      for (std::size_t i = 0; 3 * i < rows.size(); ++i) {
+        const int rough = 255 - values[i * static_cast<std::size_t>(specular.channels)];
+        rows[3 * i + 1] = static_cast<std::uint8_t>(std::max(rough, kLeastRoughness));
+      }
+      write(rows);
+    });
+  };
   return map;
 }
 
-// The binary chunk and the views into it.
-class BinaryChunk {
- public:
-  int add(const void* data, std::size_t size, int target = 0) {
-    bytes_.resize((bytes_.size() + 3) / 4 * 4, '\0');
-    Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}};
-    if (target != 0) view["target"] = target;
-    bytes_.append(static_cast<const char*>(data), size);
-    views_.push_back(std::move(view));
-    return static_cast<int>(views_.size()) - 1;
-  }
-  template <class T>
-  int add(const std::vector<T>& values, int target) {
-    return add(values.data(), values.size() * sizeof(T), target);
-  }
-  [[nodiscard]] const Json& views() const { return views_; }
-  [[nodiscard]] const std::string& bytes() const { return bytes_; }
+/// Of a whole image; `image` must outlive it.
+GlbTexture whole(const ImageU8& image) {
+  return {image.width(), image.height(), image.channels(), [&image](const auto& write) { write(image.values()); }};
+}
+GlbTexture whole(const ImageF& linear) {
+  return {linear.width(), linear.height(), 3, [&linear](const auto& write) { write(srgb8_from_linear(linear).values()); }};
+}
 
- private:
-  std::string bytes_;
-  Json views_ = Json::array();
-};
+std::vector<GlbLook> looks_of(const std::vector<GlbVariant>& variants) {
+  std::vector<GlbLook> looks;
+  const auto all = [](const auto& images) {
+    std::vector<GlbTexture> textures;
+    for (const auto& image : images) textures.push_back(whole(image));
+    return textures;
+  };
+  for (const GlbVariant& v : variants) looks.push_back({v.name, all(v.base_colors), all(v.normals), all(v.speculars)});
+  return looks;
+}
+
+Json views_json(const GlbBinary& binary) {
+  Json views = Json::array();
+  for (const GlbBinary::View& view : binary.views()) {
+    views.push_back({{"buffer", 0}, {"byteOffset", view.offset}, {"byteLength", view.size}});
+    if (view.target != 0) views.back()["target"] = view.target;
+  }
+  return views;
+}
 
 Json accessor(int view, int type, std::size_t count, const char* shape) {
   return {{"bufferView", view}, {"componentType", type}, {"count", count}, {"type", shape}};
@@ -129,7 +128,7 @@ Json position_accessor(int view, const std::vector<float>& positions) {
   return json;
 }
 
-void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant>& variants, const GlbOptions& options) {
+void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& variants, const GlbOptions& options) {
   if (!mesh.has_uvs()) throw InvalidInput("glb: the mesh has no UVs; unwrap it first");
   if (variants.empty()) throw InvalidInput("glb: there is no variant to write");
   const bool fits = tiles.names.size() == 1 ? tiles.triangle_tile.empty() || tiles.triangle_tile.size() == mesh.triangles.size()
@@ -139,16 +138,17 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant
     throw InvalidInput("glb: every triangle needs a tile");
   }
   std::set<std::string> names;
-  for (const GlbVariant& variant : variants) {
+  const auto is_empty = [](const GlbTexture& t) { return t.width <= 0 || t.height <= 0 || t.channels <= 0; };
+  for (const GlbLook& variant : variants) {
     if (variant.base_colors.size() != tiles.names.size()) throw InvalidInput("glb: `" + variant.name + "` needs one texture per tile");
-    for (const std::vector<ImageU8>* maps : {&variant.normals, &variant.speculars}) {
+    for (const std::vector<GlbTexture>* maps : {&variant.normals, &variant.speculars}) {
       if (!maps->empty() && maps->size() != tiles.names.size()) throw InvalidInput("glb: `" + variant.name + "` needs a map per tile, or none");
-      for (const ImageU8& map : *maps) {
-        if (map.empty() || (maps == &variant.normals && map.channels() != 3)) throw InvalidInput("glb: a map of `" + variant.name + "` is empty or has not 3 channels");
+      for (const GlbTexture& map : *maps) {
+        if (is_empty(map) || (maps == &variant.normals && map.channels != 3)) throw InvalidInput("glb: a map of `" + variant.name + "` is empty or has not 3 channels");
       }
     }
-    for (const ImageF& texture : variant.base_colors) {
-      if (texture.empty()) throw InvalidInput("glb: the texture of `" + variant.name + "` is empty");
+    for (const GlbTexture& texture : variant.base_colors) {
+      if (is_empty(texture)) throw InvalidInput("glb: the texture of `" + variant.name + "` is empty");
     }
     if (!names.insert(variant.name).second) throw InvalidInput("glb: the variant `" + variant.name + "` occurs twice");
   }
@@ -157,22 +157,21 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant
 }
 
 // Images, textures, materials (tiles of the first variant, of the second, ...) and the list of variants.
-void add_materials(Json& gltf, BinaryChunk& binary, const GlbTiles& tiles, const std::vector<GlbVariant>& variants,
+void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const std::vector<GlbLook>& variants,
                    const GlbOptions& options, const RunControl& control) {
   gltf["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}};
   const double num_materials = static_cast<double>(variants.size() * tiles.names.size());
-  const auto add_texture = [&](const std::string& name, const ImageU8& codes, bool is_color) {
+  const auto add_texture = [&](const std::string& name, const GlbTexture& texture, bool is_color) {
     control.throw_if_stopped();
-    const std::string png = png_bytes(codes, is_color);
     const std::size_t index = gltf["textures"].size();
-    gltf["images"].push_back({{"name", name}, {"mimeType", "image/png"}, {"bufferView", binary.add(png.data(), png.size())}});
+    gltf["images"].push_back({{"name", name}, {"mimeType", "image/png"}, {"bufferView", binary.add_png(texture, is_color)}});
     gltf["textures"].push_back({{"sampler", 0}, {"source", index}});
     return index;
   };
-  for (const GlbVariant& variant : variants) {
+  for (const GlbLook& variant : variants) {
     for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
       const std::string name = tiles.names.size() == 1 ? variant.name : variant.name + " " + tiles.names[tile];
-      const std::size_t index = add_texture(name, srgb8_from_linear(variant.base_colors[tile]), true);
+      const std::size_t index = add_texture(name, variant.base_colors[tile], true);
       Json material = {{"name", name},
                        {"doubleSided", true},
                        {"pbrMetallicRoughness",
@@ -212,23 +211,25 @@ void append_u32(std::string& bytes, std::size_t value) {
   for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xFF);
 }
 
-std::string container(std::string json, std::string binary) {
+void write_container(const std::filesystem::path& path, std::string json, GlbBinary& binary) {
   json.resize((json.size() + 3) / 4 * 4, ' ');
-  binary.resize((binary.size() + 3) / 4 * 4, '\0');
-  const std::size_t total = 12 + 8 + json.size() + 8 + binary.size();
+  const std::uint64_t binary_size = (binary.size() + 3) / 4 * 4, total = 12 + 8 + json.size() + 8 + binary_size;
   if (total > 0xFFFFFFFFu) throw InvalidInput("glb: more than 4 GB; use smaller textures or fewer variants");
-  std::string bytes;
-  bytes.reserve(total);
-  append_u32(bytes, kMagic);
-  append_u32(bytes, 2);
-  append_u32(bytes, total);
-  append_u32(bytes, json.size());
-  append_u32(bytes, kJsonChunk);
-  bytes += json;
-  append_u32(bytes, binary.size());
-  append_u32(bytes, kBinaryChunk);
-  bytes += binary;
-  return bytes;
+  std::string head;
+  append_u32(head, kMagic);
+  append_u32(head, 2);
+  append_u32(head, static_cast<std::size_t>(total));
+  append_u32(head, json.size());
+  append_u32(head, kJsonChunk);
+  head += json;
+  append_u32(head, static_cast<std::size_t>(binary_size));
+  append_u32(head, kBinaryChunk);
+  write_atomically(path, [&](const std::filesystem::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary);
+    out << head;
+    binary.copy_to(out);
+    if (!out.flush()) throw CannotComplete(path.string() + ": cannot be written; is the disk full?");
+  });
 }
 
 std::uint32_t u32_at(std::string_view bytes, std::size_t offset) {
@@ -247,9 +248,14 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::v
 
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant>& variants,
                const GlbOptions& options, const RunControl& control) {
-  check(mesh, tiles, variants, options);
+  write_glb(path, mesh, tiles, looks_of(variants), options, control);
+}
+
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& looks,
+               const GlbOptions& options, const RunControl& control) {
+  check(mesh, tiles, looks, options);
   const Mesh shaded = with_normals(mesh);
-  const bool has_tangents = std::any_of(variants.begin(), variants.end(), [](const GlbVariant& variant) { return !variant.normals.empty(); });
+  const bool has_tangents = std::any_of(looks.begin(), looks.end(), [](const GlbLook& look) { return !look.normals.empty(); });
   const VertexBuffers buffers = make_buffers(shaded, tiles, options.metres_per_unit, has_tangents);
 
   Json gltf;
@@ -260,7 +266,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   gltf["scenes"] = {{{"nodes", {0}}}};
   gltf["nodes"] = {{{"name", options.name}, {"mesh", 0}}};
 
-  BinaryChunk binary;
+  GlbBinary binary(path);
   gltf["accessors"] = Json::array();
   gltf["accessors"].push_back(position_accessor(binary.add(buffers.positions, kArrayBuffer), buffers.positions));
   gltf["accessors"].push_back(
@@ -276,27 +282,31 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
     if (!indices.empty()) gltf["accessors"].push_back(accessor(binary.add(indices, kElementBuffer), kUint32, indices.size(), "SCALAR"));
   }
   gltf["textures"] = Json::array();
-  add_materials(gltf, binary, tiles, variants, options, control);
-  gltf["meshes"] = Json::array({{{"name", options.name}, {"primitives", make_primitives(index_accessors, variants.size(), tangent_accessor)}}});
-  gltf["bufferViews"] = binary.views();
-  gltf["buffers"] = Json::array({{{"byteLength", binary.bytes().size()}}});
+  add_materials(gltf, binary, tiles, looks, options, control);
+  gltf["meshes"] = Json::array({{{"name", options.name}, {"primitives", make_primitives(index_accessors, looks.size(), tangent_accessor)}}});
+  gltf["bufferViews"] = views_json(binary);
+  gltf["buffers"] = Json::array({{{"byteLength", binary.size()}}});
   std::string text;
   try {
     text = gltf.dump();
   } catch (const nlohmann::json::exception&) {
     throw InvalidInput("glb: a name is not UTF-8");
   }
-  write_atomically(path, container(std::move(text), binary.bytes()));
+  write_container(path, std::move(text), binary);
   control.report(1.0);
 }
 
 std::string read_glb_key(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path);
-  if (bytes.size() < 20 || u32_at(bytes, 0) != kMagic || u32_at(bytes, 16) != kJsonChunk) return "";
-  const std::size_t length = u32_at(bytes, 12);
-  if (length > bytes.size() - 20) return "";
-  const Json gltf =
-      Json::parse(bytes.begin() + 20, bytes.begin() + 20 + static_cast<std::ptrdiff_t>(length), nullptr, false);
+  std::ifstream file(path, std::ios::binary);
+  std::string head(20, '\0');
+  std::error_code error;
+  if (!file || !std::filesystem::is_regular_file(path, error)) throw IoError(path.string(), "cannot be read");
+  if (!file.read(head.data(), 20) || u32_at(head, 0) != kMagic || u32_at(head, 16) != kJsonChunk) return "";
+  const std::uint64_t length = u32_at(head, 12), size = std::filesystem::file_size(path, error);
+  if (error || length > size - head.size()) return "";
+  std::string text(static_cast<std::size_t>(length), '\0');  // Textures are behind it, and many.
+  if (!file.read(text.data(), static_cast<std::streamsize>(text.size()))) return "";
+  const Json gltf = Json::parse(text, nullptr, false);
   const Json::json_pointer pointer("/asset/extras/patinate_key");
   if (gltf.is_discarded() || !gltf.is_object() || !gltf.contains(pointer) || !gltf.at(pointer).is_string()) return "";
   return gltf.at(pointer).get<std::string>();

@@ -2,7 +2,10 @@
 /// A mesh with its ages as one binary glTF 2.0 file: one material per time, chosen by KHR_materials_variants.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +14,22 @@
 #include "libcommon/image/image.h"
 
 namespace patinate {
+
+/// A texture that is made while it is written, so that it need not be in memory.
+struct GlbTexture {
+  int width = 0, height = 0;
+  int channels = 3;
+  /// Gives its codes to `write`, whole rows, from top to bottom.
+  std::function<void(const std::function<void(std::span<const std::uint8_t> rows)>& write)> make;
+};
+
+/// One look of the mesh, by textures that are made one after the other.
+struct GlbLook {
+  std::string name;                     ///< As GlbVariant::name.
+  std::vector<GlbTexture> base_colors;  ///< One a tile; sRGB codes of 3 channels.
+  std::vector<GlbTexture> normals = {};    ///< As GlbVariant::normals.
+  std::vector<GlbTexture> speculars = {};  ///< As GlbVariant::speculars, one channel.
+};
 
 /// One look of the mesh. The first one is what viewers without the extension show.
 struct GlbVariant {
@@ -38,6 +57,10 @@ struct GlbOptions {
 /// @param mesh  With UVs in [0, 1] of every tile.
 /// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture a tile, normals have
 /// not 3 channels, or a value is not finite; CannotComplete if it cannot be written.
+/// Memory: the mesh, and what one texture takes while it is made; the file's bytes wait on the disk, beside its place.
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
+               const std::vector<GlbLook>& looks, const GlbOptions& options = {}, const RunControl& control = {});
+/// Of whole images.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbVariant>& variants, const GlbOptions& options = {}, const RunControl& control = {});
 /// With one tile.

@@ -52,7 +52,7 @@ const Format& format_of(const std::filesystem::path& path) {
 class Movie {
  public:
   virtual ~Movie() = default;
-  virtual void add(const ImageF& linear) = 0;
+  virtual void add(const ImageU8& codes) = 0;
   virtual void finish() = 0;
 };
 
@@ -100,15 +100,16 @@ class EncodedMovie final : public Movie {
     sws_setColorspaceDetails(scaler_.get(), sws_getCoefficients(SWS_CS_ITU709), 1, sws_getCoefficients(SWS_CS_ITU709), 0, 0, 1 << 16, 1 << 16);
   }
 
-  void add(const ImageF& linear) override {
-    if (linear.width() != width_ || linear.height() != height_ || linear.channels() != 3) {
+  void add(const ImageU8& codes) override {
+    if (codes.width() != width_ || codes.height() != height_ || codes.channels() != 3) {
       throw InvalidInput(shown_path_ + ": a picture of a movie differs from the first in size");
     }
-    const ImageU8 codes = padded(srgb8_from_linear(linear));
-    const std::uint8_t* planes[1] = {codes.data()};
-    const int strides[1] = {3 * codes.width()};
+    const ImageU8 larger = is_even(codes) ? ImageU8() : padded(codes);
+    const ImageU8& even = larger.empty() ? codes : larger;
+    const std::uint8_t* planes[1] = {even.data()};
+    const int strides[1] = {3 * even.width()};
     check(av_frame_make_writable(frame_.get()), "not enough memory");
-    sws_scale(scaler_.get(), planes, strides, 0, codes.height(), frame_->data, frame_->linesize);
+    sws_scale(scaler_.get(), planes, strides, 0, even.height(), frame_->data, frame_->linesize);
     frame_->pts = num_pictures_++;
     encode(frame_.get());
   }
@@ -153,8 +154,9 @@ class EncodedMovie final : public Movie {
     check(avcodec_open2(encoder_.get(), codec, nullptr), "the encoder does not take pictures of this size");
   }
 
+  [[nodiscard]] bool is_even(const ImageU8& codes) const { return codes.width() == encoder_->width && codes.height() == encoder_->height; }
+
   [[nodiscard]] ImageU8 padded(const ImageU8& codes) const {
-    if (codes.width() == encoder_->width && codes.height() == encoder_->height) return codes;
     ImageU8 out(encoder_->width, encoder_->height, 3);
     for (int y = 0; y < out.height(); ++y) {
       for (int x = 0; x < out.width(); ++x) {
@@ -198,8 +200,7 @@ class Gif final : public Movie {
   Gif(const std::filesystem::path& path, const std::filesystem::path& shown_path, const MovieOptions& options, std::string key)
       : path_(path), shown_path_(shown_path.string()), fps_(static_cast<float>(options.fps)), key_(std::move(key)) {}
 
-  void add(const ImageF& linear) override {
-    const ImageU8 codes = srgb8_from_linear(linear);
+  void add(const ImageU8& codes) override {
     OIIO::ImageSpec spec(codes.width(), codes.height(), 3, OIIO::TypeDesc::UINT8);
     spec.attribute("FramesPerSecond", fps_);
     if (!file_) {
@@ -238,7 +239,7 @@ class Gif final : public Movie {
   std::unique_ptr<OIIO::ImageOutput> file_;
 };
 
-std::unique_ptr<Movie> open_movie(const std::filesystem::path& path, const std::filesystem::path& shown_path, const ImageF& first,
+std::unique_ptr<Movie> open_movie(const std::filesystem::path& path, const std::filesystem::path& shown_path, const ImageU8& first,
                                   const MovieOptions& options, const std::string& key) {
   constexpr int kLeast = 2, kMost = 8192;
   if (std::min(first.width(), first.height()) < kLeast || std::max(first.width(), first.height()) > kMost) {
@@ -271,8 +272,8 @@ const std::vector<std::string>& movie_extensions() {
   return extensions;
 }
 
-void write_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageF(int)>& picture,
-                 const MovieOptions& options, const std::string& key, const RunControl& control) {
+void write_coded_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageU8(int)>& picture,
+                       const MovieOptions& options, const std::string& key, const RunControl& control) {
   check_ranges(options);
   (void)extension_of(path);
   if (num_pictures < 1) throw InvalidInput(path.string() + ": a movie needs a picture");
@@ -281,7 +282,7 @@ void write_movie(const std::filesystem::path& path, int num_pictures, const std:
     std::unique_ptr<Movie> movie;
     for (int i = 0; i < num_pictures; ++i) {
       control.throw_if_stopped();
-      const ImageF image = picture(i);
+      const ImageU8 image = picture(i);
       if (!movie) movie = open_movie(temporary, path, image, options, key);
       movie->add(image);
       control.report((i + 1.0) / (num_pictures + 1.0));
@@ -289,6 +290,11 @@ void write_movie(const std::filesystem::path& path, int num_pictures, const std:
     movie->finish();
   });
   control.report(1.0);
+}
+
+void write_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageF(int)>& picture,
+                 const MovieOptions& options, const std::string& key, const RunControl& control) {
+  write_coded_movie(path, num_pictures, [&](int i) { return srgb8_from_linear(picture(i)); }, options, key, control);
 }
 
 std::string read_movie_key(const std::filesystem::path& path) {

@@ -48,7 +48,7 @@ struct SearchSetting {
     }
     const TransferResult fast = transfer(history, map, 1.0, {{control, "guide", guide, {}, 1.0, ControlMapping::Rank}}, {});
     coordinates = fast.coordinates;
-    destination = make_destination_level(map, as_integers(fast.matched_controls[0]), neighborhood,
+    destination = make_destination_level(map, fast.matched_controls, neighborhood,
                                          {.frames = std::make_shared<const FlowFrames>(uv_frames(*map)), .pixel_mm = 1.0, .step_mm = 1.0});
   }
 };
@@ -86,13 +86,13 @@ double rate(const SearchSetting& s, const WindowSearch& search, double coherence
 }
 
 void compare_searches(const SearchSetting& s) {
-  const WindowSearch search(s.source);
   struct Case {
     const char* name;
     int side;
     std::int64_t few, many;  ///< Texels of the exhaustive and of the pruned search.
   };
   for (const Case& c : {Case{"window of 100 x 100", 100, 4096, 65536}, Case{"whole source", 1 << 20, 128, 4096}}) {
+    const WindowSearch search(s.source, s.neighborhood, c.side);
     for (double control_weight : {0.5, 0.05}) {
       std::int64_t slow_costs = 0, fast_costs = 0;
       const double slow = rate(s, search, 1.0 - control_weight, c.side, false, c.few, 1, &slow_costs);

@@ -3,6 +3,8 @@
 // Medians of five runs; figures are ratios wherever there are two ways of doing the same work.
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <tuple>
 #include <vector>
@@ -12,6 +14,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
+#include "transfer/appearance/appearance_cache.h"
 #include "transfer/lookup/transfer_reader.h"
 #include "transfer/transfer.h"
 
@@ -37,11 +40,12 @@ struct Setting {
     }
     controls.push_back({"x", "gradient", guide, {}, 1.0, ControlMapping::Rank});
   }
-  [[nodiscard]] TransferResult run(TransferMethod method) const {
+  [[nodiscard]] TransferResult run(TransferMethod method, const AppearanceSource& appearance = build_appearance_space) const {
     TransferOptions options;
     options.method = method;
-    return transfer(*history, map, map->median_texel_size_mm(), controls, options);
+    return transfer(*history, map, map->median_texel_size_mm(), controls, options, {}, nullptr, {}, appearance);
   }
+  void forget() const { std::filesystem::remove_all(folder / kCacheFolder); }
 };
 
 void compare_methods() {
@@ -75,6 +79,25 @@ void photograph() {
               1e-3 * texels / s, 1e-3 * texels / (s - source_s));
 }
 
+/// What the analysis that is kept beside a history saves: by itself, and of a whole transfer onto few texels.
+void kept_analysis(int num_frames) {
+  constexpr int kLevels = 5;
+  const Setting setting(512, num_frames, 512);
+  const auto first = [&](const std::function<void()>& work) {
+    return median_of_five([&] {
+      setting.forget();
+      work();
+    });
+  };
+  const auto analyse = [&] { (void)cached_appearance_space(*setting.history, kLevels); };
+  const auto run = [&] { (void)setting.run(TransferMethod::Fast, cached_appearance_space); };
+  const double without_s = median_of_five([&] { (void)build_appearance_space(*setting.history, kLevels); });
+  const double first_s = first(analyse), second_s = median_of_five(analyse);
+  const double first_transfer_s = first(run), second_transfer_s = median_of_five(run);
+  std::printf("512 x 512 x %d: analysis %.0f ms without a cache, %.0f the first time, %.0f the second (ratio %.3f); transfer onto %lld texels %.2f s, then %.2f s (ratio %.2f)\n", num_frames, 1e3 * without_s,
+              1e3 * first_s, 1e3 * second_s, second_s / first_s, static_cast<long long>(setting.map->num_covered()), first_transfer_s, second_transfer_s, second_transfer_s / first_transfer_s);
+}
+
 void lookup_against_copy() {
   const Setting setting(512, 1, 2048);
   const ImageF frame = setting.history->read_frame(0);
@@ -93,5 +116,7 @@ int main() {
   patinate::compare_methods();
   patinate::long_history();
   patinate::photograph();
+  patinate::kept_analysis(1);
+  patinate::kept_analysis(100);
   patinate::lookup_against_copy();
 }

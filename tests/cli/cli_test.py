@@ -51,8 +51,8 @@ def write_exr(path, width, height, value):
 
 
 def tree_of(folder):
-    """Relative path -> bytes of every file but run.json, which differs from run to run."""
-    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file() and p.name != "run.json"}
+    """Relative path -> bytes of every file but run.json, which differs from run to run, and what a transfer keeps of its history's analysis."""
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file() and p.name != "run.json" and ".cache" not in p.parts}
 
 
 SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_cli_"))
@@ -92,9 +92,9 @@ class CommandCase(unittest.TestCase):
         return result.stdout
 
     def fails(self, code, about, *arguments):
-        """Exactly one line, with `about` in it; nothing new in the folder, but finished frames in out.partial."""
+        """Exactly one line, with `about` in it; nothing new in the folder, but finished frames in out.partial, and what is kept of an analysis."""
         def tree():
-            return sorted(p for p in self.folder.rglob("*") if "out.partial" not in p.parts)
+            return sorted(p for p in self.folder.rglob("*") if not {"out.partial", ".cache"} & set(p.parts))
         before = tree()
         result = self.run_patinate(*arguments)
         lines = [line for line in result.stderr.splitlines() if line]
@@ -425,6 +425,17 @@ class Interruptions(CommandCase):
         self.succeeds(*self.SYNTH)
         self.assertEqual(tree_of(self.folder / "out"), self.whole())
         self.assertFalse((self.folder / "out.partial").exists())
+
+    def test_stopped_at_any_moment_it_leaves_no_temporary_file(self):
+        for delay in (0.05, 0.1, 0.2, 0.4, 0.7):
+            process = subprocess.Popen([PATINATE, *self.SYNTH], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            time.sleep(delay)
+            process.send_signal(signal.SIGTERM)
+            _, errors = process.communicate(timeout=60)
+            if process.returncode == -signal.SIGTERM:
+                continue  # before it listened
+            self.assertEqual((process.returncode, errors.count("interrupted")), (INTERRUPTED, 1), errors)
+            self.assertEqual([str(p) for p in self.folder.rglob(".*.tmp*")], [])
 
     def test_killed_several_times_it_ends_with_the_same_bytes(self):
         num_finished = []

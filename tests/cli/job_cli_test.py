@@ -28,7 +28,7 @@ def tearDownModule():
 
 
 def tree_of(folder):
-    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file() and p.name != "run.json"}
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file() and p.name != "run.json" and ".cache" not in p.parts}
 
 
 def stamps_of(folder):

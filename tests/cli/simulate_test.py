@@ -17,9 +17,9 @@ PATINATE = str(pathlib.Path(PATINATE).resolve())
 
 
 def tree_hash(folder):
-    """Of every file but run.json and job.json, which tell of the run."""
+    """Of every file but run.json and job.json, which tell of the run, and what a transfer keeps."""
     digest = hashlib.sha256()
-    for path in sorted(p for p in pathlib.Path(folder).rglob("*") if p.is_file() and p.name not in ("run.json", "job.json")):
+    for path in sorted(p for p in pathlib.Path(folder).rglob("*") if p.is_file() and p.name not in ("run.json", "job.json") and ".cache" not in p.parts):
         digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 

@@ -81,7 +81,7 @@ TEST(Stop, EveryStageOfATransferNoticesIt) {
       {"directions", [&] { (void)direction_frames(*task.map, DirectionKind::Gravity, Vec3(0, 1, 0), stopped); }},
       {"neighbours", [&] { (void)make_destination_level(task.map, level.destination.controls, neighborhood, placement, stopped); }},
       {"reference", [&] { (void)synthesise_reference(level.source, level.destination, neighborhood, 0.5, weights, 1, {}, stopped); }},
-      {"fast", [&] { (void)synthesise_multi_level({level}, neighborhood, 0.5, weights, 1, {}, stopped); }},
+      {"fast", [&, levels = std::vector<SynthesisLevel>{level}]() mutable { (void)synthesise_multi_level(levels, neighborhood, 0.5, weights, 1, {}, stopped); }},
       {"energy", [&] { (void)measure_energy(level.source, level.destination, neighborhood, coordinates, 0.5, weights, stopped); }},
       {"audit", [&] { (void)audit_optimum(level, neighborhood, coordinates, 0.5, weights, 10, 1, stopped); }}};
   for (const auto& [name, run] : stages) EXPECT_THROW(run(), Cancelled) << name;

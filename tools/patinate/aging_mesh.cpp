@@ -23,10 +23,8 @@ AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
   mesh.triangle_tile = transfer->atlas().triangle_tile;
   mesh.mesh = transfer->mesh();
   mesh.unit_mesh = unit_square_mesh(transfer->atlas());
-  mesh.metres_per_unit = m.unit ? 0.001 : 1.0 / m.mm_per_mesh_unit;  // a mesh whose unit nobody said keeps the numbers of its file
+  mesh.metres_per_unit = metres_per_unit(m);
   mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
-  mesh.sample_tiles = [transfer](double time, const RunControl& control) { return transfer->sample_tiles(time, control); };
-  mesh.tiles_of = [transfer](const ImageF& sheet) { return transfer->tiles_of(sheet); };
   const std::vector<MaterialMap> maps = material_maps(mesh.history);
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   const bool has_normals = has(MaterialMap::Normal), has_gloss = has(MaterialMap::Roughness);
@@ -52,8 +50,6 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path) {
   scale_mesh(mesh.mesh, 1000.0);  // glTF is in m
   mesh.unit_mesh = mesh.mesh;
   mesh.sample = [history](double time, const RunControl&) { return history->sample(time); };
-  mesh.tiles_of = [](const ImageF& sheet) { return std::vector<ImageF>{sheet}; };
-  mesh.sample_tiles = [history](double time, const RunControl&) { return std::vector<ImageF>{history->sample(time)}; };
   return mesh;
 }
 

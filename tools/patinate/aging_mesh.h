@@ -28,12 +28,8 @@ struct AgingMesh {
   double metres_per_unit = 0.001;
   /// Its texture over the sheet at a time: linear RGB, gutters filled.
   std::function<ImageF(double time, const RunControl& control)> sample;
-  /// The same, an image a tile.
-  std::function<std::vector<ImageF>(double time, const RunControl& control)> sample_tiles;
   /// What its history's frames say of relief and gloss at a time, over the sheet; nothing when they say nothing.
   std::function<SurfaceDetail(double time, const RunControl& control)> detail;
-  /// The tiles of an image over the sheet.
-  std::function<std::vector<ImageF>(const ImageF& sheet)> tiles_of;
 };
 
 /// @param path  A transfer or a simulation. @throws IoError

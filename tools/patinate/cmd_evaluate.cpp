@@ -5,6 +5,7 @@
 #include "tools/patinate/commands.h"
 #include "tools/patinate/evaluated_maps.h"
 #include "tools/patinate/path_kind.h"
+#include "transfer/appearance/appearance_cache.h"
 
 namespace patinate {
 
@@ -26,18 +27,23 @@ int cmd_evaluate(CommandRun& run) {
   std::vector<fs::path> maps;
   ForeignMapOptions foreign;
   fs::path output;
+  CacheOptions cache;
   run.line.positional_list("MAP", "Transfers, or coordinate maps of other tools (EXR, TIFF, 16-bit PNG, .nnf)", maps);
   run.line.output("REPORT", "Folder to make: evaluation.html, evaluation.json", output);
   run.line.option("history", "HISTORY", "For maps of other tools: what was copied from", foreign.history);
   run.line.option("control", "SPEC", "For maps of other tools: [SOURCE=]MAP, what the tool followed, in the values of the history's control (0 to 1)", foreign.control);
   run.line.option("picture", "IMAGE", "For one map of another tool: the picture that it made, at the history's last frame", foreign.picture);
   run.line.options(task.options);
+  run.line.options(cache);
   run.line.example("evaluate copper_hydrant copper_bust -o evaluation");
   run.line.example("evaluate ours theirs.exr --history rust --control height=target.png -o evaluation");
   if (!run.parse()) return 0;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   for (const std::string& word : run.command_line()) task.command += (task.command.empty() ? "" : " ") + word;
-  for (const fs::path& map : maps) task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed) : foreign_item(map, foreign, task.options, task.seed));
+  const AppearanceSource appearance = appearance_source(cache);
+  for (const fs::path& map : maps) {
+    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, appearance) : foreign_item(map, foreign, task.options, task.seed, appearance));
+  }
   const std::optional<JobStatus> status = run.make_folder(plan_evaluation(std::move(task), output), "evaluate");
   if (!status) return 0;
 

@@ -4,20 +4,22 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/image/color.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/glb.h"
+#include "tools/patinate/aging_glb.h"
 #include "tools/patinate/aging_mesh.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/output_file.h"
 #include "tools/patinate/path_kind.h"
 #include "tools/patinate/picture_series.h"
 #include "tools/patinate/times_argument.h"
-#include "transfer/lookup/source_turn.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate {
@@ -42,45 +44,18 @@ std::string glb_key_of(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
 }
 
-/// With normal and roughness textures where the history's frames have them.
-GlbVariant glb_variant(const AgingMesh& mesh, const std::string& label, double time, const RunControl& control) {
-  GlbVariant variant{label, mesh.sample_tiles(time, control)};
-  if (!mesh.detail) return variant;
-  const SurfaceDetail detail = mesh.detail(time, control);
-  if (!detail.normals.empty()) {
-    for (const ImageF& tile : mesh.tiles_of(detail.normals)) {
-      variant.normals.emplace_back(tile.width(), tile.height(), 3);
-      normal_codes(tile.values(), variant.normals.back().values());
-    }
-  }
-  if (!detail.roughness.empty()) {
-    for (const ImageF& tile : mesh.tiles_of(detail.roughness)) {
-      ImageU8& gloss = variant.speculars.emplace_back(tile.width(), tile.height());
-      for (std::size_t i = 0; i < gloss.values().size(); ++i) gloss.data()[i] = static_cast<std::uint8_t>(std::clamp(255.5f - 255.0f * tile.data()[i], 0.0f, 255.0f));
-    }
-  }
-  return variant;
-}
-
-int export_glb(CommandRun& run, const AgingMesh& mesh, const std::filesystem::path& output, const std::vector<double>& times) {
+int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path& output, const std::vector<double>& times) {
   ContentHash hash;
-  hash.add("export glb 3").add(mesh.key);
+  hash.add("export glb 3").add(glb.key);
   for (double t : times) hash.add(t);
   const std::string key = hash.hex();
   const std::optional<JobStatus> status = run.check_file(output, glb_key_of(output), key);
   if (!status) return 0;
   if (status == JobStatus::Done) {
     const RunControl control = run.control("export");
-    RunControl silent = control;
-    silent.on_progress = {};
-    const std::vector<std::string> labels = time_labels(times, mesh.history.time_unit);
-    std::vector<GlbVariant> variants;
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      control.report(0.5 * static_cast<double>(i) / static_cast<double>(times.size()));
-      variants.push_back(glb_variant(mesh, labels[i], times[i], silent));
-    }
-    const GlbOptions options{.name = output.stem().string(), .metres_per_unit = mesh.metres_per_unit, .key = key};
-    write_glb(output, mesh.unit_mesh, {mesh.tile_names, mesh.triangle_tile}, variants, options, control.part(0.5, 1.0));
+    const std::vector<GlbLook> looks = glb.looks(times, time_labels(times, glb.history.time_unit), control.part(0.0, 0.1));
+    const GlbOptions options{.name = output.stem().string(), .metres_per_unit = glb.metres_per_unit, .key = key};
+    write_glb(output, glb.mesh, glb.tiles, looks, options, control.part(0.1, 1.0));
   }
   run.report_output(*status, output, Json{{"times", times}});
   return 0;
@@ -133,6 +108,29 @@ int export_sequence(CommandRun& run, const SequenceSource& source, const History
   return 0;
 }
 
+/// A movie or numbered images of a transfer's texture, strip by strip; nothing where its tiles make one sheet.
+std::optional<PictureSeries> texture_series(CommandRun& run, const std::filesystem::path& subject, const TimesArgument& times) {
+  const auto transfer = std::make_shared<const TransferFolder>(subject);
+  if (transfer->sheet().num_tiles() > 1) return std::nullopt;
+  const auto writer = std::make_shared<std::optional<const TextureWriter>>();  // Opened for the first texture that is not up to date.
+  const auto open = [transfer, writer](const RunControl& control) -> const TextureWriter& { return *writer ? **writer : writer->emplace(*transfer, CoordinateStripsOptions{}, control); };
+  PictureSeries series{"export", transfer->manifest().key, times.resolve(run, transfer->history().manifest(), kMoviePictures), {}};
+  series.write = [transfer, open](double t, const std::filesystem::path& file, const std::string& key, const RunControl& control) {
+    const std::vector<TextureFile> texture{{{file}, transfer->history().sample(t), key}};
+    open(control).write(texture, control);
+  };
+  series.codes = [transfer, open](double t, const RunControl& control) {
+    ImageU8 picture(transfer->manifest().width, transfer->manifest().height, 3);
+    std::size_t done = 0;
+    open(control).gather_rows(0, srgb8_from_linear(transfer->history().sample(t)), [&](std::span<const std::uint8_t> rows) {
+      std::copy(rows.begin(), rows.end(), picture.values().subspan(done).begin());
+      done += rows.size();
+    }, control);
+    return picture;
+  };
+  return series;
+}
+
 /// Textures of a transfer: strip by strip, however large the atlas.
 int export_textures(CommandRun& run, const std::filesystem::path& subject, const std::filesystem::path& output, const TimesArgument& times,
                     const SequenceFormat& format) {
@@ -178,10 +176,16 @@ int cmd_export(CommandRun& run) {
     throw UsageError("-o: found `" + output.string() + "`; expected MODEL.glb, MOVIE.mp4 (.webm, .gif), images as aged_%04d.png, or the name of a folder");
   }
   const PathKind kind = kind_of(subject);
+  if (kind == PathKind::Transfer && is_pictures) {
+    if (const std::optional<PictureSeries> series = texture_series(run, subject, times)) return make_series(run, output, *series, movie);
+  }
   if (kind == PathKind::Transfer && !is_glb && !is_pictures) return export_textures(run, subject, output, times, format);
   if (kind == PathKind::Transfer || kind == PathKind::Simulation) {
+    if (is_glb) {
+      const AgingGlb glb = open_aging_glb(subject);
+      return export_glb(run, glb, output, times.resolve(run, glb.history, 5));
+    }
     const AgingMesh mesh = open_aging_mesh(subject);
-    if (is_glb) return export_glb(run, mesh, output, times.resolve(run, mesh.history, 5));
     if (is_pictures) {
       return make_series(run, output, {"export", mesh.key, times.resolve(run, mesh.history, kMoviePictures), mesh.sample}, movie);
     }

@@ -20,7 +20,6 @@
 #include "tools/patinate/tile_files.h"
 #include "tools/patinate/times_argument.h"
 #include "transfer/lookup/texture_files.h"
-#include "transfer/lookup/transfer_reader.h"
 
 namespace patinate {
 
@@ -142,7 +141,18 @@ TimeRange range_of(const LookupCommand& command, const ControlMap& map, bool is_
   return {history.frames.front().time, history.frames.back().time};
 }
 
-int lookup_time_map(CommandRun& run, const LookupCommand& command, const TransferReader& transfer) {
+/// A time for every texel, over the sheet. What it takes to know them is gone before anything is looked up.
+ImageF times_of(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer, bool is_file) {
+  const RunControl control = run.control("time map");
+  const TexelMap texels(sheet_mesh(transfer.read_atlas(), transfer.sheet()), transfer.sheet(), control.part(0.0, 0.2));
+  ControlMap map = make_control_expression(command.time_map, texels, {}, control.part(0.2, 1.0));
+  const TimeRange range = range_of(command, map, is_file, transfer.history().manifest());
+  run.detail("0 of the time map stands for " + short_number_text(range.low) + ", 1 for " + short_number_text(range.high));
+  for (float& t : map.values.values()) t = static_cast<float>(range.low + static_cast<double>(t) * (range.high - range.low));
+  return std::move(map.values);
+}
+
+int lookup_time_map(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer) {
   if (command.times.time || command.times.count || (!command.times.times.empty() && command.times.times.size() != 2)) {
     throw UsageError("--time-map: takes --times LOW,HIGH, the times that 0 and 1 of the map stand for, or nothing");
   }
@@ -159,15 +169,8 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const Transfe
   const auto todo = unfinished(run, textures);
   if (!todo) return 0;
   if (!todo->empty()) {
-    const RunControl control = run.control("time map");
-    const TexelMap texels(transfer.mesh(), transfer.sheet(), control.part(0.0, 0.2));
-    const ControlMap map = make_control_expression(command.time_map, texels, {}, control.part(0.2, 0.5));
-    const TimeRange range = range_of(command, map, is_file, transfer.history().manifest());
-    run.detail("0 of the time map stands for " + short_number_text(range.low) + ", 1 for " + short_number_text(range.high));
-    ImageF times = map.values;
-    for (float& t : times.values()) t = static_cast<float>(range.low + static_cast<double>(t) * (range.high - range.low));
-    const std::vector<ImageF> tiles = transfer.sample_tiles(times, command.sampling.between, run.control("lookup"));
-    for (std::size_t i = 0; i < tiles.size(); ++i) write_color(textures[0].files[i], tiles[i], textures[0].key);
+    ImageF at = times_of(run, command, transfer, is_file);
+    write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {}, run.control("lookup"));
   }
   report(run, command, textures, !todo->empty());
   return 0;
@@ -195,7 +198,7 @@ int cmd_lookup(CommandRun& run) {
   if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty()) throw UsageError("--map: a time map looks up color; leave one of them out");
   require_transfer(command.transfer);
   if (command.time_map.empty()) return lookup_times(run, command, TransferFolder(command.transfer));
-  return lookup_time_map(run, command, TransferReader(command.transfer));
+  return lookup_time_map(run, command, TransferFolder(command.transfer));
 }
 
 }  // namespace patinate

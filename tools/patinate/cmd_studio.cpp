@@ -105,7 +105,7 @@ int cmd_studio(CommandRun& run) {
   tell_address(run, server.port(), token);
   server.run({.admit = [&](const HttpRequest& request) { return studio.admit(request); },
               .answer = [&](const HttpRequest& request, const std::stop_token& gone) { return studio.answer(request, gone); },
-              .open = [&](const HttpRequest& request, std::shared_ptr<WebSocketPeer> peer) { return studio.open(request, std::move(peer)); }},
+              .open = [&](const HttpRequest& request, const std::shared_ptr<WebSocketPeer>& peer) { return studio.open(request, peer); }},
              run.control("studio").stop);
   return has_quit ? 0 : kInterrupted;
 }

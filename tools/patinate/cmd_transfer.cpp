@@ -15,6 +15,7 @@
 #include "tools/patinate/destination.h"
 #include "tools/patinate/mesh_source.h"
 #include "tools/patinate/path_kind.h"
+#include "transfer/appearance/appearance_cache.h"
 #include "transfer/library/library_parts.h"
 #include "transfer/transfer_controls.h"
 #include "transfer/transfer_job.h"
@@ -126,6 +127,7 @@ int cmd_transfer(CommandRun& run) {
   ControlKindOptions kinds;
   std::string flow = "gravity";
   std::filesystem::path source_mask;
+  CacheOptions cache;
   run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
@@ -138,6 +140,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.option("flow", "FLOW", "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature (along tubes and ridges), uv (as each chart lies), "
                   "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows", flow);
   run.line.options(options);
+  run.line.options(cache);
   run.line.options(kinds);
   run.line.example("transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
   run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
@@ -171,7 +174,7 @@ int cmd_transfer(CommandRun& run) {
   task.controls = make_controls(control_texts, history, *task.map, kinds, run);
   task.frames = make_flow(flow, *task.map, kinds.up, run);
   task.flow = task.frames ? std::filesystem::path(flow).filename().string() : "uv";
-  const std::optional<JobStatus> status = run.make_folder(plan_transfer(std::move(task), output), "transfer");
+  const std::optional<JobStatus> status = run.make_folder(plan_transfer(std::move(task), output, appearance_source(cache)), "transfer");
   if (!status) return 0;
   run.report_output(*status, output, energy_json(read_transfer_manifest(output).energy));
   return 0;

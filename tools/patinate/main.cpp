@@ -1,23 +1,22 @@
 // The one place where errors become a line on stderr and an exit code.
-#include <pthread.h>
 #include <signal.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <new>
+#include <stop_token>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
+#include "tools/patinate/interruption.h"
 #include "tools/patinate/message_stream.h"
 #include "tools/patinate/verbs.h"
 
 namespace patinate {
 namespace {
 
-constexpr int kDone = 0, kCannot = 1, kUsage = 2, kInput = 3, kInterrupted = 130;
+constexpr int kDone = 0, kCannot = 1, kUsage = 2, kInput = 3;
 
 int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   if (arguments.empty()) throw UsageError("no command is given; see `patinate --help`");
@@ -45,20 +44,6 @@ int fail(int code, const std::string& message) {
   return code;
 }
 
-/// The first Ctrl-C or SIGTERM asks the work to stop; the second ends the process at once (a job resumes from either).
-void stop_on_signals(const std::stop_source& asked) {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // inherited by every thread that starts later
-  std::thread([signals, source = asked]() mutable {
-    for (int signal = 0; sigwait(&signals, &signal) == 0;) {
-      if (!source.request_stop()) ::_exit(kInterrupted);
-    }
-  }).detach();
-}
-
 int guarded_main(const std::vector<std::string>& arguments) {
   silence_libraries();
   ::signal(SIGXFSZ, SIG_IGN);  // A file that grows too large is then a failed write, with its line.
@@ -70,8 +55,8 @@ int guarded_main(const std::vector<std::string>& arguments) {
     return fail(kUsage, e.what());
   } catch (const InvalidInput& e) {
     return fail(kInput, e.what());
-  } catch (const Cancelled& e) {
-    return fail(kInterrupted, std::string(e.what()) + "; nothing half-written is left, and the same command finishes the work");
+  } catch (const Cancelled&) {
+    return report_interruption();
   } catch (const std::bad_alloc&) {
     return fail(kCannot, "not enough memory; use a smaller image or atlas, or fewer threads");
   } catch (const std::exception& e) {

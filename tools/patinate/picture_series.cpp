@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/hash.h"
+#include "libcommon/image/color.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/numbered_path.h"
 #include "tools/patinate/output_file.h"
@@ -33,8 +34,12 @@ int make_movie(CommandRun& run, const std::filesystem::path& output, const Pictu
   if (!status) return 0;
   if (status == JobStatus::Done) {
     const RunControl control = run.control(series.label);
-    write_movie(output, static_cast<int>(series.times.size()),
-                [&](int i) { return series.picture(series.times[static_cast<std::size_t>(i)], without_progress(control)); }, movie, key, control);
+    const RunControl silent = without_progress(control);
+    const auto codes = [&](int i) {
+      const double t = series.times[static_cast<std::size_t>(i)];
+      return series.codes ? series.codes(t, silent) : srgb8_from_linear(series.picture(t, silent));
+    };
+    write_coded_movie(output, static_cast<int>(series.times.size()), codes, movie, key, control);
   }
   run.report_output(*status, output, Json{{"pictures", series.times.size()}, {"fps", movie.fps}});
   return 0;
@@ -61,7 +66,12 @@ int make_images(CommandRun& run, const std::filesystem::path& output, const Pict
   }
   const RunControl control = run.control(series.label);
   for (std::size_t k = 0; k < todo.size(); ++k) {
-    write_color(todo[k].file, series.picture(series.times[todo[k].index], without_progress(control)), todo[k].key);
+    const double t = series.times[todo[k].index];
+    if (series.write) {
+      series.write(t, todo[k].file, todo[k].key, without_progress(control));
+    } else {
+      write_color(todo[k].file, series.picture(t, without_progress(control)), todo[k].key);
+    }
     control.report((static_cast<double>(k) + 1.0) / static_cast<double>(todo.size()));
   }
   run.report_output(todo.empty() ? JobStatus::UpToDate : JobStatus::Done, output, Json{{"images", files}});

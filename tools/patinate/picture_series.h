@@ -20,6 +20,9 @@ struct PictureSeries {
   std::string key;    ///< Of everything that the pictures depend on but the times.
   std::vector<double> times;
   std::function<ImageF(double time, const RunControl& control)> picture;
+  /// Where they need not be in memory: the same picture as a file, and as the codes that a movie takes.
+  std::function<void(double time, const std::filesystem::path& file, const std::string& key, const RunControl& control)> write = {};
+  std::function<ImageU8(double time, const RunControl& control)> codes = {};
 };
 
 /// How many pictures a movie has when nobody says.

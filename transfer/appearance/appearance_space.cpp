@@ -17,6 +17,15 @@ void describe(OptionVisitor& v, AppearanceOptions& o) {
           o.num_samples);
 }
 
+std::vector<int> compared_frames(int num_frames, int max_frames) {
+  std::vector<int> frames;
+  const int count = std::min(num_frames, max_frames);
+  for (int i = 0; i < count; ++i) {
+    frames.push_back(count == 1 ? 0 : static_cast<int>(std::int64_t{i} * (num_frames - 1) / (count - 1)));
+  }
+  return frames;
+}
+
 namespace {
 
 constexpr int kLook = 4096;  // Values between two looks at the stop.
@@ -28,16 +37,6 @@ RunControl quiet(const RunControl& control) {
 }
 
 double encode(float linear) { return std::sqrt(std::max(0.0, static_cast<double>(linear))); }
-
-/// Indices of the frames that are compared: all, or `max_frames` evenly spaced ones with both ends.
-std::vector<int> compared_frames(int num_frames, int max_frames) {
-  std::vector<int> frames;
-  const int count = std::min(num_frames, max_frames);
-  for (int i = 0; i < count; ++i) {
-    frames.push_back(count == 1 ? 0 : static_cast<int>(std::int64_t{i} * (num_frames - 1) / (count - 1)));
-  }
-  return frames;
-}
 
 std::vector<std::int64_t> sample_pixels(const ImageU8& mask, int num_samples) {
   std::vector<std::int64_t> inside;

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "libcommon/core/options.h"
@@ -14,6 +15,7 @@
 
 namespace patinate {
 
+inline constexpr int kAppearanceVersion = 1;     ///< Raised when the same history gives other integers: kept ones are then made anew.
 inline constexpr int kAppearanceSize = 8;        ///< Components per pixel: eight int16, one SSE register.
 inline constexpr int kAppearanceLimit = 511;     ///< Components lie in [-511, 511]: differences squared fit our sums.
 
@@ -26,9 +28,12 @@ struct AppearanceOptions {
 };
 void describe(OptionVisitor& v, AppearanceOptions& o);
 
+/// Indices of the frames that are compared: all, or `max_frames` evenly spaced ones with both ends.
+[[nodiscard]] std::vector<int> compared_frames(int num_frames, int max_frames);
+
 /// Appearance at every level of a pyramid, finest first, and how much of the history it holds.
 struct AppearanceSpace {
-  std::vector<AppearanceImage> levels;  ///< levels[l] is about (W >> l) x (H >> l).
+  std::vector<AppearanceImage> levels;  ///< levels[l] is about (W >> l) x (H >> l). Does not depend on how many there are.
   std::vector<ImageU8> masks;           ///< 0 / 255 of each level; a coarse pixel is inside when all it covers is.
   std::vector<double> variances;        ///< Per level: total variance of the appearance inside the mask, squared units.
   double explained_variance = 0.0;      ///< Share of the temporal variance that the components keep, in [0, 1].
@@ -39,9 +44,13 @@ struct AppearanceSpace {
 ///
 /// Streams over the frames twice; memory is O(W H 8), whatever the number of frames. Uses + - * / and sqrt only, in a fixed
 /// order: same bits for any number of threads.
-/// @param num_levels  >= 1. @param given_mask  Taken instead of the history's own; of its size. Empty: its own.
+/// @param num_levels  >= 1; fewer come where nothing is inside a coarser level. @param given_mask  Taken instead of the history's own; of its size. Empty: its own.
 /// @throws InvalidInput if the mask is empty everywhere.
 [[nodiscard]] AppearanceSpace build_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options = {},
                                                      const RunControl& control = {}, const ImageU8& given_mask = {});
+
+/// Where the appearance of a history comes from: build_appearance_space(), or what gives equal ones (appearance_cache.h).
+using AppearanceSource = std::function<AppearanceSpace(const HistoryReader& history, int num_levels, const AppearanceOptions& options,
+                                                       const RunControl& control, const ImageU8& given_mask)>;
 
 }  // namespace patinate

@@ -126,7 +126,7 @@ std::shared_ptr<const OpenLibrary> open_library(LibraryTask task) {
   return library;
 }
 
-JobPlan plan_library(std::shared_ptr<const OpenLibrary> library, const fs::path& output) {
+JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library, const fs::path& output) {
   JobPlan plan = library_inputs(*library).plan(output, kHistoryManifestFile);
   for (int i = 0; i < static_cast<int>(library->layout.frames.size()); ++i) plan.items.push_back(frame_item(library, i));
   for (std::size_t c = 0; c <= library->layout.controls.size(); ++c) {

@@ -36,15 +36,18 @@ ImageU8 codes_of(const TextureFile& texture) {
   return codes;
 }
 
+/// Texels that are looked up and written while in the cache: rows that EXR compresses together.
+std::size_t piece_size(const CoordinateStrips& strips) {
+  constexpr std::size_t kTexels = 1 << 16, kRows = 16;
+  const auto width = static_cast<std::size_t>(strips.width());
+  return (kTexels / width / kRows + 1) * kRows * width;
+}
+
 /// One texture's file of one tile.
 class TileOfTexture {
  public:
   TileOfTexture(const TextureFile& texture, const ImageU8& codes, std::size_t tile, const CoordinateStrips& strips)
-      : texture_(texture), codes_(codes), writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture)) {
-    constexpr std::size_t kTexels = 1 << 16, kRows = 16;  // Looked up and written while in the cache; rows that EXR compresses together.
-    const auto width = static_cast<std::size_t>(strips.width());
-    piece_ = (kTexels / width / kRows + 1) * kRows * width;
-  }
+      : texture_(texture), codes_(codes), writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture)), piece_(piece_size(strips)) {}
 
   void write(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
     for (std::size_t i = 0; i < indices.size(); i += piece_) {
@@ -116,6 +119,47 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
         control.part(static_cast<double>(t) / num_tiles, (static_cast<double>(t) + 1.0) / num_tiles));
     for (const auto& file : open) file->finish();
   }
+}
+
+void TextureWriter::check_size(int width, int height) const {
+  if (width != source_width_ || height != source_height_) throw InvalidInput("textures: expected a source of the history's size");
+}
+
+void TextureWriter::gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take, const RunControl& control) const {
+  check_size(codes.width(), codes.height());
+  const std::size_t piece = piece_size(tiles_.at(tile));
+  std::vector<std::uint8_t> bytes;
+  tiles_[tile].visit(
+      [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t>) {
+        for (std::size_t i = 0; i < indices.size(); i += piece) {
+          const auto part = indices.subspan(i, std::min(piece, indices.size() - i));
+          bytes.resize(part.size() * static_cast<std::size_t>(codes.channels()));
+          gather_packed(codes, part, std::uint8_t{0}, bytes);
+          take(bytes);
+        }
+      },
+      control);
+}
+
+void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const TakeRows& take, const RunControl& control) const {
+  check_size(normals.width(), normals.height());
+  if (!with_turns_ || normals.channels() != 3) throw InvalidInput("textures: normals have three channels and need to know how patches lie");
+  const std::size_t piece = piece_size(tiles_.at(tile));
+  std::vector<float> values;
+  std::vector<std::uint8_t> bytes;
+  tiles_[tile].visit(
+      [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+        for (std::size_t i = 0; i < indices.size(); i += piece) {
+          const std::size_t size = std::min(piece, indices.size() - i);
+          values.resize(3 * size);
+          bytes.resize(3 * size);
+          gather_packed(normals, indices.subspan(i, size), 0.0f, values);
+          turn_normals(turns.empty() ? turns : turns.subspan(i, size), values);
+          normal_codes(values, bytes);
+          take(bytes);
+        }
+      },
+      control);
 }
 
 }  // namespace patinate

@@ -2,7 +2,9 @@
 /// Textures of a transfer written without any of them in memory.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +12,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 #include "transfer/lookup/coordinate_strips.h"
+#include "transfer/lookup/time_map.h"
 #include "transfer/lookup/transfer_folder.h"
 
 namespace patinate {
@@ -40,10 +43,25 @@ class TextureWriter {
   /// asked for without CoordinateStripsOptions::with_turns.
   void write(std::span<const TextureFile> textures, const RunControl& control = {}) const;
 
+  /// Takes rows of codes, whole ones from top to bottom.
+  using TakeRows = std::function<void(std::span<const std::uint8_t> codes)>;
+  /// The texels of a tile, by codes of the history's pixels. @throws InvalidInput if `codes` are not of the history's size.
+  void gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take, const RunControl& control = {}) const;
+  /// The same of normals, turned, as TextureKind::Normal has them in codes.
+  void normal_rows(std::size_t tile, const ImageF& normals, const TakeRows& take, const RunControl& control = {}) const;
+
  private:
+  void check_size(int width, int height) const;
+
   int source_width_, source_height_;
   bool with_turns_;
   std::vector<CoordinateStrips> tiles_;
 };
+
+/// What TransferReader::sample_tiles(times, between) and write_color() would write, byte for byte, in strips: beside the times themselves 5 bytes a texel, while gutters are filled.
+/// @param times  Over the sheet of all tiles, in the history's unit; not looked at beside the charts. Used up.
+/// @param files  One a tile. @throws as TextureWriter and gather_at_times().
+void write_time_map(const TransferFolder& transfer, ImageF times, Between between, std::span<const std::filesystem::path> files, const std::string& key,
+                    const TimeMapOptions& frames = {}, const RunControl& control = {}, const CoordinateStripsOptions& options = {});
 
 }  // namespace patinate

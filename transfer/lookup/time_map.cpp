@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -55,8 +56,9 @@ class FrameBlock {
 
 /// Texels of one thread.
 struct Texels {
-  const PackedCoordinates& indices;
-  const ImageF& times;
+  std::span<const std::uint32_t> indices;
+  std::span<const float> times;
+  int first_row;  ///< Of both.
   ImageF& result;
   const FrameLocator& locate;
   FrameBlock& frames;
@@ -66,12 +68,13 @@ struct Texels {
   const float *before = nullptr, *after = nullptr;
 
   void look_up(int y) {
-    const auto row_indices = indices.row(y);
-    const auto row_times = times.row(y);
+    const auto width = static_cast<std::size_t>(result.width());
+    const auto row_indices = indices.subspan(static_cast<std::size_t>(y) * width, width);
+    const auto row_times = times.subspan(static_cast<std::size_t>(y) * width, width);
     const auto out = result.row(y);
     for (std::size_t x = 0; x < row_indices.size(); ++x) {
       if (row_indices[x] == kNoValue) continue;
-      if (std::isnan(row_times[x])) refuse_time(x, y);
+      if (std::isnan(row_times[x])) refuse_time(x, first_row + y);
       const TimePosition position = locate(static_cast<double>(row_times[x]), hint);
       hint = position.index;
       if (position.index < first || position.index >= end) continue;
@@ -98,25 +101,48 @@ struct Texels {
 
 }  // namespace
 
-ImageF gather_at_times(const HistoryReader& history, const PackedCoordinates& indices, const ImageF& times, Between between, const RunControl& control,
-                       const TimeMapOptions& options) {
-  if (!times.same_size(indices) || times.channels() != 1) throw InvalidInput("time map: expected one time for every texel of the coordinates");
-  ImageF result(indices.width(), indices.height(), 3);
-  const FrameLocator locate(history.manifest(), between);
-  const std::int64_t bytes_per_frame = std::int64_t{history.manifest().width} * history.manifest().height * static_cast<std::int64_t>(kPadded * sizeof(float));
-  // One more frame is kept, for blends of a block's last one.
-  const int per_block = static_cast<int>(std::clamp<std::int64_t>(options.frame_bytes / bytes_per_frame - 1, 1, history.num_frames()));
+struct TimeMapLookup::Impl {
+  const HistoryReader& history;
+  FrameLocator locate;
+  int per_block;  ///< Frames that are kept at once; one more for blends of a block's last one.
+  std::unique_ptr<FrameBlock> all = {};  ///< Where that is all of them.
+
+  Impl(const HistoryReader& of, Between between, const TimeMapOptions& options) : history(of), locate(of.manifest(), between) {
+    const std::int64_t bytes_per_frame = std::int64_t{history.manifest().width} * history.manifest().height * static_cast<std::int64_t>(kPadded * sizeof(float));
+    per_block = static_cast<int>(std::clamp<std::int64_t>(options.frame_bytes / bytes_per_frame - 1, 1, history.num_frames()));
+    if (per_block == history.num_frames()) all = std::make_unique<FrameBlock>(history, 0, per_block);
+  }
+};
+
+TimeMapLookup::TimeMapLookup(const HistoryReader& history, Between between, const TimeMapOptions& options) : impl_(std::make_unique<Impl>(history, between, options)) {}
+TimeMapLookup::~TimeMapLookup() = default;
+
+void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row, ImageF& out, const RunControl& control) {
+  if (indices.size() != times.size() || static_cast<std::int64_t>(indices.size()) != out.num_pixels() || out.channels() != 3) {
+    throw InvalidInput("time map: expected one time for every texel of the coordinates");
+  }
+  std::fill(out.values().begin(), out.values().end(), 0.0f);
+  const HistoryReader& history = impl_->history;
   RunControl quiet = control;
   quiet.on_progress = {};
-  for (int first = 0; first < history.num_frames(); first += per_block) {
-    const int end = std::min(history.num_frames(), first + per_block);
-    FrameBlock frames(history, first, std::min(history.num_frames(), end + 1) - first);
-    parallel_for(indices.height(), 16, quiet, [&](std::int64_t from, std::int64_t to) {
-      Texels texels{indices, times, result, locate, frames, first, end};
+  for (int first = 0; first < history.num_frames(); first += impl_->per_block) {
+    const int end = std::min(history.num_frames(), first + impl_->per_block);
+    std::unique_ptr<FrameBlock> some;
+    if (!impl_->all) some = std::make_unique<FrameBlock>(history, first, std::min(history.num_frames(), end + 1) - first);
+    FrameBlock& frames = impl_->all ? *impl_->all : *some;
+    parallel_for(out.height(), 16, quiet, [&](std::int64_t from, std::int64_t to) {
+      Texels texels{indices, times, first_row, out, impl_->locate, frames, first, end};
       for (int y = static_cast<int>(from); y < static_cast<int>(to); ++y) texels.look_up(y);
     });
     control.report(static_cast<double>(end) / history.num_frames());
   }
+}
+
+ImageF gather_at_times(const HistoryReader& history, const PackedCoordinates& indices, const ImageF& times, Between between, const RunControl& control,
+                       const TimeMapOptions& options) {
+  if (!times.same_size(indices) || times.channels() != 1) throw InvalidInput("time map: expected one time for every texel of the coordinates");
+  ImageF result(indices.width(), indices.height(), 3);
+  TimeMapLookup(history, between, options).look_up(indices.values(), times.values(), 0, result, control);
   return result;
 }
 

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <span>
 
 #include "libcommon/history/history_sampling.h"
 #include "libcommon/image/image.h"
@@ -12,6 +14,24 @@ namespace patinate {
 
 struct TimeMapOptions {
   std::int64_t frame_bytes = std::int64_t{256} << 20;  ///< Of decoded frames kept at once; two are kept whatever it says.
+};
+
+/// gather_at_times() row by row, for an atlas that is not in memory. Frames that fit into options.frame_bytes all at once are read once, however many
+/// calls there are; else once a call. Not thread-safe: a call uses threads itself.
+class TimeMapLookup {
+ public:
+  TimeMapLookup(const HistoryReader& history, Between between, const TimeMapOptions& options = {});
+  ~TimeMapLookup();
+  TimeMapLookup(const TimeMapLookup&) = delete;
+  TimeMapLookup& operator=(const TimeMapLookup&) = delete;
+
+  /// @param indices,times  Whole rows of an atlas, as gather_at_times() takes them. @param first_row  Where they stand, for the message.
+  /// @param out  As many rows, 3 channels: 0 where indices are kNoValue.
+  void look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row, ImageF& out, const RunControl& control = {});
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// The history's colour at every texel's own time.

@@ -1,6 +1,7 @@
 #include "transfer/lookup/transfer_folder.h"
 
 #include "libcommon/core/error.h"
+#include "libcommon/geometry/mesh_io.h"
 
 namespace patinate {
 
@@ -8,6 +9,18 @@ TransferFolder::TransferFolder(const std::filesystem::path& path)
     : manifest_(read_transfer_manifest(path)), history_(manifest_.history), sheet_(manifest_.sheet()) {
   if (history_content_key(history_) != manifest_.history_key) {
     throw IoError(manifest_.history.string(), "is not the history that " + path.string() + " was made from; make the transfer again");
+  }
+}
+
+AtlasMesh TransferFolder::read_atlas() const {
+  try {
+    AtlasMesh atlas = read_back_atlas_mesh(with_normals(read_mesh(manifest_.mesh)), manifest_.tile_rule, sheet_.names);
+    atlas.is_unwrapped = manifest_.is_unwrapped;
+    return atlas;
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(manifest_.mesh.string(), e.what());
   }
 }
 

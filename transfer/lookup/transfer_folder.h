@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "libcommon/atlas/atlas_mesh.h"
 #include "libcommon/atlas/sheet.h"
 #include "libcommon/history/history.h"
 #include "transfer/transfer_io.h"
@@ -20,11 +21,16 @@ class TransferFolder {
   [[nodiscard]] const HistoryReader& history() const { return history_; }
   /// How the tiles lie beside each other.
   [[nodiscard]] const Sheet& sheet() const { return sheet_; }
+  /// Its mesh in mm, with normals and with the UVs of its tiles. @throws IoError
+  [[nodiscard]] AtlasMesh read_atlas() const;
 
  private:
   TransferManifest manifest_;
   HistoryReader history_;
   Sheet sheet_;
 };
+
+/// Of the mesh's numbers, for glTF: a mesh whose unit nobody said keeps the numbers of its file.
+[[nodiscard]] inline double metres_per_unit(const TransferManifest& manifest) { return manifest.unit ? 0.001 : 1.0 / manifest.mm_per_mesh_unit; }
 
 }  // namespace patinate

@@ -7,7 +7,6 @@
 #include "libcommon/atlas/dilate.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/image_io.h"
 #include "transfer/flow_io.h"
 #include "transfer/library/library_parts.h"
@@ -52,24 +51,8 @@ ImageF gather(const ImageF& source, const ImageF& coordinates, float outside, co
   return result;
 }
 
-namespace {
-
-AtlasMesh read_atlas(const TransferManifest& manifest, const Sheet& sheet) {
-  try {
-    AtlasMesh atlas = read_back_atlas_mesh(with_normals(read_mesh(manifest.mesh)), manifest.tile_rule, sheet.names);
-    atlas.is_unwrapped = manifest.is_unwrapped;
-    return atlas;
-  } catch (const IoError&) {
-    throw;
-  } catch (const InvalidInput& e) {
-    throw IoError(manifest.mesh.string(), e.what());
-  }
-}
-
-}  // namespace
-
 TransferReader::TransferReader(const std::filesystem::path& path)
-    : folder_(path), atlas_(read_atlas(folder_.manifest(), folder_.sheet())), mesh_(sheet_mesh(atlas_, folder_.sheet())) {
+    : folder_(path), atlas_(folder_.read_atlas()), mesh_(sheet_mesh(atlas_, folder_.sheet())) {
   read_coordinates();
 }
 

@@ -17,9 +17,9 @@ constexpr std::int64_t kChunk = 4;          // Texels: some ms each in a large s
 constexpr std::uint32_t kPurpose = 500;     // Of RandomStream.
 
 /// One texel of each of `count` equal parts of the list.
-std::vector<TexelId> drawn_texels(const std::vector<TexelId>& texels, std::int64_t count, std::uint64_t seed) {
+std::vector<TexelId> drawn_texels(const TexelSet& texels, std::int64_t count, std::uint64_t seed) {
   const auto size = static_cast<std::int64_t>(texels.size());
-  if (size <= count) return texels;
+  if (size <= count) return {texels.begin(), texels.end()};
   std::vector<TexelId> drawn;
   for (std::int64_t i = 0; i < count; ++i) {
     const std::int64_t begin = i * size / count, end = (i + 1) * size / count;
@@ -88,7 +88,9 @@ OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neig
   const SourceLevel& source = level.source;
   const std::vector<TexelId> drawn = drawn_texels(level.destination.texels, num_audits, seed);
   const EnergyScale scale = EnergyScale::make(source, coherence_share, control_weights);
-  const WindowSearch search(source);
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  const WindowSearch search(source, neighborhood, std::max(source.width(), source.height()), silent);
   const SearchWindow whole{.x0 = 0, .y0 = 0, .x1 = source.width(), .y1 = source.height()};
   std::vector<Costs> costs(drawn.size());
   parallel_for(static_cast<std::int64_t>(drawn.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {

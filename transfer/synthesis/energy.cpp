@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <mutex>
 #include <utility>
 
 #if defined(__SSE2__)
@@ -36,6 +37,7 @@ TexelCost::TexelCost(const SourceLevel& source, const DestinationLevel& destinat
   appearance_.resize(size * kAppearanceSize);
   weight_.resize(size);
   delta_.resize(size);
+  known_at_.resize(size);
 }
 
 void TexelCost::visit(TexelId texel) {
@@ -48,6 +50,7 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
   visit(texel);
   int sum_of_weights = 0;
   num_known_ = 0;
+  std::array<std::size_t, kNumQuarters> num_in_place{};
   const int radius = neighborhood_.radius_px, width = source_.width();
   for (std::size_t k = 0; k < neighborhood_.weights.size(); ++k) {
     // Where texels are larger than the offset, a texel would be its own neighbour: that says nothing.
@@ -58,14 +61,27 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
     const bool is_known = s >= 0 && dx >= -radius && dx <= radius && dy >= -radius && dy <= radius;
     if (!is_known) continue;
     const auto i = static_cast<std::size_t>(num_known_++);
+    known_at_[k] = static_cast<std::int32_t>(i);
     std::copy_n(source_.appearance.data() + std::int64_t{s} * kAppearanceSize, kAppearanceSize, appearance_.data() + i * kAppearanceSize);
     weight_[i] = neighborhood_.weights[k];
     delta_[i] = (dy * width + dx) * kAppearanceSize;
     sum_of_weights += neighborhood_.weights[k];
+    const Offset& o = neighborhood_.offsets[k];
+    if (dx == o.x && dy == o.y) ++num_in_place[quarter_of(o)];
+  }
+  whole_quarters_ = 0;
+  for (unsigned q = 0; q < kNumQuarters; ++q) {
+    if (kNumQuarters * num_in_place[q] == neighborhood_.offsets.size()) whole_quarters_ |= 1U << q;
   }
   coherence_scale_ = scale.coherence_scales[static_cast<std::size_t>(sum_of_weights)];
   control_scale_ = scale.control_scale;
   target_ = destination_.target(texel);
+}
+
+void TexelCost::appearances(std::span<std::int16_t> out) const {
+  for (std::size_t k = 0; k < known_at_.size(); ++k) {
+    std::copy_n(appearance_.data() + static_cast<std::size_t>(known_at_[k]) * kAppearanceSize, kAppearanceSize, out.data() + k * kAppearanceSize);
+  }
 }
 
 std::int64_t TexelCost::control(std::int32_t source_pixel) const {
@@ -130,11 +146,10 @@ std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, std::int64_t 
 
 namespace {
 
-/// Sums over a chunk of texels; integers where order could matter, doubles reduced in fixed order.
+/// Sums over a chunk of texels, reduced in fixed order.
 struct EnergySums {
   double coherence = 0.0, control = 0.0, error = 0.0;
   std::int64_t pairs = 0, coherent_pairs = 0;
-  std::vector<std::int64_t> error_histogram = std::vector<std::int64_t>(kControlSteps + 1, 0);
 
   static EnergySums merge(EnergySums a, const EnergySums& b) {
     a.coherence += b.coherence;
@@ -142,7 +157,6 @@ struct EnergySums {
     a.error += b.error;
     a.pairs += b.pairs;
     a.coherent_pairs += b.coherent_pairs;
-    for (std::size_t i = 0; i < a.error_histogram.size(); ++i) a.error_histogram[i] += b.error_histogram[i];
     return a;
   }
 };
@@ -176,13 +190,17 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
   EnergyScale parts = EnergyScale::make(source, 1.0, control_weights);
   parts.control_scale = EnergyScale::make(source, 0.0, control_weights).control_scale;
   const auto n = static_cast<std::int64_t>(destination.texels.size());
+  std::vector<std::int64_t> error_histogram(kControlSteps + 1, 0);  // Counts: the order of the chunks does not matter.
+  std::mutex histogram_mutex;
   const EnergySums sums = parallel_reduce(
       n, 16384, control, EnergySums{},
       [&](std::int64_t begin, std::int64_t end) {
         EnergySums part;
+        std::vector<std::int32_t> errors(kControlSteps + 1, 0);
         TexelCost cost(source, destination, neighborhood);
-        for (std::int64_t i = begin; i < end; ++i) {
-          const TexelId t = destination.texels[static_cast<std::size_t>(i)];
+        auto at = destination.texels.from(static_cast<std::size_t>(begin));
+        for (std::int64_t i = begin; i < end; ++i, ++at) {
+          const TexelId t = *at;
           const std::int32_t s = coordinates[static_cast<std::size_t>(t)];
           cost.prepare(t, coordinates, parts);
           part.coherence += static_cast<double>(cost.coherence(s)) / EnergyScale::kOne;
@@ -190,9 +208,11 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
           const int difference = std::abs(int{source.controls.data()[std::int64_t{s} * source.controls.channels()]} -
                                           int{destination.controls.data()[t * destination.controls.channels()]});
           part.error += static_cast<double>(difference) / kControlSteps;
-          ++part.error_histogram[static_cast<std::size_t>(difference)];
+          ++errors[static_cast<std::size_t>(difference)];
           count_coherent_pairs(destination, source, coordinates, t, part);
         }
+        const std::lock_guard lock(histogram_mutex);
+        for (std::size_t e = 0; e < errors.size(); ++e) error_histogram[e] += errors[e];
         return part;
       },
       [](EnergySums a, const EnergySums& b) { return EnergySums::merge(std::move(a), b); });
@@ -205,8 +225,8 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
   report.energy = coherence_share * report.coherence + (1.0 - coherence_share) * report.control_mismatch;
   report.control_error_mean = sums.error / count;
   std::int64_t below = 0;
-  for (std::size_t i = 0; i < sums.error_histogram.size() && below < (n * 95 + 99) / 100; ++i) {
-    below += sums.error_histogram[i];
+  for (std::size_t i = 0; i < error_histogram.size() && below < (n * 95 + 99) / 100; ++i) {
+    below += error_histogram[i];
     report.control_error_p95 = static_cast<double>(i) / kControlSteps;
   }
   report.coherent_share = sums.pairs > 0 ? static_cast<double>(sums.coherent_pairs) / static_cast<double>(sums.pairs) : 1.0;

@@ -44,6 +44,11 @@ struct ControlInterval {
   std::uint16_t high = kControlSteps;
 };
 
+/// Which quarter of the neighbourhood an offset lies in, as the sails of a windmill; those earlier in row order than the texel are quarters 0 and 3. All hold as many offsets.
+[[nodiscard]] constexpr unsigned quarter_of(const Offset& o) { return o.y < 0 && o.x >= 0 ? 0 : o.x > 0 ? 1 : o.y > 0 ? 2 : 3; }
+inline constexpr unsigned kNumQuarters = 4;
+inline constexpr unsigned kAllQuarters = 15;
+
 /// The cost of giving source pixels to one texel, its known neighbours held fixed.
 class TexelCost {
  public:
@@ -60,6 +65,14 @@ class TexelCost {
   /// Values of the first control whose part of the cost alone does not exceed `cost`.
   [[nodiscard]] ControlInterval first_control_within(std::int64_t cost) const;
   [[nodiscard]] int num_known() const { return num_known_; }
+  /// Quarters of the neighbourhood whose neighbours are all known and lie where they should (d_k is offset k): bit q for quarter q.
+  [[nodiscard]] unsigned whole_quarters() const { return whole_quarters_; }
+  /// Of the neighbours in the order of the neighbourhood, kAppearanceSize values each; arbitrary outside of whole quarters.
+  void appearances(std::span<std::int16_t> out) const;
+  /// What one unit of sum_k w_k |difference_k|^2 costs, and one of the first control's difference squared.
+  [[nodiscard]] std::int64_t coherence_scale() const { return coherence_scale_; }
+  [[nodiscard]] std::int64_t first_control_scale() const { return control_scale_.empty() ? 0 : control_scale_[0]; }
+  [[nodiscard]] int first_target() const { return target_[0]; }
   /// At offset k of the neighbourhood; texel -1 where the surface ends.
   [[nodiscard]] const PixelNeighbor& neighbor(std::size_t k) const { return neighbors_[k]; }
   /// The eight texels beside this one.
@@ -75,6 +88,7 @@ class TexelCost {
   std::vector<std::int16_t> appearance_;   ///< Known neighbours', packed.
   std::vector<std::int16_t> weight_;
   std::vector<std::int32_t> delta_;        ///< Their offset in the source, in values.
+  std::vector<std::int32_t> known_at_;     ///< By offset: which of them is its neighbour; where that is not known, any.
   std::span<const std::uint16_t> target_;
   /// As coherence(), or something >= bound.
   [[nodiscard]] std::int64_t coherence_below(std::int32_t source_pixel, std::int64_t bound) const;
@@ -82,6 +96,7 @@ class TexelCost {
   std::vector<std::int64_t> control_scale_;
   std::int64_t coherence_scale_ = 0;
   int num_known_ = 0;
+  unsigned whole_quarters_ = 0;
 };
 
 /// The figures that transfer.json reports.

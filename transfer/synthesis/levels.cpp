@@ -99,6 +99,57 @@ std::vector<double> control_variances(const ControlImage& controls, std::span<co
   return result;
 }
 
+/// Lists the usable pixels, and what is looked up of them.
+void index_usable(SourceLevel& level) {
+  for (std::size_t pixel = 0; pixel < level.is_usable.size(); ++pixel) {
+    if (level.is_usable[pixel] != 0) level.usable.push_back(static_cast<std::int32_t>(pixel));
+  }
+  if (level.usable.empty()) return;
+  std::stable_sort(level.usable.begin(), level.usable.end(), [&](std::int32_t a, std::int32_t b) {
+    const int n = level.controls.channels();
+    return level.controls.data()[std::int64_t{a} * n] < level.controls.data()[std::int64_t{b} * n];
+  });
+  for (int value = 0; value <= kControlSteps + 1; ++value) {
+    auto at = level.first_with.empty() ? level.usable.begin() : level.usable.begin() + level.first_with.back();
+    while (at != level.usable.end() && controls_of(level.controls, *at)[0] < value) ++at;
+    level.first_with.push_back(static_cast<std::int32_t>(at - level.usable.begin()));
+  }
+  level.control_variances = control_variances(level.controls, level.usable);
+  if (level.controls.channels() > 1) fill_grid(level);
+}
+
+/// The image with a margin of zeros.
+template <class T>
+Image<T> with_margin(const Image<T>& image, int margin) {
+  Image<T> result(image.width() + 2 * margin, image.height() + 2 * margin, image.channels());
+  for (int y = 0; y < image.height(); ++y) {
+    std::copy_n(&image.at(0, y), std::ptrdiff_t{image.width()} * image.channels(), &result.at(margin, y + margin));
+  }
+  return result;
+}
+
+/// Gives every pixel outside the mask, but near it, what lies as far behind the nearest pixel inside; or that one, where the mask is narrow.
+void mirror_outwards(AppearanceImage& appearance, const ImageU8& mask, int radius) {
+  const auto is_inside = [&](int x, int y) { return mask.contains(x, y) && mask.at(x, y) != 0; };
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) {
+      if (is_inside(x, y)) continue;
+      Offset nearest;  // Of length 0 where there is none.
+      int least = 2 * radius * radius + 1;
+      for (int dy = -radius; dy <= radius; ++dy) {
+        for (int dx = -radius; dx <= radius; ++dx) {
+          if (dx * dx + dy * dy >= least || !is_inside(x + dx, y + dy)) continue;
+          least = dx * dx + dy * dy;
+          nearest = {dx, dy};
+        }
+      }
+      const int steps = is_inside(x + 2 * nearest.x, y + 2 * nearest.y) ? 2 : 1;
+      const auto from = appearance.pixel(x + steps * nearest.x, y + steps * nearest.y);
+      std::copy(from.begin(), from.end(), appearance.pixel(x, y).begin());
+    }
+  }
+}
+
 }  // namespace
 
 SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls, const ImageU8& mask,
@@ -120,38 +171,42 @@ SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls,
     for (int x = r; x < w - r; ++x) {
       int outside = 0;
       for (int dy = -r; dy <= r; ++dy) outside += outside_in_row.at(x, y + dy);
-      if (outside > 0) continue;
-      const std::int32_t pixel = y * w + x;
-      level.is_usable[static_cast<std::size_t>(pixel)] = 1;
-      level.usable.push_back(pixel);
+      level.is_usable[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] = outside == 0;
     }
   }
-  if (level.usable.empty()) return level;
-  std::stable_sort(level.usable.begin(), level.usable.end(), [&](std::int32_t a, std::int32_t b) {
-    const int n = level.controls.channels();
-    return level.controls.data()[std::int64_t{a} * n] < level.controls.data()[std::int64_t{b} * n];
-  });
-  for (int value = 0; value <= kControlSteps + 1; ++value) {
-    auto at = level.first_with.empty() ? level.usable.begin() : level.usable.begin() + level.first_with.back();
-    while (at != level.usable.end() && controls_of(level.controls, *at)[0] < value) ++at;
-    level.first_with.push_back(static_cast<std::int32_t>(at - level.usable.begin()));
-  }
-  level.control_variances = control_variances(level.controls, level.usable);
-  if (level.controls.channels() > 1) fill_grid(level);
+  index_usable(level);
   return level;
+}
+
+SourceLevel make_coarse_source_level(const AppearanceImage& appearance, const ControlImage& controls, const ImageU8& mask,
+                                     double appearance_variance, const Neighborhood& neighborhood) {
+  SourceLevel level;
+  level.margin_px = neighborhood.radius_px;
+  level.appearance = with_margin(appearance, level.margin_px);
+  level.controls = with_margin(controls, level.margin_px);
+  level.appearance_variance = std::max(1.0, appearance_variance);
+  const ImageU8 inside = with_margin(mask, level.margin_px);
+  mirror_outwards(level.appearance, inside, level.margin_px);
+  for (std::uint8_t m : inside.values()) level.is_usable.push_back(m != 0);
+  index_usable(level);
+  return level;
+}
+
+DestinationLevel cover_level(std::shared_ptr<const TexelMap> map, ControlImage controls, SourcePlacement placement) {
+  TexelSet texels(map->num_texels(), [&](TexelId t) { return map->is_covered(t); });
+  return {.map = std::move(map), .controls = std::move(controls), .placement = std::move(placement), .texels = std::move(texels)};
+}
+
+void find_neighbors(DestinationLevel& level, const Neighborhood& neighborhood, const RunControl& control) {
+  std::vector<Vec2> offsets_mm;
+  for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * level.placement.step_mm, o.y * level.placement.step_mm);
+  level.neighbors = std::make_shared<TexelNeighborhood>(*level.map, std::move(offsets_mm), level.placement.frames, level.placement.pixel_mm, control);
 }
 
 DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
                                         const Neighborhood& neighborhood, const SourcePlacement& placement, const RunControl& control) {
-  DestinationLevel level;
-  std::vector<Vec2> offsets_mm;
-  for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * placement.step_mm, o.y * placement.step_mm);
-  level.neighbors = std::make_shared<TexelNeighborhood>(*map, std::move(offsets_mm), placement.frames, placement.pixel_mm, control);
-  for (TexelId t = 0; t < map->num_texels(); ++t) {
-    if (map->is_covered(t)) level.texels.push_back(t);
-  }
-  level.map = std::move(map);
-  level.controls = std::move(controls);
+  DestinationLevel level = cover_level(std::move(map), std::move(controls), placement);
+  find_neighbors(level, neighborhood, control);
   return level;
 }
 

@@ -9,6 +9,7 @@
 
 #include "libcommon/atlas/texel_map.h"
 #include "libcommon/atlas/texel_neighborhood.h"
+#include "libcommon/atlas/texel_set.h"
 #include "libcommon/core/run_control.h"
 #include "transfer/appearance/appearance_space.h"
 
@@ -37,7 +38,8 @@ struct Neighborhood {
 struct SourceLevel {
   AppearanceImage appearance;
   ControlImage controls;
-  std::vector<std::uint8_t> is_usable;   ///< Per pixel: its whole neighbourhood lies in the mask.
+  int margin_px = 0;                     ///< On every side, added for comparisons: nothing there is usable.
+  std::vector<std::uint8_t> is_usable;   ///< Per pixel: it can be copied, and its whole neighbourhood can be compared.
   std::vector<std::int32_t> usable;      ///< The usable pixels, ascending by first control, then by index.
   double appearance_variance = 1.0;
   std::vector<double> control_variances;
@@ -53,22 +55,13 @@ struct SourceLevel {
   std::vector<std::int32_t> grid_cell, grid_begin, grid_pixels;
 };
 
-/// `usable` is empty where no pixel's neighbourhood lies in the mask: such a level cannot be copied from.
+/// The finest level: usable are the pixels whose whole neighbourhood lies in the mask. `usable` is empty where there is none: such a level cannot be copied from.
 [[nodiscard]] SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls, const ImageU8& mask,
                                             double appearance_variance, const Neighborhood& neighborhood);
-
-/// The surface at one level: what is to be covered.
-struct DestinationLevel {
-  std::shared_ptr<const TexelMap> map;
-  std::shared_ptr<const TexelNeighborhood> neighbors;
-  ControlImage controls;                 ///< Mapped into the source's values.
-  std::vector<TexelId> texels;           ///< The covered ones, ascending.
-
-  [[nodiscard]] std::span<const std::uint16_t> target(TexelId t) const {
-    const auto n = static_cast<std::size_t>(controls.channels());
-    return controls.values().subspan(static_cast<std::size_t>(t) * n, n);
-  }
-};
+/// A coarser level: all pixels in the mask are usable, and see the history mirrored at its border. There a neighbourhood covers a large part of
+/// the history; were its middle alone usable, results would hardly ever be taken from elsewhere.
+[[nodiscard]] SourceLevel make_coarse_source_level(const AppearanceImage& appearance, const ControlImage& controls, const ImageU8& mask,
+                                                   double appearance_variance, const Neighborhood& neighborhood);
 
 /// How a source lies on the surface.
 struct SourcePlacement {
@@ -76,6 +69,26 @@ struct SourcePlacement {
   double pixel_mm = 1.0;                        ///< Surface length of a source pixel of this level.
   double step_mm = 1.0;                         ///< Of an offset of 1: about a pixel, and about a texel.
 };
+
+/// The surface at one level: what is to be covered.
+struct DestinationLevel {
+  std::shared_ptr<const TexelMap> map;
+  ControlImage controls;                 ///< Mapped into the source's values.
+  SourcePlacement placement;
+  TexelSet texels;                       ///< The covered ones.
+  std::shared_ptr<const TexelNeighborhood> neighbors = nullptr;  ///< None until find_neighbors(): they take the most memory by far on coarse levels.
+
+  [[nodiscard]] std::span<const std::uint16_t> target(TexelId t) const {
+    const auto n = static_cast<std::size_t>(controls.channels());
+    return controls.values().subspan(static_cast<std::size_t>(t) * n, n);
+  }
+};
+
+/// Without neighbours.
+[[nodiscard]] DestinationLevel cover_level(std::shared_ptr<const TexelMap> map, ControlImage controls, SourcePlacement placement);
+/// Those that are compared.
+void find_neighbors(DestinationLevel& level, const Neighborhood& neighborhood, const RunControl& control = {});
+/// Both.
 [[nodiscard]] DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
                                                       const Neighborhood& neighborhood, const SourcePlacement& placement,
                                                       const RunControl& control = {});

@@ -25,27 +25,27 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
 
 namespace {
 
-/// How often the sources around each pixel are used more than their share: [0, kMaxOveruse].
+/// How much more than their share the pixels around each pixel are used, in quarters of that share, or of one copy of them where the share is less: [0, kQuarters * kMaxOveruse].
 class SourceUse {
  public:
   static constexpr int kCell_px = 4;
-  static constexpr std::int32_t kMaxOveruse = 8;
+  static constexpr std::int32_t kQuarters = 4, kMaxOveruse = 8;
 
   SourceUse(const SynthesisLevel& level, const PlaceMap& places) {
     const int width = level.source.width(), num_columns = (width + kCell_px - 1) / kCell_px;
     const auto cell = [&](int x, int y) { return static_cast<std::size_t>(y / kCell_px * num_columns + x / kCell_px); };
     std::vector<std::int64_t> uses(cell(0, level.source.height() - 1 + kCell_px));
     for (TexelId t : level.destination.texels) {
-      const FixedPoint& p = places.points[static_cast<std::size_t>(t)];
+      const FixedPoint p = places.point(t);
       ++uses[cell(whole_pixels(p.x), whole_pixels(p.y))];
     }
     const auto num_texels = static_cast<std::int64_t>(level.destination.texels.size());
     const auto num_usable = static_cast<std::int64_t>(level.source.usable.size());
-    const std::int64_t share = std::max<std::int64_t>(1, num_texels * kCell_px * kCell_px / num_usable);
+    const std::int64_t share = num_texels * kCell_px * kCell_px / num_usable, unit = std::max<std::int64_t>(kCell_px * kCell_px, share);
     overuse_.reserve(level.source.is_usable.size());
     for (int y = 0; y < level.source.height(); ++y) {
       for (int x = 0; x < width; ++x) {
-        overuse_.push_back(static_cast<std::uint8_t>(std::clamp<std::int64_t>(uses[cell(x, y)] / share - 1, 0, kMaxOveruse)));
+        overuse_.push_back(static_cast<std::uint8_t>(std::clamp<std::int64_t>(kQuarters * (uses[cell(x, y)] - share) / unit, 0, kQuarters * kMaxOveruse)));
       }
     }
   }
@@ -113,7 +113,7 @@ class CandidateSearch {
     leads_outside_ = false;
     for (const PixelNeighbor& n : cost_.adjacent()) {
       if (n.texel < 0 || n.texel == t) continue;
-      const FixedPoint& from = places.points[static_cast<std::size_t>(n.texel)];
+      const FixedPoint from = places.point(n.texel);
       const Place candidate = place_at(source_, {from.x - n.x, from.y - n.y});
       const auto end = continued_.begin() + static_cast<std::ptrdiff_t>(num_continued_);
       leads_outside_ |= candidate.pixel < 0;
@@ -123,7 +123,7 @@ class CandidateSearch {
   }
   bool is_better(std::int32_t pixel, std::int32_t bonus) {
     const std::int32_t overuse = pass_.use == nullptr ? 0 : pass_.use->overuse(pixel);
-    const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * overuse;
+    const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * overuse / SourceUse::kQuarters;
     const std::int64_t cost = cost_.total(pixel, best_cost_ / factor + 1) * factor;
     if (cost >= best_cost_) return false;
     best_cost_ = cost;
@@ -172,18 +172,20 @@ class Improver {
     for (int set = 0; set < kNumSets; ++set, ++turn_) {
       parallel_for(num_squares, 1, control, [&](std::int64_t begin, std::int64_t end) {
         CandidateSearch search(pass);
+        std::vector<Change> found;
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-          changes[i].clear();
-          for_each_due(squares_[i], set, is_whole, [&](TexelId t) {
+          found.clear();
+          for_each_due(squares_[i], set, is_whole, [&](TexelId t, std::uint16_t in_square) {
             const Place place = search.best(t, places, RandomStream(seed_, static_cast<std::uint64_t>(t), stream));
-            if (!(place == places.at(t))) changes[i].push_back({t, place});
+            if (!(place == places.at(t))) found.push_back({place.pixel, PlaceMap::beside_of(place), in_square});
           });
+          changes[i].assign(found.begin(), found.end());  // No more room than it takes.
         }
       });
       parallel_for(num_squares, 16, control, [&](std::int64_t begin, std::int64_t end) {
         TexelNeighborhood::Cursor cursor(*level_.destination.neighbors);
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-          for (const Change& c : changes[i]) apply(c, cursor, places);
+          for (const Change& c : changes[i]) apply(squares_[i], c, cursor, places);
         }
       });
     }
@@ -194,29 +196,33 @@ class Improver {
   static constexpr int kSquare = 64;  ///< Texels. Even, so that a set begins alike in all.
 
   struct Change {
-    TexelId texel;
-    Place place;
+    std::int32_t pixel;
+    PlaceMap::Beside beside;
+    std::uint16_t in_square;  ///< y * kSquare + x.
   };
+  static_assert(sizeof(Change) == 8);
 
-  /// Calls visit(t) for the covered texels of a set whose turn it is.
+  /// Calls visit(t, in_square) for the covered texels of a set whose turn it is.
   template <class Visit>
   void for_each_due(int square, int set, bool is_whole, const Visit& visit) const {
     const int x0 = square % squares_x_ * kSquare, y0 = square / squares_x_ * kSquare;
     for (int y = y0 + set / 2; y < std::min(y0 + kSquare, map_.height()); y += 2) {
       for (int x = x0 + set % 2; x < std::min(x0 + kSquare, map_.width()); x += 2) {
         const TexelId t = TexelId{y} * map_.width() + x;
-        if (map_.is_covered(t) && (is_whole || turn_ < kNumSets || changed_near_[static_cast<std::size_t>(t)] + kNumSets >= turn_)) visit(t);
+        if (map_.is_covered(t) && (is_whole || turn_ < kNumSets || changed_near_[static_cast<std::size_t>(t)] + kNumSets >= turn_)) visit(t, static_cast<std::uint16_t>((y - y0) * kSquare + x - x0));
       }
     }
   }
-  void apply(const Change& change, TexelNeighborhood::Cursor& cursor, PlaceMap& places) {
-    if (change.place.pixel != places.pixels[static_cast<std::size_t>(change.texel)]) {
-      mark(change.texel);
-      for (const PixelNeighbor& n : cursor.at(change.texel).subspan(level_.destination.neighbors->first_adjacent())) {
+  void apply(int square, const Change& change, TexelNeighborhood::Cursor& cursor, PlaceMap& places) {
+    const int x = square % squares_x_ * kSquare + change.in_square % kSquare, y = square / squares_x_ * kSquare + change.in_square / kSquare;
+    const TexelId texel = TexelId{y} * map_.width() + x;
+    if (change.pixel != places.pixels[static_cast<std::size_t>(texel)]) {
+      mark(texel);
+      for (const PixelNeighbor& n : cursor.at(texel).subspan(level_.destination.neighbors->first_adjacent())) {
         if (n.texel >= 0) mark(n.texel);
       }
     }
-    places.set(change.texel, change.place);
+    places.set(texel, change.pixel, change.beside);
   }
   /// By several threads at once: all write the same.
   void mark(TexelId t) { std::atomic_ref(changed_near_[static_cast<std::size_t>(t)]).store(static_cast<std::uint8_t>(turn_), std::memory_order_relaxed); }
@@ -236,7 +242,7 @@ class Improver {
 
 }  // namespace
 
-CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
+CoordinateMap synthesise_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                      double coherence_share, std::span<const double> control_weights, std::uint64_t seed,
                                      const MultiLevelOptions& options, const RunControl& control) {
   check_ranges(options);
@@ -252,11 +258,15 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
   };
   for (std::size_t l = 0; l < levels.size(); ++l) total += work(l);
   for (std::size_t l = levels.size(); l-- > 0;) {
-    const SynthesisLevel& level = levels[l];
+    SynthesisLevel& level = levels[l];
+    if (!level.destination.neighbors) find_neighbors(level.destination, neighborhood, silent);
     const bool is_searched = l == coarsest || level.source.usable.size() <= kMaxSearchedPixels;
     similar = is_searched ? find_similar_pixels(level.source, silent)
                           : refine_similar_pixels(similar, levels[l + 1].source, level.source);
-    if (l < coarsest) places = upsample(places, levels[l + 1], level, seed + l);
+    if (l < coarsest) {
+      places = upsample(places, levels[l + 1], level, seed + l);
+      levels[l + 1] = {};
+    }
     const double ramp = coarsest == 0 ? 1.0 : 1.0 - static_cast<double>(l) / static_cast<double>(coarsest);
     const EnergyScale scale = EnergyScale::make(
         level.source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
@@ -268,6 +278,7 @@ CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, 
       done += work(l) / num_passes;
       control.report(std::min(0.999, done / std::max(1.0, total)));
     }
+    if (l > 0) level.destination.neighbors.reset();
   }
   control.report(1.0);
   return std::move(places.pixels);

@@ -17,7 +17,7 @@ struct MultiLevelOptions {
   int num_random = 6;            ///< [0, 64]. Candidates of similar control value a texel and pass.
   double first_coherence = 0.6;  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one.
   double coherence_bonus = 8.0;  ///< [0, 8]. A candidate that continues no neighbour's source counts (1 + this) times its cost.
-  double reuse_penalty = 0.5;   ///< [0, 8]. ... and this much more for each time its source is already overused.
+  double reuse_penalty = 2.0;    ///< [0, 8]. ... and this much more for each time its source is already overused.
 };
 void describe(OptionVisitor& v, MultiLevelOptions& o);
 
@@ -29,8 +29,8 @@ void describe(OptionVisitor& v, MultiLevelOptions& o);
 /// [Lefebvre and Hoppe 2005, "Parallel controllable texture synthesis"; Tong et al. 2002]
 ///
 /// Cost: on each level one visit of all texels and about half as many again, two on the finest; up to about 50 costs a visit, fewer in coherent regions. Same bits for any number of threads and instruction set.
-/// @param levels  Finest first.
-[[nodiscard]] CoordinateMap synthesise_multi_level(const std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
+/// @param levels  Finest first. Neighbours are found level by level, and each level but the finest is used up when the next one has begun: all at once would take twice as much.
+[[nodiscard]] CoordinateMap synthesise_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                                    double coherence_share, std::span<const double> control_weights,
                                                    std::uint64_t seed, const MultiLevelOptions& options = {},
                                                    const RunControl& control = {});

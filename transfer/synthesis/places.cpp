@@ -17,7 +17,7 @@ std::int32_t rounded(double v) { return static_cast<std::int32_t>(std::floor(v +
 
 PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed) {
   const DestinationLevel& destination = level.destination;
-  PlaceMap places(destination.map->num_texels());
+  PlaceMap places(destination.map->num_texels(), level.source.width());
   for (TexelId t : destination.texels) {
     RandomStream random(seed, static_cast<std::uint64_t>(t), 100);
     const auto similar = level.source.similar(destination.target(t), kSimilarTolerance);
@@ -42,7 +42,8 @@ PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, co
     }
     // Middles of pixels are whole numbers, so that a coarse pixel's middle lies half a fine pixel beside one.
     const Vec2 beside = half_step * Vec2(2 * (x - 2 * px) - 1, 2 * (y - 2 * py) - 1);
-    const Place place = place_at(fine_level.source, {2 * parent.point.x + kOne / 2 + rounded(beside.x()), 2 * parent.point.y + kOne / 2 + rounded(beside.y())});
+    const auto doubled = [&](std::int32_t at) { return 2 * (at - coarse_level.source.margin_px * kOne) + kOne / 2 + fine_level.source.margin_px * kOne; };
+    const Place place = place_at(fine_level.source, {doubled(parent.point.x) + rounded(beside.x()), doubled(parent.point.y) + rounded(beside.y())});
     if (place.pixel >= 0) fine.set(t, place);
   }
   return fine;

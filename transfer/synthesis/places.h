@@ -2,6 +2,7 @@
 /// Places in the source to fractions of a pixel, and how they go from a coarse level to a fine one.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -23,17 +24,46 @@ struct Place {
   friend bool operator==(const Place&, const Place&) = default;
 };
 
-/// Of all texels.
-struct PlaceMap {
-  CoordinateMap pixels;
-  std::vector<FixedPoint> points;  ///< Where `pixels` are not -1.
+/// The places of all texels, in 6 bytes each: pixels, and how far beside their middles.
+class PlaceMap {
+ public:
+  /// In 1/256 pixel, [-128, 127].
+  struct Beside {
+    std::int8_t x = 0, y = 0;
+  };
+  CoordinateMap pixels;  ///< -1 = none.
 
-  explicit PlaceMap(std::int64_t num_texels) : pixels(static_cast<std::size_t>(num_texels), -1), points(static_cast<std::size_t>(num_texels)) {}
-  [[nodiscard]] Place at(TexelId t) const { return {pixels[static_cast<std::size_t>(t)], points[static_cast<std::size_t>(t)]}; }
-  void set(TexelId t, const Place& place) {
-    pixels[static_cast<std::size_t>(t)] = place.pixel;
-    points[static_cast<std::size_t>(t)] = place.point;
+  /// @param source_width  > 0.
+  PlaceMap(std::int64_t num_texels, std::int32_t source_width)
+      : pixels(static_cast<std::size_t>(num_texels), -1), beside_(static_cast<std::size_t>(num_texels)), width_(source_width),
+        shift_(31 + std::bit_width(static_cast<std::uint32_t>(source_width) - 1)), reciprocal_((std::uint64_t{1} << shift_) / static_cast<std::uint32_t>(source_width) + 1) {}
+  /// Of a texel that has one.
+  [[nodiscard]] FixedPoint point(TexelId t) const {
+    const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];
+    // pixel / width_, exactly for all pixels below 2^31 [Granlund and Montgomery 1994, "Division by invariant integers using multiplication"].
+    const auto row = static_cast<std::int32_t>(static_cast<std::uint64_t>(pixel) * reciprocal_ >> shift_);
+    const Beside& beside = beside_[static_cast<std::size_t>(t)];
+    return {(pixel - row * width_) * PixelNeighbor::kOne + beside.x, row * PixelNeighbor::kOne + beside.y};
   }
+  [[nodiscard]] Place at(TexelId t) const {
+    const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];
+    return pixel < 0 ? Place{} : Place{pixel, point(t)};
+  }
+  void set(TexelId t, std::int32_t pixel, Beside beside) {
+    pixels[static_cast<std::size_t>(t)] = pixel;
+    beside_[static_cast<std::size_t>(t)] = beside;
+  }
+  void set(TexelId t, const Place& place) { set(t, place.pixel, beside_of(place)); }
+  [[nodiscard]] static Beside beside_of(const Place& place) {
+    const auto rest = [](std::int32_t fixed) { return static_cast<std::int8_t>(fixed - whole_pixels(fixed) * PixelNeighbor::kOne); };
+    return {rest(place.point.x), rest(place.point.y)};
+  }
+
+ private:
+  std::vector<Beside> beside_;
+  std::int32_t width_;
+  int shift_;
+  std::uint64_t reciprocal_;
 };
 
 /// The middle of a pixel.

@@ -61,9 +61,9 @@ Position window_centre(const SourceLevel& source, std::span<const std::uint16_t>
   return best;
 }
 
-/// Where the known neighbours would put this texel.
-void coherent_pixels(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost, const CoordinateMap& coordinates, std::vector<std::int32_t>& out) {
-  out.clear();
+/// What the texel has from the pass before, and where the known neighbours would put it.
+void likely_pixels(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost, const CoordinateMap& coordinates, std::int32_t own, std::vector<std::int32_t>& out) {
+  out.assign(1, own);
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
     const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
@@ -89,11 +89,11 @@ CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationL
                                    const ReferenceOptions& options, const RunControl& control) {
   check_ranges(options);
   CoordinateMap coordinates(static_cast<std::size_t>(destination.map->num_texels()), -1);
-  const WindowSearch search(source);
   const int tolerance = static_cast<int>(options.tolerance * kControlSteps);
   const std::vector<std::vector<TexelId>> fronts = wavefronts(destination);
   RunControl silent = control;
   silent.on_progress = nullptr;
+  const WindowSearch search(source, neighborhood, options.window_px, silent);
   for (int pass = 0; pass < options.num_passes; ++pass) {
     const double ramp = options.num_passes == 1 ? 1.0 : pass / (options.num_passes - 1.0);
     const EnergyScale scale = EnergyScale::make(
@@ -103,8 +103,9 @@ CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationL
       RandomStream random(seed, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass));
       const Position centre =
           window_centre(source, destination.target(t), tolerance, mean_position(source, neighborhood, worker.cost, coordinates), random);
-      coherent_pixels(source, neighborhood, worker.cost, coordinates, worker.likely);
-      coordinates[static_cast<std::size_t>(t)] = search.find(worker.cost, search.window(centre.x, centre.y, options.window_px), worker.likely).pixel;
+      std::int32_t& own = coordinates[static_cast<std::size_t>(t)];
+      likely_pixels(source, neighborhood, worker.cost, coordinates, own, worker.likely);
+      own = search.find(worker.cost, search.window(centre.x, centre.y, options.window_px), worker.likely).pixel;
     };
     for (std::size_t f = 0; f < fronts.size(); ++f) {
       parallel_for(static_cast<std::int64_t>(fronts[f].size()), kChunk, silent, [&](std::int64_t begin, std::int64_t end) {

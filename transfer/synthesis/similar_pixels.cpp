@@ -3,25 +3,60 @@
 #include <flann/flann.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #include "libcommon/core/parallel.h"
+#include "transfer/appearance/principal_components.h"
 
 namespace patinate {
 
 namespace {
 
 constexpr std::size_t kMaxSearched = 65'536;
-constexpr int kNumAsked = 16;         ///< More than are kept: pixels next to each other look alike and say nothing new.
+constexpr int kNumAsked = 40;         ///< More than are kept: pixels next to each other look alike and say nothing new.
 constexpr int kMinDistance_px = 5;
 constexpr int kFeatureSize = kAppearanceSize + 1;
 
-/// Appearance, and the first control on a scale where its spread weighs like one strong component.
-void fill_feature(const SourceLevel& source, std::int32_t pixel, float* feature) {
-  for (int k = 0; k < kAppearanceSize; ++k) feature[k] = source.appearance.data()[std::int64_t{pixel} * kAppearanceSize + k];
-  constexpr float kControlScale = 200.0f / kControlSteps;
-  feature[kAppearanceSize] = kControlScale * static_cast<float>(source.controls.data()[std::int64_t{pixel} * source.controls.channels()]);
+constexpr std::array<Offset, 9> kLooked{{{0, 0}, {-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};
+constexpr std::array<double, 9> kLookedWeights{1.0, 0.75, 0.75, 0.75, 0.75, 0.5625, 0.5625, 0.5625, 0.5625};
+constexpr std::int64_t kMaxSamples = 4096;  // For the components.
+
+/// Appearance at and around a pixel, weighted.
+void look_around(const SourceLevel& source, std::int32_t pixel, double* values) {
+  const int x = pixel % source.width(), y = pixel / source.width();
+  for (std::size_t k = 0; k < kLooked.size(); ++k) {
+    const auto appearance = source.appearance.pixel(std::clamp(x + kLooked[k].x, 0, source.width() - 1), std::clamp(y + kLooked[k].y, 0, source.height() - 1));
+    for (std::int16_t value : appearance) *values++ = kLookedWeights[k] * value;
+  }
 }
+
+/// What two pixels are compared by: the leading components of what lies around them, and the first control on a scale where its spread weighs like one strong component.
+class Features {
+ public:
+  explicit Features(const SourceLevel& source) : source_(source) {
+    const auto n = static_cast<std::int64_t>(source.usable.size()), step = (n + kMaxSamples - 1) / kMaxSamples;
+    SampleMatrix samples((n + step - 1) / step, kNumLooked);
+    for (std::int64_t i = 0; i < samples.rows(); ++i) look_around(source, source.usable[static_cast<std::size_t>(i * step)], samples.row(i).data());
+    components_ = principal_components(samples, kAppearanceSize);
+  }
+  void fill(std::int32_t pixel, float* feature) const {
+    std::array<double, kNumLooked> around{};
+    look_around(source_, pixel, around.data());
+    for (int k = 0; k < kAppearanceSize; ++k) {
+      double sum = 0.0;
+      for (int i = 0; i < kNumLooked; ++i) sum += (around[static_cast<std::size_t>(i)] - components_.mean[i]) * components_.axes(i, k);
+      feature[k] = static_cast<float>(sum);
+    }
+    constexpr float kControlScale = 400.0f / kControlSteps;
+    feature[kAppearanceSize] = kControlScale * static_cast<float>(source_.controls.data()[std::int64_t{pixel} * source_.controls.channels()]);
+  }
+
+ private:
+  static constexpr int kNumLooked = static_cast<int>(kLooked.size()) * kAppearanceSize;
+  const SourceLevel& source_;
+  PrincipalComponents components_;
+};
 
 bool is_apart(const SourceLevel& source, std::int32_t a, std::int32_t b) {
   return std::abs(a % source.width() - b % source.width()) >= kMinDistance_px ||
@@ -34,8 +69,9 @@ SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& c
   std::vector<std::int32_t> searched;
   const std::size_t step = (source.usable.size() + kMaxSearched - 1) / kMaxSearched;
   for (std::size_t i = 0; i < source.usable.size(); i += step) searched.push_back(source.usable[i]);
+  const Features features_of(source);
   std::vector<float> features(searched.size() * kFeatureSize);
-  for (std::size_t i = 0; i < searched.size(); ++i) fill_feature(source, searched[i], features.data() + i * kFeatureSize);
+  for (std::size_t i = 0; i < searched.size(); ++i) features_of.fill(searched[i], features.data() + i * kFeatureSize);
   const flann::Matrix<float> points(features.data(), searched.size(), kFeatureSize);
   flann::Index<flann::L2<float>> index(points, flann::KDTreeSingleIndexParams(16));
   index.buildIndex();
@@ -48,7 +84,7 @@ SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& c
     std::vector<int> found(num_asked);
     for (std::int64_t i = begin; i < end; ++i) {
       const std::int32_t pixel = source.usable[static_cast<std::size_t>(i)];
-      fill_feature(source, pixel, query.data());
+      features_of.fill(pixel, query.data());
       flann::Matrix<int> indices(found.data(), 1, num_asked);
       flann::Matrix<float> distances(distance.data(), 1, num_asked);
       const flann::Matrix<float> queries(query.data(), 1, kFeatureSize);
@@ -67,14 +103,17 @@ SimilarPixels refine_similar_pixels(const SimilarPixels& coarse, const SourceLev
                                     const SourceLevel& fine_source) {
   SimilarPixels fine(fine_source.is_usable.size());
   for (auto& s : fine) s.fill(-1);
+  const int coarse_margin = coarse_source.margin_px, fine_margin = fine_source.margin_px;
+  const int last_x = coarse_source.width() - 1 - coarse_margin, last_y = coarse_source.height() - 1 - coarse_margin;
   for (std::int32_t pixel : fine_source.usable) {
-    const int x = pixel % fine_source.width(), y = pixel / fine_source.width();
-    const int px = std::min(x / 2, coarse_source.width() - 1), py = std::min(y / 2, coarse_source.height() - 1);
+    const int x = pixel % fine_source.width() - fine_margin, y = pixel / fine_source.width() - fine_margin;
+    const int px = std::min(x / 2 + coarse_margin, last_x), py = std::min(y / 2 + coarse_margin, last_y);
     const auto& parents = coarse[static_cast<std::size_t>(py * coarse_source.width() + px)];
     std::size_t kept = 0;
     for (std::int32_t parent : parents) {
       if (parent < 0) continue;
-      const int fx = 2 * (parent % coarse_source.width()) + x % 2, fy = 2 * (parent / coarse_source.width()) + y % 2;
+      const int fx = 2 * (parent % coarse_source.width() - coarse_margin) + x % 2 + fine_margin;
+      const int fy = 2 * (parent / coarse_source.width() - coarse_margin) + y % 2 + fine_margin;
       if (fx >= fine_source.width() || fy >= fine_source.height()) continue;
       const std::int32_t candidate = fy * fine_source.width() + fx;
       if (fine_source.is_usable[static_cast<std::size_t>(candidate)] != 0) {

@@ -7,13 +7,9 @@
 #include <vector>
 
 #include "transfer/synthesis/energy.h"
+#include "transfer/synthesis/pixel_blocks.h"
 
 namespace patinate {
-
-/// Pixels [x0, x1) x [y0, y1).
-struct SearchWindow {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-};
 
 /// What a search found.
 struct WindowOptimum {
@@ -21,12 +17,13 @@ struct WindowOptimum {
   std::int64_t cost = 0;
 };
 
-/// Exact search of windows [Efros and Leung 1999], pruned: what a few likely pixels cost bounds all others; squares of 16 x 16 pixels keep theirs sorted by
-/// the first control, so that only those are looked at whose control alone is below the bound; and of those a cost is given up as soon as its nearest
-/// neighbours pass it. Thread-safe.
+/// Exact search of windows [Efros and Leung 1999], pruned: what a few likely pixels cost bounds all others, and only those are looked at whose control and projected neighbourhood (neighborhood_projection.h) alone stay
+/// within the bound: tiles, blocks, then pixels [Fukunaga and Narendra 1975]. Where only some quarters of a texel's neighbourhood are known in place, their projections count; where those hold too little of what is known, control alone. A cost is
+/// given up as soon as its nearest neighbours pass the bound. Thread-safe; about 90 bytes a usable pixel.
 class WindowSearch {
  public:
-  explicit WindowSearch(const SourceLevel& source);
+  /// @param side  Of most windows: from half of the source on, pixels are kept by what they look like, else by where they are. Any window can be searched.
+  WindowSearch(const SourceLevel& source, const Neighborhood& neighborhood, int side, const RunControl& control = {});
 
   /// The window of `side` pixels around a place, moved into the source.
   [[nodiscard]] SearchWindow window(std::int64_t x, std::int64_t y, int side) const;
@@ -36,12 +33,22 @@ class WindowSearch {
   [[nodiscard]] WindowOptimum find_exhaustively(const TexelCost& cost, const SearchWindow& window) const;
 
  private:
-  static constexpr int kSquare = 16;
+  struct Best;
+  class Query;
+  struct Table {
+    NeighborhoodProjection projection;
+    PixelBlocks blocks;
+  };
+  [[nodiscard]] Table make_table(const Neighborhood& neighborhood, NeighborhoodProjection::Parts parts, int side, const RunControl& control) const;
+  void search_by_control(const TexelCost& cost, const SearchWindow& window, Best& best) const;
+  void search_by_projection(const Table& table, const TexelCost& cost, unsigned quarters, const SearchWindow& window, Best& best) const;
+  [[nodiscard]] bool is_in(const SearchWindow& window, std::int32_t pixel) const;
+
   const SourceLevel& source_;
-  int squares_x_ = 0;
-  std::vector<std::int32_t> begin_;      ///< By square, and the end of the last.
-  std::vector<std::int32_t> pixels_;     ///< By square, then by first control, then by index.
-  std::vector<std::uint16_t> controls_;  ///< Their first control.
+  PixelSquares squares_;
+  Table whole_, quarters_;
+  std::size_t num_appearances_;  ///< Of a neighbourhood.
+  const ReachKernel& kernel_;
 };
 
 }  // namespace patinate

@@ -2,11 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
+#include <vector>
 
 #include "libcommon/atlas/dilate.h"
 #include "libcommon/atlas/direction_field.h"
+#include "libcommon/atlas/raster.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "tests/support/meshes.h"
@@ -29,6 +34,58 @@ TEST(TexelMap, PlacesTexelCentresByTheUvConvention) {
   EXPECT_NEAR(p.x(), 3.5, 1e-5);
   EXPECT_NEAR(p.y(), 64.0 - 10.5, 1e-5);
   EXPECT_NEAR(map.normal(0).z(), 1.0, 1e-12);
+}
+
+// Points are not stored: the truth is the rule that drew the texels, and 24 bits of it.
+TEST(TexelMap, APointIsWhereItsTexelWasDrawn) {
+  const TexelMap map(cut_plane(64.0), 100, 73);
+  struct Drawn {
+    int triangle = -1;
+    float b1 = 0.0f, b2 = 0.0f;
+  };
+  std::vector<Drawn> drawn(static_cast<std::size_t>(map.num_texels()));
+  for (int t = 0; t < map.mesh().num_triangles(); ++t) {
+    std::array<Vec2, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = texel_from_uv(map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[static_cast<std::size_t>(t)][k])], 100, 73);
+    for_each_texel(p, 100, 73, [&](int x, int y, double b1, double b2, double) {
+      Drawn& point = drawn[static_cast<std::size_t>(TexelId{y} * 100 + x)];
+      if (point.triangle < 0) point = {t, static_cast<float>(b1), static_cast<float>(b2)};
+    }, [] {});
+  }
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    const SurfacePoint point = map.point(t);
+    const Drawn& expected = drawn[static_cast<std::size_t>(t)];
+    ASSERT_EQ(point.triangle, expected.triangle) << t;
+    ASSERT_EQ(point.b1, static_cast<double>(expected.b1)) << t;
+    ASSERT_EQ(point.b2, static_cast<double>(expected.b2)) << t;
+  }
+}
+
+TEST(TexelMap, HalvedIsTheMapOfHalfTheSize) {
+  const TexelMap map(cut_plane(64.0), 101, 64), half = map.halved(), expected(cut_plane(64.0), 50, 32);
+  ASSERT_EQ(half.width(), 50);
+  ASSERT_EQ(half.height(), 32);
+  EXPECT_EQ(half.num_covered(), expected.num_covered());
+  EXPECT_EQ(half.num_overlapping(), expected.num_overlapping());
+  EXPECT_EQ(half.median_texel_size_mm(), expected.median_texel_size_mm());
+  EXPECT_EQ(&half.mesh(), &map.mesh());
+  for (TexelId t = 0; t < half.num_texels(); ++t) ASSERT_EQ(half.triangle(t), expected.triangle(t)) << t;
+  EXPECT_THROW((void)TexelMap(unit_plane(1.0), 1, 8).halved(), InvalidInput);
+}
+
+// Oracle: the sizes of all texels, sorted. Charts of a patchwork differ in density.
+TEST(TexelMap, MedianSizeIsThatOfTheTexelInTheMiddle) {
+  for (const int n : {1, 3, 6}) {
+    const TexelMap map(testing_support::patchwork_plane(40.0, n), 61, 61);
+    std::vector<float> sizes;
+    for (TexelId t = 0; t < map.num_texels(); ++t) {
+      if (!map.is_covered(t)) continue;
+      const auto step = map.mm_per_texel(map.triangle(t));
+      sizes.push_back(static_cast<float>(std::sqrt(step.col(0).cross(step.col(1)).norm())));
+    }
+    std::sort(sizes.begin(), sizes.end());
+    EXPECT_NEAR(map.median_texel_size_mm(), static_cast<double>(sizes[sizes.size() / 2]), 1e-5) << n;  // float rounding
+  }
 }
 
 TEST(TexelMap, TangentsFollowTexelStepsAndKnowTheirSize) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/geometry/mesh_io.h"
@@ -21,12 +22,17 @@ std::shared_ptr<const FlowFrames> downward(const TexelMap& map) { return std::ma
 
 // Of neighbours that gather() finds, to the texel and 1/256 pixel.
 void expect_equal_to_gather(const TexelMap& map, const std::shared_ptr<const FlowFrames>& frames, double step_mm, std::int64_t& num_missing) {
-  const std::vector<Vec2> offsets = square_offsets(2, step_mm);
+  std::vector<Vec2> offsets = square_offsets(2, step_mm);
   const TexelNeighborhood neighborhood(map, offsets, frames, step_mm);
   TexelNeighborhood::Cursor cursor(neighborhood);
+  offsets.resize(neighborhood.size());  // And the eight texels beside.
   std::vector<TexelNeighbor> expected(offsets.size());
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
+    const Eigen::Matrix2d to_mm = neighborhood.pixels_per_texel(map.triangle(t)) * step_mm;
+    for (int i = 0, k = static_cast<int>(neighborhood.first_adjacent()); i < 9; ++i) {
+      if (i != 4) offsets[static_cast<std::size_t>(k++)] = to_mm * Vec2(i % 3 - 1, i / 3 - 1);
+    }
     map.gather(t, *frames, offsets, expected);
     const auto found = cursor.at(t);
     for (std::size_t k = 0; k < offsets.size(); ++k) {
@@ -45,6 +51,23 @@ TEST(TexelNeighborhood, EqualsGatherForEveryTexelAndStoresOnlyBands) {
   expect_equal_to_gather(map, downward(map), map.median_texel_size_mm(), num_missing);
   const TexelNeighborhood neighborhood(map, square_offsets(2, map.median_texel_size_mm()), downward(map), 1.0);
   EXPECT_LT(neighborhood.num_stored(), map.num_covered() / 3);
+}
+
+// In a band of r texels beside a seam a texel at distance d has (r + 1 - d) of 2 r + 1 rows of neighbours beyond it: of r = 2, less than a third of them all. And its row says which.
+TEST(TexelNeighborhood, StoresOnlyNeighboursThatLeaveTheGridWhereTrianglesAreLarge) {
+  constexpr std::int64_t kNeighbors = 24 + 8, kBytes = 8, kRowBytes = 24;
+  for (const auto& [cells, is_large] : {std::pair{8, true}, std::pair{64, false}}) {
+    const TexelMap map(testing_support::cut_plane(64.0, cells), 256, 256);
+    std::int64_t num_missing = 0;
+    expect_equal_to_gather(map, downward(map), map.median_texel_size_mm(), num_missing);
+    const TexelNeighborhood neighborhood(map, square_offsets(2, map.median_texel_size_mm()), downward(map), 1.0);
+    const std::int64_t all = neighborhood.num_stored() * kNeighbors * kBytes, rows = neighborhood.num_stored() * kRowBytes;
+    if (is_large) {
+      EXPECT_LT(neighborhood.stored_bytes(), all / 2 + rows);
+    } else {
+      EXPECT_EQ(neighborhood.stored_bytes(), all + rows);
+    }
+  }
 }
 
 TEST(TexelNeighborhood, EqualsGatherOnARealAtlas) {

@@ -1,7 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
@@ -50,11 +54,41 @@ TEST(Files, AFailedWriteLeavesTheOldFile) {
   EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
 }
 
+// A process that ends at once while two threads write: neither the half-written file nor one that is finished too late is left.
+TEST(Files, AbandonedFilesAreRemovedAndNoneIsFinishedAnyMore) {
+  TempFolder folder;
+  const auto end_while_writing = [&folder] {
+    AtomicFile half(folder / "half.txt"), late(folder / "late.txt");
+    std::ofstream(half.temporary()) << "half";
+    std::ofstream(late.temporary()) << "whole";
+    abandon_atomic_files();
+    std::thread([&late] { late.finish(); }).detach();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    ::_exit(7);
+  };
+  EXPECT_EXIT(end_while_writing(), testing::ExitedWithCode(7), "");
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST(Files, WhatAKilledWriterLeftIsRemoved) {
   TempFolder folder;
   write_atomically(folder / ".a.tmp999999999.txt", "half");  // No process has that number: the kernel's limit is 2^22.
   write_atomically(folder / "a.txt", "whole");
   EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
+}
+
+TEST(Files, WhatKilledWritersOfSeveralFilesLeftIsRemoved) {
+  TempFolder folder;
+  const std::string own = ".map-c.tmp" + std::to_string(::getpid()) + ".bin";
+  for (const std::string& name : {std::string(".map-a.tmp999999999.bin"), std::string(".map-b.tmp999999999.bin"), own, std::string(".other.tmp999999999.bin"), std::string(".map-d.tmpx.bin"),
+                                  std::string(".map-e.tmp-1.bin"), std::string(".map-f.tmp1e99.bin"), std::string("map-g.bin")}) {
+    std::ofstream(folder / name) << "half";
+  }
+  remove_abandoned(folder.path(), "map-");
+  EXPECT_EQ(list_files(folder.path(), ".map-?.*").size(), 4u);
+  EXPECT_FALSE(std::filesystem::exists(folder / ".map-a.tmp999999999.bin"));
+  EXPECT_TRUE(std::filesystem::exists(folder / own) && std::filesystem::exists(folder / "map-g.bin") && std::filesystem::exists(folder / ".other.tmp999999999.bin"));
+  remove_abandoned(folder / "missing", "map-");
 }
 
 TEST(Files, SpecialFilesAreNotReplaced) {

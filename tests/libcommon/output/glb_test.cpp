@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <limits>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_io.h"
+#include "libcommon/image/color.h"
 #include "libcommon/output/glb_tangents.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/temp_folder.h"
@@ -44,6 +46,31 @@ TEST(Glb, IsEqualForEqualInput) {
   write_glb(folder / "a.glb", ball(1.0, 8), two_ages());
   write_glb(folder / "b.glb", ball(1.0, 8), two_ages());
   EXPECT_EQ(read_file(folder / "a.glb"), read_file(folder / "b.glb"));
+}
+
+// Textures by rows, in pieces of any height, are the file that whole images give.
+TEST(Glb, IsTheSameOfTexturesThatAreMadeByRows) {
+  const TempFolder folder;
+  ImageF color(8, 6, 3);
+  for (std::size_t i = 0; i < color.values().size(); ++i) color.data()[i] = static_cast<float>(i) / 150.0f;
+  ImageU8 gloss(8, 6), normals(8, 6, 3, 128);
+  for (std::size_t i = 0; i < gloss.values().size(); ++i) gloss.data()[i] = static_cast<std::uint8_t>(5 * i);
+  write_glb(folder / "whole.glb", ball(1.0, 8), {{.name = "0 d", .base_colors = {color}, .normals = {normals}, .speculars = {gloss}}});
+  for (const std::size_t rows : {1u, 4u, 6u}) {
+    const auto by_rows = [rows](const ImageU8& codes) {
+      return GlbTexture{codes.width(), codes.height(), codes.channels(), [rows, codes](const auto& write) {
+                          const std::size_t size = rows * 8 * static_cast<std::size_t>(codes.channels());
+                          for (std::size_t i = 0; i < codes.values().size(); i += size) write(codes.values().subspan(i, std::min(size, codes.values().size() - i)));
+                        }};
+    };
+    write_glb(folder / "rows.glb", ball(1.0, 8), {}, {GlbLook{"0 d", {by_rows(srgb8_from_linear(color))}, {by_rows(normals)}, {by_rows(gloss)}}});
+    EXPECT_EQ(read_file(folder / "rows.glb"), read_file(folder / "whole.glb")) << rows;
+  }
+  for (const int rows : {5, 7}) {  // A texture that makes fewer or more than it says.
+    const auto make = [rows](const auto& write) { write(std::vector<std::uint8_t>(static_cast<std::size_t>(rows) * 24)); };
+    EXPECT_THROW(write_glb(folder / "bad.glb", ball(1.0, 8), {}, {GlbLook{"0 d", {GlbTexture{8, 6, 3, make}}}}), InvalidInput) << rows;
+  }
+  EXPECT_EQ(list_files(folder.path(), "*").size(), 2u) << "nothing but the two whole files";
 }
 
 TEST(Glb, KeepsItsContentKey) {

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 
+#include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/image/color.h"
 #include "libcommon/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
@@ -66,6 +68,45 @@ TEST_F(WrittenTextures, AreThoseOfTheReaderToTheByteKeptOrReadAgain) {
       }
     }
   }
+}
+
+TEST_F(WrittenTextures, RowsAreTheCodesOfTheWholeTexture) {
+  const TransferReader reader(folder_ / "transfer");
+  const TransferFolder transfer(folder_ / "transfer");
+  const ImageU8 codes = srgb8_from_linear(transfer.history().sample(1.25)), whole = srgb8_from_linear(reader.sample(1.25));
+  for (const auto& options : {CoordinateStripsOptions{}, CoordinateStripsOptions{.kept_texels = 0, .strip_texels = 1}}) {
+    std::vector<std::uint8_t> rows;
+    const TextureWriter writer(transfer, options);
+    writer.gather_rows(0, codes, [&](std::span<const std::uint8_t> part) {
+      EXPECT_EQ(part.size() % (3 * kSide), 0u);
+      rows.insert(rows.end(), part.begin(), part.end());
+    });
+    EXPECT_TRUE(std::ranges::equal(rows, whole.values()));
+    EXPECT_THROW(writer.gather_rows(0, ImageU8(47, 40, 3), [](auto) {}), InvalidInput);
+    EXPECT_THROW(writer.normal_rows(0, ImageF(48, 40, 3), [](auto) {}), InvalidInput) << "opened without turns";
+  }
+}
+
+TEST_F(WrittenTextures, TimeMapsAreThoseOfTheReaderToTheByteKeptOrReadAgain) {
+  const TransferReader reader(folder_ / "transfer");
+  const TransferFolder transfer(folder_ / "transfer");
+  ImageF times(kSide, kSide);
+  for (std::int64_t i = 0; i < times.num_pixels(); ++i) times.data()[i] = static_cast<float>(i % 97) * 0.025f - 0.2f;
+  for (Between between : {Between::Blend, Between::Hold}) {
+    for (const char* extension : {".png", ".exr"}) {
+      const std::vector<std::filesystem::path> files{folder_ / (std::string("rows") + extension)};
+      const auto whole = folder_ / (std::string("whole") + extension);
+      write_color(whole, reader.sample_tiles(times, between)[0], "key");
+      for (const auto& options : {CoordinateStripsOptions{}, CoordinateStripsOptions{.kept_texels = 0, .strip_texels = 1}}) {
+        for (const std::int64_t frame_bytes : {0, 1 << 20}) {
+          write_time_map(transfer, times, between, files, "key", {.frame_bytes = frame_bytes}, {}, options);
+          EXPECT_EQ(read_file(files[0]), read_file(whole)) << extension << " " << frame_bytes;
+        }
+      }
+    }
+  }
+  EXPECT_THROW(write_time_map(transfer, ImageF(kSide, kSide - 1), Between::Blend, std::vector{folder_ / "t.png"}, ""), InvalidInput);
+  EXPECT_THROW(write_time_map(transfer, times, Between::Blend, {}, ""), InvalidInput);
 }
 
 TEST_F(WrittenTextures, AtAFramesTimeAreThatFrameToTheBit) {

@@ -92,6 +92,46 @@ TEST(MultiLevelSynthesis, FreeRunningEnergyIsAtMostOnePointTwoTimesTheReferences
   EXPECT_LE(fast.energy.energy, 1.2 * reference.energy.energy);
 }
 
+// The guide asks for columns only, so that nothing speaks for one row of the source or another. A piece that begins near the border ends there,
+// which leaves the outer rows a little less than their share.
+TEST(MultiLevelSynthesis, TheSourceIsUsedUpToItsBorder) {
+  const PlaneTask task(96, 96, 0);
+  const CoordinateMap coordinates = task.run_guided({.method = TransferMethod::Fast}).coordinates;
+  constexpr int kOuter = 12;
+  const auto num_outer = std::count_if(coordinates.begin(), coordinates.end(), [](std::int32_t s) { return s / 96 < kOuter || s / 96 >= 96 - kOuter; });
+  EXPECT_GE(static_cast<double>(num_outer) / (96.0 * 96.0), 0.5 * (2.0 * kOuter / 96.0));
+}
+
+TEST(SourceLevel, ACoarseOneSeesTheHistoryMirroredAtItsBorder) {
+  AppearanceImage appearance(8, 6, kAppearanceSize);
+  ControlImage controls(8, 6, 1);
+  for (int y = 0; y < 6; ++y) {
+    for (int x = 0; x < 8; ++x) appearance.at(x, y, 0) = static_cast<std::int16_t>(10 * y + x), controls.at(x, y) = static_cast<std::uint16_t>(10 * y + x);
+  }
+  ImageU8 mask(8, 6, 1, 255);
+  mask.at(4, 2) = 0;  // Its nearest is (3, 2); behind that lies (2, 2).
+  const SourceLevel level = make_coarse_source_level(appearance, controls, mask, 100.0, Neighborhood::square(2));
+  EXPECT_EQ(level.margin_px, 2);
+  EXPECT_EQ(level.width(), 12);
+  EXPECT_EQ(level.height(), 10);
+  EXPECT_EQ(level.usable.size(), 8u * 6u - 1u);
+  const auto at = [&](int x, int y) { return level.appearance.at(x + 2, y + 2, 0); };
+  EXPECT_EQ(at(0, 0), 0);
+  EXPECT_EQ(at(-2, 3), 32);
+  EXPECT_EQ(at(9, 1), 15);
+  EXPECT_EQ(at(5, -1), 15);
+  EXPECT_EQ(at(-1, -2), 21);
+  EXPECT_EQ(at(8, 7), 36);
+  EXPECT_TRUE(at(4, 2) == 22 || at(4, 2) == 26 || at(4, 2) == 4 || at(4, 2) == 44);
+  for (int y = 0; y < 6; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      const auto pixel = static_cast<std::size_t>((y + 2) * 12 + x + 2);
+      EXPECT_EQ(level.is_usable[pixel] != 0, mask.at(x, y) != 0);
+      EXPECT_EQ(level.controls.data()[pixel], 10 * y + x);
+    }
+  }
+}
+
 TEST(Synthesis, GivesTheSameCoordinatesForAnyNumberOfThreads) {
   const PlaneTask task(64, 80, 0);
   const CoordinateMap one = task.run_guided({}, 1).coordinates;

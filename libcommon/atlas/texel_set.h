@@ -1,0 +1,90 @@
+/// \file
+/// Some of an atlas's texels, ascending and numbered, in 3 bits each of the atlas's.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <vector>
+
+#include "libcommon/atlas/texel_map.h"
+
+namespace patinate {
+
+/// A bit a texel, and before every 64 of them how many there are: what a list of 8 bytes a member and a table of 4 bytes a texel would say.
+class TexelSet {
+ public:
+  TexelSet() = default;
+  /// @param num_texels  Of the atlas, at most 2^32. @param is_member  Asked once of each, ascending.
+  template <class IsMember>
+  TexelSet(std::int64_t num_texels, const IsMember& is_member) : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
+    for (TexelId t = 0; t < num_texels; ++t) {
+      const auto word = static_cast<std::size_t>(t) / 64;
+      if (t % 64 == 0) before_[word] = static_cast<std::uint32_t>(size_);
+      if (!is_member(t)) continue;
+      words_[word] |= std::uint64_t{1} << (t % 64);
+      ++size_;
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool contains(TexelId t) const { return (words_[static_cast<std::size_t>(t) / 64] >> (t % 64) & 1) != 0; }
+  /// How many members come before `t`.
+  [[nodiscard]] std::size_t index_of(TexelId t) const {
+    const auto word = static_cast<std::size_t>(t) / 64;
+    return before_[word] + static_cast<std::size_t>(std::popcount(words_[word] & ((std::uint64_t{1} << (t % 64)) - 1)));
+  }
+
+  class Iterator {
+   public:
+    using iterator_category = std::forward_iterator_tag;
+    using value_type = TexelId;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const TexelId*;
+    using reference = TexelId;
+    Iterator() = default;
+    [[nodiscard]] TexelId operator*() const { return static_cast<TexelId>(word_ * 64) + std::countr_zero(rest_); }
+    Iterator& operator++() {
+      rest_ &= rest_ - 1;
+      skip_empty();
+      return *this;
+    }
+    Iterator operator++(int) {
+      const Iterator before = *this;
+      ++*this;
+      return before;
+    }
+    friend bool operator==(const Iterator& a, const Iterator& b) { return a.word_ == b.word_ && a.rest_ == b.rest_; }
+
+   private:
+    friend class TexelSet;
+    Iterator(const TexelSet& set, std::size_t word) : words_(&set.words_), word_(word), rest_(word < words_->size() ? (*words_)[word] : 0) { skip_empty(); }
+    void skip_empty() {
+      while (rest_ == 0 && word_ < words_->size() && ++word_ < words_->size()) rest_ = (*words_)[word_];
+    }
+    const std::vector<std::uint64_t>* words_ = nullptr;
+    std::size_t word_ = 0;
+    std::uint64_t rest_ = 0;
+  };
+  [[nodiscard]] Iterator begin() const { return {*this, 0}; }
+  [[nodiscard]] Iterator end() const { return {*this, words_.size()}; }
+  /// From the member with that number on; end() after the last. O(log num_texels).
+  [[nodiscard]] Iterator from(std::size_t index) const {
+    if (index >= size_) return end();
+    const auto after = std::upper_bound(before_.begin(), before_.end(), index);
+    const auto word = static_cast<std::size_t>(after - before_.begin()) - 1;
+    Iterator at(*this, word);
+    for (std::size_t i = before_[word]; i < index; ++i) ++at;
+    return at;
+  }
+  [[nodiscard]] TexelId operator[](std::size_t index) const { return *from(index); }
+
+ private:
+  std::vector<std::uint64_t> words_;
+  std::vector<std::uint32_t> before_;  ///< Members in all words before.
+  std::size_t size_ = 0;
+};
+
+}  // namespace patinate

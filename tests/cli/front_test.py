@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""tools/front as a researcher runs it who has maps of other tools. Usage: front_test.py PATINATE [unittest arguments]"""
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+FRONT = pathlib.Path(__file__).resolve().parents[2] / "tools/front"
+WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_front_"))
+SIDE = 64
+
+
+def front(*arguments):
+    return subprocess.run([sys.executable, str(FRONT), "--patinate", PATINATE, *map(str, arguments)], cwd=WORK, capture_output=True, text=True)
+
+
+def write_map(name, source):
+    (WORK / name).write_bytes(b"".join(struct.pack("<ii", *source(x, y)) for y in range(SIDE) for x in range(SIDE)))
+
+
+def setUpModule():
+    for arguments in (["synth", "crackle", "--width", SIDE, "--height", SIDE, "--num-frames", 2, "-o", "photos"], ["ingest", "photos", "-o", "crackle"]):
+        subprocess.run([PATINATE, *map(str, arguments)], cwd=WORK, check=True, capture_output=True)
+    # The guide is the history's own control: a tool that copies every pixel to its place loses nothing.
+    write_map("same_1.nnf", lambda x, y: (x, y))
+    write_map("same_2.nnf", lambda x, y: (x, y))
+    write_map("tiles.nnf", lambda x, y: (x % 16, y % 16))
+
+
+def tearDownModule():
+    shutil.rmtree(WORK)
+
+
+class Front(unittest.TestCase):
+    def test_our_modes_and_other_tools_stand_in_one_table(self):
+        command = ["-o", "made", "--control", "thickness", "--resolution", SIDE, "--coherence", "0.5,0.9", "--methods", "fast,reference", "--seeds", "2",
+                   "--source", "crackle", "crackle/controls/thickness.exr", "same_1.nnf", "same_2.nnf", "tiles.nnf"]
+        result = front(*command)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        rows = {line.split("|")[1].strip(): [cell.strip() for cell in line.split("|")[2:-1]] for line in result.stdout.splitlines() if line.startswith("| ")}
+        self.assertEqual(set(rows) - {"tool and its weight", "---"}, {"fast 0.5", "fast 0.9", "reference 0.5", "reference 0.9", "same 1", "same 2", "tiles"})
+        self.assertEqual(float(rows["same 1"][0]), 0.0)
+        self.assertLess(float(rows["same 1"][1]), float(rows["tiles"][1]))
+        self.assertEqual(rows["same 1"][-1], "-")  # A map does not say how long it took.
+        self.assertGreater(float(rows["fast 0.5"][-1]), 0.0)
+        self.assertTrue((WORK / "made/crackle/evaluation/evaluation.html").is_file())
+        # Again: nothing is made anew, and the table is the same.
+        again = front(*command)
+        self.assertEqual(again.stdout, result.stdout)
+
+    def test_what_is_wrong_is_said_in_a_line(self):
+        for arguments, code, said in ((["--source", "crackle"], 2, "guide"), (["--source", "nothing", "crackle/controls/thickness.exr"], 3, "nothing"),
+                                      (["--source", "crackle", "crackle/controls/thickness.exr", "--coherence", "much"], 2, "much")):
+            result = front("-o", "bad", "--control", "thickness", "--resolution", SIDE, *arguments)
+            self.assertEqual(result.returncode, code, result.stderr)
+            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+            self.assertTrue(re.search(said, result.stderr), result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

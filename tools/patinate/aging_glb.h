@@ -1,0 +1,30 @@
+/// \file
+/// What a GLB of an ageing mesh is made of: textures that are made while they are written, from strips of the atlas.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/geometry/mesh.h"
+#include "libcommon/history/history.h"
+#include "libcommon/output/glb.h"
+
+namespace patinate {
+
+struct AgingGlb {
+  std::string key;          ///< Content key of all that its looks depend on.
+  HistoryManifest history;  ///< Its times.
+  GlbTiles tiles;
+  Mesh mesh;                ///< UVs of every tile in the unit square.
+  double metres_per_unit = 0.001;
+  /// A look for each time, with normals and gloss where the history's frames have them. @param labels  Their names.
+  std::function<std::vector<GlbLook>(const std::vector<double>& times, const std::vector<std::string>& labels, const RunControl& control)> looks;
+};
+
+/// @param path  A transfer or a simulation. @throws IoError
+[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path);
+
+}  // namespace patinate

@@ -1,0 +1,18 @@
+/// \file
+/// How a command ends when it is asked to: soon, with one line, and with nothing half-written.
+#pragma once
+
+#include <stop_token>
+
+namespace patinate {
+
+inline constexpr int kInterruptedExitCode = 130;
+
+/// From now on Ctrl-C and SIGTERM ask the work to stop. Work that does not end within 25 ms (a library's call cannot be interrupted), or is asked
+/// again, is ended as it is: temporary files are removed, and a job resumes from what it has finished. Call before any thread starts.
+void stop_on_signals(const std::stop_source& asked);
+
+/// Says once that the work was interrupted. @returns kInterruptedExitCode
+int report_interruption();
+
+}  // namespace patinate

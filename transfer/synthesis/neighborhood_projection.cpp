@@ -1,0 +1,140 @@
+#include "transfer/synthesis/neighborhood_projection.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/random.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kAxisBits = 13;
+
+std::int64_t root_rounded_down(std::int64_t square) {
+  auto root = static_cast<std::int64_t>(std::sqrt(static_cast<double>(square)));
+  while (root * root > square) --root;  // The root is rounded.
+  while ((root + 1) * (root + 1) <= square) ++root;
+  return root;
+}
+
+/// Columns that span the leading eigenvectors of a symmetric matrix, by falling eigenvalue [Golub and Van Loan, sec. 8.2.4]; no matter how nearly: bounds hold for any axes.
+Eigen::MatrixXf leading_axes(const Eigen::MatrixXf& matrix, Eigen::Index count) {
+  constexpr Eigen::Index kExtra = 5;
+  constexpr int kIterations = 10;
+  const Eigen::Index n = matrix.rows(), columns = std::min(n, count + kExtra);
+  Eigen::MatrixXf basis(n, columns);
+  for (Eigen::Index k = 0; k < columns; ++k) {
+    RandomStream random(0, static_cast<std::uint64_t>(k), 61);
+    for (Eigen::Index i = 0; i < n; ++i) basis(i, k) = static_cast<float>(random.uniform() - 0.5);
+  }
+  const auto orthonormalise = [&] { basis = Eigen::HouseholderQR<Eigen::MatrixXf>(basis).householderQ() * Eigen::MatrixXf::Identity(n, columns); };
+  orthonormalise();
+  for (int i = 0; i < kIterations; ++i) {
+    basis = (matrix * basis).eval();
+    orthonormalise();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf> solver(basis.transpose() * matrix * basis);
+  return (basis * solver.eigenvectors()).rowwise().reverse().leftCols(std::min(count, columns));
+}
+
+}  // namespace
+
+NeighborhoodProjection::NeighborhoodProjection(const SourceLevel& source, const Neighborhood& neighborhood, Parts parts) : source_(source) {
+  const std::size_t size = neighborhood.offsets.size() * kAppearanceSize, num_parts = parts == Parts::Whole ? 1 : kNumQuarters;
+  const std::size_t values = std::tuple_size_v<ProjectedNeighborhood> / num_parts;
+  for (std::size_t p = 0; p < num_parts; ++p) parts_.push_back({.first_value = p * values, .num_axes = values - 1, .weights = std::vector<std::int16_t>(size, 0)});
+  for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
+    const Offset& o = neighborhood.offsets[k];
+    deltas_.push_back((o.y * source.width() + o.x) * kAppearanceSize);
+    std::fill_n(parts_[num_parts == 1 ? 0 : quarter_of(o)].weights.begin() + static_cast<std::ptrdiff_t>(k * kAppearanceSize), kAppearanceSize, neighborhood.weights[k]);
+  }
+  axes_.assign(std::tuple_size_v<ProjectedNeighborhood> * size, 0);
+  for (const Part& part : parts_) find_axes(source, part);
+}
+
+void NeighborhoodProjection::gather(std::int32_t pixel, std::span<std::int16_t> appearances) const {
+  const std::int16_t* base = source_.appearance.data() + std::int64_t{pixel} * kAppearanceSize;
+  for (std::size_t k = 0; k < deltas_.size(); ++k) std::copy_n(base + deltas_[k], kAppearanceSize, appearances.data() + k * kAppearanceSize);
+}
+
+void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& part) {
+  constexpr std::size_t kNumSamples = 2048;
+  const std::size_t size = part.weights.size(), count = std::min(kNumSamples, source.usable.size());
+  std::vector<std::size_t> members;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (part.weights[i] > 0) members.push_back(i);
+  }
+  const auto n = static_cast<Eigen::Index>(members.size());
+  const auto root = [&](Eigen::Index m) { return std::sqrt(static_cast<double>(part.weights[members[static_cast<std::size_t>(m)]])); };
+  Eigen::MatrixXf samples(n, static_cast<Eigen::Index>(count));
+  std::vector<std::int16_t> around(size);
+  for (std::size_t s = 0; s < count; ++s) {
+    gather(source.usable[s * source.usable.size() / count], around);
+    for (Eigen::Index m = 0; m < n; ++m) samples(m, static_cast<Eigen::Index>(s)) = static_cast<float>(around[members[static_cast<std::size_t>(m)]] * root(m));
+  }
+  samples.colwise() -= samples.rowwise().mean().eval();
+  Eigen::MatrixXf covariance = Eigen::MatrixXf::Zero(n, n);
+  covariance.selfadjointView<Eigen::Lower>().rankUpdate(samples, 1.0F / static_cast<float>(count));
+  covariance.triangularView<Eigen::StrictlyUpper>() = covariance.transpose();
+  const Eigen::MatrixXf axes = leading_axes(covariance, static_cast<Eigen::Index>(part.num_axes));
+
+  // Rows b_j = axis_j * sqrt(w) / 4. |B x|^2 <= sum w x^2 / 16 holds when the largest eigenvalue of B W^-1 B' is at most 1/16.
+  constexpr double kMargin = 1e-9;  // Far above the rounding of the sums below.
+  const auto row_of = [&](std::size_t j) { return axes_.data() + (part.first_value + j) * size; };
+  for (double scale = 0.999;; scale *= 0.999) {
+    for (std::size_t j = 0; j < part.num_axes; ++j) {
+      for (Eigen::Index m = 0; m < n; ++m) {
+        const double entry = static_cast<double>(axes(m, static_cast<Eigen::Index>(j))) * root(m) / kUnit;
+        row_of(j)[members[static_cast<std::size_t>(m)]] = static_cast<std::int16_t>(std::lround(std::ldexp(entry * scale, kAxisBits)));
+      }
+    }
+    double largest = 0.0;
+    for (std::size_t j = 0; j < part.num_axes; ++j) {
+      double circle = 0.0;
+      for (std::size_t k = 0; k < part.num_axes; ++k) {
+        double product = 0.0;
+        for (std::size_t i : members) product += static_cast<double>(int{row_of(j)[i]} * int{row_of(k)[i]}) / part.weights[i];
+        circle += std::abs(product);
+      }
+      largest = std::max(largest, std::ldexp(circle, -2 * kAxisBits));
+    }
+    if (largest <= (1.0 - kMargin) / (kUnit * kUnit)) return;
+  }
+}
+
+ProjectedNeighborhood NeighborhoodProjection::of_pixel(std::int32_t pixel) const {
+  std::array<std::int16_t, kMostAppearances> appearances;
+  const std::span<std::int16_t> around = std::span(appearances).first(deltas_.size() * kAppearanceSize);
+  gather(pixel, around);
+  return of(around);
+}
+
+ProjectedNeighborhood NeighborhoodProjection::of(std::span<const std::int16_t> appearances) const {
+  const std::size_t size = appearances.size();
+  ProjectedNeighborhood result{};
+  for (const Part& part : parts_) {
+    std::int32_t squares = 0;  // <= 1024 * 8 * 511^2 < 2^31.
+    for (std::size_t i = 0; i < size; ++i) squares += appearances[i] * static_cast<std::int16_t>(appearances[i] * part.weights[i]);
+    // The squares of the sums below are at most 2^22 times `squares`, as axes are short: below 2^53.
+    std::int64_t rest = (std::int64_t{squares} << (2 * kAxisBits)) / (kUnit * kUnit);
+    for (std::size_t j = part.first_value; j < part.first_value + part.num_axes; ++j) {
+      const std::int16_t* axis = axes_.data() + j * size;
+      std::int32_t sum = 0;
+      for (std::size_t i = 0; i < size; ++i) sum += appearances[i] * axis[i];
+      result[j] = static_cast<std::int16_t>(sum >> kAxisBits);
+      rest -= std::int64_t{sum} * sum;
+    }
+    result[part.first_value + part.num_axes] = static_cast<std::int16_t>(root_rounded_down(rest) >> kAxisBits);
+  }
+  return result;
+}
+
+std::int64_t NeighborhoodProjection::reach(std::int64_t squares) {
+  // (sqrt(squares) / 4 + 4)^2, rounded up.
+  return squares / (kUnit * kUnit) + 2 * (root_rounded_down(squares) + 1) + 17;
+}
+
+}  // namespace patinate

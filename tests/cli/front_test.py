@@ -54,10 +54,24 @@ class Front(unittest.TestCase):
         again = front(*command)
         self.assertEqual(again.stdout, result.stdout)
 
+    def test_without_a_guide_one_is_made_that_other_tools_can_follow(self):
+        command = ["--resolution", SIDE, "--coherence", "0.5", "--source", "crackle"]
+        result = front("-o", "alone", *command)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertTrue((WORK / "alone/crackle/guide.exr").is_file())
+        # Given back to it beside the map of a tool: the same maps of ours.
+        beside = front("-o", "beside", *command, "alone/crackle/guide.exr", "tiles.nnf")
+        self.assertEqual(beside.returncode, 0, beside.stderr)
+
+        def row(printed):
+            return next(line.rsplit("|", 2)[0] for line in printed.splitlines() if line.startswith("| fast 0.5"))
+
+        self.assertEqual(row(beside.stdout), row(result.stdout))
+
     def test_what_is_wrong_is_said_in_a_line(self):
-        for arguments, code, said in ((["--source", "crackle"], 2, "guide"), (["--source", "nothing", "crackle/controls/thickness.exr"], 3, "nothing"),
+        for arguments, code, said in ((["--source", "photos"], 3, "no material history"), (["--source", "nothing", "crackle/controls/thickness.exr"], 3, "nothing"),
                                       (["--source", "crackle", "crackle/controls/thickness.exr", "--coherence", "much"], 2, "much")):
-            result = front("-o", "bad", "--control", "thickness", "--resolution", SIDE, *arguments)
+            result = front("-o", "bad", "--resolution", SIDE, *arguments)
             self.assertEqual(result.returncode, code, result.stderr)
             self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
             self.assertTrue(re.search(said, result.stderr), result.stderr)

@@ -58,9 +58,9 @@ class Front(unittest.TestCase):
         command = ["--resolution", SIDE, "--coherence", "0.5", "--source", "crackle"]
         result = front("-o", "alone", *command)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertTrue((WORK / "alone/crackle/guide.exr").is_file())
+        self.assertTrue((WORK / "alone/crackle/guide.png").is_file())
         # Given back to it beside the map of a tool: the same maps of ours.
-        beside = front("-o", "beside", *command, "alone/crackle/guide.exr", "tiles.nnf")
+        beside = front("-o", "beside", *command, "alone/crackle/guide.png", "tiles.nnf")
         self.assertEqual(beside.returncode, 0, beside.stderr)
 
         def row(printed):

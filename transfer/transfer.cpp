@@ -68,10 +68,12 @@ std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::
                                         const RunControl& control) {
   std::vector<SynthesisLevel> levels;
   const std::vector<ControlImage> sources = source_control_levels(appearance, source_controls, control);
-  ControlImage destination = interleave(matched, control);
-  matched.clear();
   for (std::size_t l = first; l < appearance.levels.size(); ++l, placement.step_mm *= 2.0, placement.pixel_mm *= 2.0) {
-    if (l > first) {
+    ControlImage destination;
+    if (l == first) {
+      destination = interleave(matched, control);
+      matched.clear();
+    } else {
       auto coarse_map = std::make_shared<TexelMap>(map->halved(control));
       if (coarse_map->num_covered() == 0) break;
       const ControlImage& fine = levels.back().destination.controls;

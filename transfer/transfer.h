@@ -26,7 +26,7 @@ inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "r
 
 struct TransferOptions {
   TransferMethod method = TransferMethod::Fast;
-  double coherence_share = 0.75;    ///< [0, 1]. a of the energy: 1 = texture only, 0 = control only.
+  double coherence_share = 0.65;    ///< [0, 1]. a of the energy: 1 = texture only, 0 = control only.
   int neighborhood_radius_px = 3;   ///< [1, 5]. 3 = the 48 nearest neighbours.
   std::int64_t seed = 1;
   AppearanceOptions appearance = {};

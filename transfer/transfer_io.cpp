@@ -196,8 +196,9 @@ void put_coordinates(ImageF& strip, int x, int y, const CoordinateMap& coordinat
   for (int row = 0; row < strip.height(); ++row) {
     for (int column = 0; column < strip.width(); ++column) {
       const std::int32_t s = coordinates[static_cast<std::size_t>(TexelId{y + row} * width + x + column)];
-      strip.at(column, row, 0) = s < 0 ? -1.0f : static_cast<float>(s % source_width);
-      strip.at(column, row, 1) = s < 0 ? -1.0f : static_cast<float>(s / source_width);
+      const std::int32_t source_x = s % source_width, source_y = s / source_width;
+      strip.at(column, row, 0) = s < 0 ? -1.0f : static_cast<float>(source_x);
+      strip.at(column, row, 1) = s < 0 ? -1.0f : static_cast<float>(source_y);
     }
   }
 }

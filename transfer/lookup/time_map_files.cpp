@@ -39,10 +39,12 @@ void write_time_map(const TransferFolder& transfer, ImageF times, Between betwee
   RunControl quiet = control;
   quiet.on_progress = {};
   TimeMapLookup lookup(transfer.history(), between, frames);
+  ImageF tile;
   for (int i = 0; i < sheet.num_tiles(); ++i) {
     const auto part = [&](double from, double to) { return control.part((i + from) / sheet.num_tiles(), (i + to) / sheet.num_tiles()); };
     const std::filesystem::path& coordinates = m.tiles[static_cast<std::size_t>(i)].coordinates;
-    ImageF own = sheet.num_tiles() == 1 ? std::move(times) : cut_tile(times, sheet, i);
+    if (sheet.num_tiles() > 1) tile = cut_tile(times, sheet, i);
+    ImageF& own = sheet.num_tiles() > 1 ? tile : times;
     // A texel beside the charts has the colour of the nearest one on them: its coordinates, and its time.
     dilate(own, covered(coordinates, m.width, m.height, quiet), -1);
     const CoordinateStrips strips(coordinates, m.width, m.height, history.width, history.height, options, part(0.0, 0.3));

@@ -215,7 +215,7 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
         for (std::size_t e = 0; e < errors.size(); ++e) error_histogram[e] += errors[e];
         return part;
       },
-      [](EnergySums a, const EnergySums& b) { return EnergySums::merge(std::move(a), b); });
+      EnergySums::merge);
 
   EnergyReport report;
   if (n == 0) return report;

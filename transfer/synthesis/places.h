@@ -36,7 +36,7 @@ class PlaceMap {
   /// @param source_width  > 0.
   PlaceMap(std::int64_t num_texels, std::int32_t source_width)
       : pixels(static_cast<std::size_t>(num_texels), -1), beside_(static_cast<std::size_t>(num_texels)), width_(source_width),
-        shift_(31 + std::bit_width(static_cast<std::uint32_t>(source_width) - 1)), reciprocal_((std::uint64_t{1} << shift_) / static_cast<std::uint32_t>(source_width) + 1) {}
+        shift_(31 + static_cast<int>(std::bit_width(static_cast<std::uint32_t>(source_width) - 1))), reciprocal_((std::uint64_t{1} << shift_) / static_cast<std::uint32_t>(source_width) + 1) {}
   /// Of a texel that has one.
   [[nodiscard]] FixedPoint point(TexelId t) const {
     const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];

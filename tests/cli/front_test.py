@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """tools/front as a researcher runs it who has maps of other tools. Usage: front_test.py PATINATE [unittest arguments]"""
+import json
+import os
 import pathlib
 import re
 import shutil
@@ -75,6 +77,15 @@ class Front(unittest.TestCase):
             self.assertEqual(result.returncode, code, result.stderr)
             self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
             self.assertTrue(re.search(said, result.stderr), result.stderr)
+
+    @unittest.skipUnless(os.environ.get("PATINATE_DATA"), "PATINATE_DATA is not set")
+    def test_the_five_sources_of_the_benchmark_are_made(self):
+        result = subprocess.run([str(FRONT.parent / "front_sources"), "sources", PATINATE], cwd=WORK, capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for name, control in (("rust", "height"), ("moss", "height"), ("copper", "progress"), ("craquelure", "density"), ("crackle", "thickness")):
+            history = json.loads((WORK / "sources" / name / "history.json").read_text())
+            self.assertEqual([c["name"] for c in history["controls"]], [control], name)
+            self.assertEqual(len(history["frames"]), 1, name)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kMaxSearched = 65'536;
 constexpr int kNumAsked = 40;         ///< More than are kept: pixels next to each other look alike and say nothing new.
 constexpr int kMinDistance_px = 5;
+constexpr float kSlack = 4.0f;        ///< Branches that could hold nothing nearer than 1 / (1 + this) of the worst squared distance are left out: half of the time, the same textures.
 constexpr int kFeatureSize = kAppearanceSize + 1;
 
 constexpr std::array<Offset, 9> kLooked{{{0, 0}, {-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};
@@ -88,7 +89,7 @@ SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& c
       flann::Matrix<int> indices(found.data(), 1, num_asked);
       flann::Matrix<float> distances(distance.data(), 1, num_asked);
       const flann::Matrix<float> queries(query.data(), 1, kFeatureSize);
-      index.knnSearch(queries, indices, distances, num_asked, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+      index.knnSearch(queries, indices, distances, num_asked, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED, kSlack));
       std::size_t kept = 0;
       for (std::size_t k = 0; k < num_asked && kept < kNumSimilar; ++k) {
         const std::int32_t other = searched[static_cast<std::size_t>(found[k])];

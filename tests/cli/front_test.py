@@ -69,10 +69,14 @@ class Front(unittest.TestCase):
             return next(line.rsplit("|", 2)[0] for line in printed.splitlines() if line.startswith("| fast 0.5"))
 
         self.assertEqual(row(beside.stdout), row(result.stdout))
+        # The same folder at another resolution: nothing of the first is left in it.
+        half = ["--resolution", SIDE // 2, "--coherence", "0.5", "--source", "crackle"]
+        self.assertEqual(row(front("-o", "alone", *half).stdout), row(front("-o", "fresh", *half).stdout))
 
     def test_what_is_wrong_is_said_in_a_line(self):
         for arguments, code, said in ((["--source", "photos"], 3, "no material history"), (["--source", "nothing", "crackle/controls/thickness.exr"], 3, "nothing"),
-                                      (["--source", "crackle", "crackle/controls/thickness.exr", "--coherence", "much"], 2, "much")):
+                                      (["--source", "crackle", "crackle/controls/thickness.exr", "--coherence", "much"], 2, "much"),
+                                      (["--source", "crackle", "--resolution", 0], 2, "--resolution"), (["--source", "crackle", "--control", "height"], 3, "height")):
             result = front("-o", "bad", "--resolution", SIDE, *arguments)
             self.assertEqual(result.returncode, code, result.stderr)
             self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)

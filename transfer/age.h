@@ -2,6 +2,7 @@
 /// The whole of transfer in one call, without files: a mesh that has the ages of a history.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,15 +27,16 @@ struct AgedMesh {
   ImageF coordinates;     ///< H x W x 2: pixel of the history; -1 outside the charts.
   ImageU8 coverage;       ///< H x W: 0 / 255.
   EnergyReport energy;
+  std::shared_ptr<const History> history;  ///< That coordinates are of.
 
   /// The texture at a time of the history's unit (clamped to its ends): H x W x 3, linear, gutters filled.
-  [[nodiscard]] ImageF texture(const HistoryReader& history, double time, const RunControl& control = {}) const;
+  [[nodiscard]] ImageF texture(double time, const RunControl& control = {}) const;
 };
 
 /// @param mesh  Any that read_mesh() gives.
 /// @param control  `[SOURCE=]DESTINATION[:weight[:mapping]]`, as --control: "accessibility", "thickness=0.7*facing + 0.3*spray".
 /// @throws UsageError if the control cannot be read; InvalidInput if the mesh cannot be textured or an option is out of range; IoError.
-[[nodiscard]] AgedMesh age_mesh(const HistoryReader& history, Mesh mesh, std::string_view control, const AgeOptions& options = {},
+[[nodiscard]] AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control, const AgeOptions& options = {},
                                 const RunControl& run = {});
 
 }  // namespace patinate

@@ -5,7 +5,6 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
-#include "transfer/library/library_parts.h"
 
 namespace patinate {
 
@@ -51,14 +50,14 @@ ControlSpec parse_control_spec(std::string_view text) {
   return spec;
 }
 
-std::string source_control(const HistoryReader& history, const ControlSpec& spec) {
+std::string source_control(const History& history, const ControlSpec& spec) {
   if (!spec.source.empty()) return history.control(spec.source).name;
-  const auto& controls = history.manifest().controls;
+  const auto& controls = history.facts().controls;
   if (controls.size() == 1) return controls[0].name;
-  if (controls.size() == 2 && !library_parts(history).empty()) return controls[controls[0].name == kLibraryControl ? 1 : 0].name;
+  if (controls.size() == 2 && !history.facts().parts.empty()) return controls[controls[0].name == kLibraryControl ? 1 : 0].name;
   std::string names;
-  for (const ControlParameter& c : controls) names += (names.empty() ? "" : ", ") + c.name;
-  throw UsageError("--control " + spec.destination + ": " + history.folder().string() +
+  for (const ControlFacts& c : controls) names += (names.empty() ? "" : ", ") + c.name;
+  throw UsageError("--control " + spec.destination + ": " + history.label() +
                    (controls.empty() ? " has no controls; ingest with one" : " has several controls (" + names + "); write SOURCE=" + spec.destination));
 }
 

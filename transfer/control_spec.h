@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "libcommon/history/history.h"
+#include "libcommon/history/history_value.h"
 
 namespace patinate {
 
@@ -30,6 +30,6 @@ struct ControlSpec {
 [[nodiscard]] ControlSpec parse_control_spec(std::string_view text);
 /// The history's control that a spec names, or its only one; of a library the only one beside kLibraryControl.
 /// @throws InvalidInput if it has no such control; UsageError if none is named and it has several, or none.
-[[nodiscard]] std::string source_control(const HistoryReader& history, const ControlSpec& spec);
+[[nodiscard]] std::string source_control(const History& history, const ControlSpec& spec);
 
 }  // namespace patinate

@@ -22,7 +22,7 @@ void check_sizes(const MapToAudit& made) {
 }
 
 /// Pixels of a source that is halved `halvings` times.
-CoordinateMap level_pixels(const MapToAudit& made, const HistoryManifest& history, const SourceLevel& source, int halvings) {
+CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, const SourceLevel& source, int halvings) {
   CoordinateMap pixels(static_cast<std::size_t>(made.surface->num_texels()), -1);
   for (TexelId t = 0; t < made.surface->num_texels(); ++t) {
     if (!made.surface->is_covered(t)) continue;
@@ -37,13 +37,13 @@ CoordinateMap level_pixels(const MapToAudit& made, const HistoryManifest& histor
 
 }  // namespace
 
-OptimumAudit audit_map(const HistoryReader& history, const MapToAudit& made, const TransferOptions& options, std::int64_t num_audits, std::uint64_t seed, const RunControl& control,
+OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& options, std::int64_t num_audits, std::uint64_t seed, const RunControl& control,
                        const AppearanceSource& appearance_source) {
   check_ranges(options);
   check_sizes(made);
-  const HistoryManifest& manifest = history.manifest();
+  const HistoryFacts& facts = history.facts();
   const int halvings = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));
-  const AppearanceSpace appearance = appearance_source(history, halvings + 1, options.appearance, control.part(0.0, 0.5), made.source_mask);
+  const AppearanceSpace appearance = appearance_of(history, appearance_source, halvings + 1, options.appearance, control.part(0.0, 0.5), made.source_mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   std::vector<ImageF> known, wanted;
   std::vector<double> weights;
@@ -58,7 +58,7 @@ OptimumAudit audit_map(const HistoryReader& history, const MapToAudit& made, con
   RunControl silent = control;
   silent.on_progress = nullptr;
   level.destination = make_destination_level(made.surface, interleave(wanted), neighborhood, place_source(*made.surface, made.frames, made.pixel_mm, static_cast<int>(first)), silent);
-  return audit_optimum(level, neighborhood, level_pixels(made, manifest, level.source, static_cast<int>(first)), options.coherence_share, weights, num_audits, seed, control.part(0.6, 1.0));
+  return audit_optimum(level, neighborhood, level_pixels(made, facts, level.source, static_cast<int>(first)), options.coherence_share, weights, num_audits, seed, control.part(0.6, 1.0));
 }
 
 }  // namespace patinate

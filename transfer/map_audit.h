@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libcommon/atlas/texel_map.h"
-#include "libcommon/history/history.h"
+#include "libcommon/history/history_value.h"
 #include "libcommon/image/image.h"
 #include "transfer/synthesis/audit.h"
 #include "transfer/transfer.h"
@@ -27,14 +27,14 @@ struct MapToAudit {
   ImageF coordinates;                       ///< H x W x 2: pixels of the history, rounded to whole ones; what is outside it counts as none.
   double pixel_mm = 1.0;                    ///< Surface length of one pixel of the history.
   std::vector<FollowedControl> controls;    ///< At least one.
-  std::shared_ptr<const FlowFrames> frames = nullptr;  ///< As transfer()'s.
+  std::shared_ptr<const FlowFrames> frames = nullptr;  ///< As TransferInput's.
   ImageU8 source_mask = {};                 ///< What could be copied, instead of the history's mask; empty: that.
 };
 
 /// Measures as transfer() does: with its appearance, on the level whose pixels are as large as texels.
-/// @param options  Coherence share, neighbourhood and appearance; nothing else of them counts. @param appearance_source  As transfer()'s.
+/// @param options  Coherence share, neighbourhood and appearance; nothing else of them counts. @param appearance  As TransferInput's.
 /// @throws InvalidInput if sizes do not fit. Audits nothing where no pixel has its whole neighbourhood in the mask.
-[[nodiscard]] OptimumAudit audit_map(const HistoryReader& history, const MapToAudit& made, const TransferOptions& options, std::int64_t num_audits, std::uint64_t seed,
-                                     const RunControl& control = {}, const AppearanceSource& appearance_source = build_appearance_space);
+[[nodiscard]] OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& options, std::int64_t num_audits, std::uint64_t seed,
+                                     const RunControl& control = {}, const AppearanceSource& appearance = {});
 
 }  // namespace patinate

@@ -5,13 +5,12 @@
 #include <utility>
 
 #include "libcommon/atlas/direction_field.h"
-#include "transfer/library/library_parts.h"
 
 namespace patinate {
 
-int smallest_side(const HistoryReader& history) {
-  int side = std::min(history.manifest().width, history.manifest().height);
-  for (const LibraryPart& part : library_parts(history)) side = std::min({side, part.width, part.height});
+int smallest_side(const History& history) {
+  int side = std::min(history.facts().width, history.facts().height);
+  for (const LibraryPart& part : history.facts().parts) side = std::min({side, part.width, part.height});
   return side;
 }
 

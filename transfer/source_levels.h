@@ -17,7 +17,7 @@ namespace patinate {
 inline constexpr int kSmallestSide = 12;  ///< Nothing is halved below it.
 
 /// The shorter side of the history; of a library the shortest of any of its histories, so that each is there on every level.
-[[nodiscard]] int smallest_side(const HistoryReader& history);
+[[nodiscard]] int smallest_side(const History& history);
 
 /// How often the history is halved before its pixels are as large as texels, to a factor of sqrt 2, or as small as it can be.
 [[nodiscard]] int source_halvings(double texel_mm, double pixel_mm, int smallest_side);

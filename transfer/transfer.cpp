@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "transfer/library/library_parts.h"
 #include "transfer/source_levels.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/transfer_controls.h"
@@ -24,7 +23,7 @@ void describe(OptionVisitor& v, TransferOptions& o) {
 namespace {
 
 /// Levels from the atlas's own to the coarsest.
-int usable_levels(const HistoryReader& history, int halvings, const TexelMap& map, const TransferOptions& options) {
+int usable_levels(const History& history, int halvings, const TexelMap& map, const TransferOptions& options) {
   if (options.method == TransferMethod::Reference) return 1;
   const int source_side = smallest_side(history) >> halvings;
   const int smallest = std::min({source_side, map.width(), map.height()});
@@ -102,48 +101,54 @@ void check_controls(const std::vector<TransferControl>& controls, const TexelMap
   }
 }
 
+void check_input(const TransferInput& input) {
+  if (!input.history || !input.map) throw InvalidInput("transfer needs a history and a map of the surface");
+  const HistoryFacts& facts = input.history->facts();
+  check_controls(input.controls, *input.map);
+  if (input.frames && input.frames->size() != input.map->mesh().triangles.size()) throw InvalidInput("transfer: expected one frame a triangle");
+  const std::int64_t num_pixels = std::int64_t{facts.width} * facts.height;
+  if (num_pixels > std::numeric_limits<std::int32_t>::max()) throw InvalidInput(input.history->label() + ": has more than 2^31 pixels; scale it down");
+  if (std::max(facts.width, facts.height) > kLargestSource_px) throw InvalidInput(input.history->label() + ": is longer than " + std::to_string(kLargestSource_px) + " pixels; scale it down");
+  if (!(input.texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
+  if (input.map->num_covered() == 0) throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
+}
+
 /// Histories of a library that are asked for can be copied from. @param first  The level is halved as often.
-void check_usable(const HistoryReader& history, const std::vector<std::size_t>& asked, const SourceLevel& level, std::size_t first, int window_px) {
-  const std::vector<LibraryPart> parts = library_parts(history);
+void check_usable(const History& history, const std::vector<std::size_t>& asked, const SourceLevel& level, std::size_t first, int window_px) {
+  const std::vector<LibraryPart>& parts = history.facts().parts;
   for (std::size_t p : asked) {
     const LibraryPart& part = parts[p];
     const auto is_of_part = [&](std::int32_t pixel) { return pixel % level.width() >= part.x >> first && pixel % level.width() < (part.x + part.width) >> first; };
     if (std::any_of(level.usable.begin(), level.usable.end(), is_of_part)) continue;
-    throw InvalidInput(history.folder().string() + ": no pixel of its history " + std::to_string(p) + " (" + part.name + ") has its whole neighbourhood of " + std::to_string(window_px) +
+    throw InvalidInput(history.label() + ": no pixel of its history " + std::to_string(p) + " (" + part.name + ") has its whole neighbourhood of " + std::to_string(window_px) +
                        " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
   }
 }
 
 }  // namespace
 
-TransferResult transfer(const HistoryReader& history, const std::shared_ptr<const TexelMap>& map, double texel_size_mm,
-                        const std::vector<TransferControl>& controls, const TransferOptions& options, const RunControl& control,
-                        const std::shared_ptr<const FlowFrames>& frames, const ImageU8& source_mask, const AppearanceSource& appearance_source) {
+TransferResult transfer(const TransferInput& input, const TransferOptions& options, const RunControl& control) {
   check_ranges(options);
-  check_controls(controls, *map);
-  if (frames && frames->size() != map->mesh().triangles.size()) throw InvalidInput("transfer: expected one frame a triangle");
-  const std::int64_t num_pixels = std::int64_t{history.manifest().width} * history.manifest().height;
-  if (num_pixels > std::numeric_limits<std::int32_t>::max()) throw InvalidInput(history.folder().string() + ": has more than 2^31 pixels; scale it down");
-  if (std::max(history.manifest().width, history.manifest().height) > kLargestSource_px) throw InvalidInput(history.folder().string() + ": is longer than " + std::to_string(kLargestSource_px) + " pixels; scale it down");
-  if (!(texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
-  if (map->num_covered() == 0) throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
+  check_input(input);
+  const History& history = *input.history;
+  const std::shared_ptr<const TexelMap>& map = input.map;
   TransferResult result;
-  const ImageU8 mask = usable_mask(history, source_mask);
-  MatchedControls matched = match_controls(history, mask, controls, map->coverage(), control.part(0.0, 0.0));
+  const ImageU8 mask = usable_mask(history, input.source_mask);
+  MatchedControls matched = match_controls(history, mask, input.controls, map->coverage(), control.part(0.0, 0.0));
   std::vector<double> weights;
-  for (const TransferControl& c : controls) weights.push_back(c.weight);
-  const int halvings = source_halvings(map->median_texel_size_mm(), texel_size_mm, smallest_side(history));
-  const AppearanceSpace appearance = appearance_source(
-      history, halvings + usable_levels(history, halvings, *map, options), options.appearance, control.part(0.0, 0.3), mask);
+  for (const TransferControl& c : input.controls) weights.push_back(c.weight);
+  const int halvings = source_halvings(map->median_texel_size_mm(), input.texel_size_mm, smallest_side(history));
+  const AppearanceSpace appearance = appearance_of(
+      history, input.appearance, halvings + usable_levels(history, halvings, *map, options), options.appearance, control.part(0.0, 0.3), mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   result.explained_variance = appearance.explained_variance;
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
   RunControl silent = control;
   silent.on_progress = nullptr;
-  const SourcePlacement placement = place_source(*map, frames, texel_size_mm, static_cast<int>(first));
+  const SourcePlacement placement = place_source(*map, input.frames, input.texel_size_mm, static_cast<int>(first));
   std::vector<SynthesisLevel> levels = make_levels(appearance, first, matched.source, std::move(matched.destination), map, placement, neighborhood, silent);
   if (levels.empty()) {
-    throw InvalidInput(history.folder().string() + ": no pixel has its whole neighbourhood of " +
+    throw InvalidInput(history.label() + ": no pixel has its whole neighbourhood of " +
                        std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
   }
   check_usable(history, matched.asked_histories, levels[0].source, first, 2 * neighborhood.radius_px + 1);
@@ -158,7 +163,7 @@ TransferResult transfer(const HistoryReader& history, const std::shared_ptr<cons
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  options.coherence_share, weights, silent);
   result.matched_controls = std::move(levels[0].destination.controls);
-  result.coordinates = to_full_size(std::move(result.coordinates), levels[0].source.width(), static_cast<int>(first), history.manifest().width);
+  result.coordinates = to_full_size(std::move(result.coordinates), levels[0].source.width(), static_cast<int>(first), history.facts().width);
   control.report(1.0);
   return result;
 }

@@ -11,7 +11,7 @@
 #include "libcommon/atlas/texel_map.h"
 #include "libcommon/core/options.h"
 #include "libcommon/core/run_control.h"
-#include "libcommon/history/history.h"
+#include "libcommon/history/history_value.h"
 #include "transfer/appearance/appearance_space.h"
 #include "transfer/control_matching.h"
 #include "transfer/control_spec.h"
@@ -52,15 +52,18 @@ struct TransferResult {
   double explained_variance = 0.0;        ///< Of the history's colours, by the appearance that was compared.
 };
 
-/// @param map       The destination in mm.
-/// @param texel_size_mm  Surface length of one history pixel.
-/// @param frames    Which way the history's rows and columns run on the surface (direction_field.h); none: as the UVs do.
-/// @param source_mask  Of the history's size; 0 = must not be copied, as where the history's own mask is 0. Empty: only that.
-/// @param appearance_source  Where the history's appearance comes from; no result depends on it.
+/// What is transferred onto what.
+struct TransferInput {
+  std::shared_ptr<const History> history;
+  std::shared_ptr<const TexelMap> map;                   ///< The destination in mm.
+  double texel_size_mm = 1.0;                            ///< Surface length of one history pixel; > 0.
+  std::vector<TransferControl> controls;                 ///< At least one.
+  std::shared_ptr<const FlowFrames> frames = nullptr;    ///< Which way the history's rows and columns run on the surface (direction_field.h); none: as the UVs do.
+  ImageU8 source_mask = {};                              ///< Of the history's size; 0 = must not be copied, as where the history's own mask is 0. Empty: only that.
+  AppearanceSource appearance = {};                      ///< Of the history; no result depends on it. Empty: built.
+};
+
 /// @throws InvalidInput
-[[nodiscard]] TransferResult transfer(const HistoryReader& history, const std::shared_ptr<const TexelMap>& map, double texel_size_mm,
-                                      const std::vector<TransferControl>& controls, const TransferOptions& options,
-                                      const RunControl& control = {}, const std::shared_ptr<const FlowFrames>& frames = nullptr,
-                                      const ImageU8& source_mask = {}, const AppearanceSource& appearance_source = build_appearance_space);
+[[nodiscard]] TransferResult transfer(const TransferInput& input, const TransferOptions& options = {}, const RunControl& control = {});
 
 }  // namespace patinate

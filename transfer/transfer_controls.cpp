@@ -7,7 +7,6 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
-#include "transfer/library/library_parts.h"
 
 namespace patinate {
 
@@ -43,14 +42,14 @@ ImageU8 destination_labels(const ImageF& share, const ImageU8& coverage, std::si
 }
 
 /// Histories that texels ask for.
-std::vector<std::size_t> asked_histories(const HistoryReader& history, const std::vector<LibraryPart>& parts, const ImageU8& destination, const ImageU8& source) {
+std::vector<std::size_t> asked_histories(const History& history, const std::vector<LibraryPart>& parts, const ImageU8& destination, const ImageU8& source) {
   std::vector<std::size_t> asked;
   const auto has = [](const ImageU8& labels, std::size_t label) { return std::find(labels.values().begin(), labels.values().end(), static_cast<std::uint8_t>(label)) != labels.values().end(); };
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (!has(destination, p + 1)) continue;
     asked.push_back(p);
     if (has(source, p + 1)) continue;
-    throw InvalidInput(history.folder().string() + ": no pixel of its history " + std::to_string(p) + " (" + parts[p].name + ") is inside the mask, but --control " + kLibraryControl +
+    throw InvalidInput(history.label() + ": no pixel of its history " + std::to_string(p) + " (" + parts[p].name + ") is inside the mask, but --control " + kLibraryControl +
                        " asks for it; give a larger mask");
   }
   return asked;
@@ -58,10 +57,10 @@ std::vector<std::size_t> asked_histories(const HistoryReader& history, const std
 
 }  // namespace
 
-TransferControl make_transfer_control(const HistoryReader& history, const ControlSpec& spec, ControlMap made) {
+TransferControl make_transfer_control(const History& history, const ControlSpec& spec, ControlMap made) {
   TransferControl control{source_control(history, spec), spec.destination, {}, {made.low, made.high, made.unit}, spec.weight, spec.mapping};
   if (control.source == kLibraryControl && !spec.has_mapping) {
-    const std::size_t num_parts = library_parts(history).size();
+    const std::size_t num_parts = history.facts().parts.size();
     if (num_parts > 0) {
       control.mapping = ControlMapping::Physical;
       control.range = index_range(made, num_parts);
@@ -71,11 +70,11 @@ TransferControl make_transfer_control(const HistoryReader& history, const Contro
   return control;
 }
 
-ImageU8 usable_mask(const HistoryReader& history, const ImageU8& given) {
+ImageU8 usable_mask(const History& history, const ImageU8& given) {
   ImageU8 mask = history.read_mask();
   if (given.empty()) return mask;
   if (!given.same_size(mask)) {
-    throw InvalidInput("source mask: is " + size_text(given.width(), given.height()) + " pixels; the history " + history.folder().string() + " is " + size_text(mask.width(), mask.height()));
+    throw InvalidInput("source mask: is " + size_text(given.width(), given.height()) + " pixels; the history " + history.label() + " is " + size_text(mask.width(), mask.height()));
   }
   bool is_empty = true;
   for (std::size_t i = 0; i < mask.values().size(); ++i) {
@@ -86,16 +85,16 @@ ImageU8 usable_mask(const HistoryReader& history, const ImageU8& given) {
   return mask;
 }
 
-MatchedControls match_controls(const HistoryReader& history, const ImageU8& source_mask, const std::vector<TransferControl>& controls, const ImageU8& coverage,
+MatchedControls match_controls(const History& history, const ImageU8& source_mask, const std::vector<TransferControl>& controls, const ImageU8& coverage,
                                const RunControl& control) {
   MatchedControls out;
   for (const TransferControl& c : controls) out.source.push_back(history.read_control(c.source));
   out.destination.resize(controls.size());
   const auto range_of = [&](const TransferControl& c) -> ControlRange {
-    const ControlParameter& parameter = history.control(c.source);
+    const ControlFacts& parameter = history.control(c.source);
     return {parameter.low, parameter.high, parameter.unit};
   };
-  const std::vector<LibraryPart> parts = library_parts(history);
+  const std::vector<LibraryPart>& parts = history.facts().parts;
   const auto says_history = [&](const TransferControl& c) { return !parts.empty() && c.source == kLibraryControl; };
   ImageU8 texels, pixels;  // Labels, where the controls say which history applies.
   for (std::size_t i = 0; i < controls.size(); ++i) {

@@ -16,7 +16,6 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/image_rows.h"
 #include "transfer/flow_io.h"
-#include "transfer/library/library_parts.h"
 
 namespace patinate {
 
@@ -36,7 +35,7 @@ std::string tiled_name(const std::string& stem, TileRule rule) {
 }
 
 std::string control_file(const TransferTask& task, std::size_t index) {
-  return tiled_name(task.controls.size() == 1 ? "control" : "control." + task.controls[index].source, rule_of(task));
+  return tiled_name(task.input.controls.size() == 1 ? "control" : "control." + task.input.controls[index].source, rule_of(task));
 }
 
 /// Puts the part of the sheet that begins at (x, y) into a strip.
@@ -74,7 +73,7 @@ Json tiles_json(const TransferTask& task) {
   Json tiles = Json::array();
   for (const std::string& name : task.atlas->tile_names()) {
     Json controls = Json::array();
-    for (std::size_t i = 0; i < task.controls.size(); ++i) controls.push_back(tile_path(control_file(task, i), name).string());
+    for (std::size_t i = 0; i < task.input.controls.size(); ++i) controls.push_back(tile_path(control_file(task, i), name).string());
     tiles.push_back({{"name", name}, {"coordinates", "coordinates." + name + ".exr"}, {"controls", controls}});
   }
   return tiles;
@@ -82,8 +81,8 @@ Json tiles_json(const TransferTask& task) {
 
 Json controls_json(const TransferTask& task) {
   Json controls = Json::array();
-  for (std::size_t i = 0; i < task.controls.size(); ++i) {
-    const TransferControl& c = task.controls[i];
+  for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
+    const TransferControl& c = task.input.controls[i];
     controls.push_back({{"source", c.source},
                         {"destination", c.destination},
                         {"weight", c.weight},
@@ -215,29 +214,30 @@ void put_index(ImageF& strip, const std::vector<LibraryPart>& library) {
 
 }  // namespace
 
-void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result, const HistoryReader& history) {
-  const TexelMap& map = *task.map;
-  for (std::size_t i = 0; i < task.controls.size(); ++i) {
+void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result) {
+  const TexelMap& map = *task.input.map;
+  for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
     write_tiles(folder / control_file(task, i), map.sheet(), {"Y"}, [&](int x, int y, ImageF& strip) {
-      for (int row = 0; row < strip.height(); ++row) std::copy_n(&task.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
+      for (int row = 0; row < strip.height(); ++row) std::copy_n(&task.input.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
     });
   }
   write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : map.mesh());
-  if (!task.source_mask.empty()) write_codes(folder / kSourceMaskFile, task.source_mask);
-  const std::vector<LibraryPart> parts = library_parts(history);
+  if (!task.input.source_mask.empty()) write_codes(folder / kSourceMaskFile, task.input.source_mask);
+  const HistoryFacts& history = task.history->facts();
+  const std::vector<LibraryPart>& parts = history.parts;
   std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
-  if (task.frames) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
+  if (task.input.frames) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
   if (!parts.empty()) channels.emplace_back(kIndexChannel);
   write_tiles(folder / tiled_name("coordinates", rule_of(task)), map.sheet(), channels, [&](int x, int y, ImageF& strip) {
-    put_coordinates(strip, x, y, result.coordinates, map.width(), history.manifest().width);
-    if (task.frames) put_patch(strip, x, y, map, *task.frames);
+    put_coordinates(strip, x, y, result.coordinates, map.width(), history.width);
+    if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
     if (!parts.empty()) put_index(strip, parts);
   });
 }
 
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
                              const EnergyReport& energy, double explained_variance, const std::string& key) {
-  const HistoryReader history(task.history);
+  const HistoryReader& history = *task.history;
   Json options = Json::object();
   for (const auto& [name, value] : option_values(task.options)) {
     const std::optional<double> number = parse_number(value);
@@ -250,14 +250,14 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
   json["version"] = 1;
   json["history"] = {{"path", history_path.string()}, {"key", history_content_key(history)}, {"name", history.manifest().name},
                      {"width", history.manifest().width}, {"height", history.manifest().height}};
-  json["mesh"] = {{"file", "mesh.obj"}, {"made_from", task.mesh_name}, {"key", mesh_content_key(task.map->mesh())},
+  json["mesh"] = {{"file", "mesh.obj"}, {"made_from", task.mesh_name}, {"key", mesh_content_key(task.input.map->mesh())},
                   {"unit", task.unit ? Json(*task.unit) : Json(nullptr)}, {"mm_per_mesh_unit", task.mm_per_mesh_unit}};
-  json["width"] = task.map->sheet().tile_width;
-  json["height"] = task.map->sheet().tile_height;
+  json["width"] = task.input.map->sheet().tile_width;
+  json["height"] = task.input.map->sheet().tile_height;
   json["atlas"] = {{"uvs", task.atlas && task.atlas->is_unwrapped ? "unwrapped" : "file"},
                    {"tiles", kTileRuleNames[static_cast<std::size_t>(rule_of(task))]}};
-  json["covered_texels"] = task.map->num_covered();
-  json["texel_size_mm"] = task.texel_size_mm;
+  json["covered_texels"] = task.input.map->num_covered();
+  json["texel_size_mm"] = task.input.texel_size_mm;
   json["flow"] = task.flow;
   if (rule_of(task) == TileRule::Square) {
     json["coordinates"] = "coordinates.exr";
@@ -265,7 +265,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
     json["tiles"] = tiles_json(task);
   }
   json["subpixel"] = false;
-  if (!task.source_mask.empty()) json["source_mask"] = kSourceMaskFile;
+  if (!task.input.source_mask.empty()) json["source_mask"] = kSourceMaskFile;
   json["controls"] = controls_json(task);
   json["options"] = options;
   json["seed"] = task.options.seed;

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "libcommon/atlas/atlas_mesh.h"
 #include "libcommon/core/json.h"
+#include "libcommon/history/history.h"
 #include "libcommon/image/image.h"
 #include "transfer/synthesis/energy.h"
 #include "transfer/transfer.h"
@@ -27,21 +29,17 @@ inline constexpr const char* kIndexChannel = "source.index";  ///< Of a library:
 /// Members `energy`, `coherence`, `control_error_mean` ...
 [[nodiscard]] Json energy_json(const EnergyReport& energy);
 
-/// Everything a transfer folder is made from.
+/// Everything that a transfer folder is made from.
 struct TransferTask {
-  std::filesystem::path history;
-  std::shared_ptr<const TexelMap> map;       ///< In mm, over the sheet of all tiles.
+  std::shared_ptr<const HistoryReader> history;
+  TransferInput input;                       ///< Of that history, whatever `history` says here; the map lies over the sheet of all tiles.
+  TransferOptions options;
   std::shared_ptr<const AtlasMesh> atlas;    ///< The same mesh with the UVs of its tiles, in mm; none: the map's, one square.
   std::string mesh_name;                     ///< For provenance: the file's name.
   std::optional<std::string> unit;           ///< The mesh file's unit when it was said.
   double mm_per_mesh_unit = 1.0;
-  double texel_size_mm = 1.0;
-  std::vector<TransferControl> controls;
-  TransferOptions options;
-  std::shared_ptr<const FlowFrames> frames;  ///< As transfer()'s; none: as the UVs run.
-  std::string flow = "uv";                      ///< What the frames were made from, for people.
-  ImageU8 source_mask;                          ///< As transfer()'s; empty: none.
-  std::string source_mask_name;                 ///< For people: the file's name.
+  std::string flow = "uv";                   ///< What the frames were made from, for people.
+  std::string source_mask_name;              ///< For people: the file's name.
 };
 
 /// One square of the atlas.
@@ -87,8 +85,8 @@ struct TransferManifest {
 /// @param path  A transfer folder, or its transfer.json. @throws IoError
 [[nodiscard]] TransferManifest read_transfer_manifest(const std::filesystem::path& path);
 
-/// Writes coordinates, controls (a file a tile), mesh and source mask into an existing folder. @param history  That coordinates index.
-void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result, const HistoryReader& history);
+/// Writes coordinates, controls (a file a tile), mesh and source mask into an existing folder.
+void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result);
 /// Writes transfer.json. @param final_folder  Where the folder will stand: the history's path is written relative to it.
 void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder, const TransferTask& task,
                              const EnergyReport& energy, double explained_variance, const std::string& key);

@@ -10,7 +10,6 @@
 namespace patinate {
 
 /// The folder of formats.md: coordinates.exr, control.exr, mesh.obj, transfer.json.
-/// @param appearance_source  As transfer()'s: no part of the key.
-[[nodiscard]] JobPlan plan_transfer(TransferTask task, const std::filesystem::path& output, AppearanceSource appearance_source = build_appearance_space);
+[[nodiscard]] JobPlan plan_transfer(TransferTask task, const std::filesystem::path& output);
 
 }  // namespace patinate

@@ -45,8 +45,8 @@ ImageF reduced(ImageF image, const ImageU8& mask, const ImageF& coverage) {
 /// What all frames around the times show.
 ImageU8 common_mask(const TextureSeries& series, const std::vector<double>& times) {
   ImageU8 mask = series.mask(times.front());
-  const std::vector<HistoryFrame>& frames = series.manifest().frames;
-  if (std::none_of(frames.begin(), frames.end(), [](const HistoryFrame& f) { return f.mask.has_value(); })) return mask;
+  const std::vector<FrameFacts>& frames = series.facts().frames;
+  if (std::none_of(frames.begin(), frames.end(), [](const FrameFacts& f) { return f.has_mask; })) return mask;
   for (double time : times) {
     const ImageU8 now = series.mask(time);
     for (std::int64_t i = 0; i < mask.num_pixels(); ++i) mask.data()[i] &= now.data()[i];

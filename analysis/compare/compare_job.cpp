@@ -28,7 +28,7 @@ struct Work {
 
   const ComparedPair& loaded(const RunControl& control) {
     const std::scoped_lock lock(mutex);
-    if (!pair) pair.emplace(load_pair(TextureSeries(task.a, task.through), TextureSeries(task.b), task.options, control));
+    if (!pair) pair.emplace(load_pair(open_series(task.a, task.through).series, open_series(task.b).series, task.options, control));
     return *pair;
   }
 };
@@ -50,7 +50,7 @@ JobItem section_item(const std::shared_ptr<Work>& work, const std::string& name,
           }};
 }
 
-JobInputs compare_inputs(const CompareTask& task, const TextureSeries& a, const TextureSeries& b) {
+JobInputs compare_inputs(const CompareTask& task, const SeriesFile& a, const SeriesFile& b) {
   JobInputs inputs("compare", kStageVersion);
   inputs.add_content("a", "A", a.key());
   inputs.add_content("b", "B", b.key());
@@ -63,8 +63,8 @@ JobInputs compare_inputs(const CompareTask& task, const TextureSeries& a, const 
 
 JobPlan plan_compare(CompareTask task, const fs::path& output) {
   check_ranges(task.options);
-  const TextureSeries a(task.a, task.through), b(task.b);
-  (void)common_times(a.manifest(), b.manifest(), task.options);  // Said before work starts.
+  const SeriesFile a = open_series(task.a, task.through), b = open_series(task.b);
+  (void)common_times(a.series.facts(), b.series.facts(), task.options);  // Said before work starts.
   const JobInputs inputs = compare_inputs(task, a, b);
   const auto work = std::make_shared<Work>();
   work->task = std::move(task);
@@ -86,7 +86,7 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
     std::vector<Json> made;
     for (const std::string& name : names) made.push_back(load_json(folder / section_file(name)));
     const CompareTask& t = work->task;
-    const TextureSeries side_a(t.a, t.through), side_b(t.b);
+    const SeriesFile side_a = open_series(t.a, t.through), side_b = open_series(t.b);
     write_compare_report(folder, {.a = side_a, .b = side_b, .options = t.options, .command = t.command, .key = key}, made);
   };
   return plan;

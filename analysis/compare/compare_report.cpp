@@ -17,13 +17,14 @@ std::string times_text(const Json& side) {
          side.at("time_unit").get<std::string>();
 }
 
-Json describe_side(const TextureSeries& series) {
-  const HistoryManifest& m = series.manifest();
+Json describe_side(const SeriesFile& side) {
+  const TextureSeries& series = side.series;
+  const HistoryFacts& m = series.facts();
   Json controls = Json::array();
-  for (const ControlParameter& c : m.controls) controls.push_back({{"name", c.name}, {"range", {c.low, c.high}}, {"unit", c.unit}});
+  for (const ControlFacts& c : m.controls) controls.push_back({{"name", c.name}, {"range", {c.low, c.high}}, {"unit", c.unit}});
   return Json{{"name", series.name()}, {"origin", m.origin}, {"width", series.width()}, {"height", series.height()}, {"frames", m.frames.size()},
           {"first_time", m.frames.front().time}, {"last_time", m.frames.back().time}, {"time_unit", time_unit_text(m.time_unit)},
-          {"texel_size_mm", series.pixel_mm() ? Json(*series.pixel_mm()) : Json(nullptr)}, {"controls", controls}, {"key", series.key()}};
+          {"texel_size_mm", series.pixel_mm() ? Json(*series.pixel_mm()) : Json(nullptr)}, {"controls", controls}, {"key", side.key()}};
 }
 
 void add_provenance(HtmlPage& page, const Json& a, const Json& b) {
@@ -42,7 +43,7 @@ void add_provenance(HtmlPage& page, const Json& a, const Json& b) {
 
 void write_compare_report(const fs::path& folder, const CompareProvenance& provenance, const std::vector<Json>& sections) {
   const Json a = describe_side(provenance.a), b = describe_side(provenance.b);
-  HtmlPage page(provenance.a.name() + " against " + provenance.b.name());
+  HtmlPage page(provenance.a.series.name() + " against " + provenance.b.series.name());
   page.paragraph("How alike two surfaces age: A and B, at equal times or shares of their spans. Where a figure has a number for A split in two, that is what equal surfaces would show: "
                  "the squares of a chess board over A, the black against the white ones.");
   add_provenance(page, a, b);

@@ -12,8 +12,8 @@
 namespace patinate {
 
 struct CompareProvenance {
-  const TextureSeries& a;
-  const TextureSeries& b;
+  const SeriesFile& a;
+  const SeriesFile& b;
   const CompareOptions& options;
   std::string command;
   std::string key;

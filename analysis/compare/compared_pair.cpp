@@ -14,7 +14,7 @@ namespace {
 constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
 constexpr std::array<std::string_view, 2> kPlacesNames{"auto", "never"};
 
-std::string span_text(const HistoryManifest& m) {
+std::string span_text(const HistoryFacts& m) {
   return short_number_text(m.frames.front().time) + " to " + short_number_text(m.frames.back().time) + " " + time_unit_text(m.time_unit);
 }
 
@@ -49,13 +49,13 @@ void describe(OptionVisitor& v, CompareOptions& o) {
   v.visit({"cracks", "Measure dark lines at the last common time: share, width, cells, angles"}, o.cracks);
 }
 
-CommonTimes common_times(const HistoryManifest& a, const HistoryManifest& b, const CompareOptions& options) {
+CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options) {
   std::vector<double> frames;
   const double start_a = a.frames.front().time, span_a = a.frames.back().time - start_a;
   const double start_b = b.frames.front().time, span_b = b.frames.back().time - start_b;
   CommonTimes common;
   if (options.clock == Clock::Span) {
-    for (const HistoryFrame& f : a.frames) frames.push_back(span_a > 0.0 ? (f.time - start_a) / span_a : 0.0);
+    for (const FrameFacts& f : a.frames) frames.push_back(span_a > 0.0 ? (f.time - start_a) / span_a : 0.0);
     common.clock = clock_times(frames, 0.0, span_a > 0.0 && span_b > 0.0 ? 1.0 : 0.0, options.num_times);
     for (double t : common.clock) {
       common.times_a.push_back(t == 1.0 ? a.frames.back().time : start_a + t * span_a);
@@ -68,7 +68,7 @@ CommonTimes common_times(const HistoryManifest& a, const HistoryManifest& b, con
   if (low > high) {
     throw InvalidInput("compare: A covers " + span_text(a) + ", B " + span_text(b) + ": no time in common; --clock span compares by shares of each span");
   }
-  for (const HistoryFrame& f : a.frames) frames.push_back(f.time);
+  for (const FrameFacts& f : a.frames) frames.push_back(f.time);
   common.clock = clock_times(frames, low, high, options.num_times);
   common.times_a = common.clock;
   for (double t : common.clock) common.times_b.push_back(t / factor);
@@ -76,12 +76,12 @@ CommonTimes common_times(const HistoryManifest& a, const HistoryManifest& b, con
 }
 
 ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control) {
-  const CommonTimes times = common_times(a.manifest(), b.manifest(), options);
+  const CommonTimes times = common_times(a.facts(), b.facts(), options);
   ColorStack stack_a = load_stack(a, times.times_a, options.size, control.part(0.0, 0.5));
   ColorStack stack_b = load_stack(b, times.times_b, options.size, control.part(0.5, 1.0));
   stack_a.times = times.clock;
   stack_b.times = times.clock;
-  const std::string unit = options.clock == Clock::Span ? "spans" : time_unit_text(a.manifest().time_unit);
+  const std::string unit = options.clock == Clock::Span ? "spans" : time_unit_text(a.facts().time_unit);
   ComparedPair pair{.series_a = std::move(a), .series_b = std::move(b), .a = std::move(stack_a), .b = std::move(stack_b),
                     .time_name = options.clock == Clock::Span ? "share of the span" : "time (" + unit + ")", .time_unit = unit, .places_problem = "", .shared_a = {}, .shared_b = {},
                     .blocks_a = {}, .blocks_b = {}};

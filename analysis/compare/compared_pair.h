@@ -47,7 +47,7 @@ struct CommonTimes {
   std::vector<double> times_a, times_b;  ///< In each history's own unit.
 };
 /// @throws InvalidInput if the histories have no time in common.
-[[nodiscard]] CommonTimes common_times(const HistoryManifest& a, const HistoryManifest& b, const CompareOptions& options);
+[[nodiscard]] CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options);
 
 /// @throws InvalidInput, IoError. Cost: two frames read for each time and side.
 [[nodiscard]] ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control = {});

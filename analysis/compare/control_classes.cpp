@@ -9,9 +9,9 @@ namespace patinate {
 
 namespace {
 
-std::string range_text(const ControlParameter& c) { return short_number_text(c.low) + " to " + short_number_text(c.high) + (c.unit.empty() ? "" : " " + c.unit); }
+std::string range_text(const ControlFacts& c) { return short_number_text(c.low) + " to " + short_number_text(c.high) + (c.unit.empty() ? "" : " " + c.unit); }
 
-SharedControl matched(const ControlParameter& a, const ControlParameter& b) {
+SharedControl matched(const ControlFacts& a, const ControlFacts& b) {
   SharedControl s{.name_a = a.name, .name_b = b.name, .unit = a.unit};
   if (!(a.high > a.low) || !(b.high > b.low)) {
     s.undefined = "the control is constant in " + std::string(a.high > a.low ? "B" : "A");
@@ -34,10 +34,10 @@ SharedControl matched(const ControlParameter& a, const ControlParameter& b) {
 
 }  // namespace
 
-std::vector<SharedControl> shared_controls(const HistoryManifest& a, const HistoryManifest& b) {
+std::vector<SharedControl> shared_controls(const HistoryFacts& a, const HistoryFacts& b) {
   std::vector<SharedControl> shared;
-  for (const ControlParameter& ca : a.controls) {
-    for (const ControlParameter& cb : b.controls) {
+  for (const ControlFacts& ca : a.controls) {
+    for (const ControlFacts& cb : b.controls) {
       if (ca.name == cb.name) shared.push_back(matched(ca, cb));
     }
   }
@@ -45,7 +45,7 @@ std::vector<SharedControl> shared_controls(const HistoryManifest& a, const Histo
   return shared;
 }
 
-std::vector<int> control_classes(const std::vector<float>& values, const ControlParameter& control, const SharedControl& shared, int num_classes) {
+std::vector<int> control_classes(const std::vector<float>& values, const ControlFacts& control, const SharedControl& shared, int num_classes) {
   std::vector<int> classes(values.size(), -1);
   if (shared.rule == ClassRule::Physical) {
     for (std::size_t i = 0; i < values.size(); ++i) {

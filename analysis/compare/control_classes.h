@@ -28,10 +28,10 @@ struct SharedControl {
   std::string undefined = {};     ///< Why they cannot be compared at all; "" = they can.
 };
 /// Controls of equal name; if there is none and each side has just one, those two.
-[[nodiscard]] std::vector<SharedControl> shared_controls(const HistoryManifest& a, const HistoryManifest& b);
+[[nodiscard]] std::vector<SharedControl> shared_controls(const HistoryFacts& a, const HistoryFacts& b);
 
 /// The class of every texel, -1 = none (outside the common range).
 /// @param values  In [0, 1], normalised by [low, high]. @param num_classes  >= 1.
-[[nodiscard]] std::vector<int> control_classes(const std::vector<float>& values, const ControlParameter& control, const SharedControl& shared, int num_classes);
+[[nodiscard]] std::vector<int> control_classes(const std::vector<float>& values, const ControlFacts& control, const SharedControl& shared, int num_classes);
 
 }  // namespace patinate

@@ -14,7 +14,7 @@ constexpr double kAnyVisible = 1.0;  ///< Of texel_aging(), whose change does no
 
 }  // namespace
 
-ClassedSurface::ClassedSurface(const ColorStack& stack, std::span<const std::uint16_t> block_of, std::vector<float> values, const ControlParameter& parameter, const SharedControl& shared,
+ClassedSurface::ClassedSurface(const ColorStack& stack, std::span<const std::uint16_t> block_of, std::vector<float> values, const ControlFacts& parameter, const SharedControl& shared,
                                int num_classes, std::uint64_t seed, const RunControl& control)
     : stack_(stack), block_of_(block_of), values_(std::move(values)), class_of_(control_classes(values_, parameter, shared, num_classes)) {
   if (stack.num_times() > 1) change_ = texel_aging(stack, kAnyVisible, control).change;

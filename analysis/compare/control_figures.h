@@ -19,7 +19,7 @@ class ClassedSurface {
  public:
   /// @param stack     Outlives this. @param block_of  Of every texel of the stack; outlives this.
   /// @param values    Of the control at the stack's texels, in [0, 1]. @param parameter  What 0 and 1 stand for.
-  ClassedSurface(const ColorStack& stack, std::span<const std::uint16_t> block_of, std::vector<float> values, const ControlParameter& parameter, const SharedControl& shared, int num_classes,
+  ClassedSurface(const ColorStack& stack, std::span<const std::uint16_t> block_of, std::vector<float> values, const ControlFacts& parameter, const SharedControl& shared, int num_classes,
                  std::uint64_t seed, const RunControl& control = {});
 
   [[nodiscard]] std::size_t num_classes() const { return colors_.size(); }

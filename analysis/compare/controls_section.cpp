@@ -65,9 +65,9 @@ void add_control(const ComparedPair& pair, const SharedControl& shared, const Co
   }
 }
 
-std::string names_of(const HistoryManifest& m) {
+std::string names_of(const HistoryFacts& m) {
   std::string text;
-  for (const ControlParameter& c : m.controls) text += (text.empty() ? "" : ", ") + c.name;
+  for (const ControlFacts& c : m.controls) text += (text.empty() ? "" : ", ") + c.name;
   return text.empty() ? "none" : text;
 }
 
@@ -75,8 +75,8 @@ std::string names_of(const HistoryManifest& m) {
 
 Section controls_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
   Section section{.name = "controls", .title = "By control"};
-  const std::vector<SharedControl> shared = shared_controls(pair.series_a.manifest(), pair.series_b.manifest());
-  if (shared.empty()) section.undefined = "no control is common to both (A: " + names_of(pair.series_a.manifest()) + "; B: " + names_of(pair.series_b.manifest()) + ")";
+  const std::vector<SharedControl> shared = shared_controls(pair.series_a.facts(), pair.series_b.facts());
+  if (shared.empty()) section.undefined = "no control is common to both (A: " + names_of(pair.series_a.facts()) + "; B: " + names_of(pair.series_b.facts()) + ")";
   for (std::size_t k = 0; k < shared.size(); ++k) {
     const auto n = static_cast<double>(shared.size());
     add_control(pair, shared[k], options, control.part(static_cast<double>(k) / n, (static_cast<double>(k) + 1.0) / n), section);

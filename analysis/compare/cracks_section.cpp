@@ -86,7 +86,7 @@ void add_side(const Cracks& c, const std::string& side, const std::string& unit,
 
 /// The same figures where a control is below and above its median: does the pattern follow it?
 void add_halves(const TextureSeries& series, const ColorStack& stack, const Cracks& c, const std::string& side, const std::string& unit, Section& section) {
-  for (const ControlParameter& control : series.manifest().controls) {
+  for (const ControlFacts& control : series.facts().controls) {
     const std::vector<float> values = control_at(series, control.name, stack);
     if (values.empty()) continue;
     ImageF at(stack.width, stack.height);

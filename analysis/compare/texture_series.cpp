@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
@@ -43,15 +44,20 @@ ImageF stacked(const std::vector<ImageF>& tiles) {
   return out;
 }
 
-}  // namespace
-
-TextureSeries::TextureSeries(const fs::path& path, const fs::path& through) : history_(history_of(path)), name_(history_.manifest().name), pixel_mm_(history_.manifest().texel_size_mm) {
-  if (!is_transfer(path) && through.empty()) return;
-  if (is_transfer(path) && !through.empty()) throw InvalidInput(path.string() + ": is a transfer, which is looked up through its own coordinates; --through is for a history");
-  read_coordinates(through.empty() ? path : through);
+/// "points outside ..." of the first coordinate that does.
+std::optional<std::string> find_outside(const ImageF& coordinates, const HistoryFacts& history) {
+  for (std::int64_t i = 0; i < coordinates.num_pixels(); ++i) {
+    const float x = coordinates.data()[2 * i], y = coordinates.data()[2 * i + 1];
+    const bool is_outside = x == -1.0f && y == -1.0f;
+    if (is_outside || (x >= 0.0f && y >= 0.0f && x < static_cast<float>(history.width) && y < static_cast<float>(history.height))) continue;
+    return "points outside its history at " + number_text(static_cast<double>(x)) + "," + number_text(static_cast<double>(y));
+  }
+  return std::nullopt;
 }
 
-void TextureSeries::read_coordinates(const fs::path& transfer) {
+/// @throws IoError; InvalidInput if it looks into a history of another size.
+SeriesAtlas read_atlas(const fs::path& transfer, const HistoryReader& history) {
+  const HistoryFacts& facts = history.facts();
   const fs::path file = manifest_folder(transfer, kTransferFile) / kTransferFile;
   const Json json = load_json(file);
   JsonReader reader(file.string(), json);
@@ -59,9 +65,9 @@ void TextureSeries::read_coordinates(const fs::path& transfer) {
   const int width = static_cast<int>(reader.member("width").integer(between(1, 65536)));
   const int height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
   JsonReader source = reader.member("history");
-  if (source.member("width").integer() != manifest().width || source.member("height").integer() != manifest().height) {
+  if (source.member("width").integer() != facts.width || source.member("height").integer() != facts.height) {
     throw InvalidInput(file.string() + ": looks into a history of " + std::to_string(source.member("width").integer()) + " x " +
-                       std::to_string(source.member("height").integer()) + " pixels; " + history_.folder().string() + " has " + size_text(manifest().width, manifest().height));
+                       std::to_string(source.member("height").integer()) + " pixels; " + history.label() + " has " + size_text(facts.width, facts.height));
   }
   std::vector<fs::path> files;
   if (reader.has("coordinates")) {
@@ -73,23 +79,26 @@ void TextureSeries::read_coordinates(const fs::path& transfer) {
   for (const fs::path& f : files) {
     tiles.push_back(read_channels(f, {"source.x", "source.y"}));
     if (tiles.back().width() != width || tiles.back().height() != height) throw IoError(f.string(), "has another size than transfer.json says");
-    for (std::int64_t i = 0; i < tiles.back().num_pixels(); ++i) {
-      const float x = tiles.back().data()[2 * i], y = tiles.back().data()[2 * i + 1];
-      const bool is_outside = x == -1.0f && y == -1.0f;
-      if (!is_outside && !(x >= 0.0f && y >= 0.0f && x < static_cast<float>(manifest().width) && y < static_cast<float>(manifest().height))) {
-        throw IoError(f.string(), "points outside its history at " + number_text(static_cast<double>(x)) + "," + number_text(static_cast<double>(y)));
-      }
-    }
+    if (const auto problem = find_outside(tiles.back(), facts)) throw IoError(f.string(), *problem);
   }
   if (tiles.empty()) throw IoError(file.string(), "names no coordinates");
-  coordinates_ = stacked(tiles);
-  pixel_mm_.reset();
-  if (reader.has("texel_size_mm")) pixel_mm_ = reader.member("texel_size_mm").number(above(0));
-  name_ += " on " + (reader.has("mesh") ? reader.member("mesh").member("made_from").string() : std::string("an atlas"));
+  SeriesAtlas atlas{.name = reader.has("mesh") ? reader.member("mesh").member("made_from").string() : "an atlas", .coordinates = stacked(tiles), .texel_mm = {}};
+  if (reader.has("texel_size_mm")) atlas.texel_mm = reader.member("texel_size_mm").number(above(0));
+  return atlas;
 }
 
-int TextureSeries::width() const { return coordinates_.empty() ? manifest().width : coordinates_.width(); }
-int TextureSeries::height() const { return coordinates_.empty() ? manifest().height : coordinates_.height(); }
+}  // namespace
+
+TextureSeries::TextureSeries(std::shared_ptr<const History> history) : history_(std::move(history)), name_(facts().name), pixel_mm_(facts().texel_size_mm) {}
+
+TextureSeries::TextureSeries(std::shared_ptr<const History> history, SeriesAtlas atlas)
+    : history_(std::move(history)), name_(facts().name + " on " + atlas.name), pixel_mm_(atlas.texel_mm), coordinates_(std::move(atlas.coordinates)) {
+  if (coordinates_.empty() || coordinates_.channels() != 2) throw InvalidInput(name_ + ": expected two coordinates a texel");
+  if (const auto problem = find_outside(coordinates_, facts())) throw InvalidInput(name_ + ": " + *problem);
+}
+
+int TextureSeries::width() const { return coordinates_.empty() ? facts().width : coordinates_.width(); }
+int TextureSeries::height() const { return coordinates_.empty() ? facts().height : coordinates_.height(); }
 
 template <class T>
 Image<T> TextureSeries::looked_up(Image<T> image) const {
@@ -107,33 +116,41 @@ Image<T> TextureSeries::looked_up(Image<T> image) const {
 }
 
 ImageU8 TextureSeries::mask(double time) const {
-  const TimePosition at = history_.locate(time);
-  ImageU8 mask = history_.read_frame_mask(at.index);
+  const TimePosition at = history_->locate(time);
+  ImageU8 mask = history_->read_frame_mask(at.index);
   if (at.fraction > 0.0) {
-    const ImageU8 next = history_.read_frame_mask(at.index + 1);
+    const ImageU8 next = history_->read_frame_mask(at.index + 1);
     for (std::int64_t i = 0; i < mask.num_pixels(); ++i) mask.data()[i] &= next.data()[i];
   }
   return looked_up(std::move(mask));
 }
 
-ImageF TextureSeries::sample(double time) const { return looked_up(history_.sample(time)); }
-ImageF TextureSeries::control(const std::string& name) const { return looked_up(history_.read_control(name)); }
+ImageF TextureSeries::sample(double time) const { return looked_up(history_->sample(time)); }
+ImageF TextureSeries::control(const std::string& name) const { return looked_up(history_->read_control(name)); }
 
-std::string TextureSeries::key() const {
+SeriesFile open_series(const fs::path& path, const fs::path& through) {
+  const auto history = std::make_shared<const HistoryReader>(history_of(path));
+  if (!is_transfer(path) && through.empty()) return {history, TextureSeries(history)};
+  if (is_transfer(path) && !through.empty()) throw InvalidInput(path.string() + ": is a transfer, which is looked up through its own coordinates; --through is for a history");
+  return {history, TextureSeries(history, read_atlas(through.empty() ? path : through, *history))};
+}
+
+std::string SeriesFile::key() const {
   ContentHash hash;
-  const HistoryManifest& m = manifest();
+  const HistoryManifest& m = history->manifest();
+  const fs::path& folder = history->folder();
   if (!m.key.empty()) {
     hash.add(m.key);
   } else {
-    hash.add_file(history_.folder() / kHistoryManifestFile);
+    hash.add_file(folder / kHistoryManifestFile);
     for (const HistoryFrame& frame : m.frames) {
-      hash.add_file(history_.folder() / frame.file);
-      if (frame.mask) hash.add_file(history_.folder() / *frame.mask);
+      hash.add_file(folder / frame.file);
+      if (frame.mask) hash.add_file(folder / *frame.mask);
     }
-    for (const ControlParameter& control : m.controls) hash.add_file(history_.folder() / control.file);
-    if (m.mask) hash.add_file(history_.folder() / *m.mask);
+    for (const ControlParameter& control : m.controls) hash.add_file(folder / control.file);
+    if (m.mask) hash.add_file(folder / *m.mask);
   }
-  hash.add(std::int64_t{coordinates_.width()}).add(std::as_bytes(coordinates_.values()));
+  hash.add(std::int64_t{series.coordinates().width()}).add(std::as_bytes(series.coordinates().values()));
   return hash.hex();
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -10,18 +11,25 @@
 
 namespace patinate {
 
-/// Frames of a history, or what a transfer's coordinates make of them. Reads `transfer.json` and `coordinates.exr` as files.
-/// Thread-safe.
+/// An atlas on which a history is looked up.
+struct SeriesAtlas {
+  std::string name;                ///< "bust.obj"
+  ImageF coordinates;              ///< H x W x 2: pixels of the history, -1 outside.
+  std::optional<double> texel_mm;  ///< Surface length of a pixel of the history, when known.
+};
+
+/// Frames of a history, or what an atlas makes of them. Thread-safe.
 class TextureSeries {
  public:
-  /// @param path     A history or a transfer (then over time in its atlas). @param through  A transfer: the history's frames are looked up through
-  /// its coordinates; "" = none.
-  /// @throws IoError if a file breaks its format; InvalidInput if `through` looks into a history of another size, or is given for a transfer.
-  explicit TextureSeries(const std::filesystem::path& path, const std::filesystem::path& through = {});
+  explicit TextureSeries(std::shared_ptr<const History> history);
+  /// @throws InvalidInput naming a coordinate that points outside of the history.
+  TextureSeries(std::shared_ptr<const History> history, SeriesAtlas atlas);
 
   /// Of the history: its frames, times and controls.
-  [[nodiscard]] const HistoryManifest& manifest() const { return history_.manifest(); }
-  [[nodiscard]] const HistoryReader& history() const { return history_; }
+  [[nodiscard]] const HistoryFacts& facts() const { return history_->facts(); }
+  [[nodiscard]] const History& history() const { return *history_; }
+  /// Empty: the history itself.
+  [[nodiscard]] const ImageF& coordinates() const { return coordinates_; }
   /// "copper", "copper on an atlas".
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] int width() const;
@@ -34,18 +42,29 @@ class TextureSeries {
   [[nodiscard]] ImageF sample(double time) const;
   /// H x W x 1 in [0, 1], normalised as the history's control. @throws InvalidInput if there is no such control.
   [[nodiscard]] ImageF control(const std::string& name) const;
-  /// Of everything above.
-  [[nodiscard]] std::string key() const;
 
  private:
-  void read_coordinates(const std::filesystem::path& transfer);
   template <class T>
   [[nodiscard]] Image<T> looked_up(Image<T> image) const;
 
-  HistoryReader history_;
+  std::shared_ptr<const History> history_;
   std::string name_;
   std::optional<double> pixel_mm_;
-  ImageF coordinates_;  ///< Empty: the history itself.
+  ImageF coordinates_;
 };
+
+/// A series of files.
+struct SeriesFile {
+  std::shared_ptr<const HistoryReader> history;
+  TextureSeries series;
+
+  /// Content key of all of it.
+  [[nodiscard]] std::string key() const;
+};
+/// Reads `transfer.json` and `coordinates.exr` as files.
+/// @param path     A history or a transfer (then over time in its atlas). @param through  A transfer: the history's frames are looked up through
+/// its coordinates; "" = none.
+/// @throws IoError if a file breaks its format; InvalidInput if `through` looks into a history of another size, or is given for a transfer.
+[[nodiscard]] SeriesFile open_series(const std::filesystem::path& path, const std::filesystem::path& through = {});
 
 }  // namespace patinate

@@ -96,6 +96,33 @@ Factorization factorize(const PlaceSeries& places, const FactorizationOptions& o
   return out;
 }
 
+Factorization factorize(const History& history, const FactorizationOptions& options, const RunControl& control) {
+  const ImageU8 mask = history.read_mask();
+  std::vector<std::uint32_t> pixels;
+  for (std::int64_t i = 0; i < mask.num_pixels(); ++i) {
+    if (mask.data()[i] != 0) pixels.push_back(static_cast<std::uint32_t>(i));
+  }
+  return factorize(place_series(history, pixels, control.part(0.0, 0.1)), options, control.part(0.1, 1.0));
+}
+
+PlaceSeries place_series(const History& history, std::span<const std::uint32_t> pixels, const RunControl& control) {
+  PlaceSeries out{.times = history.times()};
+  const std::size_t num_times = out.times.size(), n = pixels.size();
+  out.values.resize(n * 3 * num_times);
+  for (std::size_t t = 0; t < num_times; ++t) {
+    control.throw_if_stopped();
+    const ImageF frame = history.read_frame(static_cast<int>(t));
+    const ImageU8 seen = history.facts().frames[t].has_mask ? history.read_frame_mask(static_cast<int>(t)) : ImageU8();
+    if (!seen.empty() && out.is_seen.empty()) out.is_seen.assign(n * num_times, 255);
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) out.values[(3 * i + c) * num_times + t] = frame.data()[std::size_t{3} * pixels[i] + c];
+      if (!seen.empty()) out.is_seen[i * num_times + t] = seen.data()[pixels[i]];
+    }
+    control.report((static_cast<double>(t) + 1.0) / static_cast<double>(num_times));
+  }
+  return out;
+}
+
 double factored_value(const TemporalCurve& curve, const PlaceFactors& place, int channel, double time) {
   const auto c = static_cast<std::size_t>(channel);
   return place.gain[c] == 0.0 ? place.base[c] : place.gain[c] * curve.value(channel, place.rate * time - place.offset) + place.base[c];

@@ -5,12 +5,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "analysis/factorization/temporal_curve.h"
 #include "libcommon/core/options.h"
 #include "libcommon/core/run_control.h"
+#include "libcommon/history/history_value.h"
 
 namespace patinate {
 
@@ -91,6 +93,11 @@ void apply_gauge(const ClockGauge& gauge, std::vector<PlaceFactors>& factors);
 
 /// Curve, places and gauge of all of it. @throws InvalidInput as train_curve().
 [[nodiscard]] Factorization factorize(const PlaceSeries& places, const FactorizationOptions& options = {}, const RunControl& control = {});
+/// Of a history's pixels inside its mask, in reading order. Memory: 12 B a pixel and frame.
+[[nodiscard]] Factorization factorize(const History& history, const FactorizationOptions& options = {}, const RunControl& control = {});
+
+/// Colours over time of some pixels, seen where the frames' own masks say so. @param pixels  y * width + x, ascending. @throws IoError
+[[nodiscard]] PlaceSeries place_series(const History& history, std::span<const std::uint32_t> pixels, const RunControl& control = {});
 
 /// One channel of a place at a time.
 [[nodiscard]] double factored_value(const TemporalCurve& curve, const PlaceFactors& place, int channel, double time);

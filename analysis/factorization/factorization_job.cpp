@@ -24,7 +24,7 @@ constexpr double kMaxSide = 65536;
 /// What curve and maps depend on: not the times that are asked for.
 JobInputs model_inputs(const FactorizationTask& task) {
   JobInputs inputs("factorise", kStageVersion);
-  inputs.add_content("history", "the history", TextureSeries(task.history).key());
+  inputs.add_content("history", "the history", open_series(task.history).key());
   inputs.add_options(option_values(task.options));
   return inputs;
 }

@@ -199,6 +199,7 @@ Section maps_section(const Said& s) {
 
 HistoryManifest denoised_history(const Said& s) {
   HistoryManifest m = s.work.history.manifest();
+  m.parts.clear();  // What curve and maps make is not what a library was made from.
   m.name += " (factorised)";
   m.frames.clear();
   for (std::size_t i = 0; i < s.work.frames.size(); ++i) {

@@ -68,26 +68,6 @@ int FactorizationWork::rows_per_band() const {
   return std::clamp(static_cast<int>(kBandBytes / row), 1, height());
 }
 
-PlaceSeries FactorizationWork::load(std::span<const std::uint32_t> pixels, const RunControl& control) const {
-  const std::size_t num_times = history.manifest().frames.size(), n = pixels.size();
-  PlaceSeries out;
-  for (const HistoryFrame& f : history.manifest().frames) out.times.push_back(f.time);
-  out.values.resize(n * 3 * num_times);
-  for (std::size_t t = 0; t < num_times; ++t) {
-    control.throw_if_stopped();
-    const ImageF frame = history.read_frame(static_cast<int>(t));
-    const auto& own = history.manifest().frames[t].mask;
-    const ImageU8 seen = own ? read_mask(history.folder() / *own) : ImageU8();
-    if (!seen.empty() && out.is_seen.empty()) out.is_seen.assign(n * num_times, 255);
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t c = 0; c < 3; ++c) out.values[(3 * i + c) * num_times + t] = frame.data()[std::size_t{3} * pixels[i] + c];
-      if (!seen.empty()) out.is_seen[i * num_times + t] = seen.data()[pixels[i]];
-    }
-    control.report((static_cast<double>(t) + 1.0) / static_cast<double>(num_times));
-  }
-  return out;
-}
-
 const FactorizationWork::Factored& FactorizationWork::factored(const fs::path& folder) {
   const std::scoped_lock lock(mutex_);
   if (!factored_) {
@@ -106,7 +86,7 @@ void make_curve(FactorizationWork& work, const fs::path& folder, const RunContro
     }
   }
   if (pixels.empty()) throw InvalidInput(work.task.history.string() + ": its mask leaves nothing to fit a curve to");
-  const PlaceSeries series = work.load(pixels, control.part(0.0, 0.4));
+  const PlaceSeries series = place_series(work.history, pixels, control.part(0.0, 0.4));
   std::vector<TemporalModel> models;
   for (std::size_t m = 0; m < work.num_models(); ++m) {
     const RunControl part = control.part(0.4 + 0.6 * static_cast<double>(m) / static_cast<double>(work.num_models()), 0.4 + 0.6 * (static_cast<double>(m) + 1.0) / static_cast<double>(work.num_models()));
@@ -126,7 +106,7 @@ void make_rows(FactorizationWork& work, int band, const fs::path& folder, const 
     if (work.mask.data()[pixel] != 0) pixels.push_back(pixel), places.push_back(i);
   }
   std::vector<std::vector<PlaceFactors>> all(models.size(), std::vector<PlaceFactors>(static_cast<std::size_t>(rows) * static_cast<std::size_t>(work.width())));
-  const PlaceSeries series = work.load(pixels, control.part(0.0, 0.2));
+  const PlaceSeries series = place_series(work.history, pixels, control.part(0.0, 0.2));
   for (std::size_t m = 0; m < models.size(); ++m) {
     const double share = 0.8 / static_cast<double>(models.size()), begin = 0.2 + share * static_cast<double>(m);
     const std::vector<PlaceFactors> made = fit_places(models.size() == 1 ? series : series.channel(static_cast<int>(m)), models[m], work.task.options, control.part(begin, begin + share));

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -39,8 +38,6 @@ struct FactorizationWork {
   [[nodiscard]] int rows_per_band() const;
   [[nodiscard]] int num_bands() const { return (height() + rows_per_band() - 1) / rows_per_band(); }
 
-  /// Colours over time of some pixels (y * width + x, ascending). @throws IoError
-  [[nodiscard]] PlaceSeries load(std::span<const std::uint32_t> pixels, const RunControl& control) const;
   /// The curves and factors as the stage before has left them.
   struct Factored {
     std::vector<TemporalModel> models;

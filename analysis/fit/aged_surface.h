@@ -10,13 +10,14 @@
 #include <vector>
 
 #include "analysis/compare/color_stack.h"
+#include "libcommon/core/run_control.h"
 #include "libcommon/history/history.h"
 
 namespace patinate {
 
 /// A control of a surface, as a history has it.
 struct SurfaceControl {
-  ControlParameter parameter;  ///< `file` is not used.
+  ControlFacts parameter;
   ImageF values;               ///< H x W x 1 in [0, 1].
 };
 

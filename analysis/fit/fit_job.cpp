@@ -64,7 +64,7 @@ class Work {
   [[nodiscard]] const FitModel& ready(const RunControl& control) {
     const std::scoped_lock lock(mutex_);
     if (!objective_) {
-      objective_.emplace(TextureSeries(task.history), task.outline, task.terms, task.objective, control);
+      objective_.emplace(open_series(task.history).series, task.outline, task.terms, task.objective, control);
       model.objective = &*objective_;
     }
     return model;
@@ -261,7 +261,7 @@ Json compared(const Work& work, const std::string& name, const std::vector<doubl
   quiet.on_progress = {};
   write_surface(folder / name, look(values, quiet), key + "-" + name);
   const CompareOptions options = compare_options(work.task.objective);
-  const ComparedPair pair = load_pair(TextureSeries(work.task.history), TextureSeries(folder / name), options, control.part(0.6, 0.7));
+  const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options, control.part(0.6, 0.7));
   Json sections = Json::array();
   for (const Section& section : {look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)), controls_section(pair, options, control.part(0.9, 1.0))}) {
     Json json = section_json(section);
@@ -321,7 +321,7 @@ FitOutcome outcome_of(Work& work, const fs::path& folder) {
   return outcome;
 }
 
-void add_search_inputs(const FitTask& task, const TextureSeries& series, JobInputs& inputs) {
+void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs& inputs) {
   inputs.add_content("history", "HISTORY", series.key());
   task.add_inputs(inputs);
   for (const FitParameter& p : task.parameters) {
@@ -362,8 +362,8 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
       throw InvalidInput(p.range.name + ": starts at " + number_text(p.start) + ", outside " + number_text(p.range.low) + " to " + number_text(p.range.high));
     }
   }
-  const TextureSeries series(task.history);
-  (void)FitObjective(TextureSeries(task.history), task.outline, task.terms, task.objective);  // Says what is wrong before work starts.
+  const SeriesFile series = open_series(task.history);
+  (void)FitObjective(series.series, task.outline, task.terms, task.objective);  // Says what is wrong before work starts.
   JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
   add_search_inputs(task, series, search_inputs);
   add_search_inputs(task, series, inputs);

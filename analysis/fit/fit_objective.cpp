@@ -63,10 +63,10 @@ bool uses(const std::vector<FitTerm>& terms, std::initializer_list<FitFigure> fi
   return std::any_of(terms.begin(), terms.end(), [&](const FitTerm& t) { return std::find(figures.begin(), figures.end(), t.figure) != figures.end(); });
 }
 
-HistoryManifest manifest_of(const SurfaceOutline& outline) {
-  HistoryManifest m;
+HistoryFacts facts_of(const SurfaceOutline& outline) {
+  HistoryFacts m;
   m.time_unit = outline.time_unit;
-  for (double t : outline.times) m.frames.push_back({.time = t, .file = {}});
+  for (double t : outline.times) m.frames.push_back({.time = t});
   return m;
 }
 
@@ -135,15 +135,15 @@ struct FitObjective::State {
 
 FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms, const ObjectiveOptions& options, const RunControl& control) {
   check_ranges(options);
-  const std::string name = captured.history().folder().string();
-  const HistoryManifest& m = captured.manifest();
+  const std::string name = captured.history().label();
+  const HistoryFacts& m = captured.facts();
   if (terms.empty()) throw InvalidInput("fit: there is no figure to fit");
   if (m.frames.size() < 2) throw InvalidInput(name + ": has one frame; nothing ages in it");
-  CommonTimes times = common_times(m, manifest_of(outline), compare_options(options));
+  CommonTimes times = common_times(m, facts_of(outline), compare_options(options));
   if (times.clock.size() < 2) throw InvalidInput(name + ": has only one time in common with the scene; --clock span compares by shares of each span");
   if (uses(terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
     std::vector<std::string> names;
-    for (const ControlParameter& c : m.controls) names.push_back(c.name);
+    for (const ControlFacts& c : m.controls) names.push_back(c.name);
     const bool has_common = std::any_of(names.begin(), names.end(), [&](const std::string& n) { return std::find(outline.control_names.begin(), outline.control_names.end(), n) != outline.control_names.end(); });
     if (!has_common && !(names.size() == 1 && outline.control_names.size() == 1)) {
       throw InvalidInput(name + ": has no control in common with the scene (history: " + joined(names) + "; scene's run.controls: " + joined(outline.control_names) + "), which color_by_control and rate_by_control need");
@@ -167,7 +167,7 @@ FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline
     }
   }
   if (uses(s.terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
-    for (const ControlParameter& c : s.series.manifest().controls) s.controls.push_back(control_at(s.series, c.name, s.stack));
+    for (const ControlFacts& c : s.series.facts().controls) s.controls.push_back(control_at(s.series, c.name, s.stack));
   }
   state_ = std::move(state);
 }
@@ -178,18 +178,18 @@ FitObjective::FitObjective(FitObjective&&) noexcept = default;
 const std::vector<FitTerm>& FitObjective::terms() const { return state_->terms; }
 
 std::optional<double> FitObjective::State::by_control(bool is_rate, const SurfaceFrames& frames, const ColorStack& other, const RunControl& control, std::string& problem) const {
-  HistoryManifest simulated;
+  HistoryFacts simulated;
   for (const SurfaceControl& c : frames.controls) simulated.controls.push_back(c.parameter);
   const std::vector<std::uint16_t> blocks(other.num_texels(), 0);
   double sum = 0.0;
   int count = 0;
-  for (const SharedControl& shared : shared_controls(series.manifest(), simulated)) {
+  for (const SharedControl& shared : shared_controls(series.facts(), simulated)) {
     if (!shared.undefined.empty()) {
       problem = shared.name_a + ": " + shared.undefined;
       continue;
     }
-    const auto by_name = [](const std::string& name) { return [&name](const ControlParameter& c) { return c.name == name; }; };
-    const auto& list_a = series.manifest().controls;
+    const auto by_name = [](const std::string& name) { return [&name](const ControlFacts& c) { return c.name == name; }; };
+    const auto& list_a = series.facts().controls;
     const auto ia = std::find_if(list_a.begin(), list_a.end(), by_name(shared.name_a));
     const auto ib = std::find_if(simulated.controls.begin(), simulated.controls.end(), by_name(shared.name_b));
     const ImageF& values = frames.controls[static_cast<std::size_t>(ib - simulated.controls.begin())].values;

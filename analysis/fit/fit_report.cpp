@@ -207,7 +207,8 @@ std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i
 
 void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o, const Json& before, const Json& after, const std::string& key) {
   const Json figures = figures_json(before, after);
-  const TextureSeries series(task.history);
+  const SeriesFile captured = open_series(task.history);
+  const TextureSeries& series = captured.series;
   HtmlPage page(task.model_name + " fitted to " + series.name());
   add_summary(page, task, o);
   page.drawing(convergence_chart(o));
@@ -235,7 +236,7 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
   options["seed"] = std::to_string(task.seed);
   Json correlation = nullptr;
   if (o.valley) correlation = o.valley->correlation;
-  save_json(folder / kFitReportFile, Json{{"format", "patinate.fit"}, {"version", 1}, {"model", task.model_name}, {"history", {{"name", series.name()}, {"key", series.key()}}}, {"objective", objective_json(task, o)},
+  save_json(folder / kFitReportFile, Json{{"format", "patinate.fit"}, {"version", 1}, {"model", task.model_name}, {"history", {{"name", series.name()}, {"key", captured.key()}}}, {"objective", objective_json(task, o)},
                                           {"parameters", parameters}, {"correlation", correlation}, {"no_correlation", o.no_valley}, {"evaluations", {{"planned", o.num_planned}, {"ageings", count_ageings(o)}, {"looks", count_points(o)}, {"converged", o.is_converged}}},
                                           {"figures", figures}, {"options", options}, {"command", task.command}, {"key", key}});
 }

@@ -26,7 +26,7 @@ std::optional<TimeQuartiles> quartiles(const TexelAging& aging, const std::vecto
 
 HistoryStatistics history_statistics(const TextureSeries& series, const std::vector<ColorClass>& classes, int size, double visible_delta_e, const RunControl& control) {
   HistoryStatistics s;
-  for (const HistoryFrame& frame : series.manifest().frames) s.times.push_back(frame.time);
+  for (const FrameFacts& frame : series.facts().frames) s.times.push_back(frame.time);
   const ColorStack stack = load_stack(series, s.times, size, control.part(0.0, 0.6));
   const BlockGrid grid = make_blocks(stack, 1);
   const ImageU8 mask = stack.mask();

@@ -10,6 +10,7 @@
 #include "capture/alignment/alignment.h"
 #include "capture/ingest/frame_sources.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/run_control.h"
 #include "libcommon/geometry/camera.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/color.h"

@@ -9,6 +9,7 @@
 
 #include "capture/ingest/capture_project.h"
 #include "capture/ingest/ingest.h"
+#include "libcommon/core/run_control.h"
 #include "libcommon/history/history.h"
 #include "libcommon/job/job.h"
 

@@ -168,4 +168,8 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
   return map;
 }
 
+ProgressMap progress_from_history(const History& history, const ProgressOptions& options, const RunControl& control) {
+  return progress_from_history(history.times(), [&](int frame) { return history.read_frame(frame); }, history.read_mask(), options, control);
+}
+
 }  // namespace patinate

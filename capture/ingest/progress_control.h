@@ -8,6 +8,7 @@
 
 #include "libcommon/core/options.h"
 #include "libcommon/core/run_control.h"
+#include "libcommon/history/history_value.h"
 #include "libcommon/image/image.h"
 
 namespace patinate {
@@ -48,5 +49,8 @@ struct ProgressMap {
 [[nodiscard]] ProgressMap progress_from_history(const std::vector<double>& times,
                                                 const std::function<ImageF(int)>& read_frame, const ImageU8& mask,
                                                 const ProgressOptions& options = {}, const RunControl& control = {});
+
+/// Of a history: its frames and its mask.
+[[nodiscard]] ProgressMap progress_from_history(const History& history, const ProgressOptions& options = {}, const RunControl& control = {});
 
 }  // namespace patinate

@@ -2,8 +2,10 @@
 //     01_one_call HISTORY MESH CONTROL TEXTURE.png        e.g. copper bust.glb accessibility bust.png
 #include <cstdio>
 #include <exception>
+#include <memory>
 
 #include "libcommon/geometry/mesh_io.h"
+#include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "transfer/age.h"
 
@@ -14,9 +16,9 @@ int main(int argc, char** argv) try {
     std::fputs("usage: 01_one_call HISTORY MESH CONTROL TEXTURE.png\n", stderr);
     return 2;
   }
-  const HistoryReader history(argv[1]);
+  const auto history = std::make_shared<const HistoryReader>(argv[1]);
   const AgedMesh aged = age_mesh(history, read_mesh(argv[2]), argv[3], {.resolution = 512});
-  write_color(argv[4], aged.texture(history, history.manifest().frames.back().time));
+  write_color(argv[4], aged.texture(history->times().back()));
   std::printf("%s: control error %.3f\n", argv[4], aged.energy.control_error_mean);
   return 0;
 } catch (const std::exception& e) {

@@ -1,37 +1,46 @@
-// Every stage by hand, without a file in between: synthetic truth, a history, control maps, a transfer with progress that can be
+// Every stage by hand, without a file in between: synthetic truth, a history in memory, control maps, a transfer with progress that can be
 // cancelled, and a lookup in which every texel has an age of its own.
-//     03_full_control FOLDER
+//     03_full_control TEXTURE.png PICTURE.png
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <memory>
 #include <stop_token>
+#include <utility>
 
-#include "capture/ingest/ingest.h"
-#include "datasets_synthetic/crackle_io.h"
+#include "datasets_synthetic/crackle.h"
 #include "datasets_synthetic/sculpture.h"
 #include "libcommon/atlas/dilate.h"
 #include "libcommon/controls/accessibility.h"
 #include "libcommon/controls/facing.h"
+#include "libcommon/history/memory_history.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/render.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "transfer/lookup/packed_lookup.h"
+#include "transfer/lookup/time_map.h"
 #include "transfer/transfer.h"
 #include "transfer/transfer_io.h"
 
 using namespace patinate;
-namespace fs = std::filesystem;
 
-/// Photographs of drying paint whose thickness is known, made into a history.
-fs::path make_history(const fs::path& folder, const RunControl& control) {
-  CrackleOptions crackle;
-  crackle.width = crackle.height = 192;
-  crackle.num_frames = 6;
-  run_job(plan_crackle(crackle, folder / "crackle"), {}, control);
+/// Paint that dries and cracks, with its thickness: a history that never is a file.
+std::shared_ptr<const History> make_history(const RunControl& control) {
+  CrackleOptions options;
+  options.width = options.height = 192;
+  options.num_frames = 6;
+  const CrackleDataset plate = crackle(options, control);
 
-  IngestOptions options;
-  options.thickness.mode_filter.spatial_sigma_px = 12.0;
-  run_job(plan_ingest(read_capture_project(folder / "crackle/capture.json"), options, folder / "history"), {}, control);
-  return folder / "history";
+  MemoryHistoryImages images{.name = "crackle", .origin = "synthetic", .texel_size_mm = options.texel_size_mm, .time_unit = TimeUnit::Seconds, .frames = {}};
+  for (int i = 0; i < options.num_frames; ++i) {
+    const double time = i * options.interval_s;
+    images.frames.push_back({.time = time, .color = reflected(plate, time, control)});
+  }
+  MemoryControl thickness{.facts = {.name = "thickness", .low = options.thickness_min_mm, .high = options.thickness_max_mm, .unit = "mm"}, .values = plate.thickness_mm};
+  for (float& t : thickness.values.values()) {  // From 0 to 1 between the two.
+    t = std::clamp(static_cast<float>((t - options.thickness_min_mm) / (options.thickness_max_mm - options.thickness_min_mm)), 0.0f, 1.0f);
+  }
+  images.controls.push_back(std::move(thickness));
+  return std::make_shared<const MemoryHistory>(std::move(images));
 }
 
 /// Paint lies thick where the surface faces up, and in crevices.
@@ -45,32 +54,19 @@ ImageF thickness(const TexelMap& map, const RunControl& control) {
   return values;
 }
 
-/// Every texel at its own age, `age` in [0, 1] of the history's time. One frame in memory, however many there are.
-ImageF aged_by_map(const HistoryReader& history, const ImageF& coordinates, const ImageF& age) {
-  const double first = history.manifest().frames.front().time;
-  const double span = history.manifest().frames.back().time - first;
-  ImageF texture(age.width(), age.height(), 3);
-  for (int i = 0; i < history.num_frames(); ++i) {
-    const ImageF frame = gather(history.read_frame(i), coordinates);
-    for (int y = 0; y < age.height(); ++y) {
-      for (int x = 0; x < age.width(); ++x) {
-        const TimePosition at = history.locate(first + static_cast<double>(age.at(x, y)) * span);
-        const double weight = at.index == i ? 1.0 - at.fraction : at.index == i - 1 ? at.fraction : 0.0;
-        for (int c = 0; c < 3; ++c) texture.at(x, y, c) += static_cast<float>(weight) * frame.at(x, y, c);
-      }
-    }
-  }
-  return texture;
+/// Every texel at its own age, `age` in [0, 1] of the history's time.
+ImageF aged_by_map(const History& history, const ImageF& coordinates, const ImageF& age, const RunControl& control) {
+  const double first = history.times().front(), span = history.times().back() - first;
+  ImageF times = age;
+  for (float& t : times.values()) t = static_cast<float>(first + static_cast<double>(t) * span);
+  return gather_at_times(history, pack_coordinates(coordinates, history.facts().width), times, Between::Blend, control);
 }
 
 int main(int argc, char** argv) try {
-  if (argc != 2) {
-    std::fputs("usage: 03_full_control FOLDER\n", stderr);
+  if (argc != 3) {
+    std::fputs("usage: 03_full_control TEXTURE.png PICTURE.png\n", stderr);
     return 2;
   }
-  const fs::path folder = argv[1];
-  fs::create_directories(folder);
-
   std::stop_source stop;  // stop.request_stop() from any thread ends the work within 50 ms; nothing half-written is left.
   RunControl control;
   control.stop = stop.get_token();
@@ -79,7 +75,7 @@ int main(int argc, char** argv) try {
   };
   control.num_threads = 2;  // Never changes a result.
 
-  const HistoryReader history(make_history(folder, control));
+  const std::shared_ptr<const History> history = make_history(control);
   const auto map = std::make_shared<TexelMap>(sculpture({.resolution = 48}), 384, 384, control);
 
   TransferControl guide;
@@ -94,16 +90,16 @@ int main(int argc, char** argv) try {
   options.multi_level.first_coherence = 0.9;
   options.multi_level.reuse_penalty = 0.1;
   options.seed = 7;
-  const double texel_mm = map->median_texel_size_mm();
-  const TransferResult result = transfer(history, map, texel_mm, {guide}, options, control);
+  const TransferInput input{.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {guide}};
+  const TransferResult result = transfer(input, options, control);
   std::printf("energy %.3f = texture %.3f and control %.3f; %.0f %% of neighbours stay neighbours\n", result.energy.energy,
               result.energy.coherence, result.energy.control_mismatch, 100.0 * result.energy.coherent_share);
 
-  const ImageF coordinates = coordinate_image(result.coordinates, map->width(), map->height(), history.manifest().width);
-  ImageF texture = aged_by_map(history, coordinates, guide.values);
+  const ImageF coordinates = coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
+  ImageF texture = aged_by_map(*history, coordinates, guide.values, control);
   dilate(texture, map->coverage(), 8);  // Filtering must not bleed at the charts' borders.
-  write_color(folder / "texture.png", texture);
-  write_color(folder / "picture.png", render(map->mesh(), texture, {.width = 480, .height = 600}, control));
+  write_color(argv[1], texture);
+  write_color(argv[2], render(map->mesh(), texture, {.width = 480, .height = 600}, control));
   return 0;
 } catch (const Cancelled&) {
   return 130;

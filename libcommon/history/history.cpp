@@ -41,29 +41,23 @@ std::string numbered(int index, const char* extension) {
   return name;
 }
 
-constexpr std::array<std::string_view, 4> kMapNames{"position", "normal", "height", "texel_size"};
-
 /// @returns Its place in the order of maps. @throws InvalidInput
 std::ptrdiff_t map_order(const std::string& name) {
-  const auto* const found = std::find(kMapNames.begin(), kMapNames.end(), name);
-  if (found == kMapNames.end()) throw InvalidInput("map `" + name + "`: use position, normal, height or texel_size");
-  return found - kMapNames.begin();
-}
-
-std::vector<std::string> map_channels(const std::string& name) {
-  return map_order(name) < 2 ? std::vector<std::string>{"X", "Y", "Z"} : std::vector<std::string>{"Y"};
+  (void)history_map_channels(name);
+  return std::find(kHistoryMapNames.begin(), kHistoryMapNames.end(), name) - kHistoryMapNames.begin();
 }
 
 /// @returns Its place among kFrameExtraNames. @throws InvalidInput
 std::ptrdiff_t extra_order(const std::string& name) {
-  const auto* const found = std::find(kFrameExtraNames.begin(), kFrameExtraNames.end(), name);
-  if (found == kFrameExtraNames.end()) throw InvalidInput("`" + name + "` of a frame: use stddev, specular, normal or height");
-  return found - kFrameExtraNames.begin();
+  (void)frame_extra_channels(name);
+  return std::find(kFrameExtraNames.begin(), kFrameExtraNames.end(), name) - kFrameExtraNames.begin();
 }
 
-std::vector<std::string> extra_channels(const std::string& name) {
-  static const std::array<std::vector<std::string>, 4> kChannels{{{"R", "G", "B"}, {"strength", "roughness"}, {"X", "Y", "Z"}, {"Y"}}};
-  return kChannels[static_cast<std::size_t>(extra_order(name))];
+/// Decoded, and of another size than the file said before.
+template <class T>
+Image<T> fitting(Image<T> image, const fs::path& file, const HistoryManifest& manifest) {
+  if (image.width() != manifest.width || image.height() != manifest.height) check_file(file, manifest);
+  return image;
 }
 
 void check_texel_size(const HistoryManifest& manifest) {
@@ -83,7 +77,9 @@ void make_parent(const fs::path& file) {
 HistoryReader::HistoryReader(const fs::path& path) {
   std::error_code error;
   folder_ = fs::is_directory(path, error) ? path : manifest_folder(path, path.filename().string());
+  label_ = folder_.string();
   manifest_ = read_history_manifest(path);
+  facts_ = facts_of(manifest_);
   for (const HistoryFrame& frame : manifest_.frames) {
     check_file(folder_ / frame.file, manifest_);
     if (frame.mask) check_file(folder_ / *frame.mask, manifest_);
@@ -92,36 +88,14 @@ HistoryReader::HistoryReader(const fs::path& path) {
   if (manifest_.mask) check_file(folder_ / *manifest_.mask, manifest_);
 }
 
-void HistoryReader::check_index(int index) const {
-  if (index >= 0 && index < num_frames()) return;
-  throw InvalidInput("frame " + std::to_string(index) + ": is not in the history; use [0, " + std::to_string(num_frames() - 1) +
-                     "]");
+ImageF HistoryReader::load_frame(std::size_t frame) const {
+  const fs::path file = folder_ / manifest_.frames[frame].file;
+  return fitting(read_color(file), file, manifest_);
 }
 
-ImageF HistoryReader::read_frame(int index) const {
-  check_index(index);
-  const fs::path file = folder_ / manifest_.frames[static_cast<std::size_t>(index)].file;
-  ImageF frame = read_color(file);
-  if (frame.width() != manifest_.width || frame.height() != manifest_.height) check_file(file, manifest_);
-  return frame;
-}
-
-const ControlParameter& HistoryReader::control(const std::string& name) const {
-  std::vector<std::string> names;
-  std::string list;
-  for (const ControlParameter& c : manifest_.controls) {
-    if (c.name == name) return c;
-    names.push_back(c.name);
-    list += (list.empty() ? "" : ", ") + c.name;
-  }
-  throw InvalidInput(folder_.string() + ": has no control `" + name + "`; there " +
-                     (list.empty() ? "are none" : "is: " + list) + did_you_mean(name, names));
-}
-
-ImageF HistoryReader::read_control(const std::string& name) const {
-  const fs::path file = folder_ / control(name).file;
-  ImageF values = read_gray(file);
-  if (values.width() != manifest_.width || values.height() != manifest_.height) check_file(file, manifest_);
+ImageF HistoryReader::load_control(std::size_t control) const {
+  const fs::path file = folder_ / manifest_.controls[control].file;
+  ImageF values = fitting(read_gray(file), file, manifest_);
   for (float v : values.values()) {
     if (!(v >= 0.0f && v <= 1.0f)) {
       throw IoError(file.string(), "holds " + number_text(static_cast<double>(v)) +
@@ -131,11 +105,9 @@ ImageF HistoryReader::read_control(const std::string& name) const {
   return values;
 }
 
-ImageU8 HistoryReader::read_mask() const {
-  if (!manifest_.mask) return ImageU8(manifest_.width, manifest_.height, 1, 255);
+ImageU8 HistoryReader::load_mask() const {
   const fs::path file = folder_ / *manifest_.mask;
-  ImageU8 mask = patinate::read_mask(file);
-  if (mask.width() != manifest_.width || mask.height() != manifest_.height) check_file(file, manifest_);
+  ImageU8 mask = fitting(patinate::read_mask(file), file, manifest_);
   const auto values = mask.values();
   if (std::all_of(values.begin(), values.end(), [](std::uint8_t v) { return v == 0; })) {
     throw IoError(file.string(), "is 0 everywhere; a mask must leave something inside (255)");
@@ -143,69 +115,26 @@ ImageU8 HistoryReader::read_mask() const {
   return mask;
 }
 
-ImageF HistoryReader::read_map(const std::string& name) const {
-  std::string list;
-  for (const HistoryMap& map : manifest_.maps) {
-    if (map.name == name) {
-      check_file(folder_ / map.file, manifest_);
-      return read_channels(folder_ / map.file, map_channels(name));
-    }
-    list += (list.empty() ? "" : ", ") + map.name;
-  }
-  throw InvalidInput(folder_.string() + ": has no map `" + name + "`; there " + (list.empty() ? "are none" : "is: " + list));
+ImageF HistoryReader::load_map(std::size_t map) const {
+  const HistoryMap& known = manifest_.maps[map];
+  check_file(folder_ / known.file, manifest_);
+  return read_channels(folder_ / known.file, history_map_channels(known.name));
 }
 
-std::optional<ImageF> HistoryReader::read_frame_extra(int index, const std::string& name) const {
-  check_index(index);
-  const std::vector<std::string> channels = extra_channels(name);
-  for (const HistoryImage& extra : manifest_.frames[static_cast<std::size_t>(index)].extras) {
-    if (extra.name != name) continue;
-    check_file(folder_ / extra.file, manifest_);
-    return read_channels(folder_ / extra.file, channels);
-  }
-  return std::nullopt;
+ImageF HistoryReader::load_frame_extra(std::size_t frame, std::size_t extra) const {
+  const HistoryImage& known = manifest_.frames[frame].extras[extra];
+  check_file(folder_ / known.file, manifest_);
+  return read_channels(folder_ / known.file, frame_extra_channels(known.name));
 }
 
-ImageU8 HistoryReader::read_frame_mask(int index) const {
-  check_index(index);
-  ImageU8 mask = read_mask();
-  const auto& own = manifest_.frames[static_cast<std::size_t>(index)].mask;
-  if (!own) return mask;
-  const ImageU8 frame_mask = patinate::read_mask(folder_ / *own);
-  if (frame_mask.width() != mask.width() || frame_mask.height() != mask.height()) check_file(folder_ / *own, manifest_);
-  const auto to = mask.values();
-  const auto from = frame_mask.values();
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] = std::min(to[i], from[i]);
-  return mask;
-}
-
-TimePosition HistoryReader::locate(double time) const {
-  if (std::isnan(time)) throw InvalidInput("time: is not a number");
-  const auto& frames = manifest_.frames;
-  if (time <= frames.front().time) return {0, 0.0};
-  if (time >= frames.back().time) return {num_frames() - 1, 0.0};
-  const auto next = std::upper_bound(frames.begin(), frames.end(), time,
-                                     [](double t, const HistoryFrame& frame) { return t < frame.time; });
-  const HistoryFrame& before = *(next - 1);
-  return {static_cast<int>(next - frames.begin()) - 1, (time - before.time) / (next->time - before.time)};
-}
-
-ImageF HistoryReader::sample(double time) const {
-  const TimePosition position = locate(time);
-  ImageF image = read_frame(position.index);
-  if (position.fraction == 0.0) return image;
-  const ImageF next = read_frame(position.index + 1);
-  const float fraction = static_cast<float>(position.fraction);
-  const auto to = image.values();
-  const auto from = next.values();
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] = (1.0f - fraction) * to[i] + fraction * from[i];
-  return image;
+ImageU8 HistoryReader::load_frame_mask(std::size_t frame) const {
+  const fs::path file = folder_ / *manifest_.frames[frame].mask;
+  return fitting(patinate::read_mask(file), file, manifest_);
 }
 
 HistoryWriter::HistoryWriter(fs::path folder, HistoryManifest manifest)
     : folder_(std::move(folder)), manifest_(std::move(manifest)) {
-  constexpr int kMaxSide = 65536;
-  if (manifest_.width < 1 || manifest_.height < 1 || manifest_.width > kMaxSide || manifest_.height > kMaxSide) {
+  if (manifest_.width < 1 || manifest_.height < 1 || manifest_.width > kMaxHistorySide_px || manifest_.height > kMaxHistorySide_px) {
     throw InvalidInput("history " + manifest_.name + ": a size of " + size_text(manifest_.width, manifest_.height) +
                        " is out of range; use 1 to 65536");
   }
@@ -284,7 +213,7 @@ fs::path HistoryWriter::frame_extra_file(int index, const std::string& name) {
 }
 
 void HistoryWriter::write_frame_extra(const fs::path& folder, int index, const std::string& name, const ImageF& values) {
-  const std::vector<std::string> channels = extra_channels(name);
+  const std::vector<std::string>& channels = frame_extra_channels(name);
   if (values.channels() != static_cast<int>(channels.size())) {
     throw InvalidInput("`" + name + "` of a frame: has " + std::to_string(values.channels()) + " channels; expected " + std::to_string(channels.size()));
   }
@@ -325,7 +254,7 @@ fs::path HistoryWriter::map_file(const std::string& name) {
 }
 
 void HistoryWriter::write_map(const fs::path& folder, const std::string& name, const ImageF& values) {
-  const std::vector<std::string> channels = map_channels(name);
+  const std::vector<std::string>& channels = history_map_channels(name);
   if (values.channels() != static_cast<int>(channels.size())) {
     throw InvalidInput("map " + name + ": has " + std::to_string(values.channels()) + " channels; expected " + std::to_string(channels.size()));
   }

@@ -1,30 +1,21 @@
 /// \file
-/// The material history: colour of a surface over time with its control parameters. A folder with `history.json`.
+/// The material history as a folder with `history.json`: what the file says, a reader and a writer.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
+#include "libcommon/history/history_value.h"
 #include "libcommon/image/image.h"
 
 namespace patinate {
 
-enum class TimeUnit { Seconds, Minutes, Hours, Days };
-/// "s", "min", "h", "d".
-[[nodiscard]] std::string time_unit_text(TimeUnit unit);
-/// @throws InvalidInput
-[[nodiscard]] TimeUnit parse_time_unit(const std::string& text);
-[[nodiscard]] double seconds_per(TimeUnit unit);
-
-/// A control parameter, float, normalised to [0, 1].
+/// ControlFacts with its file.
 struct ControlParameter {
   std::string name;
-  std::filesystem::path file;        ///< Relative to the history.
+  std::filesystem::path file;        ///< Relative to the history; float.
   double low = 0.0;                  ///< Physical value that 0 stands for.
   double high = 1.0;                 ///< Physical value that 1 stands for.
   std::string unit = "";             ///< "1/mm", "relative", ...
@@ -41,16 +32,12 @@ struct HistoryFrame {
   std::filesystem::path file;        ///< Half RGB EXR, linear albedo; relative to the history.
   /// 8 bit; 0 where this frame's colour is not the surface's (highlight, saturated, out of the stabilised view).
   std::optional<std::filesystem::path> mask = std::nullopt;
-  /// More than colour, in the order of kFrameExtraNames, each at most once: `stddev` (of the albedo; R, G, B), `specular` (strength,
-  /// roughness), `normal` (X, Y, Z, unit), `height` (Y, mm); float; 0 where not known.
+  /// In the order of kFrameExtraNames, each at most once; float.
   std::vector<HistoryImage> extras = {};
   bool is_extrapolated = false;      ///< Nobody saw it: a model goes on from where the frames end.
 };
-inline constexpr std::array<std::string_view, 4> kFrameExtraNames{"stddev", "specular", "normal", "height"};
 
-/// An image that is constant in time. `position` and `normal`: channels X, Y, Z; `height` and `texel_size`: Y. mm, or unit vectors;
-/// 0 where there is no surface.
-using HistoryMap = HistoryImage;     ///< position | normal | height | texel_size
+using HistoryMap = HistoryImage;     ///< One of kHistoryMapNames.
 
 /// What `history.json` says.
 struct HistoryManifest {
@@ -63,52 +50,37 @@ struct HistoryManifest {
   std::vector<HistoryFrame> frames;
   std::vector<ControlParameter> controls;
   std::optional<std::filesystem::path> mask;
-  std::vector<HistoryMap> maps;      ///< In the order position, normal, height, texel_size.
+  std::vector<HistoryMap> maps;      ///< In the order of kHistoryMapNames.
   std::string key;
+  std::vector<LibraryPart> parts = {};  ///< Of a library.
 };
+/// The same without files.
+[[nodiscard]] HistoryFacts facts_of(const HistoryManifest& manifest);
 
-/// Where a time falls: frame `index` and `index + 1` weighted (1 - fraction) and fraction. Clamped to the ends.
-struct TimePosition {
-  int index = 0;
-  double fraction = 0.0;
-};
-
-/// Reads a history frame by frame; memory does not grow with the number of frames. Thread-safe.
-class HistoryReader {
+/// Reads a history frame by frame; memory does not grow with the number of frames.
+class HistoryReader final : public History {
  public:
   /// Opens a folder (or its history.json) and checks that every file is there and has the right size; pixels are decoded later.
   /// @throws IoError naming the file.
   explicit HistoryReader(const std::filesystem::path& path);
 
+  [[nodiscard]] const HistoryFacts& facts() const override { return facts_; }
+  [[nodiscard]] const std::string& label() const override { return label_; }
   [[nodiscard]] const HistoryManifest& manifest() const { return manifest_; }
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
-  [[nodiscard]] int num_frames() const { return static_cast<int>(manifest_.frames.size()); }
-  /// H x W x 3, linear. @throws InvalidInput if there is no such index; IoError if the file is truncated or holds NaN.
-  [[nodiscard]] ImageF read_frame(int index) const;
-  /// H x W x 1 in [0, 1]. @throws InvalidInput if there is no such control; IoError if a value is outside.
-  [[nodiscard]] ImageF read_control(const std::string& name) const;
-  /// 0 / 255; all 255 when the history has no mask. @throws IoError if it is 0 everywhere.
-  [[nodiscard]] ImageU8 read_mask() const;
-  /// H x W x 3 (position, normal) or x 1. @throws InvalidInput listing the maps there are; IoError.
-  [[nodiscard]] ImageF read_map(const std::string& name) const;
-  /// What a frame has more than colour: H x W x (3, 2, 3, 1) for the names of kFrameExtraNames; nothing when the frame has none of it.
-  /// @throws InvalidInput if there is no such index or name; IoError.
-  [[nodiscard]] std::optional<ImageF> read_frame_extra(int index, const std::string& name) const;
-  /// Where frame `index` shows the surface itself: read_mask() and the frame's own mask. 0 / 255; may be 0 everywhere.
-  /// @throws InvalidInput if there is no such index; IoError.
-  [[nodiscard]] ImageU8 read_frame_mask(int index) const;
-  /// @throws InvalidInput listing the names there are.
-  [[nodiscard]] const ControlParameter& control(const std::string& name) const;
-  /// @throws InvalidInput if `time` is NaN.
-  [[nodiscard]] TimePosition locate(double time) const;
-  /// The history at any time: two frames and a blend. Equal to read_frame() at frame times, to the bit.
-  [[nodiscard]] ImageF sample(double time) const;
 
  private:
-  void check_index(int index) const;
+  [[nodiscard]] ImageF load_frame(std::size_t frame) const override;
+  [[nodiscard]] ImageF load_control(std::size_t control) const override;
+  [[nodiscard]] ImageU8 load_mask() const override;
+  [[nodiscard]] ImageF load_map(std::size_t map) const override;
+  [[nodiscard]] ImageF load_frame_extra(std::size_t frame, std::size_t extra) const override;
+  [[nodiscard]] ImageU8 load_frame_mask(std::size_t frame) const override;
 
   std::filesystem::path folder_;
+  std::string label_;
   HistoryManifest manifest_;
+  HistoryFacts facts_;
 };
 
 /// Writes a history into an existing folder, frame by frame, and the manifest last. Not thread-safe; the static functions are.
@@ -176,7 +148,7 @@ class HistoryWriter {
 /// The file in a history's folder that says what is in it.
 inline constexpr const char* kHistoryManifestFile = "history.json";
 /// `history.json` of a folder, or the file itself. Other files are not looked at.
-/// @throws IoError if it breaks the format: unknown key, wrong type, times not strictly increasing, ...
+/// @throws IoError if it breaks the format: unknown key, wrong type, times not strictly increasing, parts that do not fit, ...
 [[nodiscard]] HistoryManifest read_history_manifest(const std::filesystem::path& path);
 /// Equal manifests give equal bytes. @throws InvalidInput as HistoryWriter::finish; CannotComplete.
 void write_history_manifest(const std::filesystem::path& file, const HistoryManifest& manifest);

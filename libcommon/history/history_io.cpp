@@ -13,11 +13,8 @@ namespace patinate {
 namespace {
 
 constexpr std::array<std::string_view, 4> kTimeUnitNames{"s", "min", "h", "d"};
-constexpr std::array<std::string_view, 3> kOriginNames{"captured", "simulated", "synthetic"};
-constexpr std::array<std::string_view, 4> kMapNames{"position", "normal", "height", "texel_size"};
 constexpr std::size_t kMaxFrames = 1'000'000;
 constexpr std::size_t kMaxControls = 1'000;
-constexpr double kMaxSide = 65536;
 
 std::filesystem::path relative_file(const JsonReader& json) {
   (void)json.path();  // Rejects what is no path.
@@ -53,6 +50,17 @@ ControlParameter read_control_entry(JsonReader json) {
   return control;
 }
 
+LibraryPart read_part_entry(JsonReader json) {
+  LibraryPart part;
+  part.name = json.member("name").string();
+  part.x = static_cast<int>(json.member("x").integer(between(0, kMaxHistorySide_px)));
+  part.width = static_cast<int>(json.member("width").integer(between(1, kMaxHistorySide_px)));
+  part.height = static_cast<int>(json.member("height").integer(between(1, kMaxHistorySide_px)));
+  part.key = json.member("key").string();
+  json.finish();
+  return part;
+}
+
 /// Whole numbers are written without ".0", as a person would.
 Json number_json(double value) {
   if (value == std::floor(value) && std::abs(value) < 1e15) return Json(static_cast<std::int64_t>(value));
@@ -74,6 +82,7 @@ void check_manifest(const HistoryManifest& m) {
   std::sort(names.begin(), names.end());
   const auto twice = std::adjacent_find(names.begin(), names.end());
   if (twice != names.end()) throw InvalidInput("control " + *twice + ": is given twice; names must differ");
+  check_library_parts(facts_of(m));
 }
 
 }  // namespace
@@ -91,6 +100,19 @@ double seconds_per(TimeUnit unit) {
   return kSeconds[static_cast<std::size_t>(unit)];
 }
 
+HistoryFacts facts_of(const HistoryManifest& m) {
+  HistoryFacts facts{.name = m.name, .origin = m.origin, .width = m.width, .height = m.height, .texel_size_mm = m.texel_size_mm, .time_unit = m.time_unit, .frames = {}, .controls = {}, .has_mask = m.mask.has_value(),
+                     .maps = {}, .parts = m.parts};
+  for (const HistoryFrame& f : m.frames) {
+    FrameFacts frame{.time = f.time, .has_mask = f.mask.has_value(), .extras = {}, .is_extrapolated = f.is_extrapolated};
+    for (const HistoryImage& extra : f.extras) frame.extras.push_back(extra.name);
+    facts.frames.push_back(std::move(frame));
+  }
+  for (const ControlParameter& c : m.controls) facts.controls.push_back({.name = c.name, .low = c.low, .high = c.high, .unit = c.unit});
+  for (const HistoryMap& map : m.maps) facts.maps.push_back(map.name);
+  return facts;
+}
+
 HistoryManifest read_history_manifest(const std::filesystem::path& path) {
   std::error_code error;
   const bool is_folder = std::filesystem::is_directory(path, error);
@@ -100,9 +122,9 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
   json.expect_format("patinate.history", 1);
   HistoryManifest m;
   m.name = json.member("name").string();
-  m.origin = kOriginNames[static_cast<std::size_t>(json.member("origin").choice(kOriginNames))];
-  m.width = static_cast<int>(json.member("width").integer(between(1, kMaxSide)));
-  m.height = static_cast<int>(json.member("height").integer(between(1, kMaxSide)));
+  m.origin = kHistoryOriginNames[static_cast<std::size_t>(json.member("origin").choice(kHistoryOriginNames))];
+  m.width = static_cast<int>(json.member("width").integer(between(1, kMaxHistorySide_px)));
+  m.height = static_cast<int>(json.member("height").integer(between(1, kMaxHistorySide_px)));
   if (json.has("texel_size_mm")) {
     const JsonReader size = json.member("texel_size_mm");
     if (!size.is_null()) m.texel_size_mm = size.number(above(0));
@@ -116,12 +138,14 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
   if (json.has("mask") && !json.member("mask").is_null()) m.mask = relative_file(json.member("mask"));
   if (json.has("maps")) {
     JsonReader maps = json.member("maps");
-    for (std::string_view name : kMapNames) {
+    for (std::string_view name : kHistoryMapNames) {
       if (maps.has(name)) m.maps.push_back({std::string(name), relative_file(maps.member(name))});
     }
     maps.finish();
   }
-  if (json.has("library")) (void)json.member("library");  // transfer/library/library_parts.h reads it.
+  if (json.has("library")) {
+    for (const JsonReader& part : json.member("library").elements(kMaxLibraryParts)) m.parts.push_back(read_part_entry(part));
+  }
   if (json.has("key")) m.key = json.member("key").string();
   json.finish();
   try {
@@ -157,6 +181,9 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
   if (manifest.mask) json["mask"] = manifest.mask->generic_string();
   for (const HistoryMap& map : manifest.maps) json["maps"][map.name] = map.file.generic_string();
   json["key"] = manifest.key;
+  for (const LibraryPart& part : manifest.parts) {
+    json["library"].push_back({{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}, {"key", part.key}});
+  }
   save_json(file, json);
 }
 

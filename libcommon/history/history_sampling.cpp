@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace patinate {
 
@@ -14,15 +15,14 @@ void describe(OptionVisitor& v, SamplingOptions& o) {
   v.visit_choice({"between", "Between two frames: their blend, the one before, or the nearest"}, o.between, kBetweenNames);
 }
 
-TimePosition locate(const HistoryReader& history, double time, Between between) {
+TimePosition locate(const History& history, double time, Between between) {
   const TimePosition position = history.locate(time);
   if (between == Between::Blend) return position;
   const bool is_later = between == Between::Nearest && position.fraction >= 0.5;
   return {is_later ? position.index + 1 : position.index, 0.0};
 }
 
-FrameLocator::FrameLocator(const HistoryManifest& history, Between between) : between_(between) {
-  for (const HistoryFrame& frame : history.frames) times_.push_back(frame.time);
+FrameLocator::FrameLocator(std::vector<double> times, Between between) : between_(between), times_(std::move(times)) {
   constexpr std::size_t kMostBins = 1 << 16;
   const std::size_t num_bins = std::min(kMostBins, 8 * times_.size());
   const double length = times_.back() - times_.front();
@@ -35,7 +35,7 @@ FrameLocator::FrameLocator(const HistoryManifest& history, Between between) : be
   }
 }
 
-ImageF sample(const HistoryReader& history, double time, Between between) {
+ImageF sample(const History& history, double time, Between between) {
   if (between == Between::Blend) return history.sample(time);
   return history.read_frame(locate(history, time, between).index);
 }

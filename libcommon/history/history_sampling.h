@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libcommon/core/options.h"
-#include "libcommon/history/history.h"
+#include "libcommon/history/history_value.h"
 
 namespace patinate {
 
@@ -23,11 +23,12 @@ struct SamplingOptions {
 void describe(OptionVisitor& v, SamplingOptions& o);
 
 /// Where a time falls; the fraction is 0 but for Blend. @throws InvalidInput if `time` is NaN.
-[[nodiscard]] TimePosition locate(const HistoryReader& history, double time, Between between);
+[[nodiscard]] TimePosition locate(const History& history, double time, Between between);
 /// locate() for millions of times: equal to it to the bit, in about the time of two memory reads. Immutable.
 class FrameLocator {
  public:
-  FrameLocator(const HistoryManifest& history, Between between);
+  /// @param times  Of the frames: at least one, strictly increasing.
+  FrameLocator(std::vector<double> times, Between between);
   /// @param time  Not NaN (which gives the last frame). @param hint  A frame that it may lie after, as the one of a neighbour: any index.
   [[nodiscard]] TimePosition operator()(double time, int hint = 0) const {
     const double* const times = times_.data();
@@ -54,7 +55,7 @@ class FrameLocator {
   std::vector<std::int32_t> first_;  ///< Per bin of equal length: the frame at or before its beginning.
 };
 
-/// H x W x 3, linear: the history at any time. Blend is HistoryReader::sample(). @throws as it does.
-[[nodiscard]] ImageF sample(const HistoryReader& history, double time, Between between);
+/// H x W x 3, linear: the history at any time. Blend is History::sample(). @throws as it does.
+[[nodiscard]] ImageF sample(const History& history, double time, Between between);
 
 }  // namespace patinate

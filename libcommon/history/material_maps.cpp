@@ -21,9 +21,7 @@ std::string extra_of(MaterialMap map) {
   return map == MaterialMap::Roughness ? "specular" : std::string(kMaterialMapNames[static_cast<std::size_t>(map)]);
 }
 
-bool has(const std::vector<HistoryImage>& images, const std::string& name) {
-  return std::any_of(images.begin(), images.end(), [&](const HistoryImage& image) { return image.name == name; });
-}
+bool has(const std::vector<std::string>& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); }
 
 /// What the image's x direction is on the surface, not yet of unit length; 0 beside it.
 Vector along_x(const ImageF& position, const ImageF& surface, int x, int y) {
@@ -33,10 +31,10 @@ Vector along_x(const ImageF& position, const ImageF& surface, int x, int y) {
 }
 
 /// A frame's map as it is kept; normals in tangent space.
-ImageF read_map(const HistoryReader& history, MaterialMap map, int frame) {
+ImageF read_map(const History& history, MaterialMap map, int frame) {
   const ImageF extra = *history.read_frame_extra(frame, extra_of(map));
   if (map == MaterialMap::Normal) {
-    const bool is_scanned = has(history.manifest().maps, "position") && has(history.manifest().maps, "normal");
+    const bool is_scanned = has(history.facts().maps, "position") && has(history.facts().maps, "normal");
     return tangent_space_normals(extra, is_scanned ? history.read_map("position") : ImageF(), is_scanned ? history.read_map("normal") : ImageF());
   }
   if (map == MaterialMap::Height) return extra;
@@ -75,10 +73,10 @@ void blend(ImageF& values, const ImageF& next, MaterialMap map, float fraction) 
 
 }  // namespace
 
-std::vector<MaterialMap> material_maps(const HistoryManifest& history) {
+std::vector<MaterialMap> material_maps(const HistoryFacts& history) {
   std::vector<MaterialMap> found;
   for (MaterialMap map : {MaterialMap::Normal, MaterialMap::Roughness, MaterialMap::Specular, MaterialMap::Height}) {
-    const bool in_frame = std::any_of(history.frames.begin(), history.frames.end(), [&](const HistoryFrame& f) { return has(f.extras, extra_of(map)); });
+    const bool in_frame = std::any_of(history.frames.begin(), history.frames.end(), [&](const FrameFacts& f) { return has(f.extras, extra_of(map)); });
     if (in_frame || (map == MaterialMap::Height && has(history.maps, "height"))) found.push_back(map);
   }
   return found;
@@ -111,25 +109,25 @@ ImageF tangent_space_normals(const ImageF& normals, const ImageF& position, cons
   return out;
 }
 
-ImageF sample_material_map(const HistoryReader& history, MaterialMap map, double time, Between between) {
-  const HistoryManifest& manifest = history.manifest();
-  const std::vector<MaterialMap> there = material_maps(manifest);
+ImageF sample_material_map(const History& history, MaterialMap map, double time, Between between) {
+  const HistoryFacts& facts = history.facts();
+  const std::vector<MaterialMap> there = material_maps(facts);
   if (std::find(there.begin(), there.end(), map) == there.end()) {
     std::string names;
     for (MaterialMap m : there) names += (names.empty() ? "" : ", ") + std::string(kMaterialMapNames[static_cast<std::size_t>(m)]);
-    throw InvalidInput(history.folder().string() + ": its frames have no `" + std::string(kMaterialMapNames[static_cast<std::size_t>(map)]) + "`; beside color there " +
+    throw InvalidInput(history.label() + ": its frames have no `" + std::string(kMaterialMapNames[static_cast<std::size_t>(map)]) + "`; beside color there " +
                        (names.empty() ? "is nothing" : "is: " + names));
   }
   if (std::isnan(time)) throw InvalidInput("time: is not a number");
-  HistoryManifest with_map;  // The frames that have it.
+  std::vector<double> times;  // Of the frames that have it.
   std::vector<int> indices;
-  for (std::size_t i = 0; i < manifest.frames.size(); ++i) {
-    if (!has(manifest.frames[i].extras, extra_of(map))) continue;
-    with_map.frames.push_back(manifest.frames[i]);
+  for (std::size_t i = 0; i < facts.frames.size(); ++i) {
+    if (!has(facts.frames[i].extras, extra_of(map))) continue;
+    times.push_back(facts.frames[i].time);
     indices.push_back(static_cast<int>(i));
   }
   if (indices.empty()) return history.read_map("height");
-  const TimePosition position = FrameLocator(with_map, between)(time);
+  const TimePosition position = FrameLocator(std::move(times), between)(time);
   ImageF values = read_map(history, map, indices[static_cast<std::size_t>(position.index)]);
   if (position.fraction != 0.0) {
     blend(values, read_map(history, map, indices[static_cast<std::size_t>(position.index) + 1]), map, static_cast<float>(position.fraction));

@@ -24,7 +24,7 @@ inline constexpr float kUnknownSpecular = 0.04f;
 
 /// Those that at least one frame has, in the order of MaterialMap; height also as a map that is constant in time. The constant map `normal` is
 /// the object's shape, not the material's relief, and none of them.
-[[nodiscard]] std::vector<MaterialMap> material_maps(const HistoryManifest& history);
+[[nodiscard]] std::vector<MaterialMap> material_maps(const HistoryFacts& history);
 
 /// Normals of the scanned world in the tangent space of the surface that the photographs show.
 ///
@@ -38,6 +38,6 @@ inline constexpr float kUnknownSpecular = 0.04f;
 /// A map at any time: between the frames that have it, as sample() is between frames; at such a frame's time what it holds. Normals between
 /// frames are the blend, unit again. Where only one of the two frames knows a value it counts alone.
 /// @throws InvalidInput if no frame has it, listing those there are, or `time` is NaN; IoError.
-[[nodiscard]] ImageF sample_material_map(const HistoryReader& history, MaterialMap map, double time, Between between);
+[[nodiscard]] ImageF sample_material_map(const History& history, MaterialMap map, double time, Between between);
 
 }  // namespace patinate

@@ -127,12 +127,12 @@ void write_transfer(const std::filesystem::path& folder, int side) {
   std::filesystem::create_directory(folder / "history");
   testing_support::write_history(folder / "history", kSource, kSource, 2, testing_support::blotches);
   TransferTask task;
-  task.history = folder / "history";
-  task.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
+  task.history = std::make_shared<const HistoryReader>(folder / "history");
+  task.input.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
   task.mesh_name = "plane.obj";
-  task.texel_size_mm = task.map->median_texel_size_mm();
-  task.controls.push_back({"x", "image", ImageF(64, 64), {}, 1.0, ControlMapping::Rank});
-  for (std::size_t i = 0; i < 64 * 64; ++i) task.controls[0].values.data()[i] = static_cast<float>(i % 64);
+  task.input.texel_size_mm = task.input.map->median_texel_size_mm();
+  task.input.controls.push_back({"x", "image", ImageF(64, 64), {}, 1.0, ControlMapping::Rank});
+  for (std::size_t i = 0; i < 64 * 64; ++i) task.input.controls[0].values.data()[i] = static_cast<float>(i % 64);
   (void)run_job(plan_transfer(task, folder / "transfer"), {}, {});
   Json json = load_json(folder / "transfer/transfer.json");
   json["width"] = json["height"] = side;

@@ -38,15 +38,15 @@ struct SearchSetting {
   DestinationLevel destination;
   CoordinateMap coordinates;
 
-  SearchSetting(const HistoryReader& history, const std::string& control) {
-    AppearanceSpace appearance = build_appearance_space(history, 1);
-    source = make_source_level(std::move(appearance.levels[0]), as_integers(history.read_control(control)), appearance.masks[0], appearance.variances[0], neighborhood);
+  SearchSetting(const std::shared_ptr<const HistoryReader>& history, const std::string& control) {
+    AppearanceSpace appearance = build_appearance_space(*history, 1);
+    source = make_source_level(std::move(appearance.levels[0]), as_integers(history->read_control(control)), appearance.masks[0], appearance.variances[0], neighborhood);
     const auto map = std::make_shared<TexelMap>(testing_support::unit_plane(kAtlas), kAtlas, kAtlas);
     ImageF guide(kAtlas, kAtlas);
     for (int y = 0; y < kAtlas; ++y) {
       for (int x = 0; x < kAtlas; ++x) guide.at(x, y) = static_cast<float>(((x / 2 + y / 3) % 256 < 128 ? x / 2 + y / 3 : 255 - (x / 2 + y / 3) % 256) % 256) / 255.0f;
     }
-    const TransferResult fast = transfer(history, map, 1.0, {{control, "guide", guide, {}, 1.0, ControlMapping::Rank}}, {});
+    const TransferResult fast = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {{control, "guide", guide, {}, 1.0, ControlMapping::Rank}}});
     coordinates = fast.coordinates;
     destination = make_destination_level(map, fast.matched_controls, neighborhood,
                                          {.frames = std::make_shared<const FlowFrames>(uv_frames(*map)), .pixel_mm = 1.0, .step_mm = 1.0});
@@ -110,6 +110,6 @@ void compare_searches(const SearchSetting& s) {
 int main(int argc, char** argv) {
   const patinate::testing_support::TempFolder folder;
   if (argc < 3) patinate::testing_support::write_history(folder.path(), 512, 512, 1, patinate::testing_support::blotches);
-  const patinate::HistoryReader history(argc < 3 ? folder.path() : std::filesystem::path(argv[1]));
+  const auto history = std::make_shared<const patinate::HistoryReader>(argc < 3 ? folder.path() : std::filesystem::path(argv[1]));
   patinate::compare_searches(patinate::SearchSetting(history, argc < 3 ? "x" : argv[2]));
 }

@@ -26,13 +26,13 @@ using benchmarks::seconds;
 
 struct Setting {
   testing_support::TempFolder folder;
-  std::unique_ptr<HistoryReader> history;
+  std::shared_ptr<const HistoryReader> history;
   std::shared_ptr<const TexelMap> map;
   std::vector<TransferControl> controls;
 
   Setting(int source_size, int num_frames, int atlas) {
     testing_support::write_history(folder.path(), source_size, source_size, num_frames, testing_support::blotches);
-    history = std::make_unique<HistoryReader>(folder.path());
+    history = std::make_shared<const HistoryReader>(folder.path());
     map = std::make_shared<TexelMap>(testing_support::cut_plane(atlas), atlas, atlas);
     ImageF guide(atlas, atlas);
     for (TexelId t = 0; t < map->num_texels(); ++t) {
@@ -40,10 +40,10 @@ struct Setting {
     }
     controls.push_back({"x", "gradient", guide, {}, 1.0, ControlMapping::Rank});
   }
-  [[nodiscard]] TransferResult run(TransferMethod method, const AppearanceSource& appearance = build_appearance_space) const {
+  [[nodiscard]] TransferResult run(TransferMethod method, const AppearanceSource& appearance = {}) const {
     TransferOptions options;
     options.method = method;
-    return transfer(*history, map, map->median_texel_size_mm(), controls, options, {}, nullptr, {}, appearance);
+    return transfer({.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = controls, .appearance = appearance}, options);
   }
   void forget() const { std::filesystem::remove_all(folder / kCacheFolder); }
 };
@@ -90,7 +90,7 @@ void kept_analysis(int num_frames) {
     });
   };
   const auto analyse = [&] { (void)cached_appearance_space(*setting.history, kLevels); };
-  const auto run = [&] { (void)setting.run(TransferMethod::Fast, cached_appearance_space); };
+  const auto run = [&] { (void)setting.run(TransferMethod::Fast, appearance_source(*setting.history, {.cache = true})); };
   const double without_s = median_of_five([&] { (void)build_appearance_space(*setting.history, kLevels); });
   const double first_s = first(analyse), second_s = median_of_five(analyse);
   const double first_transfer_s = first(run), second_transfer_s = median_of_five(run);

@@ -17,11 +17,13 @@ for said in man/man1/patinate.1 bash-completion/completions/patinate zsh/vendor-
   [[ -s "$work/prefix/share/$said" ]] || { echo "install: share/$said is missing or empty"; exit 1; }
 done
 cd "$work"
-"$work/examples/03_full_control" full
+"$work/examples/03_full_control" texture.png picture.png
+"$patinate" synth crackle --width 192 --height 192 --num-frames 6 -o crackle --quiet
+"$patinate" ingest crackle -o history --quiet
 "$patinate" synth sculpture --resolution 48 -o urn --quiet
-"$work/examples/02_own_control" full/history urn/mesh.obj own.png
-"$work/examples/01_one_call" full/history urn/mesh.obj thickness=facing one.png
-for picture in own.png one.png full/texture.png full/picture.png; do
+"$work/examples/02_own_control" history urn/mesh.obj own.png
+"$work/examples/01_one_call" history urn/mesh.obj thickness=facing one.png
+for picture in own.png one.png texture.png picture.png; do
   said=$("$patinate" info "$picture" --json)
   [[ "$said" == *'"kind": "image"'* ]] || { echo "install: $picture is no picture: $said"; exit 1; }
 done

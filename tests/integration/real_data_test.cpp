@@ -51,24 +51,24 @@ TransferTask make_task(const std::filesystem::path& history, Mesh mesh, const st
   const double size = TexelMap(mesh, kAtlas, kAtlas).median_texel_size_mm();
   scale_mesh(mesh, 1.0 / size);
   TransferTask task;
-  task.history = history;
+  task.history = std::make_shared<const HistoryReader>(history);
   task.mesh_name = "mesh";
   task.mm_per_mesh_unit = 1.0 / size;
-  task.map = std::make_shared<TexelMap>(std::move(mesh), kAtlas, kAtlas);
-  ControlMap made = make_control_expression(destination, *task.map);
-  task.controls.push_back({source, destination, std::move(made.values), {made.low, made.high, made.unit}, 1.0, ControlMapping::Rank});
+  task.input.map = std::make_shared<TexelMap>(std::move(mesh), kAtlas, kAtlas);
+  ControlMap made = make_control_expression(destination, *task.input.map);
+  task.input.controls.push_back({source, destination, std::move(made.values), {made.low, made.high, made.unit}, 1.0, ControlMapping::Rank});
   return task;
 }
 
 /// Rank correlation over the covered texels between the destination's control and the source's at their coordinates.
 double control_agreement(const TransferTask& task, const TransferReader& transfer) {
-  const ImageF source = transfer.history().read_control(task.controls[0].source);
+  const ImageF source = transfer.history().read_control(task.input.controls[0].source);
   std::vector<double> wanted, got;
   for (int y = 0; y < kAtlas; ++y) {
     for (int x = 0; x < kAtlas; ++x) {
       const float sx = transfer.coordinates().at(x, y, 0);
       if (sx < 0.0f) continue;
-      wanted.push_back(static_cast<double>(task.controls[0].values.at(x, y)));
+      wanted.push_back(static_cast<double>(task.input.controls[0].values.at(x, y)));
       got.push_back(static_cast<double>(source.at(static_cast<int>(sx), static_cast<int>(transfer.coordinates().at(x, y, 1)))));
     }
   }

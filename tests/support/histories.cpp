@@ -1,8 +1,10 @@
 #include "tests/support/histories.h"
 
 #include <cmath>
+#include <utility>
 
 #include "libcommon/core/random.h"
+#include "libcommon/image/image_io.h"
 
 namespace patinate::testing_support {
 
@@ -34,6 +36,56 @@ void write_history(const std::filesystem::path& folder, int width, int height, i
       }
     }
     writer.write_frame(f, f, frame);
+  }
+  writer.finish();
+}
+
+MemoryHistoryImages half_images(int width, int height, int num_frames, const std::function<float(int, int, int, int)>& color) {
+  constexpr float kSteps = 1024.0f;  // A half float holds ten bits behind its first.
+  MemoryHistoryImages images{.name = "test", .origin = "synthetic", .frames = {}};
+  for (int f = 0; f < num_frames; ++f) {
+    ImageF frame(width, height, 3);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        for (int c = 0; c < 3; ++c) frame.at(x, y, c) = std::round(kSteps * color(x, y, f, c)) / kSteps;
+      }
+    }
+    images.frames.push_back({.time = static_cast<double>(f) * f, .color = std::move(frame)});
+  }
+  ImageF xs(width, height), ys(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      xs.at(x, y) = static_cast<float>(x) / static_cast<float>(width - 1);
+      ys.at(x, y) = static_cast<float>(y) / static_cast<float>(height - 1);
+    }
+  }
+  images.controls = {{{.name = "x", .unit = "relative"}, xs}, {{.name = "y", .unit = "relative"}, ys}};
+  return images;
+}
+
+void write_history(const std::filesystem::path& folder, const History& history) {
+  const HistoryFacts& facts = history.facts();
+  std::filesystem::create_directories(folder);
+  HistoryWriter writer(folder, {.name = facts.name, .origin = facts.origin, .width = facts.width, .height = facts.height, .texel_size_mm = facts.texel_size_mm, .time_unit = facts.time_unit, .frames = {},
+                                .controls = {}, .mask = {}, .maps = {}, .key = "0123456789abcdef", .parts = facts.parts});
+  for (int i = 0; i < history.num_frames(); ++i) {
+    const FrameFacts& frame = facts.frames[static_cast<std::size_t>(i)];
+    writer.write_frame(i, frame.time, history.read_frame(i));
+    if (frame.has_mask) {
+      std::filesystem::create_directories(folder / "masks");
+      write_codes(folder / HistoryWriter::frame_mask_file(i), history.read_frame_mask(i));
+      writer.add_written_frame_mask(i);
+    }
+    for (const std::string& name : frame.extras) {
+      HistoryWriter::write_frame_extra(folder, i, name, *history.read_frame_extra(i, name));
+      writer.add_written_frame_extra(i, name);
+    }
+  }
+  for (const ControlFacts& c : facts.controls) writer.write_control(c.name, history.read_control(c.name), c.low, c.high, c.unit);
+  if (facts.has_mask) writer.write_mask(history.read_mask());
+  for (const std::string& name : facts.maps) {
+    HistoryWriter::write_map(folder, name, history.read_map(name));
+    writer.add_written_map(name);
   }
   writer.finish();
 }

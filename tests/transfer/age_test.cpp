@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "libcommon/core/error.h"
 #include "tests/support/histories.h"
@@ -18,10 +19,10 @@ namespace {
 TEST(AgeMesh, GivesATextureOfTheHistorysColoursAtAnyTime) {
   const testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), 48, 48, 3, testing_support::blotches);
-  const HistoryReader history(folder.path());
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
   const AgedMesh aged = age_mesh(history, testing_support::cut_plane(64), "x=height", {.resolution = 64});
-  const ImageF frame = history.read_frame(2);
-  const ImageF texture = aged.texture(history, history.manifest().frames[2].time);
+  const ImageF frame = history->read_frame(2);
+  const ImageF texture = aged.texture(history->times()[2]);
   ASSERT_EQ(texture.width(), 64);
   int num_covered = 0;
   for (int y = 0; y < 64; ++y) {
@@ -41,7 +42,7 @@ TEST(AgeMesh, UnwrapsAMeshWithoutUvs) {
   Mesh mesh = testing_support::cut_plane(64);
   mesh.uvs.clear();
   mesh.uv_triangles.clear();
-  const HistoryReader history(folder.path());
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
   const AgedMesh aged = age_mesh(history, mesh, "x=height", {.resolution = 64});
   EXPECT_TRUE(aged.mesh.has_uvs());
 }
@@ -49,7 +50,7 @@ TEST(AgeMesh, UnwrapsAMeshWithoutUvs) {
 TEST(AgeMesh, SaysWhichControlsThereAre) {
   const testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), 48, 48, 2, testing_support::blotches);
-  const HistoryReader history(folder.path());  // Has two controls.
+  const auto history = std::make_shared<const HistoryReader>(folder.path());  // Has two controls.
   EXPECT_THROW((void)age_mesh(history, testing_support::cut_plane(64), "height"), UsageError);
   EXPECT_THROW((void)age_mesh(history, testing_support::cut_plane(64), "nothing=height"), InvalidInput);
 }

@@ -23,13 +23,13 @@ constexpr int kSide = 64;
 /// A history, and a plane that it goes to.
 struct Task {
   testing_support::TempFolder folder;
-  std::unique_ptr<HistoryReader> history;
+  std::shared_ptr<const HistoryReader> history;
   std::shared_ptr<const TexelMap> map = std::make_shared<TexelMap>(testing_support::unit_plane(kSide), kSide, kSide);
   TransferControl guide{"x", "x", ImageF(kSide, kSide), {}, 1.0, ControlMapping::Rank};
 
   Task() {
     testing_support::write_history(folder.path(), kSide, kSide, 3, testing_support::blotches);
-    history = std::make_unique<HistoryReader>(folder.path());
+    history = std::make_shared<const HistoryReader>(folder.path());
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) guide.values.at(x, y) = static_cast<float>(x + y) / static_cast<float>(2 * kSide);
     }
@@ -52,7 +52,7 @@ TEST(Stop, ATransferEndsAtAnyMomentOfItsProgress) {
         if (source.stop_requested()) ++later;
         else if (done >= moment) source.request_stop();
       };
-      EXPECT_THROW((void)transfer(*task.history, task.map, 1.0, {task.guide}, options, control), Cancelled) << moment;
+      EXPECT_THROW((void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.guide}}, options, control), Cancelled) << moment;
       EXPECT_LE(later, kThreads) << "begun after the stop at " << moment;
     }
   }

@@ -42,7 +42,7 @@ struct TransferTextures {
 
 std::vector<GlbLook> looks_of_transfer(const std::shared_ptr<const TransferFolder>& transfer, const std::vector<double>& times, const std::vector<std::string>& labels,
                                        const RunControl& control) {
-  const std::vector<MaterialMap> maps = material_maps(transfer->history().manifest());
+  const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   RunControl silent = control;
   silent.on_progress = {};

@@ -25,7 +25,7 @@ AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
   mesh.unit_mesh = unit_square_mesh(transfer->atlas());
   mesh.metres_per_unit = metres_per_unit(m);
   mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
-  const std::vector<MaterialMap> maps = material_maps(mesh.history);
+  const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   const bool has_normals = has(MaterialMap::Normal), has_gloss = has(MaterialMap::Roughness);
   if (has_normals || has_gloss) {

@@ -40,9 +40,8 @@ int cmd_evaluate(CommandRun& run) {
   if (!run.parse()) return 0;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   for (const std::string& word : run.command_line()) task.command += (task.command.empty() ? "" : " ") + word;
-  const AppearanceSource appearance = appearance_source(cache);
   for (const fs::path& map : maps) {
-    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, appearance) : foreign_item(map, foreign, task.options, task.seed, appearance));
+    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache) : foreign_item(map, foreign, task.options, task.seed, cache));
   }
   const std::optional<JobStatus> status = run.make_folder(plan_evaluation(std::move(task), output), "evaluate");
   if (!status) return 0;

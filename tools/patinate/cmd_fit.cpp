@@ -92,8 +92,8 @@ int cmd_fit(CommandRun& run) {
   const PathKind kind = kind_of(history);
   if (kind != PathKind::History && kind != PathKind::Transfer) throw InvalidInput(history.string() + ": is no history or transfer; only those age");
   std::vector<std::string> controls;
-  const TextureSeries series(history);
-  for (const ControlParameter& c : series.manifest().controls) controls.push_back(c.name);
+  const TextureSeries series = open_series(history).series;
+  for (const ControlFacts& c : series.facts().controls) controls.push_back(c.name);
 
   const FitScene scene(scene_path, wanted.ranges, controls, run.control("scene"));
   for (const std::string& note : scene.notes()) run.note(note);

@@ -17,7 +17,6 @@
 #include "tools/patinate/facts.h"
 #include "tools/patinate/path_kind.h"
 #include "tools/patinate/stats.h"
-#include "transfer/library/library_parts.h"
 #include "transfer/transfer_io.h"
 
 namespace patinate {
@@ -55,7 +54,7 @@ Facts history_facts(const std::filesystem::path& path) {
   facts.add("mask", m.mask.has_value(), m.mask ? "yes" : "no");
   Json library = Json::array();
   std::string parts;
-  for (const LibraryPart& part : library_parts(history)) {
+  for (const LibraryPart& part : m.parts) {
     parts += (parts.empty() ? "" : "; ") + std::to_string(library.size()) + " " + part.name + ", " + size_text(part.width, part.height);
     library.push_back(Json{{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}});
   }

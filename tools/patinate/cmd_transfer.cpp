@@ -16,7 +16,6 @@
 #include "tools/patinate/mesh_source.h"
 #include "tools/patinate/path_kind.h"
 #include "transfer/appearance/appearance_cache.h"
-#include "transfer/library/library_parts.h"
 #include "transfer/transfer_controls.h"
 #include "transfer/transfer_job.h"
 
@@ -73,7 +72,7 @@ std::vector<TransferControl> make_controls(const std::vector<std::string>& texts
       run.note("control `" + source + "`: `" + spec.destination + "` is the same all over the mesh, so that it decides nothing");
     }
   }
-  note_library(library_parts(history), controls, run);
+  note_library(history.facts().parts, controls, run);
   return controls;
 }
 
@@ -158,23 +157,24 @@ int cmd_transfer(CommandRun& run) {
   task.options.seed = run.line.common().seed;
   require_history_place(history_path);
   history_path = history_place(history_path);
-  task.history = history_path;
-  const HistoryReader history(history_path);
+  task.history = std::make_shared<const HistoryReader>(history_path);
+  const HistoryReader& history = *task.history;
   if (!source_mask.empty()) {
-    task.source_mask = read_source_mask(source_mask, history);
+    task.input.source_mask = read_source_mask(source_mask, history);
     task.source_mask_name = source_mask.filename().string();
   }
-  const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.manifest().texel_size_mm;
+  const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.facts().texel_size_mm;
   const Destination destination = make_destination(mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
   task.atlas = destination.atlas;
-  task.map = destination.map;
+  task.input.map = destination.map;
   task.unit = destination.unit;
   task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
-  task.texel_size_mm = destination.texel_size_mm;
-  task.controls = make_controls(control_texts, history, *task.map, kinds, run);
-  task.frames = make_flow(flow, *task.map, kinds.up, run);
-  task.flow = task.frames ? std::filesystem::path(flow).filename().string() : "uv";
-  const std::optional<JobStatus> status = run.make_folder(plan_transfer(std::move(task), output, appearance_source(cache)), "transfer");
+  task.input.texel_size_mm = destination.texel_size_mm;
+  task.input.controls = make_controls(control_texts, history, *task.input.map, kinds, run);
+  task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
+  task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
+  task.input.appearance = appearance_source(history, cache);
+  const std::optional<JobStatus> status = run.make_folder(plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;
   run.report_output(*status, output, energy_json(read_transfer_manifest(output).energy));
   return 0;

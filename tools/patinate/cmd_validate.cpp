@@ -15,7 +15,6 @@
 #include "tools/patinate/capture_results.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/path_kind.h"
-#include "transfer/library/library_parts.h"
 #include "transfer/lookup/transfer_reader.h"
 
 namespace patinate {
@@ -50,7 +49,6 @@ void check_history(const std::filesystem::path& path, Checks& checks, const RunC
     checks.run([&] { (void)history.read_control(c.name); });
   }
   checks.run([&] { (void)history.read_mask(); });
-  checks.run([&] { (void)library_parts(history); });
 }
 
 /// Decodes every photograph.

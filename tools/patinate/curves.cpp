@@ -55,7 +55,7 @@ std::vector<Region> bins_of(const HistoryReader& history, const CurvesArgument& 
   if (!(bins >= 1.0 && bins <= kMostBins) || bins != std::floor(bins)) {
     throw UsageError("--bins: found `" + number_text(bins) + "`; expected an integer [1, 1000]");
   }
-  const ControlParameter& control = history.control(curves.by);
+  const ControlFacts& control = history.control(curves.by);
   const ImageF values = history.read_control(curves.by);
   const double width = (control.high - control.low) / bins;
   std::vector<Region> regions;

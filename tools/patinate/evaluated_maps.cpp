@@ -37,7 +37,7 @@ std::vector<int> frames_to_compare(int num_frames, int num_times) {
   return out;
 }
 
-SynthesisSource source_of(const HistoryReader& history, const std::string& control, double pixel_mm, int num_times) {
+SynthesisSource source_of(const History& history, const std::string& control, double pixel_mm, int num_times) {
   SynthesisSource source;
   for (int frame : frames_to_compare(history.num_frames(), num_times)) source.frames.push_back(codes_of(history.read_frame(frame)));
   source.mask = history.read_mask();
@@ -98,7 +98,7 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
 
 }  // namespace
 
-EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& options, std::uint64_t seed, const AppearanceSource& appearance_source) {
+EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& options, std::uint64_t seed, const CacheOptions& cache) {
   const TransferManifest manifest = read_transfer_manifest(transfer);
   std::string about = "transfer " + transfer.string() + ", history " + manifest.history.string();
   for (const RecordedControl& c : manifest.controls) about += ", " + c.text();
@@ -106,7 +106,7 @@ EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& 
   return {.name = name.empty() ? fs::absolute(transfer).lexically_normal().parent_path().filename().string() : name,
           .about = about,
           .key = manifest.key,
-          .open = [transfer, options, seed, appearance_source](const RunControl& control) {
+          .open = [transfer, options, seed, cache](const RunControl& control) {
             const TransferReader reader(transfer);
             const TransferManifest& m = reader.manifest();
             MapToEvaluate out;
@@ -123,12 +123,12 @@ EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& 
             MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = m.texel_size_mm, .controls = {}, .frames = out.map.frames};
             made.source_mask = out.source.mask;
             for (std::size_t i = 0; i < m.controls.size(); ++i) made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
-            add_audit(out.more, audit_map(reader.history(), made, m.measured_with, options.num_audits, seed, control.part(0.3, 1.0), appearance_source));
+            add_audit(out.more, audit_map(reader.history(), made, m.measured_with, options.num_audits, seed, control.part(0.3, 1.0), appearance_source(reader.history(), cache)));
             return out;
           }};
 }
 
-EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign, const EvaluationOptions& options, std::uint64_t seed, const AppearanceSource& appearance_source) {
+EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign, const EvaluationOptions& options, std::uint64_t seed, const CacheOptions& cache) {
   if (foreign.history.empty()) throw UsageError("--history: is needed for " + map.string() + ", which is no transfer: the history that the tool copied from");
   const HistoryReader history(foreign.history);
   const std::optional<ControlSpec> spec = foreign.control.empty() ? std::nullopt : std::optional(parse_control_spec(foreign.control));
@@ -141,7 +141,7 @@ EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreig
   return {.name = map.stem().string(),
           .about = "coordinates " + map.string() + ", history " + foreign.history.string() + (spec ? ", " + foreign.control : ""),
           .key = hash.hex(),
-          .open = [map, foreign, spec, source_name, options, seed, appearance_source](const RunControl& control) {
+          .open = [map, foreign, spec, source_name, options, seed, cache](const RunControl& control) {
             const HistoryReader source(foreign.history);
             MapToEvaluate out;
             out.source = source_of(source, source_name, 1.0, options.num_times);
@@ -161,7 +161,7 @@ EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreig
             if (options.num_audits == 0) return out;
             const double pixel_mm = options.source_step > 0 ? 1.0 / options.source_step : 1.0;
             const MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = pixel_mm, .controls = {{source_name, wanted}}};
-            add_audit(out.more, audit_map(source, made, {}, options.num_audits, seed, control, appearance_source));
+            add_audit(out.more, audit_map(source, made, {}, options.num_audits, seed, control, appearance_source(source, cache)));
             return out;
           }};
 }

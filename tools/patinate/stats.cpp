@@ -70,9 +70,9 @@ int report_stats(CommandRun& run, const StatsArgument& stats, const std::filesys
     }
   }
   const CompareOptions options;
-  const TextureSeries series(subject);
+  const TextureSeries series = open_series(subject).series;
   const HistoryStatistics found = history_statistics(series, classes, options.size, options.visible_delta_e, run.control("statistics"));
-  const std::string unit = time_unit_text(series.manifest().time_unit);
+  const std::string unit = time_unit_text(series.facts().time_unit);
   run.report(json_of(found, classes, unit), text_of(found, classes, unit));
   return 0;
 }

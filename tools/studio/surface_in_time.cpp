@@ -118,7 +118,7 @@ NamedMap SurfaceInTime::map(const std::string& name) const {
   const std::size_t colon = name.find(':');
   const std::string kind = name.substr(0, colon), what = colon == std::string::npos ? "" : name.substr(colon + 1);
   if (kind == "control") {
-    const ControlParameter& c = history_->control(what);
+    const ControlFacts& c = history_->control(what);
     return {spread(history_->read_control(what), {}), c.low, c.high, c.unit};
   }
   if (kind == "map") return {spread(history_->read_map(what), {}), 0.0, 1.0, what == "height" || what == "texel_size" ? "mm" : ""};

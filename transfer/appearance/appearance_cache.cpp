@@ -133,6 +133,9 @@ AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_le
   return std::move(made.space);
 }
 
-AppearanceSource appearance_source(const CacheOptions& options) { return options.cache ? cached_appearance_space : build_appearance_space; }
+AppearanceSource appearance_source(const HistoryReader& history, const CacheOptions& options) {
+  if (!options.cache) return {};
+  return [&history](int num_levels, const AppearanceOptions& appearance, const RunControl& control, const ImageU8& mask) { return cached_appearance_space(history, num_levels, appearance, control, mask); };
+}
 
 }  // namespace patinate

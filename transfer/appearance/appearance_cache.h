@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "libcommon/history/history.h"
 #include "transfer/appearance/appearance_space.h"
 
 namespace patinate {
@@ -29,11 +30,11 @@ void describe(OptionVisitor& v, CacheOptions& o);
 
 /// As build_appearance_space(), to the bit, and by it unless the same was built before. What cannot be kept (a folder that is read-only, a disk that is nearly full,
 /// a history that changes meanwhile) is not; a kept file that is damaged, or holds fewer levels, is made anew. Never fails for either.
-/// An AppearanceSource. @throws as build_appearance_space(); Cancelled.
+/// @throws as build_appearance_space(); Cancelled.
 [[nodiscard]] AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options = {},
                                                       const RunControl& control = {}, const ImageU8& given_mask = {});
 
-/// cached_appearance_space(), or build_appearance_space().
-[[nodiscard]] AppearanceSource appearance_source(const CacheOptions& options);
+/// cached_appearance_space() of this history, which must outlive it; empty without a cache.
+[[nodiscard]] AppearanceSource appearance_source(const HistoryReader& history, const CacheOptions& options);
 
 }  // namespace patinate

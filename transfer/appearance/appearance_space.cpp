@@ -53,7 +53,7 @@ std::vector<std::int64_t> sample_pixels(const ImageU8& mask, int num_samples) {
 }
 
 /// H x W x 8: every pixel's colours over time on the leading temporal components.
-ImageF temporal_projection(const HistoryReader& history, const ImageU8& mask, const AppearanceOptions& options,
+ImageF temporal_projection(const History& history, const ImageU8& mask, const AppearanceOptions& options,
                            double& explained, const RunControl& control) {
   const std::vector<int> frames = compared_frames(history.num_frames(), options.max_frames);
   const std::vector<std::int64_t> pixels = sample_pixels(mask, options.num_samples);
@@ -188,7 +188,7 @@ AppearanceImage quantise(const ImageF& image, double variance, double& quantised
 
 }  // namespace
 
-AppearanceSpace build_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options,
+AppearanceSpace build_appearance_space(const History& history, int num_levels, const AppearanceOptions& options,
                                        const RunControl& control, const ImageU8& given_mask) {
   check_ranges(options);
   AppearanceSpace space;
@@ -210,6 +210,10 @@ AppearanceSpace build_appearance_space(const HistoryReader& history, int num_lev
   }
   control.report(1.0);
   return space;
+}
+
+AppearanceSpace appearance_of(const History& history, const AppearanceSource& source, int num_levels, const AppearanceOptions& options, const RunControl& control, const ImageU8& given_mask) {
+  return source ? source(num_levels, options, control, given_mask) : build_appearance_space(history, num_levels, options, control, given_mask);
 }
 
 }  // namespace patinate

@@ -10,7 +10,7 @@
 
 #include "libcommon/core/options.h"
 #include "libcommon/core/run_control.h"
-#include "libcommon/history/history.h"
+#include "libcommon/history/history_value.h"
 #include "libcommon/image/image.h"
 
 namespace patinate {
@@ -46,11 +46,13 @@ struct AppearanceSpace {
 /// order: same bits for any number of threads.
 /// @param num_levels  >= 1; fewer come where nothing is inside a coarser level. @param given_mask  Taken instead of the history's own; of its size. Empty: its own.
 /// @throws InvalidInput if the mask is empty everywhere.
-[[nodiscard]] AppearanceSpace build_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options = {},
+[[nodiscard]] AppearanceSpace build_appearance_space(const History& history, int num_levels, const AppearanceOptions& options = {},
                                                      const RunControl& control = {}, const ImageU8& given_mask = {});
 
-/// Where the appearance of a history comes from: build_appearance_space(), or what gives equal ones (appearance_cache.h).
-using AppearanceSource = std::function<AppearanceSpace(const HistoryReader& history, int num_levels, const AppearanceOptions& options,
-                                                       const RunControl& control, const ImageU8& given_mask)>;
+/// Where the appearance of the history at hand comes from, when it is not built: something that gives an equal one (appearance_cache.h).
+using AppearanceSource = std::function<AppearanceSpace(int num_levels, const AppearanceOptions& options, const RunControl& control, const ImageU8& given_mask)>;
+/// From `source`; where that is empty, built.
+[[nodiscard]] AppearanceSpace appearance_of(const History& history, const AppearanceSource& source, int num_levels, const AppearanceOptions& options,
+                                            const RunControl& control, const ImageU8& given_mask);
 
 }  // namespace patinate

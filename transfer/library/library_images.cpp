@@ -62,7 +62,7 @@ double time_of(const HistoryReader& reader, const TimePosition& at) {
 }
 
 bool has_map(const HistoryReader& reader, MaterialMap map) {
-  const std::vector<MaterialMap> maps = material_maps(reader.manifest());
+  const std::vector<MaterialMap> maps = material_maps(reader.facts());
   return std::find(maps.begin(), maps.end(), map) != maps.end();
 }
 
@@ -170,7 +170,7 @@ ImageF library_control(const LibraryLayout& layout, std::span<const HistoryReade
   std::vector<ImageF> images;
   for (std::size_t p = 0; p < readers.size(); ++p) {
     ImageF values = readers[p].read_control(control.sources[p]);
-    const ControlParameter& own = readers[p].control(control.sources[p]);
+    const ControlFacts& own = readers[p].control(control.sources[p]);
     const bool is_same = control.has_own_ranges || (own.low == control.low && own.high == control.high);
     const double span = control.high - control.low;
     for (float& v : values.values()) {

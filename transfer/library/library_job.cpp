@@ -110,6 +110,7 @@ HistoryManifest manifest_of(const OpenLibrary& library, const std::string& key) 
   for (std::size_t c = 0; c <= layout.controls.size(); ++c) m.controls.push_back(control_parameter(library, c));
   m.mask = HistoryWriter::mask_file();
   m.key = key;
+  m.parts = layout.parts;
   return m;
 }
 
@@ -119,7 +120,7 @@ std::shared_ptr<const OpenLibrary> open_library(LibraryTask task) {
   auto library = std::make_shared<OpenLibrary>();
   for (const fs::path& path : task.histories) {
     library->readers.emplace_back(path);
-    library->sources.push_back({.manifest = library->readers.back().manifest(), .shown = path.string(), .key = history_content_key(library->readers.back()), .is_library = !library_parts(library->readers.back()).empty()});
+    library->sources.push_back({.manifest = library->readers.back().manifest(), .shown = path.string(), .key = history_content_key(library->readers.back()), .is_library = !library->readers.back().facts().parts.empty()});
   }
   library->layout = lay_out_library(library->sources, task.controls, task.options);
   library->task = std::move(task);
@@ -134,7 +135,7 @@ JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library, const fs
     plan.items.push_back({.name = "control." + parameter.name, .outputs = {parameter.file}, .run = [library, c](const fs::path& folder, const RunControl&) { make_control(*library, c, folder); }});
   }
   plan.items.push_back({.name = "mask", .outputs = {HistoryWriter::mask_file()}, .run = [library](const fs::path& folder, const RunControl&) { make_mask(*library, folder); }});
-  plan.join = [library, key = plan.key](const fs::path& folder, const RunControl&) { write_library_manifest(folder / kHistoryManifestFile, manifest_of(*library, key), library->layout.parts); };
+  plan.join = [library, key = plan.key](const fs::path& folder, const RunControl&) { write_history_manifest(folder / kHistoryManifestFile, manifest_of(*library, key)); };
   return plan;
 }
 

@@ -12,7 +12,6 @@
 
 #include "libcommon/core/options.h"
 #include "libcommon/history/history.h"
-#include "transfer/library/library_parts.h"
 
 namespace patinate {
 

@@ -30,7 +30,7 @@ ImageF padded(const ImageF& frame) {
 /// Frames [first, first + size), each read when it is first asked for. Thread-safe.
 class FrameBlock {
  public:
-  FrameBlock(const HistoryReader& history, int first, int size) : history_(history), first_(first), pixels_(static_cast<std::size_t>(size)), frames_(pixels_.size()) {}
+  FrameBlock(const History& history, int first, int size) : history_(history), first_(first), pixels_(static_cast<std::size_t>(size)), frames_(pixels_.size()) {}
 
   const float* operator[](int frame) {
     auto& pixels = pixels_[static_cast<std::size_t>(frame - first_)];
@@ -43,7 +43,7 @@ class FrameBlock {
   }
 
  private:
-  const HistoryReader& history_;
+  const History& history_;
   int first_;
   std::mutex mutex_;
   std::vector<std::atomic<const float*>> pixels_;
@@ -102,19 +102,19 @@ struct Texels {
 }  // namespace
 
 struct TimeMapLookup::Impl {
-  const HistoryReader& history;
+  const History& history;
   FrameLocator locate;
   int per_block;  ///< Frames that are kept at once; one more for blends of a block's last one.
   std::unique_ptr<FrameBlock> all = {};  ///< Where that is all of them.
 
-  Impl(const HistoryReader& of, Between between, const TimeMapOptions& options) : history(of), locate(of.manifest(), between) {
-    const std::int64_t bytes_per_frame = std::int64_t{history.manifest().width} * history.manifest().height * static_cast<std::int64_t>(kPadded * sizeof(float));
+  Impl(const History& of, Between between, const TimeMapOptions& options) : history(of), locate(of.times(), between) {
+    const std::int64_t bytes_per_frame = std::int64_t{history.facts().width} * history.facts().height * static_cast<std::int64_t>(kPadded * sizeof(float));
     per_block = static_cast<int>(std::clamp<std::int64_t>(options.frame_bytes / bytes_per_frame - 1, 1, history.num_frames()));
     if (per_block == history.num_frames()) all = std::make_unique<FrameBlock>(history, 0, per_block);
   }
 };
 
-TimeMapLookup::TimeMapLookup(const HistoryReader& history, Between between, const TimeMapOptions& options) : impl_(std::make_unique<Impl>(history, between, options)) {}
+TimeMapLookup::TimeMapLookup(const History& history, Between between, const TimeMapOptions& options) : impl_(std::make_unique<Impl>(history, between, options)) {}
 TimeMapLookup::~TimeMapLookup() = default;
 
 void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row, ImageF& out, const RunControl& control) {
@@ -122,7 +122,7 @@ void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<co
     throw InvalidInput("time map: expected one time for every texel of the coordinates");
   }
   std::fill(out.values().begin(), out.values().end(), 0.0f);
-  const HistoryReader& history = impl_->history;
+  const History& history = impl_->history;
   RunControl quiet = control;
   quiet.on_progress = {};
   for (int first = 0; first < history.num_frames(); first += impl_->per_block) {
@@ -138,7 +138,7 @@ void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<co
   }
 }
 
-ImageF gather_at_times(const HistoryReader& history, const PackedCoordinates& indices, const ImageF& times, Between between, const RunControl& control,
+ImageF gather_at_times(const History& history, const PackedCoordinates& indices, const ImageF& times, Between between, const RunControl& control,
                        const TimeMapOptions& options) {
   if (!times.same_size(indices) || times.channels() != 1) throw InvalidInput("time map: expected one time for every texel of the coordinates");
   ImageF result(indices.width(), indices.height(), 3);

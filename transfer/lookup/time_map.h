@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "libcommon/core/run_control.h"
 #include "libcommon/history/history_sampling.h"
 #include "libcommon/image/image.h"
 #include "transfer/lookup/packed_lookup.h"
@@ -20,7 +21,7 @@ struct TimeMapOptions {
 /// calls there are; else once a call. Not thread-safe: a call uses threads itself.
 class TimeMapLookup {
  public:
-  TimeMapLookup(const HistoryReader& history, Between between, const TimeMapOptions& options = {});
+  TimeMapLookup(const History& history, Between between, const TimeMapOptions& options = {});
   ~TimeMapLookup();
   TimeMapLookup(const TimeMapLookup&) = delete;
   TimeMapLookup& operator=(const TimeMapLookup&) = delete;
@@ -43,7 +44,7 @@ class TimeMapLookup {
 /// @returns H x W x 3, linear; 0 where indices are kNoValue.
 /// @throws InvalidInput if sizes differ or a time is NaN (naming the texel); IoError of the history.
 /// Cost: two pixels a texel; each frame that any texel needs is read once, those at the ends of a block perhaps twice.
-[[nodiscard]] ImageF gather_at_times(const HistoryReader& history, const PackedCoordinates& indices, const ImageF& times, Between between,
+[[nodiscard]] ImageF gather_at_times(const History& history, const PackedCoordinates& indices, const ImageF& times, Between between,
                                      const RunControl& control = {}, const TimeMapOptions& options = {});
 
 }  // namespace patinate

@@ -9,7 +9,6 @@
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
 #include "transfer/flow_io.h"
-#include "transfer/library/library_parts.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/lookup/time_map.h"
 #include "transfer/transfer_controls.h"
@@ -19,7 +18,7 @@ namespace patinate {
 namespace {
 
 /// @throws IoError
-void check_coordinates(const std::filesystem::path& file, const ImageF& coordinates, const HistoryManifest& history) {
+void check_coordinates(const std::filesystem::path& file, const ImageF& coordinates, const HistoryFacts& history) {
   std::vector<std::uint32_t> indices(static_cast<std::size_t>(coordinates.width()));
   for (int y = 0; y < coordinates.height(); ++y) pack_checked_rows(file, coordinates.row(y), y, coordinates.width(), history.width, history.height, indices);
 }
@@ -79,7 +78,7 @@ void TransferReader::read_coordinates() {
   for (const TransferTile& tile : manifest().tiles) files.push_back(tile.coordinates);
   coordinates_ = read_sheet(files, {kCoordinateChannels[0], kCoordinateChannels[1]}, -1.0f);
   for (int i = 0; i < sheet().num_tiles(); ++i) {
-    check_coordinates(files[static_cast<std::size_t>(i)], sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i), history().manifest());
+    check_coordinates(files[static_cast<std::size_t>(i)], sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i), history().facts());
   }
 }
 
@@ -125,7 +124,7 @@ void fill_sheet(Image<std::uint32_t>& values, const Sheet& sheet) {
 
 const PackedCoordinates& TransferReader::filled_indices() const {
   std::call_once(filled_once_, [&] {
-    filled_ = pack_coordinates(coordinates_, history().manifest().width);
+    filled_ = pack_coordinates(coordinates_, history().facts().width);
     fill_sheet(filled_, sheet());
   });
   return filled_;
@@ -142,7 +141,7 @@ const Image<std::uint32_t>& TransferReader::filled_turns() const {
       files.push_back(tile.coordinates);
     }
     const ImageF angle_mirror = read_sheet(files, {kPatchChannels[0], kPatchChannels[1]}, 0.0f);
-    const PackedCoordinates indices = pack_coordinates(coordinates_, history().manifest().width);
+    const PackedCoordinates indices = pack_coordinates(coordinates_, history().facts().width);
     Image<std::uint32_t> turns(indices.width(), indices.height());
     for (int y = 0; y < turns.height(); ++y) pack_checked_turns(files.front(), angle_mirror.row(y), y, turns.width(), indices.row(y), turns.row(y));
     fill_sheet(turns, sheet());
@@ -187,7 +186,7 @@ std::vector<ImageF> TransferReader::sample_tiles(double time, const RunControl& 
 }
 
 std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between, const RunControl& control) const {
-  return filled_tiles(gather_at_times(history(), pack_coordinates(coordinates_, history().manifest().width, control), times, between, control));
+  return filled_tiles(gather_at_times(history(), pack_coordinates(coordinates_, history().facts().width, control), times, between, control));
 }
 
 ImageF TransferReader::sample(double time, const RunControl& control) const {

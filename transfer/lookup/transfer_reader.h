@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libcommon/atlas/atlas_mesh.h"
+#include "libcommon/core/run_control.h"
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/history/history_sampling.h"
 #include "libcommon/history/material_maps.h"

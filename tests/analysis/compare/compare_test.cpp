@@ -208,9 +208,9 @@ TEST_F(Compare, RefusesWhatHasNothingInCommon) {
 }
 
 TEST(ControlClasses, AreByPhysicalValueWhenThatMeansTheSameOnBothSides) {
-  HistoryManifest a, b;
-  a.controls = {{"height", "h", 0.0, 10.0, "mm"}};
-  b.controls = {{"height", "h", 5.0, 20.0, "mm"}};
+  HistoryFacts a, b;
+  a.controls = {{"height", 0.0, 10.0, "mm"}};
+  b.controls = {{"height", 5.0, 20.0, "mm"}};
   const SharedControl physical = shared_controls(a, b).at(0);
   EXPECT_EQ(physical.rule, ClassRule::Physical);
   // 5 to 10 mm in five classes: 0.65 of A is 6.5 mm, class 1; 0.2 of A is 2 mm, outside; 0.25 of B is 8.75 mm, class 3.
@@ -220,14 +220,14 @@ TEST(ControlClasses, AreByPhysicalValueWhenThatMeansTheSameOnBothSides) {
   const SharedControl other = shared_controls(a, b).at(0);
   EXPECT_EQ(other.rule, ClassRule::Rank);
   EXPECT_EQ(other.note, "by rank: the units differ (mm, 1/mm)");
-  b.controls[0] = {"height", "h", 100.0, 200.0, "mm"};
+  b.controls[0] = {"height", 100.0, 200.0, "mm"};
   EXPECT_NE(shared_controls(a, b).at(0).note.find("hardly overlap (0 to 10 mm; 100 to 200 mm)"), std::string::npos);
   EXPECT_EQ(control_classes({0.3f, 0.1f, 0.9f, 0.5f, 0.7f}, a.controls[0], shared_controls(a, b).at(0), 5), (std::vector<int>{1, 0, 4, 2, 3}));
-  b.controls[0] = {"height", "h", 5.0, 5.0, "mm"};
+  b.controls[0] = {"height", 5.0, 5.0, "mm"};
   EXPECT_NE(shared_controls(a, b).at(0).undefined.find("constant"), std::string::npos);
   b.controls[0].name = "other";
   EXPECT_EQ(shared_controls(a, b).size(), 1u);  // The only one of each.
-  b.controls.push_back({"third", "t", 0.0, 1.0, "mm"});
+  b.controls.push_back({"third", 0.0, 1.0, "mm"});
   EXPECT_TRUE(shared_controls(a, b).empty());
 }
 

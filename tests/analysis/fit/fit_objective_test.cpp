@@ -33,7 +33,7 @@ TEST(FitObjective, IsZeroForTheSameSurfaceInEveryFigure) {
   const TempFolder folder;
   const SurfaceFrames frames = green_plate(kGreenTruth);
   write_surface(folder.path() / "a", frames, "0123456789abcdef");
-  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(frames), all_terms(), {});
+  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(frames), all_terms(), {});
   const ObjectiveValue value = objective(frames);
   ASSERT_EQ(value.figures.size(), kFitFigureNames.size());
   for (std::size_t i = 0; i < value.figures.size(); ++i) EXPECT_NEAR(value.figures[i].value(), 0.0, kHalfDeltaE) << kFitFigureNames[i];
@@ -45,11 +45,11 @@ TEST(FitObjective, EqualsTheFiguresOfAComparison) {
   write_surface(folder.path() / "a", a, "0123456789abcdef");
   write_surface(folder.path() / "b", b, "0123456789abcdee");
   const ObjectiveOptions options;
-  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(b), all_terms(), options);
+  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(b), all_terms(), options);
   const ObjectiveValue value = objective(b);
   CompareOptions compare = compare_options(options);
   compare.num_resamples = 0;
-  const ComparedPair pair = load_pair(TextureSeries(folder.path() / "a"), TextureSeries(folder.path() / "b"), compare);
+  const ComparedPair pair = load_pair(open_series(folder.path() / "a").series, open_series(folder.path() / "b").series, compare);
   std::vector<Figure> figures;
   for (const Section& s : {colors_section(pair, compare), controls_section(pair, compare), places_section(pair, compare)}) figures.insert(figures.end(), s.figures.begin(), s.figures.end());
   const auto compared = [&](const std::string& name) {
@@ -74,7 +74,7 @@ TEST(FitObjective, IsTheWeightedMeanOfItsFigures) {
   const TempFolder folder;
   const SurfaceFrames a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
   write_surface(folder.path() / "a", a, "0123456789abcdef");
-  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(b), {{FitFigure::MeanColor, 3.0}, {FitFigure::Covered, 0.5}}, {});
+  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(b), {{FitFigure::MeanColor, 3.0}, {FitFigure::Covered, 0.5}}, {});
   const ObjectiveValue v = objective(b);
   EXPECT_DOUBLE_EQ(v.objective.value(), (3.0 * v.figures[0].value() + 0.5 * v.figures[1].value()) / 3.5);
 }
@@ -88,7 +88,7 @@ TEST(FitObjective, OnTheClockOfSpansTheSpeedOfTheClockDoesNotMatter) {
   write_surface(folder.path() / "a", a, "0123456789abcdef");
   ObjectiveOptions options;
   options.clock = Clock::Span;
-  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(a), {{FitFigure::Ciede2000}}, options);
+  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(a), {{FitFigure::Ciede2000}}, options);
   EXPECT_NEAR(objective(slow).objective.value(), 0.0, kHalfDeltaE);
 }
 
@@ -98,7 +98,7 @@ TEST(FitObjective, ASurfaceThatEndsEarlierIsHeldAtItsEnd) {
   SurfaceFrames still = a;  // All of it happens in a tenth of the time, then nothing.
   for (double& t : still.times) t *= 0.1;
   write_surface(folder.path() / "a", a, "0123456789abcdef");
-  const FitObjective objective(TextureSeries(folder.path() / "a"), outline_of(a), {{FitFigure::Ciede2000}}, {});
+  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(a), {{FitFigure::Ciede2000}}, {});
   EXPECT_GT(objective(still).objective.value(), 2.0);
 }
 

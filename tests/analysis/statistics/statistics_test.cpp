@@ -38,7 +38,7 @@ TEST(HistoryStatistics, OfARampAreItsTimesAndShares) {
   const TempFolder folder;
   // Columns 0 to 15 never change; the others go from white to black over frames 2 to 6.
   testing_support::write_history(folder.path(), 32, 32, 9, [](int x, int, int f, int) { return x < 16 ? 1.0f : linear_from_srgb(std::clamp(1.0f - 0.25f * static_cast<float>(f - 2), 0.0f, 1.0f)); });
-  const HistoryStatistics s = history_statistics(TextureSeries(folder.path()), {parse_color_class("white=#ffffff"), parse_color_class("black=#000000")}, 0, 5.0);
+  const HistoryStatistics s = history_statistics(open_series(folder.path()).series, {parse_color_class("white=#ffffff"), parse_color_class("black=#000000")}, 0, 5.0);
   EXPECT_EQ(s.ages_share, 0.5);
   EXPECT_EQ(s.covered.front(), 0.0);
   EXPECT_EQ(s.covered[3], 0.5);

@@ -117,7 +117,7 @@ TEST_F(CrackleAlignment, ThicknessFromAnotherPoseIsThatFromTheFramesPose) {
   const HistoryReader turned = thickness("backlight_turned.png", "backlight_blank_turned.png", "\"auto\"");
   const ImageU8 mask = turned.read_mask();
   const auto physical = [](const HistoryReader& history, int x, int y) {
-    const ControlParameter& c = history.control("thickness");
+    const ControlFacts& c = history.control("thickness");
     return c.low + static_cast<double>(history.read_control("thickness").at(x, y)) * (c.high - c.low);
   };
   // Only ratios mean something, and the ranges are those of different masks.

@@ -26,7 +26,7 @@ TEST(IngestSynthetic, CrackledPaintGivesItsThicknessAlsoUnderTheCracks) {
   const HistoryReader history(folder / "history");
   EXPECT_EQ(history.num_frames(), 3);
   EXPECT_EQ(history.manifest().texel_size_mm, paint.texel_size_mm);
-  const ControlParameter& control = history.control("thickness");
+  const ControlFacts& control = history.control("thickness");
   const ImageF map = history.read_control("thickness"), truth = read_gray(folder / "crackle/truth/thickness.exr");
   const ImageF opening = read_gray(folder / "crackle/truth/opening.exr");
   std::vector<double> everywhere, in_cracks;

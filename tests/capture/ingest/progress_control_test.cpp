@@ -7,6 +7,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/random.h"
+#include "libcommon/history/memory_history.h"
 #include "libcommon/image/color.h"
 
 namespace patinate {
@@ -120,6 +121,21 @@ TEST(Progress, RefusesBadInput) {
   EXPECT_THROW((void)progress_from_history({0, 1}, frame, ImageU8(7, 8, 1, 1)), InvalidInput);
   EXPECT_THROW((void)progress_from_history({0, 1}, frame, {}, {.smoothing_px = -1.0}), InvalidInput);
   EXPECT_THROW((void)progress_from_history({0, 1}, [](int i) { return ImageF(8 + i, 8, 3); }, {}), InvalidInput);
+}
+
+TEST(Progress, OfAHistoryIsThatOfItsFramesTimesAndMask) {
+  MemoryHistoryImages images{.name = "switching", .frames = {}};
+  std::vector<double> times;
+  for (int i = 0; i < kNumFrames; ++i) {
+    times.push_back(0.5 * i * i);
+    images.frames.push_back({.time = times.back(), .color = switching_frame(i, 0.005)});
+  }
+  images.mask = ImageU8(kWidth, kHeight, 1, 255);
+  for (int x = 0; x < kWidth; ++x) images.mask.at(x, 0) = 0;
+  const ProgressMap made = progress_from_history(MemoryHistory(images)), expected = progress_from_history(times, [](int i) { return switching_frame(i, 0.005); }, images.mask);
+  EXPECT_EQ(made.values, expected.values);
+  EXPECT_EQ(made.low, expected.low);
+  EXPECT_EQ(made.high, expected.high);
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ TEST(IngestScan, GivesAccessibilityMapsAndAMask) {
   options.scan.scale_mm = 2.0;
   const HistoryReader history = ingest(folder.path(), options);
   ASSERT_EQ(history.manifest().controls.size(), 1u);  // No `progress`: something was measured.
-  const ControlParameter& control = history.control("accessibility");
+  const ControlFacts& control = history.control("accessibility");
   EXPECT_EQ(control.unit, "1/mm");
   // Curvature at the furrow of z = 2 cos(k x) is k^2 = 0.099 (half of z''), less what a scale of 2 mm averages out.
   EXPECT_GT(control.high, 0.06);

@@ -40,7 +40,7 @@ TEST(FrameLocator, EqualsTheSearchForUnevenStamps) {
     RandomStream random(2, 0);
     for (int i = 0; i < 2000; ++i) asked.push_back(times.front() + (times.back() * 0.5 - times.front() * 0.5) * 2.2 * random.uniform() - 0.1);
     for (Between between : {Between::Blend, Between::Hold, Between::Nearest}) {
-      const FrameLocator locator(history.manifest(), between);
+      const FrameLocator locator(history.times(), between);
       for (double t : asked) {
         const TimePosition expected = locate(history, t, between);
         for (int hint = 0; hint < history.num_frames(); ++hint) {

@@ -102,7 +102,7 @@ class MaterialMaps : public testing::Test {
 
 TEST_F(MaterialMaps, AtAFramesTimeAreThatFrame) {
   const HistoryReader history(folder_.path());
-  EXPECT_EQ(material_maps(history.manifest()).size(), 4u);
+  EXPECT_EQ(material_maps(history.facts()).size(), 4u);
   const ImageF found = sample_material_map(history, MaterialMap::Normal, 4.0, Between::Blend), expected = normals(2);
   for (std::size_t i = 0; i < found.values().size(); ++i) EXPECT_NEAR(found.data()[i], expected.data()[i], kRounding);
   EXPECT_EQ(sample_material_map(history, MaterialMap::Roughness, 4.0, Between::Blend).at(3, 3), 0.4f);
@@ -137,7 +137,7 @@ TEST(MaterialMapsOfAPlainHistory, AreSaidToBeMissing) {
   writer.write_frame(0, 0.0, ImageF(1, 1, 3));
   writer.finish();
   const HistoryReader history(folder.path());
-  EXPECT_TRUE(material_maps(history.manifest()).empty());
+  EXPECT_TRUE(material_maps(history.facts()).empty());
   const std::string said = testing_support::error_of([&] { (void)sample_material_map(history, MaterialMap::Normal, 0.0, Between::Blend); });
   EXPECT_TRUE(testing_support::has(said, "its frames have no `normal`; beside color there is nothing")) << said;
 }

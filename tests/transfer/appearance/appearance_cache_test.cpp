@@ -45,7 +45,7 @@ class AppearanceCache : public testing::Test {
  protected:
   void SetUp() override {
     testing_support::write_history(folder_.path(), kWidth, kHeight, kFrames, testing_support::blotches);
-    history_ = std::make_unique<HistoryReader>(folder_.path());
+    history_ = std::make_shared<const HistoryReader>(folder_.path());
     mask_ = history_->read_mask();
     key_ = appearance_key(*history_, {}, mask_);
     file_ = appearance_file(*history_, key_);
@@ -66,7 +66,7 @@ class AppearanceCache : public testing::Test {
   }
 
   TempFolder folder_;
-  std::unique_ptr<HistoryReader> history_;
+  std::shared_ptr<const HistoryReader> history_;
   ImageU8 mask_;
   std::string key_;
   fs::path file_;
@@ -296,10 +296,10 @@ TEST_F(AppearanceCache, ATransferIsTheSameWithAndWithoutIt) {
     for (double pixel_per_texel : {1.0, 0.5}) {
       const TransferOptions options{.method = method, .neighborhood_radius_px = 2, .reference = {.num_passes = 1}};
       const double pixel_mm = pixel_per_texel * map->median_texel_size_mm();
-      const auto run = [&](const AppearanceSource& source) { return transfer(*history_, map, pixel_mm, {guide}, options, {}, nullptr, {}, source); };
-      const TransferResult without = run(build_appearance_space);
+      const auto run = [&](const AppearanceSource& source) { return transfer({.history = history_, .map = map, .texel_size_mm = pixel_mm, .controls = {guide}, .appearance = source}, options); };
+      const TransferResult without = run({});
       for (int time = 0; time < 2; ++time) {
-        const TransferResult with = run(cached_appearance_space);
+        const TransferResult with = run(appearance_source(*history_, {.cache = true}));
         EXPECT_EQ(with.coordinates, without.coordinates);
         EXPECT_EQ(with.energy.energy, without.energy.energy);
         EXPECT_EQ(with.explained_variance, without.explained_variance);

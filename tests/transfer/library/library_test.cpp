@@ -57,7 +57,7 @@ class Library : public testing::Test {
 
 TEST_F(Library, HoldsEveryHistoryBitForBitAtItsOwnTimes) {
   const HistoryReader library = combine(folder_ / "library", {one_, two_});
-  const std::vector<LibraryPart> parts = library_parts(library);
+  const std::vector<LibraryPart> parts = library.facts().parts;
   ASSERT_EQ(parts.size(), 2u);
   for (std::size_t p = 0; p < 2; ++p) {
     const HistoryReader own(p == 0 ? one_ : two_);
@@ -81,8 +81,8 @@ TEST_F(Library, ShowsEveryHistoryAtAnyTimeAsItIsItself) {
   const HistoryReader library = combine(folder_ / "library", {one_, two_}), one(one_), two(two_);
   for (double time : {-1.0, 0.3, 1.7, 3.0, 5.5, 7.0, 20.0}) {
     const ImageF image = library.sample(time);
-    EXPECT_LE(difference(image, library_parts(library)[0], one.sample(time)), kHalf) << time;
-    EXPECT_LE(difference(image, library_parts(library)[1], two.sample(time)), kHalf) << time;
+    EXPECT_LE(difference(image, library.facts().parts[0], one.sample(time)), kHalf) << time;
+    EXPECT_LE(difference(image, library.facts().parts[1], two.sample(time)), kHalf) << time;
   }
 }
 
@@ -90,10 +90,10 @@ TEST_F(Library, MapsSpansOntoTheFirst) {
   const HistoryReader library = combine(folder_ / "library", {one_, two_}, {.clock = LibraryClock::Span}), one(one_), two(two_);
   for (double share : {0.0, 0.1875, 0.4, 1.0}) {  // 0.1875: of the second frame of two, 1 + 8 x 0.1875 = 2.5.
     const ImageF image = library.sample(6.0 * share);
-    EXPECT_LE(difference(image, library_parts(library)[0], one.sample(6.0 * share)), kHalf) << share;
-    EXPECT_LE(difference(image, library_parts(library)[1], two.sample(1.0 + 8.0 * share)), kHalf) << share;
+    EXPECT_LE(difference(image, library.facts().parts[0], one.sample(6.0 * share)), kHalf) << share;
+    EXPECT_LE(difference(image, library.facts().parts[1], two.sample(1.0 + 8.0 * share)), kHalf) << share;
   }
-  EXPECT_EQ(difference(library.sample(6.0 * 0.1875), library_parts(library)[1], two.read_frame(1)), 0.0);
+  EXPECT_EQ(difference(library.sample(6.0 * 0.1875), library.facts().parts[1], two.read_frame(1)), 0.0);
 }
 
 TEST_F(Library, TimesOfAnotherUnitAreOfTheFirst) {
@@ -122,7 +122,7 @@ TEST_F(Library, MasksAreThoseOfItsHistoriesAndNothingBeside) {
   const HistoryReader library = combine(folder_ / "library", {one_, two_});
   const ImageU8 mask = library.read_mask();
   EXPECT_EQ(std::count(mask.values().begin(), mask.values().end(), 255), 40 * 24 - 1 + 21 * 33);
-  const LibraryPart part = library_parts(library)[1];
+  const LibraryPart part = library.facts().parts[1];
   EXPECT_EQ(part.x % kLibraryGutter_px, 0);
   EXPECT_GE(part.x, 40 + kLibraryGutter_px);
   EXPECT_EQ(mask.at(7, 3), 0);
@@ -139,12 +139,12 @@ TEST_F(Library, ControlsOfOneUnitGetOneRange) {
   EXPECT_EQ(y.high, 32.0);
   EXPECT_EQ(y.unit, "px");
   const ImageF values = library.read_control("y"), which = library.read_control(kLibraryControl);
-  for (const LibraryPart& part : library_parts(library)) {
+  for (const LibraryPart& part : library.facts().parts) {
     for (int row = 0; row < part.height; ++row) EXPECT_NEAR(32.0 * static_cast<double>(values.at(part.x, row)), row, 1e-5);
   }
   EXPECT_EQ(library.control(kLibraryControl).high, 1.0);
   EXPECT_EQ(which.at(39, 0), 0.0f);
-  EXPECT_EQ(which.at(library_parts(library)[1].x, 0), 1.0f);
+  EXPECT_EQ(which.at(library.facts().parts[1].x, 0), 1.0f);
 }
 
 TEST_F(Library, ControlsOfOtherNamesAndUnitsCanBePaired) {
@@ -159,8 +159,8 @@ TEST_F(Library, ControlsOfOtherNamesAndUnitsCanBePaired) {
   EXPECT_EQ(opened->layout.controls[1].name, "y");
   const HistoryReader library = combine(folder_ / "library", {one_, depth}, {}, {{.name = "age", .sources = {"x", "depth"}}});
   const ImageF age = library.read_control("age");
-  EXPECT_EQ(difference(age, library_parts(library)[0], HistoryReader(one_).read_control("x")), 0.0);
-  EXPECT_EQ(difference(age, library_parts(library)[1], HistoryReader(depth).read_control("depth")), 0.0);
+  EXPECT_EQ(difference(age, library.facts().parts[0], HistoryReader(one_).read_control("x")), 0.0);
+  EXPECT_EQ(difference(age, library.facts().parts[1], HistoryReader(depth).read_control("depth")), 0.0);
 }
 
 TEST_F(Library, AControlThatOneHistoryLacksIsLeftOutAndSaid) {
@@ -176,15 +176,15 @@ TEST_F(Library, CoarserPixelsBecomeThoseOfTheFinest) {
   const auto coarse = make_history(folder_ / "coarse", 20, 10, {0, 1}, [](int x, int, int, int) { return 0.01f * static_cast<float>(x); }, [](HistoryManifest& m) { m.texel_size_mm = 0.5; });
   const HistoryReader library = combine(folder_ / "library", {coarse, fine});
   EXPECT_EQ(library.manifest().texel_size_mm, 0.25);
-  const LibraryPart part = library_parts(library)[0];
+  const LibraryPart part = library.facts().parts[0];
   EXPECT_EQ(part.width, 40);
   EXPECT_EQ(part.height, 20);
   const ImageF frame = library.read_frame(0);
-  EXPECT_EQ(difference(frame, library_parts(library)[1], HistoryReader(fine).read_frame(0)), 0.0);
+  EXPECT_EQ(difference(frame, library.facts().parts[1], HistoryReader(fine).read_frame(0)), 0.0);
   // A ramp stays a ramp: pixel x lies over (x + 0.5) / 2 - 0.5 of the coarse ones.
   for (int x = 1; x < 39; ++x) EXPECT_NEAR(frame.at(x, 4), 0.01 * ((x + 0.5) / 2.0 - 0.5), kHalf) << x;
   const HistoryReader small = combine(folder_ / "small", {coarse, fine}, {.texel_size_mm = 1.0});
-  EXPECT_EQ(library_parts(small)[1].width, 8);
+  EXPECT_EQ(small.facts().parts[1].width, 8);
 }
 
 TEST_F(Library, NormalsAndGlossGoAlong) {
@@ -205,7 +205,7 @@ TEST_F(Library, NormalsAndGlossGoAlong) {
   }
   write_history_manifest(two_ / kHistoryManifestFile, m);
   const HistoryReader library = combine(folder_ / "library", {one_, two_});
-  const int x = library_parts(library)[1].x + 3;
+  const int x = library.facts().parts[1].x + 3;
   const ImageF normal = *library.read_frame_extra(2, "normal"), gloss = *library.read_frame_extra(1, "specular");
   EXPECT_NEAR(normal.at(x, 3, 0), 0.6, 1e-6);
   EXPECT_NEAR(normal.at(3, 3, 2), 1.0, 1e-6);  // The other history stands upright.
@@ -236,16 +236,15 @@ TEST_F(Library, WhatCannotBeCombinedIsSaid) {
 
 TEST_F(Library, AManifestWhosePartsDoNotFitIsRefused) {
   const HistoryReader library = combine(folder_ / "library", {one_, two_});
-  const auto problem = [&](const std::function<void(HistoryManifest&, std::vector<LibraryPart>&)>& change) {
+  const auto problem = [&](const std::function<void(HistoryManifest&)>& change) {
     HistoryManifest m = library.manifest();
-    std::vector<LibraryPart> parts = library_parts(library);
-    change(m, parts);
-    return testing_support::error_of([&] { write_library_manifest(folder_ / "other.json", m, parts); });
+    change(m);
+    return testing_support::error_of([&] { write_history_manifest(folder_ / "other.json", m); });
   };
-  EXPECT_EQ(problem([](auto&, auto&) {}), "");
-  EXPECT_TRUE(testing_support::has(problem([](auto&, auto& parts) { parts[1].x = 39; }), "over the one before"));
-  EXPECT_TRUE(testing_support::has(problem([](auto&, auto& parts) { parts[1].width = 22; }), "lies outside"));
-  EXPECT_TRUE(testing_support::has(problem([](auto& m, auto&) { m.controls.pop_back(); }), "is missing"));
+  EXPECT_EQ(problem([](auto&) {}), "");
+  EXPECT_TRUE(testing_support::has(problem([](auto& m) { m.parts[1].x = 39; }), "over the one before"));
+  EXPECT_TRUE(testing_support::has(problem([](auto& m) { m.parts[1].width = 22; }), "lies outside"));
+  EXPECT_TRUE(testing_support::has(problem([](auto& m) { m.controls.pop_back(); }), "is missing"));
 }
 
 TEST_F(Library, TheSameHistoriesAreUpToDateAndAnotherOrderIsNot) {

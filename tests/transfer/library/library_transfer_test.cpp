@@ -39,8 +39,8 @@ class LibraryTransfer : public testing::Test {
     testing_support::write_history(folder_ / "rust", 64, 48, 4, testing_support::blotches);
     testing_support::write_history(folder_ / "sand", 48, 56, 4, grains);
     (void)run_job(plan_library(open_library({{folder_ / "rust", folder_ / "sand"}}), folder_ / "library"), {}, {});
-    library_ = std::make_unique<HistoryReader>(folder_ / "library");
-    parts_ = library_parts(*library_);
+    library_ = std::make_shared<const HistoryReader>(folder_ / "library");
+    parts_ = library_->facts().parts;
     map_ = std::make_shared<TexelMap>(testing_support::unit_plane(kSize), kSize, kSize);
     which_ = ImageF(kSize, kSize);
     ramp_ = ImageF(kSize, kSize);
@@ -57,7 +57,7 @@ class LibraryTransfer : public testing::Test {
     return coordinates[static_cast<std::size_t>(y * kSize + x)] % library_->manifest().width >= parts_[1].x ? 1 : 0;
   }
   TempFolder folder_;
-  std::unique_ptr<HistoryReader> library_;
+  std::shared_ptr<const HistoryReader> library_;
   std::vector<LibraryPart> parts_;
   std::shared_ptr<const TexelMap> map_;
   ImageF which_, ramp_;
@@ -65,7 +65,7 @@ class LibraryTransfer : public testing::Test {
 
 TEST_F(LibraryTransfer, TexelsAwayFromTheBorderTakeTheHistoryThatTheMaskSays) {
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
-    const TransferResult result = transfer(*library_, map_, 1.0, {pair("y=ramp", map_of(ramp_)), pair("history=which", map_of(which_))}, {.method = method, .reference = {.num_passes = 2}});
+    const TransferResult result = transfer({.history = library_, .map = map_, .texel_size_mm = 1.0, .controls = {pair("y=ramp", map_of(ramp_)), pair("history=which", map_of(which_))}}, {.method = method, .reference = {.num_passes = 2}});
     constexpr int kBorder = 6;  // Texels on either side, about the radius of two neighbourhoods.
     int num_right = 0, num_away = 0;
     for (int y = 0; y < kSize; ++y) {
@@ -97,7 +97,9 @@ TEST_F(LibraryTransfer, MapsOfTheHistoryAreIndicesOrGrays) {
   std::vector<LibraryPart> three = parts_;
   three.push_back({.name = "third", .x = library_->manifest().width - 1, .width = 1, .height = 1, .key = ""});
   three[1].width -= 1;
-  write_library_manifest(folder_ / "library/history.json", library_->manifest(), three);
+  HistoryManifest manifest = library_->manifest();
+  manifest.parts = three;
+  write_history_manifest(folder_ / "library/history.json", manifest);
   const HistoryReader history(folder_ / "library");
   const auto made = [&](const std::string& spec, const ControlMap& map) { return make_transfer_control(history, parse_control_spec(spec), map); };
   const TransferControl gray = made("history=gray.png", map_of(which_)), indices = made("history=index.exr", map_of(which_, 0.0, 2.0)), height = made("history=height", map_of(which_, 3.0, 9.0, "mm"));
@@ -114,26 +116,26 @@ TEST_F(LibraryTransfer, MapsOfTheHistoryAreIndicesOrGrays) {
 TEST_F(LibraryTransfer, AHistoryThatIsAskedForAndMaskedOutIsNamed) {
   ImageU8 first_only(library_->manifest().width, library_->manifest().height, 1, 0);
   for (int y = 0; y < first_only.height(); ++y) std::fill_n(first_only.row(y).begin(), 64, std::uint8_t{255});
-  const std::string message = testing_support::error_of([&] { (void)transfer(*library_, map_, 1.0, {pair("history=which", map_of(which_))}, {}, {}, nullptr, first_only); });
+  const std::string message = testing_support::error_of([&] { (void)transfer({.history = library_, .map = map_, .texel_size_mm = 1.0, .controls = {pair("history=which", map_of(which_))}, .source_mask = first_only}); });
   EXPECT_TRUE(testing_support::has(message, "no pixel of its history 1 (test) is inside the mask")) << message;
 }
 
 TEST_F(LibraryTransfer, AHistoryNarrowerThanTheNeighbourhoodIsNamed) {
   ImageU8 mask(library_->manifest().width, library_->manifest().height, 1, 255);
   for (int y = 0; y < mask.height(); ++y) std::fill(mask.row(y).begin() + parts_[1].x + 6, mask.row(y).end(), std::uint8_t{0});
-  const std::string message = testing_support::error_of([&] { (void)transfer(*library_, map_, 1.0, {pair("history=which", map_of(which_))}, {}, {}, nullptr, mask); });
+  const std::string message = testing_support::error_of([&] { (void)transfer({.history = library_, .map = map_, .texel_size_mm = 1.0, .controls = {pair("history=which", map_of(which_))}, .source_mask = mask}); });
   EXPECT_TRUE(testing_support::has(message, "history 1 (test) has its whole neighbourhood of 7 pixels")) << message;
 }
 
 class SourceMask : public LibraryTransfer {};
 
 TEST_F(SourceMask, NothingIsCopiedFromWhereItIsZero) {
-  const HistoryReader history(folder_ / "rust");
+  const auto history = std::make_shared<const HistoryReader>(folder_ / "rust");
   ImageU8 right(64, 48, 1, 0);
   for (int y = 0; y < 48; ++y) std::fill_n(right.row(y).begin() + 30, 34, std::uint8_t{255});
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
     const TransferControl guide{"y", "ramp", ramp_, {}, 1.0, ControlMapping::Rank};
-    const TransferResult result = transfer(history, map_, 1.0, {guide}, {.method = method, .reference = {.num_passes = 1}}, {}, nullptr, right);
+    const TransferResult result = transfer({.history = history, .map = map_, .texel_size_mm = 1.0, .controls = {guide}, .source_mask = right}, {.method = method, .reference = {.num_passes = 1}});
     for (std::int32_t s : result.coordinates) ASSERT_GE(s % 64, 30 + 3);  // Its whole neighbourhood lies in the mask.
   }
 }
@@ -146,13 +148,13 @@ TEST_F(SourceMask, OfAnotherSizeOrThatLeavesNothingIsSaid) {
 
 TEST_F(SourceMask, IsKeptWithTheTransferAndPartOfItsKey) {
   TransferTask task;
-  task.history = folder_ / "library";
-  task.map = map_;
+  task.history = library_;
+  task.input.map = map_;
   task.mesh_name = "plane.obj";
-  task.controls = {pair("y=ramp", map_of(ramp_)), pair("history=which", map_of(which_))};
+  task.input.controls = {pair("y=ramp", map_of(ramp_)), pair("history=which", map_of(which_))};
   const std::string key = plan_transfer(task, folder_ / "aged").key;
-  task.source_mask = ImageU8(library_->manifest().width, library_->manifest().height, 1, 255);
-  task.source_mask.at(5, 5) = 0;
+  task.input.source_mask = ImageU8(library_->manifest().width, library_->manifest().height, 1, 255);
+  task.input.source_mask.at(5, 5) = 0;
   task.source_mask_name = "mask.png";
   const JobPlan plan = plan_transfer(task, folder_ / "aged");
   EXPECT_NE(plan.key, key);
@@ -162,7 +164,7 @@ TEST_F(SourceMask, IsKeptWithTheTransferAndPartOfItsKey) {
   EXPECT_EQ(transfer.source_mask().at(5, 5), 0);
   EXPECT_EQ(transfer.source_mask().at(6, 5), 255);
   // What a reader matches is what was searched with.
-  const MatchedControls matched = match_controls(*library_, usable_mask(*library_, task.source_mask), task.controls, map_->coverage());
+  const MatchedControls matched = match_controls(*library_, usable_mask(*library_, task.input.source_mask), task.input.controls, map_->coverage());
   EXPECT_EQ(transfer.matched_control(0), matched.destination[0]);
   EXPECT_EQ(transfer.matched_control(1), matched.destination[1]);
   // source.index names the history whose columns source.x lies in.

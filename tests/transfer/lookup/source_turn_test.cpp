@@ -50,12 +50,12 @@ class TurnedCharts : public testing::TestWithParam<bool> {
       for (Vec2& uv : mesh.uvs) uv.x() = 1.0 - uv.x();  // Mirror images of the surface.
     }
     TransferTask task;
-    task.history = folder_ / "history";
-    task.map = map_ = std::make_shared<TexelMap>(mesh, kAtlas, kAtlas);
+    task.history = std::make_shared<const HistoryReader>(folder_ / "history");
+    task.input.map = map_ = std::make_shared<TexelMap>(mesh, kAtlas, kAtlas);
     task.mesh_name = "quilt.obj";
-    task.texel_size_mm = map_->median_texel_size_mm();
-    task.controls.push_back({"x", "image", ImageF(kAtlas, kAtlas), {}, 1.0, ControlMapping::Rank});
-    for (int i = 0; i < kAtlas * kAtlas; ++i) task.controls[0].values.data()[i] = static_cast<float>(i % kAtlas);
+    task.input.texel_size_mm = map_->median_texel_size_mm();
+    task.input.controls.push_back({"x", "image", ImageF(kAtlas, kAtlas), {}, 1.0, ControlMapping::Rank});
+    for (int i = 0; i < kAtlas * kAtlas; ++i) task.input.controls[0].values.data()[i] = static_cast<float>(i % kAtlas);
     task.options.method = TransferMethod::Fast;
     ASSERT_EQ(run_job(plan_transfer(task, folder_ / "transfer"), {}, {}), JobStatus::Done);
     lay_source();

@@ -28,17 +28,17 @@ class TransferOverTiles : public testing::Test {
     testing_support::write_history(folder_ / "history", 64, 48, 3, testing_support::blotches);
     const Mesh mesh = udim_plane(kSide, 3);
     TransferTask task;
-    task.history = folder_ / "history";
+    task.history = std::make_shared<const HistoryReader>(folder_ / "history");
     task.atlas = std::make_shared<AtlasMesh>(atlas_mesh_of(mesh, find_uv_layout(mesh)));
-    task.map = std::make_shared<TexelMap>(make_texel_map(*task.atlas, kTile));
+    task.input.map = std::make_shared<TexelMap>(make_texel_map(*task.atlas, kTile));
     task.mesh_name = "plane.obj";
-    task.texel_size_mm = task.map->median_texel_size_mm();
-    ImageF guide(task.map->width(), task.map->height());
-    for (TexelId t = 0; t < task.map->num_texels(); ++t) {
-      if (task.map->is_covered(t)) guide.values()[static_cast<std::size_t>(t)] = static_cast<float>(task.map->position_mm(t).x() / kSide);
+    task.input.texel_size_mm = task.input.map->median_texel_size_mm();
+    ImageF guide(task.input.map->width(), task.input.map->height());
+    for (TexelId t = 0; t < task.input.map->num_texels(); ++t) {
+      if (task.input.map->is_covered(t)) guide.values()[static_cast<std::size_t>(t)] = static_cast<float>(task.input.map->position_mm(t).x() / kSide);
     }
-    task.controls.push_back({"x", "ramp", guide, {}, 1.0, ControlMapping::Rank});
-    map_ = task.map;
+    task.input.controls.push_back({"x", "ramp", guide, {}, 1.0, ControlMapping::Rank});
+    map_ = task.input.map;
     ASSERT_EQ(run_job(plan_transfer(task, folder_ / "transfer"), {}, {}), JobStatus::Done);
   }
   static constexpr double kSide = 48.0;

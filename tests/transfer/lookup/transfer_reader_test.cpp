@@ -22,13 +22,13 @@ class FinishedTransfer : public testing::Test {
     std::filesystem::create_directory(folder_ / "history");
     testing_support::write_history(folder_ / "history", 48, 40, 3, testing_support::blotches);
     TransferTask task;
-    task.history = folder_ / "history";
-    task.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
+    task.history = std::make_shared<const HistoryReader>(folder_ / "history");
+    task.input.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
     task.mesh_name = "plane.obj";
-    task.texel_size_mm = task.map->median_texel_size_mm();
+    task.input.texel_size_mm = task.input.map->median_texel_size_mm();
     ImageF guide(64, 64);
     for (int i = 0; i < 64 * 64; ++i) guide.data()[i] = static_cast<float>(i % 64) / 63.0f;
-    task.controls.push_back({"x", "image", guide, {}, 1.0, ControlMapping::Rank});
+    task.input.controls.push_back({"x", "image", guide, {}, 1.0, ControlMapping::Rank});
     EXPECT_EQ(run_job(plan_transfer(task, folder_ / "transfer"), {}, {}), JobStatus::Done);
     EXPECT_EQ(run_job(plan_transfer(task, folder_ / "transfer"), {}, {}), JobStatus::UpToDate);
   }

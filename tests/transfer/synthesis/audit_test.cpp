@@ -26,13 +26,13 @@ constexpr double kShare = 0.75;
 /// A blotchy history, and a plane on which a control that rises along x is wanted.
 struct Task {
   testing_support::TempFolder folder;
-  std::unique_ptr<HistoryReader> history;
+  std::shared_ptr<const HistoryReader> history;
   std::shared_ptr<const TexelMap> map;
   TransferControl control;
 
   explicit Task(int resolution = 40, double side_mm = 40.0) {
     testing_support::write_history(folder.path(), kSide, kSide, 3, testing_support::blotches);
-    history = std::make_unique<HistoryReader>(folder.path());
+    history = std::make_shared<const HistoryReader>(folder.path());
     map = std::make_shared<TexelMap>(testing_support::unit_plane(side_mm), resolution, resolution);
     ImageF wanted(resolution, resolution);
     for (int y = 0; y < resolution; ++y) {
@@ -169,7 +169,7 @@ TEST(MapAudit, OfAllTexelsHasTheEnergyThatTheTransferReports) {
     const Task task(resolution, side_mm);
     TransferOptions options;
     options.coherence_share = kShare;
-    const TransferResult made = transfer(*task.history, task.map, 1.0, {task.control}, options);
+    const TransferResult made = transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.control}}, options);
     const ImageF coordinates = coordinate_image(made.coordinates, resolution, resolution, kSide);
     const OptimumAudit audit = audit_map(*task.history, task.audited(coordinates, matched_values(made)), options, 1'000'000, 1);
     EXPECT_EQ(audit.num_left_out, 0);

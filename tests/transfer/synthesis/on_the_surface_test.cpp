@@ -68,14 +68,14 @@ Coherence measure_coherence(const TexelMap& map, const std::shared_ptr<const Flo
 TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
   testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), kSource, kSource, 3, testing_support::blotches);
-  const HistoryReader history(folder.path());
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
   const auto map = std::make_shared<const TexelMap>(testing_support::patchwork_plane(kSource, 3), 256, 256);
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
     TransferOptions options;
     options.method = method;
     options.coherence_share = options.multi_level.first_coherence = 0.01;  // Pieces may lie a pixel beside their place where that fits better: little of it.
     options.reference.first_coherence = 0.01;
-    const TransferResult result = transfer(history, map, 1.0, place_controls(*map, kSource), options, {}, downward(*map));
+    const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = place_controls(*map, kSource), .frames = downward(*map)}, options);
     double sum = 0.0;
     std::int64_t count = 0;
     for (TexelId t = 0; t < map->num_texels(); ++t) {
@@ -96,14 +96,14 @@ TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
 TEST(OnTheSurface, PiecesGoOnOverSeams) {
   testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), kSource, kSource, 3, testing_support::blotches);
-  const HistoryReader history(folder.path());
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
   const auto map = std::make_shared<const TexelMap>(testing_support::patchwork_plane(kSource, 3), 256, 256);
   TransferControl guide = place_controls(*map, kSource)[0];
   guide.mapping = ControlMapping::Rank;
   const std::shared_ptr<const FlowFrames> frames = downward(*map);
-  const Coherence with = measure_coherence(*map, frames, transfer(history, map, 1.0, {guide}, {}, {}, frames).coordinates, 1.0);
+  const Coherence with = measure_coherence(*map, frames, transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}, .frames = frames}).coordinates, 1.0);
   const auto uv = std::make_shared<const FlowFrames>(uv_frames(*map));
-  const Coherence without = measure_coherence(*map, uv, transfer(history, map, 1.0, {guide}, {}).coordinates, 1.0);
+  const Coherence without = measure_coherence(*map, uv, transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}}).coordinates, 1.0);
   RecordProperty("over_seams", std::to_string(with.over_seams));
   RecordProperty("inside", std::to_string(with.inside));
   RecordProperty("over_seams_by_uv", std::to_string(without.over_seams));
@@ -117,11 +117,11 @@ TEST(OnTheSurface, ACheckerKeepsItsPitchOnAStretchedAtlas) {
   const auto is_light = [](int x, int y) { return ((x / kPitch + y / kPitch) & 1) != 0; };
   testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), kSource, kSource, 2, [&](int x, int y, int, int) { return is_light(x, y) ? 0.9f : 0.1f; });
-  const HistoryReader history(folder.path());
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
   const auto map = std::make_shared<const TexelMap>(testing_support::unit_plane(kSource), 2 * kSource, kSource / 2);
   TransferControl guide = place_controls(*map, kSource)[0];
   guide.mapping = ControlMapping::Rank;
-  const TransferResult result = transfer(history, map, 1.0, {guide}, {.coherence_share = 0.9}, {}, downward(*map));
+  const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}, .frames = downward(*map)}, {.coherence_share = 0.9});
   const auto light_at = [&](int x, int y) {
     const std::int32_t s = result.coordinates[static_cast<std::size_t>(y * map->width() + x)];
     return is_light(s % kSource, s / kSource);

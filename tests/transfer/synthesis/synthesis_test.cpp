@@ -19,13 +19,13 @@ using testing_support::TempFolder;
 /// A plane of `size` texels with controls "x" and "y" that are source pixel coordinates, moved by `shift` pixels.
 struct PlaneTask {
   TempFolder folder;
-  std::unique_ptr<HistoryReader> history;
+  std::shared_ptr<const HistoryReader> history;
   std::shared_ptr<const TexelMap> map;
   std::vector<TransferControl> controls;
 
   PlaneTask(int source_size, int size, int shift, const std::function<float(int, int, int, int)>& color = testing_support::blotches) {
     testing_support::write_history(folder.path(), source_size, source_size, 4, color);
-    history = std::make_unique<HistoryReader>(folder.path());
+    history = std::make_shared<const HistoryReader>(folder.path());
     map = std::make_shared<TexelMap>(testing_support::unit_plane(size), size, size);
     ImageF xs(size, size), ys(size, size);
     for (int y = 0; y < size; ++y) {
@@ -41,7 +41,7 @@ struct PlaneTask {
   [[nodiscard]] TransferResult run(const TransferOptions& options, int threads = 0) const {
     RunControl control;
     control.num_threads = threads;
-    return transfer(*history, map, 1.0, controls, options, control);
+    return transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = controls}, options, control);
   }
   /// Only "x", matched by rank: a guide that leaves the texture free.
   [[nodiscard]] TransferResult run_guided(const TransferOptions& options, int threads = 0) const {
@@ -49,7 +49,7 @@ struct PlaneTask {
     control.num_threads = threads;
     TransferControl guide = controls[0];
     guide.mapping = ControlMapping::Rank;
-    return transfer(*history, map, 1.0, {guide}, options, control);
+    return transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}}, options, control);
   }
 };
 
@@ -147,7 +147,7 @@ TEST(Synthesis, ReportsFractionsThatNeverFallAndEndAtOne) {
     control.on_progress = [&](double f) { fractions.push_back(f); };
     TransferOptions options;
     options.method = method;
-    (void)transfer(*task.history, task.map, 1.0, task.controls, options, control);
+    (void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = task.controls}, options, control);
     ASSERT_FALSE(fractions.empty());
     EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
     EXPECT_EQ(fractions.back(), 1.0);
@@ -162,7 +162,7 @@ TEST(Synthesis, StopsWhenAsked) {
   control.on_progress = [&](double f) {
     if (f > 0.4) source.request_stop();
   };
-  EXPECT_THROW((void)transfer(*task.history, task.map, 1.0, task.controls, {}, control), Cancelled);
+  EXPECT_THROW((void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = task.controls}, {}, control), Cancelled);
 }
 
 TEST(Synthesis, ASeedChoosesTheResult) {
@@ -190,11 +190,11 @@ TEST(Synthesis, OnlyUsesPixelsWhoseNeighbourhoodLiesInTheMask) {
   }
   writer.write_mask(mask);
   writer.finish();
-  const HistoryReader history(folder.path());
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
   const auto map = std::make_shared<TexelMap>(testing_support::unit_plane(48), 48, 48);
   ImageF guide(48, 48);
   for (int i = 0; i < 48 * 48; ++i) guide.data()[i] = static_cast<float>(i % 48) / 47.0f;
-  const TransferResult result = transfer(history, map, 1.0, {{"x", "image", guide, {}, 1.0, ControlMapping::Rank}}, {});
+  const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {{"x", "image", guide, {}, 1.0, ControlMapping::Rank}}});
   for (std::int32_t s : result.coordinates) {
     // The mask [16, 60) x [8, 40) less the neighbourhood's radius.
     constexpr int kRadius = TransferOptions{}.neighborhood_radius_px;
@@ -266,7 +266,7 @@ TEST(TexelCost, StaysInRangeForASpikeInAControl) {
 
 TEST(Synthesis, TexelsMuchLargerThanPixelsStillGetATexture) {
   const PlaneTask task(64, 48, 0);
-  const TransferResult result = transfer(*task.history, task.map, 0.001, {task.controls[0]}, {});
+  const TransferResult result = transfer({.history = task.history, .map = task.map, .texel_size_mm = 0.001, .controls = {task.controls[0]}});
   for (std::int32_t s : result.coordinates) ASSERT_GE(s, 0);
 }
 

@@ -1,0 +1,110 @@
+// Histories that never were a folder: every step of a transfer gives what the same history on disk gives, to the bit.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "libcommon/history/memory_history.h"
+#include "tests/support/histories.h"
+#include "tests/support/meshes.h"
+#include "tests/support/temp_folder.h"
+#include "transfer/age.h"
+#include "transfer/lookup/packed_lookup.h"
+#include "transfer/lookup/time_map.h"
+#include "transfer/map_audit.h"
+#include "transfer/transfer_controls.h"
+#include "transfer/transfer_io.h"
+
+namespace patinate {
+namespace {
+
+constexpr int kSource = 56, kAtlas = 64;
+
+/// The same history twice. Its values are half floats, as a folder keeps them.
+struct Both {
+  testing_support::TempFolder folder;
+  std::shared_ptr<const History> memory, disk;
+  std::shared_ptr<const TexelMap> map = std::make_shared<TexelMap>(testing_support::cut_plane(kAtlas), kAtlas, kAtlas);
+
+  explicit Both(MemoryHistoryImages images = testing_support::half_images(kSource, kSource, 4, testing_support::blotches)) {
+    memory = std::make_shared<const MemoryHistory>(std::move(images));
+    testing_support::write_history(folder.path(), *memory);
+    disk = std::make_shared<const HistoryReader>(folder.path());
+  }
+  [[nodiscard]] ImageF ramp() const {
+    ImageF values(kAtlas, kAtlas);
+    for (TexelId t = 0; t < map->num_texels(); ++t) values.data()[t] = static_cast<float>(t % kAtlas) / (kAtlas - 1.0f);
+    return values;
+  }
+  [[nodiscard]] TransferInput input(const std::shared_ptr<const History>& history) const {
+    return {.history = history, .map = map, .texel_size_mm = 1.0, .controls = {{"x", "ramp", ramp(), {}, 1.0, ControlMapping::Rank}}};
+  }
+};
+
+TEST(MemoryTransfer, EqualsTheTransferFromAFolder) {
+  const Both both;
+  for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
+    const TransferOptions options{.method = method, .reference = {.num_passes = 1}};
+    const TransferResult memory = transfer(both.input(both.memory), options), disk = transfer(both.input(both.disk), options);
+    EXPECT_EQ(memory.coordinates, disk.coordinates);
+    EXPECT_EQ(memory.matched_controls, disk.matched_controls);
+    EXPECT_EQ(memory.energy.energy, disk.energy.energy);
+    EXPECT_EQ(memory.explained_variance, disk.explained_variance);
+  }
+}
+
+TEST(MemoryTransfer, EqualsTheAudit) {
+  const Both both;
+  const TransferResult made = transfer(both.input(both.memory));
+  MapToAudit map{.surface = both.map, .coordinates = coordinate_image(made.coordinates, kAtlas, kAtlas, kSource), .pixel_mm = 1.0, .controls = {{"x", both.ramp()}}};
+  const OptimumAudit memory = audit_map(*both.memory, map, {}, 200, 1), disk = audit_map(*both.disk, map, {}, 200, 1);
+  EXPECT_GT(memory.num_audited, 0);
+  EXPECT_EQ(memory.energy, disk.energy);
+  EXPECT_EQ(memory.ratio, disk.ratio);
+}
+
+TEST(MemoryTransfer, EqualsTheLookupAtATimeOfItsOwnPerTexel) {
+  const Both both;
+  const ImageF coordinates = coordinate_image(transfer(both.input(both.memory)).coordinates, kAtlas, kAtlas, kSource);
+  ImageF times = both.ramp();
+  for (float& t : times.values()) t *= 9.0f;  // From the first frame to the last.
+  const PackedCoordinates indices = pack_coordinates(coordinates, kSource);
+  EXPECT_EQ(gather_at_times(*both.memory, indices, times, Between::Blend), gather_at_times(*both.disk, indices, times, Between::Blend));
+}
+
+TEST(MemoryTransfer, AgesAMeshAsTheFolderDoes) {
+  const Both both;
+  const AgeOptions options{.resolution = 64};
+  const AgedMesh memory = age_mesh(both.memory, testing_support::cut_plane(kAtlas), "x=height", options), disk = age_mesh(both.disk, testing_support::cut_plane(kAtlas), "x=height", options);
+  EXPECT_EQ(memory.coordinates, disk.coordinates);
+  EXPECT_EQ(memory.texture(2.5), disk.texture(2.5));
+}
+
+// A library's parts are known to the value: nobody reads a file for them.
+TEST(MemoryTransfer, KnowsThePartsOfALibrary) {
+  MemoryHistoryImages images = testing_support::half_images(kSource, kSource, 3, testing_support::blotches);
+  ImageF which(kSource, kSource);
+  for (int y = 0; y < kSource; ++y) {
+    for (int x = kSource / 2; x < kSource; ++x) which.at(x, y) = 1.0f;
+  }
+  images.controls.push_back({{.name = kLibraryControl, .unit = kLibraryControlUnit}, which});
+  images.parts = {{.name = "left", .x = 0, .width = kSource / 2, .height = kSource, .key = "l"}, {.name = "right", .x = kSource / 2, .width = kSource / 2, .height = kSource, .key = "r"}};
+  const Both both(std::move(images));
+  ASSERT_EQ(both.disk->facts().parts, both.memory->facts().parts);
+  const auto of = [&](const std::shared_ptr<const History>& history) {
+    TransferInput input = both.input(history);
+    input.controls.push_back(make_transfer_control(*history, parse_control_spec("history=ramp"), {both.ramp(), 0.0, 1.0, "relative", {}}));
+    return transfer(input);
+  };
+  const TransferResult memory = of(both.memory);
+  EXPECT_EQ(memory.coordinates, of(both.disk).coordinates);
+  int num_right = 0, num_asked = 0;
+  for (TexelId t = 0; t < both.map->num_texels(); ++t) {
+    if (!both.map->is_covered(t) || t % kAtlas < kAtlas - 12) continue;
+    ++num_asked;
+    num_right += memory.coordinates[static_cast<std::size_t>(t)] % kSource >= kSource / 2;
+  }
+  EXPECT_GE(num_right, 0.99 * num_asked);
+}
+
+}  // namespace
+}  // namespace patinate

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "libcommon/core/random.h"
+#include "libcommon/history/history.h"
 #include "libcommon/history/history_sampling.h"
 #include "tests/support/temp_folder.h"
 

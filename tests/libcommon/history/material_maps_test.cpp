@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "libcommon/history/history.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 

@@ -134,7 +134,7 @@ TEST_F(Library, MasksAreThoseOfItsHistoriesAndNothingBeside) {
 
 TEST_F(Library, ControlsOfOneUnitGetOneRange) {
   const HistoryReader library = combine(folder_ / "library", {one_, two_});
-  const ControlParameter& y = library.control("y");  // 0 to 23 px, and 0 to 32.
+  const ControlFacts& y = library.control("y");  // 0 to 23 px, and 0 to 32.
   EXPECT_EQ(y.low, 0.0);
   EXPECT_EQ(y.high, 32.0);
   EXPECT_EQ(y.unit, "px");

@@ -183,17 +183,17 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
 
 void join(const RelitWork& work, const fs::path& folder, const RunControl& control) {
   HistoryWriter writer(folder, work.manifest());
-  std::vector<Json> facts;
+  std::vector<RelitStepFacts> facts;
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < work.project.steps.size(); ++i) {
-    facts.push_back(load_json(folder / relit_facts_file(i)));
-    if (facts.back().at("in_history").get<bool>()) kept.push_back(i);
+    facts.push_back(relit_step_facts(load_json(folder / relit_facts_file(i))));
+    if (facts.back().frame) kept.push_back(i);
   }
   const ImageU8 mask = write_frames(writer, work, folder, kept, control.part(0.0, 0.7));
   writer.write_mask(mask);
   write_controls(writer, work, folder, mask, control.part(0.7, 0.95));
   for (std::size_t i = 0; i < facts.size(); ++i) {
-    if (facts[i].at("in_history").get<bool>()) continue;
+    if (facts[i].frame) continue;
     for (const fs::path& file : relit_step_outputs(work, i)) {
       if (file != relit_facts_file(i)) fs::remove(folder / file);
     }

@@ -27,7 +27,7 @@ constexpr float kMaxHalf = 65504.0f;
 struct StepFrame {
   UnlightResult result;  ///< In the reference view; normals in the reference's frame.
   PlacedPhoto first;     ///< Under the first light, for the report.
-  Json facts;
+  RelitFrame facts;
 };
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
@@ -52,7 +52,7 @@ double median_texel_size(const ScanView& view) {
 }
 
 /// @throws IoError when it is a mirror image; CannotComplete when the scan does not lie on the reference.
-void check_fit(const RelitWork& work, std::size_t index, const ScanView& reference, const ScanView& view, const StepPlaces& places, Json& facts) {
+void check_fit(const RelitWork& work, std::size_t index, const ScanView& reference, const ScanView& view, const StepPlaces& places, RelitFrame& facts) {
   const auto is_from_behind = [](const ScanView& v) { return 2 * v.num_from_behind > v.num_seen; };
   if (view.num_seen > 0 && is_from_behind(view) != is_from_behind(reference)) {
     const RelitStep& step = work.project.steps[index];
@@ -60,8 +60,8 @@ void check_fit(const RelitWork& work, std::size_t index, const ScanView& referen
                   "its triangles face the other way than the reference scan's: it is mirrored (an axis was flipped on the way), or wound the other way");
   }
   const double overlap = share_of(places.num_on_scan, reference.num_seen);
-  facts["overlap"] = overlap;
-  facts["offset_mm"] = places.offset_mm;
+  facts.overlap = overlap;
+  facts.offset_mm = places.offset_mm;
   if (overlap < kLeastOverlap) {
     throw CannotComplete(work.step_name(index) + ": its scan shows only " + short_number_text(std::round(1000.0 * overlap) / 10.0) +
                          " % of what the reference shows; the scans do not overlap, or its pose is wrong");
@@ -100,7 +100,6 @@ void place_photos(const RelitWork& work, const RelitStep& step, const RelitRefer
                   const RunControl& control) {
   const RelitProject& project = work.project;
   const ImageF ambient = read_step_ambient(project, step);
-  frame.facts["gains"] = Json::array();
   for (std::size_t i = 0; i < step.photos.size(); ++i) {
     control.throw_if_stopped();
     StepPhoto photo = read_step_photo(project, step.photos[i]);
@@ -114,7 +113,7 @@ void place_photos(const RelitWork& work, const RelitStep& step, const RelitRefer
       float& value = placed.values.data()[k];
       value = placed.valid.data()[k / 3] != 0 ? value * static_cast<float>(gain[k % 3]) : 0.0f;
     }
-    frame.facts["gains"].push_back({gain.x(), gain.y(), gain.z()});
+    frame.facts.gains.push_back(gain);
     if (i == 0) frame.first = placed;
     input.photos.push_back(std::move(placed.values));
     input.valid.push_back(std::move(placed.valid));
@@ -134,15 +133,18 @@ void place_ready(const RelitWork& work, const RelitStep& step, const RelitRefere
   frame.result.num_determined = count(frame.result.mask);
 }
 
-Json lights_json(const UnlightResult& result) {
-  Json lights = Json::array();
+RelitSolution solution_of(const UnlightResult& result) {
+  RelitSolution solution{.residual = result.residual, .noise_scale = result.noise_scale, .notes = result.notes};
   for (const LightReport& report : result.lights) {
-    Json entry = Json::object();
-    for (std::size_t s = 1; s < kNumSampleStates; ++s) entry[sample_state_name(static_cast<SampleState>(s))] = share_of(report.samples[s], result.num_surface);
-    entry["residual"] = report.residual;
-    lights.push_back(std::move(entry));
+    RelitLight light{.residual = report.residual};
+    for (std::size_t state = 1; state < kNumSampleStates; ++state) light.shares[state] = share_of(report.samples[state], result.num_surface);
+    solution.lights.push_back(light);
   }
-  return lights;
+  if (result.residual > kLargeResidual) {
+    solution.notes.push_back("what counts of the photographs is " + short_number_text(std::round(100.0 * result.residual)) +
+                             " % off what shape and lights say: check pose, lights, camera and `response`");
+  }
+  return solution;
 }
 
 StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& pose, const RelitReference& reference, const RunControl& control) {
@@ -186,18 +188,11 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
     for (int y = 0; y < project.height(); ++y) {
       for (int x = 0; x < project.width(); ++x) put(frame.result.normal, x, y, pose.reference_from_scan.rotation * vector_at(frame.result.normal, x, y));
     }
-    frame.facts["lights"] = lights_json(frame.result);
-    frame.facts["residual"] = frame.result.residual;
-    frame.facts["noise_scale"] = frame.result.noise_scale;
-    if (frame.result.residual > kLargeResidual) {
-      frame.result.notes.push_back("what counts of the photographs is " + short_number_text(std::round(100.0 * frame.result.residual)) +
-                                   " % off what shape and lights say: check pose, lights, camera and `response`");
-    }
-    frame.facts["notes"] = frame.result.notes;
+    frame.facts.solution = solution_of(frame.result);
   }
   const std::int64_t num_surface = project.has_shape() ? reference.view.num_seen : frame.result.num_surface;
-  frame.facts["seen_share"] = share_of(count(places.seen), num_surface);
-  frame.facts["determined_share"] = share_of(frame.result.num_determined, num_surface);
+  frame.facts.seen_share = share_of(count(places.seen), num_surface);
+  frame.facts.determined_share = share_of(frame.result.num_determined, num_surface);
   if (frame.result.num_determined == 0) throw CannotComplete(work.step_name(index) + ": no texel has enough light that is neither shadow, highlight nor saturated");
   return frame;
 }
@@ -235,13 +230,10 @@ std::vector<fs::path> relit_step_outputs(const RelitWork& work, std::size_t inde
 }
 
 void run_relit_step(const RelitWork& work, std::size_t index, const fs::path& folder, const RunControl& control) {
-  const RelitPose pose = read_relit_pose(work, index, folder);
-  Json facts{{"step", work.project.steps[index].number}, {"time", work.project.steps[index].time}, {"status", pose.status}, {"in_history", pose.is_accepted}};
-  facts["reference_from_scan"] = load_json(folder / relit_pose_file(index)).at("reference_from_scan");
-  facts.update(Json::parse(pose.facts));
-  if (pose.is_accepted) {
-    StepFrame frame = solve_step(work, index, pose, work.reference(folder), control);
-    facts.update(frame.facts);
+  RelitStepFacts facts{.step = work.project.steps[index].number, .time = work.project.steps[index].time, .pose = read_relit_pose(index, folder)};
+  if (facts.pose.is_accepted) {
+    StepFrame frame = solve_step(work, index, facts.pose, work.reference(folder), control);
+    facts.frame = frame.facts;
     write_frame(work, index, folder, frame);
     fs::create_directories((folder / relit_picture_file("albedo", index)).parent_path());
     const ImageU8& surface = work.reference(folder).view.seen;
@@ -256,7 +248,7 @@ void run_relit_step(const RelitWork& work, std::size_t index, const fs::path& fo
       save_json(folder / file, Json::object());
     }
   }
-  save_json(folder / relit_facts_file(index), facts);
+  save_json(folder / relit_facts_file(index), to_json(facts));
   control.report(1.0);
 }
 

@@ -2,6 +2,7 @@
 /// What the steps of a relit ingest share. Inside of ingest only.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,7 @@
 
 #include "capture/ingest/relit_ingest.h"
 #include "capture/ingest/relit_view.h"
+#include "capture/unlighting/unlight.h"
 #include "libcommon/core/json.h"
 #include "libcommon/geometry/point_cloud.h"
 
@@ -24,13 +26,60 @@ struct RelitReference {
   bool is_patch_absolute = false;   ///< The target follows from the patch's albedo; else it is what the reference step shows.
 };
 
+/// What registering a step's scan found.
+struct RelitRegistration {
+  double rms_mm = 0.0;
+  double overlap = 0.0;
+  int num_pairs = 0;
+  bool is_found_by_search = false;
+  double stddev_deg = 0.0, stddev_mm = 0.0;       ///< Of the pose.
+  std::vector<std::string> free_motions = {};     ///< As text_of() says them.
+};
+
 /// How a step's scan lies in the reference's frame.
 struct RelitPose {
   std::string status;      ///< "reference", "given", or what registration says.
   bool is_accepted = true;
   RigidTransform reference_from_scan;
-  std::string facts = "{}";  ///< JSON object for the report.
+  std::optional<RelitRegistration> registration = {};  ///< Where it was registered.
 };
+
+/// What became of a lamp's samples: shares of the surface by SampleState; Outside is not counted.
+struct RelitLight {
+  std::array<double, kNumSampleStates> shares = {};
+  double residual = 0.0;
+};
+
+/// What solving a step's photographs found.
+struct RelitSolution {
+  std::vector<RelitLight> lights = {};
+  double residual = 0.0;
+  double noise_scale = 0.0;
+  std::vector<std::string> notes = {};
+};
+
+/// The frame of a step that is in the history.
+struct RelitFrame {
+  std::optional<double> overlap = {}, offset_mm = {};  ///< How its scan lies on the reference's; of a project with a shape.
+  std::vector<Vec3> gains = {};                        ///< By the patch, a photograph each.
+  std::optional<RelitSolution> solution = {};          ///< Nothing of ready-made albedo.
+  double seen_share = 0.0, determined_share = 0.0;
+};
+
+/// Everything that is said of a step.
+struct RelitStepFacts {
+  int step = 0;
+  double time = 0.0;
+  RelitPose pose;
+  std::optional<RelitFrame> frame = {};  ///< None: the step is left out of the history.
+};
+/// As relit.json and the files of the steps have them.
+[[nodiscard]] Json to_json(const RelitStepFacts& facts);
+/// The inverse; of files of our own only.
+[[nodiscard]] RelitStepFacts relit_step_facts(const Json& json);
+/// The same of a pose alone.
+[[nodiscard]] Json to_json(const RelitPose& pose);
+[[nodiscard]] RelitPose relit_pose(const Json& json);
 
 struct RelitWork {
   RelitWork(RelitProject the_project, RelitOptions the_options) : project(std::move(the_project)), options(the_options) {}
@@ -85,13 +134,13 @@ void find_patch_target(const RelitProject& project, RelitReference& reference);
 void run_relit_reference(const RelitWork& work, const std::filesystem::path& folder, const RunControl& control);
 /// Stage 1: the pose of one step.
 void run_relit_pose(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
-[[nodiscard]] RelitPose read_relit_pose(const RelitWork& work, std::size_t index, const std::filesystem::path& folder);
+[[nodiscard]] RelitPose read_relit_pose(std::size_t index, const std::filesystem::path& folder);
 /// Stage 2: the frame of one step, with its mask, its extras, its facts and its pictures.
 void run_relit_step(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
 /// What run_relit_step() writes.
 [[nodiscard]] std::vector<std::filesystem::path> relit_step_outputs(const RelitWork& work, std::size_t index);
 [[nodiscard]] std::vector<std::string> relit_frame_extras(const RelitWork& work);
 /// The page and relit.json.
-void write_relit_report(const RelitWork& work, const std::filesystem::path& folder, const std::vector<Json>& facts);
+void write_relit_report(const RelitWork& work, const std::filesystem::path& folder, const std::vector<RelitStepFacts>& facts);
 
 }  // namespace patinate

@@ -14,6 +14,7 @@
 #include "tools/patinate/commands.h"
 #include "tools/patinate/destination.h"
 #include "tools/patinate/mesh_source.h"
+#include "tools/patinate/output_file.h"
 #include "tools/patinate/path_kind.h"
 #include "transfer/appearance/appearance_cache.h"
 #include "transfer/library/library_parts.h"
@@ -147,6 +148,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.example("transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
   if (!run.parse()) return 0;
   if (texel_size_mm && !(*texel_size_mm > 0.0)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number > 0");
+  require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.
     (void)ControlExpression(parse_control_spec(text).destination, control_kind_names());

@@ -136,6 +136,8 @@ int cmd_transfer(CommandRun& run) {
                     "(accessibility, facing, spray), a map file or an expression; mapping: rank, linear, physical", control_texts);
   run.line.required();
   run.line.options(atlas);
+  run.line.default_text("resolution", "as many as show every pixel of the history, 256 to 4096 along a side of all tiles together, where its texel size and the mesh's unit are known, else " +
+                                          std::to_string(atlas.resolution));
   run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says", texel_size_mm);
   run.line.option("source_mask", "FILE", "8-bit image of the history's size; what is 0 there is not copied", source_mask);
   run.line.option("flow", "FLOW", "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature (along tubes and ridges), uv (as each chart lies), "

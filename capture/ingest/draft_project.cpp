@@ -145,11 +145,21 @@ TimeUnit unit_for(double seconds) {
   return seconds > 600.0 ? TimeUnit::Minutes : TimeUnit::Seconds;
 }
 
+/// Bytes that are no UTF-8 have no place in JSON.
+std::string text_of(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+/// A path as a project can name it. @throws IoError where its name is no UTF-8
+std::string project_path(const fs::path& relative, const fs::path& file) {
+  std::string text = relative.string();
+  if (Json::parse(text_of(Json(text))).get<std::string>() != text) throw IoError(file.string(), "has a name that is no UTF-8, which no project can hold; rename it");
+  return text;
+}
+
 /// Makes the text; member by member, because JSON libraries write no comments.
 class DraftText {
  public:
   void member(const std::string& name, const Json& value, const std::string& comment = "") {
-    lines_.emplace_back("  " + Json(name).dump() + ": " + value.dump(), comment);
+    lines_.emplace_back("  " + Json(name).dump() + ": " + text_of(value), comment);
   }
   void comment(const std::string& text) { lines_.emplace_back("", text); }
   [[nodiscard]] std::string text() const {
@@ -229,7 +239,7 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   if (sets.size() > 1) refuse_several(folder, sets);
   const std::vector<FoundImage>& group = sets.front();
   const fs::path base = fs::absolute(project_folder.empty() ? fs::path(".") : project_folder).lexically_normal();
-  const auto relative = [&](const fs::path& file) { return fs::absolute(file).lexically_normal().lexically_relative(base).string(); };
+  const auto relative = [&](const fs::path& file) { return project_path(fs::absolute(file).lexically_normal().lexically_relative(base), file); };
   const FoundImage& first = group.front();
   const Frames frames = find_frames(group, draft.to_check);
   const std::string pattern = relative(first.file.parent_path() / frames.pattern);

@@ -159,6 +159,19 @@ class Init(unittest.TestCase):
         self.assertEqual(json.loads((self.folder / "häßlich history/history.json").read_text())["name"], strange.name)
         self.succeeds("export", "häßlich history", "-o", "ein film.mp4")
 
+    def test_names_that_are_no_utf8(self):
+        photos = self.mixed_photos()
+        (photos / "day_0001b.png").unlink()
+        folder = os.fsencode(self.folder)
+        os.rename(os.fsencode(photos), folder + b"/gr\xfcn")
+        result = subprocess.run([PATINATE, "init", b"gr\xfcn"], cwd=self.folder, capture_output=True)  # The name alone is not kept whole.
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(subprocess.run([PATINATE, "ingest", b"gr\xfcn", "-o", b"h\xfc"], cwd=self.folder, capture_output=True).returncode, 0)
+        result = subprocess.run([PATINATE, "init", b"gr\xfcn", "-o", "elsewhere.json"], cwd=self.folder, capture_output=True)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertIn(b"no UTF-8", result.stderr)
+        self.assertNotIn(b"json.exception", result.stderr)
+
     def test_an_empty_folder_says_what_is_missing(self):
         (self.folder / "empty").mkdir()
         result = run("init", "empty", cwd=self.folder)

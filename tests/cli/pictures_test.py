@@ -128,7 +128,7 @@ class Movies(Case):
         for name in ("x.usda", "x.foo", "x.MKV", "x.v2b"):  # no folders of these names
             self.fails(USAGE, "MODEL.glb, MOVIE.mp4, .webm or .gif", "export", SHARED / "aged", "-o", name)
             self.fails(USAGE, ".png", "lookup", SHARED / "aged", "--time", 5, "-o", name)
-            self.fails(USAGE, ".png", "render", SHARED / "aged", "-o", name)
+            self.fails(USAGE, ".exr, .mp4, .webm, .gif", "render", SHARED / "aged", "-o", name)
         self.fails(USAGE, ".png", "export", SHARED / "aged", "-o", "x_%02d.usda")
         self.assertEqual(list(self.folder.iterdir()), [])
         self.fails(USAGE, "given twice", "export", SHARED / "aged", "--times", "5,5", "-o", "x.glb")

@@ -42,7 +42,7 @@ bool is_version(std::string_view suffix) {
 void require_folder_name(const std::filesystem::path& output, const std::string& expected) {
   const std::string suffix = lower_extension(output);
   if (suffix.empty() || is_version(suffix) || is_plainly_folder(output)) return;
-  throw UsageError("-o: found `" + output.string() + "`, and there is no " + suffix + "; expected " + expected);
+  throw UsageError("-o: found `" + output.string() + "`; expected " + expected);
 }
 
 void require_no_file_name(const std::filesystem::path& output) {

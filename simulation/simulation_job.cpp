@@ -191,7 +191,7 @@ JobInputs simulation_inputs(const SceneFile& file, const SimulationOptions& opti
   ContentHash scene;
   scene.add(load_json(file.file).dump());
   inputs.add_content("scene", file.file.filename().string(), scene.hex());
-  for (const auto& [role, path] : file.inputs) inputs.add_file(role, path, file.file.parent_path());
+  for (const auto& [role, path] : file.inputs) inputs.add_file(role, path, folder_of(file.file));
   inputs.add_value("--iterations", std::to_string(file.iterations));
   inputs.add_value("--history-every", std::to_string(file.history_every));
   inputs.add_value("--seed", std::to_string(file.scene.seed));

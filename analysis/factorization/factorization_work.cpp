@@ -106,10 +106,10 @@ void make_curve(FactorizationWork& work, const fs::path& folder, const RunContro
     }
   }
   if (pixels.empty()) throw InvalidInput(work.task.history.string() + ": its mask leaves nothing to fit a curve to");
-  const PlaceSeries series = work.load(pixels, control.part(0.0, 0.4));
+  const PlaceSeries series = work.load(pixels, control.part(0.0, 0.02));
   std::vector<TemporalModel> models;
   for (std::size_t m = 0; m < work.num_models(); ++m) {
-    const RunControl part = control.part(0.4 + 0.6 * static_cast<double>(m) / static_cast<double>(work.num_models()), 0.4 + 0.6 * (static_cast<double>(m) + 1.0) / static_cast<double>(work.num_models()));
+    const RunControl part = control.part(0.02 + 0.98 * static_cast<double>(m) / static_cast<double>(work.num_models()), 0.02 + 0.98 * (static_cast<double>(m) + 1.0) / static_cast<double>(work.num_models()));
     models.push_back(train_curve(work.num_models() == 1 ? series : series.channel(static_cast<int>(m)), work.task.options, part));
   }
   fs::create_directories(folder / kJobWorkFolder);

@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kStageVersion = 1;
+constexpr double kStepWeight = 4.0;  ///< For progress: light is taken out more slowly than a scan is placed.
 constexpr const char* kAccessibility = "accessibility";
 
 fs::path report_file(const char* name, std::size_t index, const char* extension) {
@@ -264,7 +265,7 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
                           .key = ContentHash().add("pose").add(common).add(work->step_keys[i]).hex(), .stage = 1});
     plan.items.push_back({.name = "step-" + name.string().substr(5), .outputs = relit_step_outputs(*work, i),
                           .run = [work, i](const fs::path& folder, const RunControl& control) { run_relit_step(*work, i, folder, control); },
-                          .key = ContentHash().add("step").add(common).add(work->step_keys[i]).hex(), .stage = 2});
+                          .key = ContentHash().add("step").add(common).add(work->step_keys[i]).hex(), .stage = 2, .weight = kStepWeight});
   }
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;

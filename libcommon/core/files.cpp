@@ -76,25 +76,6 @@ void forget(const fs::path& temporary) {
   if (const auto it = paths.find(temporary); it != paths.end()) paths.erase(it);
 }
 
-bool matches(std::string_view name, std::string_view pattern) {
-  std::size_t n = 0, p = 0, star = std::string_view::npos, star_n = 0;
-  while (n < name.size()) {
-    if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == name[n]) && pattern[p] != '*') {
-      ++n, ++p;
-    } else if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      star_n = n;
-    } else if (star != std::string_view::npos) {
-      p = star + 1;
-      n = ++star_n;
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
-}
-
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 /// Digits compare as numbers, other characters by code; ties by plain comparison.
@@ -126,7 +107,7 @@ bool natural_less(const std::string& a, const std::string& b) {
 }  // namespace
 
 AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
-  const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
+  const fs::path folder = folder_of(path_);
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     throw CannotComplete(path_.string() + ": cannot be written; the folder " + folder.string() + " does not exist");
@@ -217,19 +198,39 @@ std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
   return bytes;
 }
 
-fs::path manifest_folder(const fs::path& path, std::string_view manifest_name) {
-  if (path.filename() != manifest_name) return path;
-  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
+
+fs::path manifest_folder(const fs::path& path, std::string_view manifest_name) { return path.filename() == manifest_name ? folder_of(path) : path; }
+
+bool matches_pattern(std::string_view name, std::string_view pattern) {
+  std::size_t n = 0, p = 0, star = std::string_view::npos, star_n = 0;
+  while (n < name.size()) {
+    if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == name[n]) && pattern[p] != '*') {
+      ++n, ++p;
+    } else if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      star_n = n;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      n = ++star_n;
+    } else {
+      return false;
+    }
+  }
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
 }
 
 std::vector<fs::path> list_files(const fs::path& folder, std::string_view pattern) {
   std::error_code error;
-  fs::directory_iterator it(folder, error);
+  // A pattern without a folder, "*.png", has an empty one: that is the working folder, and its files have no folder either.
+  fs::directory_iterator it(folder.empty() ? fs::path(".") : folder, error);
   if (error) throw IoError(folder.string(), "cannot be listed; " + error.message());
   std::vector<fs::path> found;
   for (const fs::directory_entry& entry : it) {
     // A dangling link is listed too: whoever reads it says so, and the files after it keep their places.
-    if (!entry.is_directory(error) && matches(entry.path().filename().string(), pattern)) found.push_back(entry.path());
+    const fs::path name = entry.path().filename();
+    if (!entry.is_directory(error) && matches_pattern(name.string(), pattern)) found.push_back(folder / name);
   }
   std::sort(found.begin(), found.end(), [](const fs::path& a, const fs::path& b) {
     return natural_less(a.filename().string(), b.filename().string());

@@ -85,7 +85,7 @@ tinygltf::Model load_model(const std::filesystem::path& path) {
   loader.SetImageLoader(&ignore_image, nullptr);
   tinygltf::Model model;
   std::string error, warning;
-  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  const std::string folder = folder_of(path).string();
   const auto size = static_cast<unsigned int>(bytes.size());
   bool ok = false;
   try {

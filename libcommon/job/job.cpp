@@ -32,6 +32,7 @@ void check_plan(const JobPlan& plan) {
     if (item.name.empty() || item.name.front() == '.' || !is_plain || !names.insert(item.name).second) {
       throw InvalidInput("job: `" + item.name + "` is no unique item name of [A-Za-z0-9._-]");
     }
+    if (!(item.weight > 0.0)) throw InvalidInput("job: the weight of `" + item.name + "` is not > 0");
     for (const fs::path& output : item.outputs) {
       if (output.is_absolute() || output.empty() || *output.lexically_normal().begin() == "..") {
         throw InvalidInput("job: the output `" + output.string() + "` lies outside the folder");
@@ -45,14 +46,17 @@ namespace {
 /// Progress of items that run side by side as one rising fraction. The join counts as one more item.
 class ItemProgress {
  public:
-  ItemProgress(const RunControl& control, std::size_t num_items) : control_(control), fractions_(num_items + 1, 0.0) {}
+  ItemProgress(const RunControl& control, const JobPlan& plan) : control_(control), fractions_(plan.items.size() + 1, 0.0) {
+    for (const JobItem& item : plan.items) weights_.push_back(item.weight);
+    weights_.push_back(plan.join_weight);
+    total_weight_ = std::accumulate(weights_.begin(), weights_.end(), 0.0);
+  }
 
   void set(std::size_t item, double fraction) {
     if (!control_.on_progress) return;
     const std::lock_guard lock(mutex_);
     fractions_[item] = std::max(fractions_[item], fraction);
-    const double total =
-        std::accumulate(fractions_.begin(), fractions_.end(), 0.0) / static_cast<double>(fractions_.size());
+    const double total = std::inner_product(fractions_.begin(), fractions_.end(), weights_.begin(), 0.0) / total_weight_;
     if (total > reported_ && total < 1.0) control_.report(reported_ = total);
   }
   [[nodiscard]] RunControl item_control(std::size_t item, int num_threads) {
@@ -65,7 +69,8 @@ class ItemProgress {
  private:
   const RunControl& control_;
   std::mutex mutex_;
-  std::vector<double> fractions_;
+  std::vector<double> fractions_, weights_;
+  double total_weight_ = 0.0;
   double reported_ = 0.0;
 };
 
@@ -122,7 +127,7 @@ std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& s
 }
 
 void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, const RunControl& control) {
-  ItemProgress progress(control, plan.items.size());
+  ItemProgress progress(control, plan);
   const std::vector<std::size_t> pending = prepare_items(plan, state, folder, control);
   std::set<std::size_t> is_pending(pending.begin(), pending.end());
   std::map<int, std::vector<std::size_t>> stages;

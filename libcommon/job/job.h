@@ -26,6 +26,8 @@ struct JobItem {
   std::string key = "";
   /// Items of a stage run when all of the earlier stages are finished, and may read what those wrote.
   int stage = 0;
+  /// Its share of the progress, against the other items': about the time that it takes, in any unit. > 0.
+  double weight = 1.0;
 };
 
 /// One thing that a plan's key depends on, for saying why work is done again.
@@ -46,6 +48,7 @@ struct JobPlan {
   bool parallel_items = true;        ///< false: one after another (each uses all threads itself).
   /// Called last, after every item, with the folder: writes the manifest (with the key).
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;
+  double join_weight = 1.0;          ///< Of `join`, as JobItem::weight.
 };
 
 enum class JobStatus { Done, UpToDate };

@@ -260,7 +260,7 @@ void PartialFolder::publish(bool replace) {
     if (::rename(path_.c_str(), output_.c_str()) != 0) fail(output_, "cannot be made", errno);
     if (::rename(old.c_str(), path_.c_str()) != 0) fail(old, "cannot be renamed", errno);
   }
-  sync_path(output_.has_parent_path() ? output_.parent_path() : fs::path("."));
+  sync_path(folder_of(output_));
   if (replace) discard();
 }
 

@@ -95,7 +95,7 @@ int cmd_recompose(CommandRun& run) {
   JobInputs inputs("recompose", 1);
   inputs.add_file("atlas", source / "atlas.exr", source);
   inputs.add_content("scene", file.file.filename().string(), ContentHash().add(load_json(file.file).dump()).hex());
-  for (const auto& [role, path] : file.inputs) inputs.add_file(role, path, file.file.parent_path());
+  for (const auto& [role, path] : file.inputs) inputs.add_file(role, path, folder_of(file.file));
   for (const std::string& text : texts) {
     apply_change(parse_change(text, manifest.materials), file.scene.looks);
     inputs.add_value("--set " + text.substr(0, text.find('=')), text);

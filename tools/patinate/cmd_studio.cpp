@@ -91,7 +91,7 @@ int cmd_studio(CommandRun& run) {
   run.line.example("studio results --save aged.html --place aged --times 0,6,12");
   if (!run.parse()) return 0;
   std::error_code error;
-  if (fs::is_regular_file(folder, error)) folder = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
+  if (fs::is_regular_file(folder, error)) folder = folder_of(folder);
   if (session.is_given()) return save_session(run, folder, session);
   ServedFolder served(folder);
   HttpServer server({.port = port.port});

@@ -10,6 +10,7 @@
 #include "libcommon/job/partial_folder.h"
 #include "tools/patinate/message_stream.h"
 #include "tools/patinate/option_sources.h"
+#include "tools/patinate/output_file.h"
 #include "tools/patinate/progress_line.h"
 #include "tools/patinate/verbs.h"
 
@@ -91,6 +92,7 @@ std::vector<std::string> CommandRun::command_line() const {
 }
 
 std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
+  require_no_file_name(plan.output);
   if (line.common().dry_run) {
     report_dry_run(explain_job(plan, job_options()));
     return std::nullopt;

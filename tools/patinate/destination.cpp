@@ -28,6 +28,12 @@ void note_ratio(double pixels_per_texel, int resolution, CommandRun& run) {
            std::to_string(static_cast<int>(std::round(resolution * pixels_per_texel))) + " would make them equal");
 }
 
+/// Nobody who reads "default 1024" expects 4096 x 4096 texels, and what they take.
+void note_chosen(int resolution, std::size_t num_tiles, CommandRun& run) {
+  const std::string size = size_text(resolution, resolution) + (num_tiles > 1 ? " texels a tile" : " texels");
+  run.note("automatic resolution: " + size + ", so that they show the history's pixels (256 to 4096 along a side of all); --resolution sets another");
+}
+
 }  // namespace
 
 Destination make_destination(const MeshSource& source, const AtlasOptions& options, bool is_resolution_given,
@@ -48,7 +54,9 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
   if (!is_resolution_given && out.unit && pixel_mm) {
     chosen.resolution = choose_resolution(options.resolution, unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit, *pixel_mm,
                                           static_cast<int>(atlas.tiles.size()));
+    note_chosen(chosen.resolution, atlas.tiles.size(), run);
   }
+  run.line.decided("resolution", std::to_string(chosen.resolution));
   unscaled.reset();
   // An unwrapped atlas keeps its gutters for the number of texels it was made with.
   if (atlas.is_unwrapped && chosen.resolution != options.resolution) atlas = make_atlas(source, mesh, chosen, run.control("atlas"));

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "simulation/aged_frames.h"
@@ -192,7 +193,7 @@ AgeWith FitScene::age() const {
 
 void FitScene::add_inputs(JobInputs& inputs) const {
   inputs.add_content("scene", file_.filename().string(), ContentHash().add(given_).hex());
-  for (const auto& [role, path] : base_->inputs) inputs.add_file(role, path, file_.parent_path());
+  for (const auto& [role, path] : base_->inputs) inputs.add_file(role, path, folder_of(file_));
 }
 
 void FitScene::write(const fs::path& folder, const fs::path& output, const std::vector<double>& values) const {

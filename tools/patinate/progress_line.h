@@ -5,6 +5,8 @@
 #include <chrono>
 #include <string>
 
+#include "libcommon/core/time_left.h"
+
 namespace patinate {
 
 class ProgressLine {
@@ -24,6 +26,7 @@ class ProgressLine {
   bool is_shown_ = false;
   Clock::time_point begin_ = Clock::now();
   Clock::time_point last_ = begin_;
+  TimeLeft left_;
 };
 
 }  // namespace patinate

@@ -165,10 +165,23 @@ TEST(ContentHash, SeparatesValues) {
 }
 
 TEST(Text, NumbersReadBackExactly) {
-  for (double x : {0.1, 1.0 / 3.0, 1e-300, -7.5, 12345678.9}) EXPECT_EQ(parse_number(number_text(x)), x);
+  for (double x : {0.0, 0.1, 1.0 / 3.0, 1e-300, -7.5, 12345678.9, 1e20 / 3.0, -1e-6, std::numeric_limits<double>::max(), std::numeric_limits<double>::denorm_min()}) {
+    EXPECT_EQ(parse_number(number_text(x)), x);
+  }
   EXPECT_FALSE(parse_number("nan"));
   EXPECT_FALSE(parse_number("1.5x"));
   EXPECT_FALSE(parse_number(""));
+}
+
+// In the query of an address a plus is a blank; and the browser that asks for the same time writes 100000.
+TEST(Text, NumbersHaveNoExponentWhereBrowsersWriteNone) {
+  EXPECT_EQ(number_text(1e5), "100000");
+  EXPECT_EQ(number_text(-3e7), "-30000000");
+  EXPECT_EQ(number_text(1e20), "100000000000000000000");
+  EXPECT_EQ(number_text(1e-6), "0.000001");
+  EXPECT_EQ(number_text(0.0), "0");
+  EXPECT_EQ(number_text(1e21), "1e+21");
+  EXPECT_EQ(number_text(1e-7), "1e-07");
 }
 
 TEST(Text, RoundsToSignificantDigits) {

@@ -35,6 +35,33 @@ TEST(Files, AreListedInNaturalOrder) {
   EXPECT_EQ(names, (std::vector<std::string>{"09.png", "9.png", "10.png", "a2.png", "a10.png"}));
 }
 
+/// Works in a folder until the end of a test.
+class WorkingFolder {
+ public:
+  explicit WorkingFolder(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) { std::filesystem::current_path(folder); }
+  ~WorkingFolder() { std::filesystem::current_path(before_); }
+  WorkingFolder(const WorkingFolder&) = delete;
+  WorkingFolder& operator=(const WorkingFolder&) = delete;
+
+ private:
+  std::filesystem::path before_;
+};
+
+TEST(Files, OfAPatternWithoutAFolderLieInTheWorkingFolder) {
+  TempFolder folder;
+  for (const char* name : {"10.png", "9.png"}) std::ofstream(folder / name) << "x";
+  const WorkingFolder here(folder.path());
+  const std::filesystem::path pattern("*.png");
+  EXPECT_EQ(list_files(pattern.parent_path(), pattern.filename().string()), (std::vector<std::filesystem::path>{"9.png", "10.png"}));
+  EXPECT_EQ(list_files(".", "9.*"), (std::vector<std::filesystem::path>{"./9.png"}));
+}
+
+TEST(Files, AFileWithoutAFolderLiesInTheWorkingFolder) {
+  EXPECT_EQ(folder_of("scene.json"), ".");
+  EXPECT_EQ(folder_of("a/scene.json"), "a");
+  EXPECT_EQ(folder_of("/scene.json"), "/");
+}
+
 TEST(Files, AManifestStandsForItsFolder) {
   EXPECT_EQ(manifest_folder("copper", "history.json"), "copper");
   EXPECT_EQ(manifest_folder("copper/history.json", "history.json"), "copper");

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other figures.
 constexpr int kMostFrames = 1'000'000;
 constexpr double kMaxSide = 65536;
 
@@ -51,7 +51,7 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
     const std::string name = "rows." + std::to_string(band);
     plan.items.push_back({.name = name, .outputs = {work_file(name + ".exr")}, .run = [work, band](const fs::path& folder, const RunControl& control) { make_rows(*work, band, folder, control); }, .key = model_key, .stage = 1});
   }
-  plan.items.push_back({.name = "maps", .outputs = map_outputs(*work), .run = [work](const fs::path& folder, const RunControl&) { make_maps(*work, folder); }, .key = model_key, .stage = 2});
+  plan.items.push_back({.name = "maps", .outputs = map_outputs(*work), .run = [work](const fs::path& folder, const RunControl&) { make_maps(*work, folder); }, .key = model_key, .stage = 2, .optional_outputs = {rate_control_file(*work)}});
   for (int i = 0; i < static_cast<int>(work->frames.size()); ++i) {
     const FactoredFrame& frame = work->frames[static_cast<std::size_t>(i)];
     const std::string name = "frame." + std::to_string(i);

@@ -42,7 +42,7 @@ class Factorise(unittest.TestCase):
             self.assertIn(word, result.stderr)
         page = (WORK / "factors/report.html").read_text()
         self.assertFalse("http:" in page)
-        self.assertIn("patinate factorise plate --num-intervals 16 --num-training 48 --times 70,20 -o factors", page)
+        self.assertIn("patinate factorise plate --num-intervals 16 --num-training 48 --times 70,20 -o OUT", page)
         self.assertIn("EXTRAPOLATED", page)
         report = json.loads((WORK / "factors/factorization.json").read_text())
         for curve in report["csv"]:

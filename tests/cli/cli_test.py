@@ -426,6 +426,29 @@ class Interruptions(CommandCase):
         self.assertEqual(tree_of(self.folder / "out"), self.whole())
         self.assertFalse((self.folder / "out.partial").exists())
 
+    def test_a_terminal_that_is_gone_is_an_interruption(self):
+        code, errors = self.stopped(signal.SIGHUP)
+        self.assertEqual((code, errors.count("interrupted")), (INTERRUPTED, 1), errors)
+        self.assertEqual([str(p) for p in self.folder.rglob(".*.tmp*")], [])
+        self.succeeds(*self.SYNTH)
+        self.assertEqual(tree_of(self.folder / "out"), self.whole())
+
+    def test_signals_that_are_ignored_from_the_start_stay_ignored(self):
+        """As by nohup, and for what a script runs in the background."""
+        def ignore():
+            signal.signal(signal.SIGHUP, signal.SIG_IGN)
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        process = subprocess.Popen([PATINATE, *self.SYNTH], cwd=self.folder, stderr=subprocess.PIPE, text=True, preexec_fn=ignore)
+        for _ in range(2000):
+            if (self.folder / "out.partial/.job/done").exists():
+                break
+            time.sleep(0.01)
+        process.send_signal(signal.SIGHUP)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 0, errors)
+        self.assertTrue((self.folder / "out").exists())
+
     def test_stopped_at_any_moment_it_leaves_no_temporary_file(self):
         for delay in (0.05, 0.1, 0.2, 0.4, 0.7):
             process = subprocess.Popen([PATINATE, *self.SYNTH], cwd=self.folder, stderr=subprocess.PIPE, text=True)

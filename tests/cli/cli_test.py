@@ -164,10 +164,36 @@ class CommandLine(CommandCase):
         self.assertEqual((result.stdout, result.stderr, result.returncode), ("", "", 0))
 
     def test_a_full_disk_under_stdout_is_said(self):
-        with open("/dev/full", "w") as full:
-            result = subprocess.run([PATINATE, "info", self.shared / "history"], stdout=full, stderr=subprocess.PIPE, text=True)
-        self.assertEqual(result.returncode, CANNOT)
-        self.assertIn("patinate: error: standard output", result.stderr)
+        for arguments in (["info", self.shared / "history"], ["--version"], ["--help"], ["lookup", "--help"], ["help"], ["help", "--man"], ["completion", "bash"],
+                          ["validate", self.shared / "history"], ["lookup", self.shared / "aged", "--time", "1", "-o", self.folder / "x.png", "--dry-run"]):
+            with self.subTest(arguments=arguments), open("/dev/full", "w") as full:
+                result = subprocess.run([PATINATE, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
+                self.assertEqual(result.returncode, CANNOT, result.stderr)
+                self.assertEqual(result.stderr.splitlines(), ["patinate: error: standard output: cannot be written; is the disk full?"])
+
+    def test_an_output_that_is_or_holds_an_input_or_lies_in_what_was_made_is_refused(self):
+        aged, history = self.take("aged"), self.take("history")
+        self.take("urn")
+        self.succeeds("control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "when.exr")
+        (self.folder / "link").symlink_to(aged)
+        before = tree_of(self.folder)
+        for about, arguments in (("is an input (--time-map)", ["lookup", "aged", "--time-map", "when.exr", "-o", "when.exr"]),
+                                 ("is an input (--time-map)", ["lookup", "aged", "--time-map", "0.5*when.exr+facing", "-o", "./when.exr"]),
+                                 ("is an input (--time-map)", ["lookup", "aged", "--time-map", "when.exr", "-o", self.folder / "when.exr"]),
+                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "aged/coordinates.exr"]),
+                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "link/coordinates.exr"]),
+                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "history/frames/0000.exr"]),
+                                 ("lies inside", ["render", "history", "-o", "history/picture.png"]),
+                                 ("is an input (TRANSFER)", ["export", "aged", "-o", "aged"]),
+                                 ("is an input (MESH)", ["transfer", "history", "urn/mesh.obj", "--control", "facing", "-o", "urn/mesh.obj"]),
+                                 ("holds an input (MESH)", ["transfer", "history", "aged/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"]),
+                                 ("holds an input", ["transfer", "history", "urn/mesh.obj", "--control", "facing", "-o", "."])):
+            for force in ([], ["--force"]):
+                with self.subTest(arguments=arguments, force=force):
+                    self.fails(USAGE, about, *arguments, *force)
+        self.assertEqual(tree_of(self.folder), before)
+        self.succeeds("lookup", "aged", "--time-map", "when.exr", "-o", "made.exr")
+        self.assertTrue(history.exists())
 
 
 class Photographs(CommandCase):

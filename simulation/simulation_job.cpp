@@ -32,7 +32,8 @@ struct SimulationWork {
   std::string key;
   std::unique_ptr<Simulation> simulation;
 
-  [[nodiscard]] static fs::path checkpoint(const fs::path& folder) { return folder / kJobWorkFolder / "checkpoint.bin"; }
+  [[nodiscard]] static fs::path checkpoint_file() { return fs::path(kJobWorkFolder) / "checkpoint.bin"; }
+  [[nodiscard]] static fs::path checkpoint(const fs::path& folder) { return folder / checkpoint_file(); }
 
   /// The simulation after at most `begin` iterations, from memory, the checkpoint or the start.
   Simulation& at(std::int64_t begin, std::int64_t end, const fs::path& folder, const RunControl& control) {
@@ -44,6 +45,7 @@ struct SimulationWork {
         const std::string bytes = read_file(checkpoint(folder), std::uint64_t{1} << 36);
         simulation->restore(std::as_bytes(std::span(bytes)));
       } catch (const InvalidInput&) {  // half-written or foreign: from the start, which takes longer and gives the same
+        simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
       }
       if (simulation->iteration() > end) simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
     }
@@ -214,6 +216,7 @@ JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const
   work->key = inputs.key();
   JobPlan plan = inputs.plan(output, "simulation.json");
   plan.parallel_items = false;
+  plan.shared_work = {SimulationWork::checkpoint_file()};
   std::int64_t begin = 0;
   int stage = 0;
   for (const std::int64_t end : item_ends(work->file)) {

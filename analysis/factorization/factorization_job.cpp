@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other figures.
 constexpr int kMostFrames = 1'000'000;
 constexpr double kMaxSide = 65536;
 // For progress, in what the factors of one pixel take, as measured on 400 x 300 pixels at 40 times: the curve is sought at a fixed number of places.
@@ -54,7 +54,7 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
     const std::string name = "rows." + std::to_string(band);
     plan.items.push_back({.name = name, .outputs = {work_file(name + ".exr")}, .run = [work, band](const fs::path& folder, const RunControl& control) { make_rows(*work, band, folder, control); }, .key = model_key, .stage = 1, .weight = models * pixels / work->num_bands()});
   }
-  plan.items.push_back({.name = "maps", .outputs = map_outputs(*work), .run = [work](const fs::path& folder, const RunControl&) { make_maps(*work, folder); }, .key = model_key, .stage = 2, .weight = kMapsWeight * pixels});
+  plan.items.push_back({.name = "maps", .outputs = map_outputs(*work), .run = [work](const fs::path& folder, const RunControl&) { make_maps(*work, folder); }, .key = model_key, .stage = 2, .weight = kMapsWeight * pixels, .optional_outputs = {rate_control_file(*work)}});
   for (int i = 0; i < static_cast<int>(work->frames.size()); ++i) {
     const FactoredFrame& frame = work->frames[static_cast<std::size_t>(i)];
     const std::string name = "frame." + std::to_string(i);

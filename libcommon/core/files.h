@@ -38,7 +38,7 @@ class AtomicFile {
 /// an AtomicFile from then on waits for the end. Call it right before _exit().
 void abandon_atomic_files();
 
-/// Removes what killed writers of an AtomicFile left in `folder` in place of files whose names begin with `prefix`.
+/// Removes what killed writers of an AtomicFile left in `folder` in place of files whose names begin with `prefix`; other machines' after a week.
 void remove_abandoned(const std::filesystem::path& folder, std::string_view prefix);
 
 /// Calls `write` with a temporary path beside `path` (same extension), then renames it over `path`.

@@ -214,7 +214,7 @@ void append_u32(std::string& bytes, std::size_t value) {
 void write_container(const std::filesystem::path& path, std::string json, GlbBinary& binary) {
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const std::uint64_t binary_size = (binary.size() + 3) / 4 * 4, total = 12 + 8 + json.size() + 8 + binary_size;
-  if (total > 0xFFFFFFFFu) throw InvalidInput("glb: more than 4 GB; use smaller textures or fewer variants");
+  if (total > 0xFFFFFFFFu) throw InvalidInput(path.string() + ": would be more than 4 GB; use smaller textures or fewer variants");
   std::string head;
   append_u32(head, kMagic);
   append_u32(head, 2);

@@ -58,11 +58,7 @@ void CommandRun::supply_options() {
   if (!line.config().empty()) supply_config(line, verb_, line.config(), commands);
 }
 
-void CommandRun::print(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw CannotComplete("standard output: cannot be written; is the disk full?");
-  }
-}
+void CommandRun::print(const std::string& text) { print_result(text); }
 
 RunControl CommandRun::control(const std::string& label) {
   end_stage();

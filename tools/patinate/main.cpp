@@ -1,7 +1,6 @@
 // The one place where errors become a line on stderr and an exit code.
 #include <signal.h>
 
-#include <cstdio>
 #include <new>
 #include <stop_token>
 #include <string>
@@ -22,11 +21,11 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   if (arguments.empty()) throw UsageError("no command is given; see `patinate --help`");
   const std::string& name = arguments.front();
   if (name == "--help" || name == "-h") {
-    std::fputs(overview().c_str(), stdout);
+    print_result(overview());
     return kDone;
   }
   if (name == "--version") {
-    std::puts("patinate " PATINATE_VERSION);
+    print_result("patinate " PATINATE_VERSION "\n");
     return kDone;
   }
   for (const Verb& verb : verbs()) {

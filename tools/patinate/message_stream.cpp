@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "libcommon/core/error.h"
+
 namespace patinate {
 
 namespace {
@@ -22,6 +24,12 @@ void silence_libraries() {
   }
   if (nowhere >= 0) ::close(nowhere);
 #endif
+}
+
+void print_result(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw CannotComplete("standard output: cannot be written; is the disk full?");
+  }
 }
 
 std::FILE* message_stream() { return g_messages; }

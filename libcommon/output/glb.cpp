@@ -12,6 +12,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/regular_file.h"
 #include "libcommon/image/color.h"
 #include "libcommon/output/glb_binary.h"
 #include "libcommon/output/glb_tangents.h"
@@ -297,10 +298,11 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
 }
 
 std::string read_glb_key(const std::filesystem::path& path) {
+  require_regular_file(path);
   std::ifstream file(path, std::ios::binary);
   std::string head(20, '\0');
   std::error_code error;
-  if (!file || !std::filesystem::is_regular_file(path, error)) throw IoError(path.string(), "cannot be read");
+  if (!file) throw IoError(path.string(), "cannot be read");
   if (!file.read(head.data(), 20) || u32_at(head, 0) != kMagic || u32_at(head, 16) != kJsonChunk) return "";
   const std::uint64_t length = u32_at(head, 12), size = std::filesystem::file_size(path, error);
   if (error || length > size - head.size()) return "";

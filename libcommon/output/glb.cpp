@@ -12,6 +12,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/json_text.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/image/color.h"
 #include "libcommon/output/glb_binary.h"
@@ -308,9 +309,14 @@ std::string read_glb_key(const std::filesystem::path& path) {
   if (error || length > size - head.size()) return "";
   std::string text(static_cast<std::size_t>(length), '\0');  // Textures are behind it, and many.
   if (!file.read(text.data(), static_cast<std::streamsize>(text.size()))) return "";
-  const Json gltf = Json::parse(text, nullptr, false);
+  Json gltf;
+  try {
+    gltf = parse_json(path.string(), text);
+  } catch (const IoError&) {
+    return "";  // Another's, then.
+  }
   const Json::json_pointer pointer("/asset/extras/patinate_key");
-  if (gltf.is_discarded() || !gltf.is_object() || !gltf.contains(pointer) || !gltf.at(pointer).is_string()) return "";
+  if (!gltf.is_object() || !gltf.contains(pointer) || !gltf.at(pointer).is_string()) return "";
   return gltf.at(pointer).get<std::string>();
 }
 

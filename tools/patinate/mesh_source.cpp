@@ -8,6 +8,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "tools/patinate/blender_unwrap.h"
+#include "tools/patinate/failure.h"
 
 namespace patinate {
 
@@ -21,6 +22,8 @@ auto naming_file(const MeshSource& source, Make&& make) {
     throw;
   } catch (const InvalidInput& e) {
     throw IoError(source.path.string(), e.what());
+  } catch (...) {
+    rethrow_naming(source.path);
   }
 }
 

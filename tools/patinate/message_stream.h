@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdio>
-#include <string>
+#include <string_view>
 
 namespace patinate {
 
@@ -12,7 +12,9 @@ namespace patinate {
 void silence_libraries();
 /// The real stderr.
 [[nodiscard]] std::FILE* message_stream();
-/// One line, `patinate: error: ...`, whatever is in the message.
-void print_error(std::string message);
+/// One line, `patinate: error: ...`, whatever is in the message (libcommon/core/printable.h).
+void print_error(std::string_view message);
+/// Lines that are no errors; what they quote from files is made printable too.
+void print_note(std::string_view text);
 
 }  // namespace patinate

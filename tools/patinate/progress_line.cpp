@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "libcommon/core/printable.h"
 #include "tools/patinate/message_stream.h"
 
 namespace patinate {
@@ -15,6 +16,7 @@ namespace {
 constexpr auto kTerminalInterval = std::chrono::milliseconds(100);
 constexpr auto kPlainInterval = std::chrono::seconds(10);
 constexpr int kBarWidth = 30;
+constexpr std::size_t kLongestLabel = 200;
 
 std::string time_left(double elapsed, double fraction) {
   if (!(fraction > 0.01) || elapsed < 1.0) return "";
@@ -27,7 +29,7 @@ std::string time_left(double elapsed, double fraction) {
 
 }  // namespace
 
-ProgressLine::ProgressLine(std::string label) : label_(std::move(label)), is_terminal_(::isatty(::fileno(message_stream())) != 0) {}
+ProgressLine::ProgressLine(const std::string& label) : label_(printable_line(label, kLongestLabel)), is_terminal_(::isatty(::fileno(message_stream())) != 0) {}
 
 ProgressLine::~ProgressLine() {
   if (is_shown_ && is_terminal_) std::fputs("\r\033[K", message_stream());

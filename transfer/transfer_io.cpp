@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
@@ -151,7 +152,9 @@ void read_tiles(JsonReader& reader, TransferManifest& manifest) {
   }
   const JsonReader list = reader.member("tiles");
   for (JsonReader& tile : list.elements(kMaxTiles)) {
-    manifest.tiles.push_back({tile.member("name").string(), tile.member("coordinates").path()});
+    const JsonReader name = tile.member("name");
+    if (!is_file_name(name.string())) name.fail("a name of " + file_name_text());
+    manifest.tiles.push_back({name.string(), tile.member("coordinates").path()});
     (void)tile.member("controls");
     tile.finish();
   }

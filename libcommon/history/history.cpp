@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/image_io.h"
@@ -223,12 +224,7 @@ fs::path HistoryWriter::frame_mask_file(int index) { return fs::path("masks") / 
 fs::path HistoryWriter::filled_frame_file(int index) { return fs::path("filled") / numbered(index, ".exr"); }
 
 fs::path HistoryWriter::control_file(const std::string& name) {
-  const auto is_allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
-  };
-  if (name.empty() || name.front() == '.' || !std::all_of(name.begin(), name.end(), is_allowed)) {
-    throw InvalidInput("control `" + name + "`: names consist of letters, digits, dots, `_` and `-`");
-  }
+  require_file_name("control", name);
   return fs::path("controls") / (name + ".exr");
 }
 

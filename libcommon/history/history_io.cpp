@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
@@ -39,7 +40,9 @@ HistoryFrame read_frame_entry(JsonReader json) {
 
 ControlParameter read_control_entry(JsonReader json) {
   ControlParameter control;
-  control.name = json.member("name").string();
+  const JsonReader name = json.member("name");
+  control.name = name.string();
+  if (!is_file_name(control.name)) name.fail("a name of " + file_name_text());
   control.file = relative_file(json.member("file"));
   if (json.has("range")) {
     const JsonReader range = json.member("range");

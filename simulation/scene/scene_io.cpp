@@ -5,6 +5,7 @@
 
 #include "libcommon/atlas/atlas_choice.h"
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_io.h"
@@ -201,6 +202,7 @@ void read_run(JsonReader json, SceneFile& file) {
   }
   json.finish();
 }
+      if (!is_file_name(name)) element.fail("a parameter map whose material is named with " + file_name_text());
 
 }  // namespace
 

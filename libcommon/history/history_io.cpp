@@ -9,6 +9,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
 
+#include "libcommon/history/history_times.h"
 namespace patinate {
 
 namespace {
@@ -64,14 +65,9 @@ Json number_json(double value) {
 
 void check_manifest(const HistoryManifest& m) {
   if (m.frames.empty()) throw InvalidInput("history " + m.name + ": has no frames; give at least one");
-  for (std::size_t i = 0; i < m.frames.size(); ++i) {
-    const double time = m.frames[i].time;
-    if (!std::isfinite(time)) throw InvalidInput(m.frames[i].file.string() + ": its time is not a number");
-    if (i > 0 && !(m.frames[i - 1].time < time)) {
-      throw InvalidInput(m.frames[i].file.string() + ": has time " + number_text(time) + ", not later than " +
-                         m.frames[i - 1].file.string() + "; times must be strictly increasing");
-    }
-  }
+  std::vector<double> times;
+  for (const HistoryFrame& frame : m.frames) times.push_back(frame.time);
+  if (const auto problem = find_time_problem(times)) throw InvalidInput(m.frames[problem->index].file.string() + ": " + problem->text);
   std::vector<std::string> names;
   for (const ControlParameter& c : m.controls) names.push_back(c.name);
   std::sort(names.begin(), names.end());

@@ -10,6 +10,7 @@
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/core/files.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/image/image_io.h"
 
 namespace patinate {
@@ -68,8 +69,8 @@ std::vector<std::string> extra_channels(const std::string& name) {
 }
 
 void check_texel_size(const HistoryManifest& manifest) {
-  if (manifest.texel_size_mm && !(*manifest.texel_size_mm > 0 && std::isfinite(*manifest.texel_size_mm))) {
-    throw InvalidInput("history " + manifest.name + ": texel_size_mm must be > 0");
+  if (manifest.texel_size_mm && !(*manifest.texel_size_mm >= kLeastTexel_mm && *manifest.texel_size_mm <= kLargestTexel_mm)) {
+    throw InvalidInput("history " + manifest.name + ": texel_size_mm must be within 1e-9 and 1e9");
   }
 }
 

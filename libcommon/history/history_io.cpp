@@ -7,9 +7,10 @@
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history.h"
-
 #include "libcommon/history/history_times.h"
+
 namespace patinate {
 
 namespace {
@@ -20,6 +21,7 @@ constexpr std::array<std::string_view, 4> kMapNames{"position", "normal", "heigh
 constexpr std::size_t kMaxFrames = 1'000'000;
 constexpr std::size_t kMaxControls = 1'000;
 constexpr double kMaxSide = 65536;
+constexpr double kLargestControl = 1e30;  // Pixels hold floats.
 
 std::filesystem::path relative_file(const JsonReader& json) {
   (void)json.path();  // Rejects what is no path.
@@ -47,7 +49,7 @@ ControlParameter read_control_entry(JsonReader json) {
   control.file = relative_file(json.member("file"));
   if (json.has("range")) {
     const JsonReader range = json.member("range");
-    const std::vector<double> ends = range.numbers(2);
+    const std::vector<double> ends = range.numbers(2, between(-kLargestControl, kLargestControl));
     if (!(ends[0] <= ends[1])) range.fail("[low, high] with low <= high");
     control.low = ends[0];
     control.high = ends[1];
@@ -104,7 +106,7 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
   m.height = static_cast<int>(json.member("height").integer(between(1, kMaxSide)));
   if (json.has("texel_size_mm")) {
     const JsonReader size = json.member("texel_size_mm");
-    if (!size.is_null()) m.texel_size_mm = size.number(above(0));
+    if (!size.is_null()) m.texel_size_mm = size.number(between(kLeastTexel_mm, kLargestTexel_mm));
   }
   if (json.has("time_unit")) m.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnitNames));
   const JsonReader frames = json.member("frames");

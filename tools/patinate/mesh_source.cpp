@@ -62,8 +62,10 @@ double mm_per_unit(const std::string& unit) {
   return *mm;
 }
 
+Range resolution_range() { return between(16, 16384); }
+
 void describe(OptionVisitor& v, AtlasOptions& o) {
-  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", between(16, 16384)}, o.resolution);
+  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()}, o.resolution);
   v.visit_choice({"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: always; blender: unwrapped by Blender, where it is installed"}, o.method,
                  kAtlasChoiceNames);
 }

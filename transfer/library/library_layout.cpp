@@ -14,7 +14,7 @@ namespace patinate {
 
 void describe(OptionVisitor& v, LibraryOptions& o) {
   v.visit_choice({"clock", "Combine equal times, or equal shares of each history's span (times are then those of the first)"}, o.clock, kLibraryClockNames);
-  v.visit({"texel_size", "Surface length of the library's pixels, and of histories that do not say theirs; not given: the finest", "mm", above(0)}, o.texel_size_mm);
+  v.visit({"texel_size", "Surface length of the library's pixels, and of histories that do not say theirs; not given: the finest", "mm", between(kLeastTexel_mm, kLargestTexel_mm)}, o.texel_size_mm);
 }
 
 namespace {

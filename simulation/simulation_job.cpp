@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
@@ -244,7 +245,11 @@ SimulationManifest read_simulation_manifest(const fs::path& path) {
   for (const JsonReader& name : json.member("materials").elements(kMaxMaterials)) m.materials.push_back(name.string());
   if (json.has("seed")) m.seed = static_cast<std::uint64_t>(json.member("seed").integer(at_least(0)));
   m.color_form = static_cast<ColorForm>(json.member("color_form").choice(kColorFormNames));
-  for (JsonReader& c : json.member("controls").elements(100)) m.controls.push_back(c.member("name").string());
+  for (JsonReader& c : json.member("controls").elements(100)) {
+    const JsonReader name = c.member("name");
+    m.controls.push_back(name.string());
+    if (!is_file_name(m.controls.back())) name.fail("a name of " + file_name_text());
+  }
   m.key = json.member("key").string();
   return m;
 }

@@ -7,10 +7,12 @@
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
@@ -151,7 +153,9 @@ void read_tiles(JsonReader& reader, TransferManifest& manifest) {
   }
   const JsonReader list = reader.member("tiles");
   for (JsonReader& tile : list.elements(kMaxTiles)) {
-    manifest.tiles.push_back({tile.member("name").string(), tile.member("coordinates").path()});
+    const JsonReader name = tile.member("name");
+    if (!is_file_name(name.string())) name.fail("a name of " + file_name_text());
+    manifest.tiles.push_back({name.string(), tile.member("coordinates").path()});
     (void)tile.member("controls");
     tile.finish();
   }
@@ -299,7 +303,7 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   read_tiles(reader, manifest);
   if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
   if (reader.has("source_mask")) manifest.source_mask = reader.member("source_mask").path();
-  manifest.texel_size_mm = reader.member("texel_size_mm").number(above(0));
+  manifest.texel_size_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
   const JsonReader controls = reader.member("controls");
   for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
   manifest.energy = read_energy(reader.member("energy"));

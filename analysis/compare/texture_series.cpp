@@ -8,6 +8,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/image/image_io.h"
 
 namespace patinate {
@@ -84,7 +85,7 @@ void TextureSeries::read_coordinates(const fs::path& transfer) {
   if (tiles.empty()) throw IoError(file.string(), "names no coordinates");
   coordinates_ = stacked(tiles);
   pixel_mm_.reset();
-  if (reader.has("texel_size_mm")) pixel_mm_ = reader.member("texel_size_mm").number(above(0));
+  if (reader.has("texel_size_mm")) pixel_mm_ = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
   name_ += " on " + (reader.has("mesh") ? reader.member("mesh").member("made_from").string() : std::string("an atlas"));
 }
 

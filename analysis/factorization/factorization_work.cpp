@@ -9,6 +9,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/metrics/color_curves.h"
 #include "libcommon/metrics/color_difference.h"
@@ -61,6 +62,9 @@ FactorizationWork::FactorizationWork(FactorizationTask asked) : task(std::move(a
     frames.push_back({.time = t, .source = -1, .is_extrapolated = t < m.frames.front().time || t > m.frames.back().time});
   }
   std::sort(frames.begin(), frames.end(), [](const FactoredFrame& a, const FactoredFrame& b) { return a.time < b.time; });
+  std::vector<double> times;
+  for (const FactoredFrame& f : frames) times.push_back(f.time);
+  if (const auto problem = find_time_problem(times)) throw InvalidInput("times: beside its own frames the denoised history " + problem->text);
 }
 
 int FactorizationWork::rows_per_band() const {

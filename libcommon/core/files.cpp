@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/regular_file.h"
 #include "libcommon/core/temporary_file.h"
 #include "libcommon/core/text.h"
 
@@ -266,12 +267,9 @@ void write_atomically(const fs::path& path, std::string_view bytes) {
 }
 
 std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) throw IoError(path.string(), "is a folder; give a file");
+  require_regular_file(path);
   std::ifstream in(path, std::ios::binary | std::ios::ate);
-  if (!in) {
-    throw IoError(path.string(), fs::exists(path, error) ? "cannot be read; check its permissions" : "does not exist");
-  }
+  if (!in) throw IoError(path.string(), "cannot be read; check its permissions");
   const std::streamoff size = in.tellg();
   if (size < 0 || static_cast<std::uint64_t>(size) > max_bytes) {
     throw IoError(path.string(), "is too large; at most " + std::to_string(max_bytes) + " bytes");

@@ -3,6 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +26,25 @@ constexpr int kMaxJsonDepth = 128;
 
 bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
   return true;
+}
+
+bool is_there(const std::string& path, void*) {
+  std::error_code error;
+  return std::filesystem::exists(path, error);
+}
+
+std::string as_it_is(const std::string& path, void*) { return path; }
+
+/// The files that a glTF names, opened as all others are: tinygltf's own way waits for pipes and takes folders for endless files.
+bool read_named_file(std::vector<unsigned char>* bytes, std::string* error, const std::string& path, void*) {
+  try {
+    const std::string text = read_file(path, kMaxBytes);
+    bytes->assign(text.begin(), text.end());
+    return true;
+  } catch (const IoError& e) {
+    if (error != nullptr) *error += std::string(e.what()).substr(path.size() + 2);
+    return false;
+  }
 }
 
 std::uint32_t little_endian_u32(std::string_view bytes, std::size_t offset) {
@@ -83,6 +105,7 @@ tinygltf::Model load_model(const std::filesystem::path& path) {
   check_depth(file, is_binary ? json_of_glb(file, bytes) : std::string_view(bytes));
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(&ignore_image, nullptr);
+  loader.SetFsCallbacks({&is_there, &as_it_is, &read_named_file, nullptr, nullptr});
   tinygltf::Model model;
   std::string error, warning;
   const std::string folder = folder_of(path).string();
@@ -92,8 +115,12 @@ tinygltf::Model load_model(const std::filesystem::path& path) {
     ok = is_binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
                                                  reinterpret_cast<const unsigned char*>(bytes.data()), size, folder)
                    : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, folder);
-  } catch (const std::exception& e) {
-    throw IoError(file, "is not valid glTF: " + one_line(e.what()));
+  } catch (const std::bad_alloc&) {
+    throw IoError(file, "is not valid glTF, or larger than memory");
+  } catch (const std::length_error&) {
+    throw IoError(file, "is not valid glTF: it gives a size that nothing can have");
+  } catch (const std::exception&) {
+    throw IoError(file, "is not valid glTF: its JSON does not hold what it should");
   }
   if (!ok) throw IoError(file, "is not valid glTF: " + one_line(error.empty() ? "its JSON cannot be parsed" : error));
   return model;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/regular_file.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {
@@ -113,9 +114,8 @@ struct ImageDecoder::Impl {
 
 ImageDecoder::ImageDecoder(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
   configure_image_library();
+  require_regular_file(path);
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw IoError(path.string(), "does not exist");
-  if (std::filesystem::is_directory(path, error)) throw IoError(path.string(), "is a folder; give an image file");
   if (std::filesystem::file_size(path, error) == 0) throw IoError(path.string(), "is empty (0 bytes); give an image file");
   const OIIO::ImageSpec hints = open_hints();
   impl_->input = OIIO::ImageInput::open(path.string(), &hints);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <ctime>
 #include <map>
 #include <mutex>
@@ -13,6 +12,7 @@
 #include <set>
 #include <system_error>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/parallel.h"
@@ -27,11 +27,8 @@ namespace fs = std::filesystem;
 void check_plan(const JobPlan& plan) {
   std::set<std::string> names;
   for (const JobItem& item : plan.items) {
-    const bool is_plain = std::all_of(item.name.begin(), item.name.end(), [](unsigned char c) {
-      return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
-    });
-    if (item.name.empty() || item.name.front() == '.' || !is_plain || !names.insert(item.name).second) {
-      throw InvalidInput("job: `" + item.name + "` is no unique item name of [A-Za-z0-9._-]");
+    if (!is_file_name(item.name) || !names.insert(item.name).second) {
+      throw InvalidInput("job: `" + item.name + "` is no unique item name of " + file_name_text());
     }
     if (!(item.weight > 0.0)) throw InvalidInput("job: the weight of `" + item.name + "` is not > 0");
     for (const auto* outputs : {&item.outputs, &item.optional_outputs}) {

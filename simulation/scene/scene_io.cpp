@@ -5,10 +5,12 @@
 
 #include "libcommon/atlas/atlas_choice.h"
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/image_io.h"
 #include "simulation/rules/rule_io.h"
 #include "simulation/scene/scene_json.h"
@@ -168,7 +170,11 @@ AtlasMethod read_atlas(JsonReader json, Scene& scene) {
 
 void read_time(JsonReader json, SceneFile& file) {
   if (json.has("unit")) file.time_unit = static_cast<TimeUnit>(json.member("unit").choice(kTimeUnitNames));
-  if (json.has("per_iteration")) file.scene.time_per_iteration = json.member("per_iteration").number(between(0, 1e9));
+  if (json.has("per_iteration")) {
+    const JsonReader time = json.member("per_iteration");
+    file.scene.time_per_iteration = time.number(between(0, 1e9));
+    if (file.scene.time_per_iteration > 0.0 && file.scene.time_per_iteration < kLeastTimeStep) time.fail("0, for none, or at least 1e-12");
+  }
   if (json.has("contact")) file.scene.exchange.contact = json.member("contact").number(between(0, 1e6));
   json.finish();
 }
@@ -196,6 +202,7 @@ void read_run(JsonReader json, SceneFile& file) {
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         element.fail("a parameter map: hits, last_hit, residence, MATERIAL.deposited or MATERIAL.final" + did_you_mean(name, names));
       }
+      if (!is_file_name(name)) element.fail("a parameter map whose material is named with " + file_name_text());
       file.controls.push_back(name);
     }
   }

@@ -23,7 +23,9 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
   const Json root = load_json(path);
   JsonReader json(path.string(), root);
   json.expect_format("patinate.parameters", 1);
-  for (const JsonReader& range : json.member("vary").elements(100)) wanted.ranges.push_back(read_fit_range(range));
+  const JsonReader vary = json.member("vary");
+  for (const JsonReader& range : vary.elements(100)) wanted.ranges.push_back(read_fit_range(range));
+  if (wanted.ranges.empty()) vary.fail("at least one range");
   if (json.has("objective")) {
     JsonReader objective = json.member("objective");
     for (const std::string& name : objective.keys()) {

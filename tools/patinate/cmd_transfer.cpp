@@ -9,6 +9,7 @@
 #include "libcommon/controls/distance_io.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
@@ -149,7 +150,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
   run.line.example("transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
   if (!run.parse()) return 0;
-  if (texel_size_mm && !(*texel_size_mm > 0.0)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number > 0");
+  if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/printable.h"
 #include "libcommon/job/partial_folder.h"
 #include "tools/patinate/message_stream.h"
 #include "tools/patinate/option_sources.h"
@@ -115,7 +116,7 @@ void CommandRun::end_stage() {
 
 void CommandRun::note(const std::string& text) {
   progress_.reset();
-  if (!line.common().quiet) std::fprintf(message_stream(), "%s\n", text.c_str());
+  if (!line.common().quiet) print_note(text);
 }
 
 void CommandRun::detail(const std::string& text) {
@@ -146,7 +147,7 @@ void CommandRun::report_dry_run(const JobReport& job) { report(job.json(), job.t
 
 void CommandRun::report(const Json& json, const std::string& text) {
   progress_.reset();
-  print((line.common().json ? json.dump(2, ' ', false, Json::error_handler_t::replace) : text) + "\n");
+  print((line.common().json ? json.dump(2, ' ', false, Json::error_handler_t::replace) : printable_lines(text)) + "\n");
 }
 
 }  // namespace patinate

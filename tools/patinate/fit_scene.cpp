@@ -113,11 +113,14 @@ FitScene::FitScene(const fs::path& file, const std::vector<FitRange>& ranges, co
 void FitScene::add_parameter(const FitRange& range) {
   Json& root = *root_;
   const std::string& pointer = range.name;
-  const auto fail = [&](const std::string& problem) { return UsageError("--vary: " + pointer + ": " + problem); };
+  const auto fail = [&](const std::string& problem) {
+    if (range.place.empty()) throw UsageError("--vary: " + pointer + ": " + problem);
+    throw IoError(range.place, pointer + " " + problem);
+  };
   for (const FitParameter& p : parameters_) {
-    if (p.range.name == pointer) throw fail("is given twice");
+    if (p.range.name == pointer) fail("is given twice");
   }
-  if (kFixed.contains(pointer)) throw fail("cannot be varied: it is no property of the surface or its weather");
+  if (kFixed.contains(pointer)) fail("cannot be varied: it is no property of the surface or its weather");
   // A rule that only has a name has an alpha all the same.
   if (Json* rules = found_at(root, "/rules"); rules != nullptr && rules->is_array()) {
     for (std::size_t i = 0; i < rules->size(); ++i) {
@@ -132,9 +135,9 @@ void FitScene::add_parameter(const FitRange& range) {
   if (value == nullptr) {
     std::vector<std::string> all;
     collect_numbers(root, "", all);
-    throw fail("is not in " + file_.string() + nearest(pointer, all));
+    fail("is not in " + file_.string() + nearest(pointer, all));
   }
-  if (!value->is_number()) throw fail("is " + value->dump().substr(0, 40) + " in " + file_.string() + "; expected a number");
+  if (!value->is_number()) fail("is " + value->dump().substr(0, 40) + " in " + file_.string() + "; expected a number");
   FitParameter parameter{.range = range, .start = value->get<double>(), .is_whole = false, .is_look = pointer.starts_with("/appearance/")};
   const Json before = *value;
   for (const double end : {range.low, range.high}) {

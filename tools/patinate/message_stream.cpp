@@ -3,7 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include "libcommon/core/printable.h"
 
 #include "libcommon/core/error.h"
 
@@ -34,10 +34,8 @@ void print_result(const std::string& text) {
 
 std::FILE* message_stream() { return g_messages; }
 
-void print_error(std::string message) {
-  std::replace_if(
-      message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  std::fprintf(g_messages, "patinate: error: %s\n", message.c_str());
-}
+void print_error(std::string_view message) { std::fprintf(g_messages, "patinate: error: %s\n", printable_line(message).c_str()); }
+
+void print_note(std::string_view text) { std::fprintf(g_messages, "%s\n", printable_lines(text).c_str()); }
 
 }  // namespace patinate

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdio>
-#include <string>
+#include <string_view>
 
 namespace patinate {
 
@@ -14,7 +14,9 @@ void silence_libraries();
 void print_result(const std::string& text);
 /// The real stderr.
 [[nodiscard]] std::FILE* message_stream();
-/// One line, `patinate: error: ...`, whatever is in the message.
-void print_error(std::string message);
+/// One line, `patinate: error: ...`, whatever is in the message (libcommon/core/printable.h).
+void print_error(std::string_view message);
+/// Lines that are no errors; what they quote from files is made printable too.
+void print_note(std::string_view text);
 
 }  // namespace patinate

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "libcommon/core/printable.h"
 #include "tools/patinate/message_stream.h"
 
 namespace patinate {
@@ -16,6 +17,7 @@ namespace {
 constexpr auto kTerminalInterval = std::chrono::milliseconds(100);
 constexpr auto kPlainInterval = std::chrono::seconds(10);
 constexpr int kBarWidth = 30;
+constexpr std::size_t kLongestLabel = 200;
 
 std::string left_text(std::optional<double> left) {
   if (!left) return "";
@@ -27,7 +29,7 @@ std::string left_text(std::optional<double> left) {
 
 }  // namespace
 
-ProgressLine::ProgressLine(std::string label) : label_(std::move(label)), is_terminal_(::isatty(::fileno(message_stream())) != 0) {}
+ProgressLine::ProgressLine(const std::string& label) : label_(printable_line(label, kLongestLabel)), is_terminal_(::isatty(::fileno(message_stream())) != 0) {}
 
 ProgressLine::~ProgressLine() {
   if (is_shown_ && is_terminal_) std::fputs("\r\033[K", message_stream());

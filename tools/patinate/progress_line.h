@@ -11,7 +11,7 @@ namespace patinate {
 
 class ProgressLine {
  public:
-  explicit ProgressLine(std::string label);
+  explicit ProgressLine(const std::string& label);
   /// Clears the bar.
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;

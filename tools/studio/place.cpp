@@ -39,6 +39,8 @@ std::string extension_of(const fs::path& path) {
 
 /// Scenes and calibrations say what they are in their first lines.
 std::optional<PlaceKind> kind_of_json(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;
   std::string head(4096, '\0');
   std::ifstream in(path, std::ios::binary);
   in.read(head.data(), static_cast<std::streamsize>(head.size()));

@@ -86,6 +86,22 @@ TEST(FitJob, AnIntervalHoldsTheTruthWhenOtherSeedsDiffer) {
   EXPECT_GE(num_held, 2);
 }
 
+// One place has no half on each side: the looks' scan was empty, and its first one read all the same.
+TEST(FitJob, AScanOfOnePlaceIsAScan) {
+  const TempFolder folder;
+  const fs::path history = captured(folder);
+  for (const int scan : {1, 3}) {
+    FitTask task = green_task(history);
+    task.options.evaluations = 25;
+    task.options.looks = 5;
+    task.options.scan = scan;
+    task.options.seeds = 1;
+    const Json report = run(std::move(task), folder.path() / ("fit" + std::to_string(scan)));
+    for (const Json& p : report.at("parameters")) EXPECT_NE(p.at("determination"), "not_examined") << p.at("pointer");
+    EXPECT_EQ(report.at("parameters")[2].at("determination"), "without_effect");
+  }
+}
+
 TEST(FitJob, HasTheSameBytesForAnyNumberOfThreads) {
   const TempFolder folder;
   const fs::path history = captured(folder);

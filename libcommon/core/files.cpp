@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {
@@ -200,6 +201,7 @@ void write_atomically(const fs::path& path, std::string_view bytes) {
 }
 
 std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
+  check_may_read(path);
   std::error_code error;
   if (fs::is_directory(path, error)) throw IoError(path.string(), "is a folder; give a file");
   std::ifstream in(path, std::ios::binary | std::ios::ate);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
 
 namespace patinate {
 
@@ -44,6 +45,7 @@ ContentHash& ContentHash::add(std::int64_t value) {
 }
 
 ContentHash& ContentHash::add_file(const std::filesystem::path& path) {
+  check_may_read(path);
   std::ifstream in(path, std::ios::binary);
   if (!in || std::filesystem::is_directory(path)) throw IoError(path.string(), "cannot be read; give a readable file");
   std::vector<char> buffer(1 << 20);

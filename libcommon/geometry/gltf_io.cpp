@@ -2,14 +2,20 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/geometry/mesh_builder.h"
+#include "libcommon/geometry/mesh_files.h"
 #include "libcommon/geometry/mesh_formats.h"
 
 namespace patinate {
@@ -23,6 +29,30 @@ constexpr int kMaxJsonDepth = 128;
 
 bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
   return true;
+}
+
+/// What a glTF names is read as everything else is, and its names stand for nothing but themselves.
+tinygltf::FsCallbacks files_beside(std::string* outside) {
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = [](const std::string& path, void* kept) {
+    std::error_code error;
+    if (may_read(path)) return std::filesystem::is_regular_file(path, error);
+    *static_cast<std::string*>(kept) = path;
+    return false;
+  };
+  callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* problem, const std::string& path, void*) {
+    try {
+      const std::string bytes = read_file(path, kMaxBytes);
+      out->assign(bytes.begin(), bytes.end());
+      return true;
+    } catch (const InvalidInput& e) {
+      *problem = e.what();
+      return false;
+    }
+  };
+  callbacks.user_data = outside;
+  return callbacks;
 }
 
 std::uint32_t little_endian_u32(std::string_view bytes, std::size_t offset) {
@@ -58,6 +88,19 @@ std::string_view json_of_glb(const std::string& file, std::string_view bytes) {
   return bytes.substr(20, json_length);
 }
 
+/// Broken escapes stay as they are, as tinygltf leaves them.
+std::string percent_decoded(const std::string& uri) {
+  std::string out;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned code = 0;
+    const char* digits = uri.data() + i + 1;
+    const bool is_escape = uri[i] == '%' && i + 2 < uri.size() && std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2;
+    out += is_escape ? static_cast<char>(code) : uri[i];
+    if (is_escape) i += 2;
+  }
+  return out;
+}
+
 void check_depth(const std::string& file, std::string_view json) {
   int depth = 0;
   bool in_string = false;
@@ -83,6 +126,8 @@ tinygltf::Model load_model(const std::filesystem::path& path) {
   check_depth(file, is_binary ? json_of_glb(file, bytes) : std::string_view(bytes));
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(&ignore_image, nullptr);
+  std::string outside;
+  loader.SetFsCallbacks(files_beside(&outside));
   tinygltf::Model model;
   std::string error, warning;
   const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
@@ -95,6 +140,7 @@ tinygltf::Model load_model(const std::filesystem::path& path) {
   } catch (const std::exception& e) {
     throw IoError(file, "is not valid glTF: " + one_line(e.what()));
   }
+  if (!ok && !outside.empty()) check_may_read(outside);
   if (!ok) throw IoError(file, "is not valid glTF: " + one_line(error.empty() ? "its JSON cannot be parsed" : error));
   return model;
 }
@@ -377,5 +423,23 @@ class GltfReader {
 }  // namespace
 
 Mesh read_gltf(const std::filesystem::path& path) { return GltfReader(path).read(); }
+
+std::vector<std::string> mesh_buffer_files(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension != ".gltf" && extension != ".glb") return {};
+  const std::string bytes = read_file(path, kMaxBytes);
+  const std::string_view text = bytes.compare(0, 4, "glTF") == 0 ? json_of_glb(path.string(), bytes) : std::string_view(bytes);
+  check_depth(path.string(), text);
+  const Json root = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  std::vector<std::string> files;
+  if (!root.is_object() || !root.contains("buffers") || !root["buffers"].is_array()) return files;
+  for (const Json& buffer : root["buffers"]) {
+    if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
+    const std::string uri = buffer["uri"].get<std::string>();
+    if (!uri.starts_with("data:")) files.push_back(percent_decoded(uri));
+  }
+  return files;
+}
 
 }  // namespace patinate

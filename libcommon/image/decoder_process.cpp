@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_wire.h"
 
@@ -184,6 +185,7 @@ struct DecoderProcess::Impl {
 
 DecoderProcess::DecoderProcess(fs::path path) : impl_(std::make_unique<Impl>()) {
   impl_->path = std::move(path);
+  check_may_read(impl_->path);
   std::error_code error;
   if (!fs::exists(impl_->path, error)) throw IoError(impl_->path.string(), "does not exist");
   impl_->pid = start(decoder_program(), impl_->path, impl_->connection.theirs);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
 
 namespace patinate {
 
@@ -92,6 +93,7 @@ struct ImageDecoder::Impl {
 
 ImageDecoder::ImageDecoder(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
   configure_image_library();
+  check_may_read(path);
   std::error_code error;
   if (!std::filesystem::exists(path, error)) throw IoError(path.string(), "does not exist");
   if (std::filesystem::is_directory(path, error)) throw IoError(path.string(), "is a folder; give an image file");

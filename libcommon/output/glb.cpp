@@ -12,6 +12,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/image/color.h"
 #include "libcommon/output/glb_binary.h"
 #include "libcommon/output/glb_tangents.h"
@@ -297,6 +298,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
 }
 
 std::string read_glb_key(const std::filesystem::path& path) {
+  check_may_read(path);
   std::ifstream file(path, std::ios::binary);
   std::string head(20, '\0');
   std::error_code error;

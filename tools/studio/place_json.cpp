@@ -162,4 +162,13 @@ HttpResponse answer_place(const Asked& asked) {
   return json_response(place_json(asked.folder, asked.opened, path, kind));
 }
 
+HttpResponse answer_live(const Asked& asked) {
+  const auto [path, kind] = asked.place();
+  if (!can_run(kind)) throw InvalidInput(kOnlyScenesRun);
+  const std::shared_ptr<LiveScene> scene = asked.live.find(path);
+  if (!scene) return json_response(Json{{"state", "none"}});
+  if (const std::string why = scene->problem(); !why.empty()) throw InvalidInput(why);
+  return json_response(Json{{"state", scene->is_running() ? "running" : "reading"}});
+}
+
 }  // namespace patinate

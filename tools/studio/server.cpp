@@ -121,10 +121,20 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
   void send_text(std::string message) override { send({std::move(message), false}); }
   void send_binary(std::string message) override { send({std::move(message), true}); }
   [[nodiscard]] std::size_t num_waiting_bytes() const override { return num_waiting_; }
-  void close() override {
-    asio::post(io_, [self = shared_from_this()] {
+  void close() override { close_with(websocket::close_code::normal); }
+  void refuse(const std::string& why) override {
+    constexpr std::size_t kMostReason = 120;  // 123 by RFC 6455
+    std::size_t length = std::min(why.size(), kMostReason);
+    while (length > 0 && length < why.size() && (static_cast<unsigned char>(why[length]) & 0xC0) == 0x80) --length;  // no half character
+    close_with({static_cast<websocket::close_code>(kRefused), why.substr(0, length)});
+  }
+
+ private:
+  void close_with(const websocket::close_reason& reason) {
+    asio::post(io_, [self = shared_from_this(), reason] {
       if (self->is_closed_) return;
       self->is_closed_ = true;
+      self->reason_ = reason;
       if (self->waiting_.empty()) self->say_close();
     });
   }
@@ -155,7 +165,7 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
   }
 
   void say_close() {
-    stream_.async_close(websocket::close_code::normal, [self = shared_from_this()](error_code) { self->end(); });
+    stream_.async_close(reason_, [self = shared_from_this()](error_code) { self->end(); });
   }
 
   void read() {
@@ -182,6 +192,7 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
   std::deque<Message> waiting_;
   std::atomic<std::size_t> num_waiting_{0};
   std::shared_ptr<WebSocketListener> listener_;
+  websocket::close_reason reason_ = websocket::close_code::normal;
   bool is_closed_ = false;
 };
 

@@ -21,7 +21,10 @@ class WebSocketPeer {
   /// Bytes that wait to be written.
   [[nodiscard]] virtual std::size_t num_waiting_bytes() const = 0;
   virtual void close() = 0;
+  /// Closes with kRefused and as much of the reason as a close message holds.
+  virtual void refuse(const std::string& why) = 0;
 };
+inline constexpr int kRefused = 4400;  ///< Of a WebSocket that is closed because what it asks for cannot be had.
 
 /// What hears from it. Called from one thread; must return at once.
 class WebSocketListener {

@@ -1,6 +1,7 @@
 #include "tools/studio/served_folder.h"
 
 #include <algorithm>
+#include <array>
 
 #include "libcommon/core/error.h"
 
@@ -21,6 +22,21 @@ bool is_plain(std::string_view name) {
 bool lies_below(const fs::path& path, const fs::path& folder) {
   const auto [at_folder, at_path] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
   return at_folder == folder.end();
+}
+
+/// What says that a folder was made by a command and is whole. Captures are not among them: their folder is their user's.
+constexpr std::array kResultManifests{"history.json", "transfer.json", "simulation.json", "registration.json", "unlight.json", "recomposed.json", "sequence.json"};
+
+/// The finished result that a folder is or lies in, or an unfinished one; "" when there is none.
+fs::path result_around(fs::path folder) {
+  for (std::error_code error; !folder.empty(); folder = folder.parent_path()) {
+    const bool is_result = folder.extension() == ".partial" || std::any_of(kResultManifests.begin(), kResultManifests.end(), [&](const char* manifest) {
+                             return fs::is_regular_file(folder / manifest, error);
+                           });
+    if (is_result) return folder;
+    if (folder == folder.root_path()) break;
+  }
+  return {};
 }
 
 std::optional<fs::path> existing_below(const fs::path& folder, std::string_view name) {
@@ -58,6 +74,10 @@ fs::path ServedFolder::new_path(std::string_view name) const {
   const std::optional<fs::path> folder = find(path.parent_path().string());
   std::error_code error;
   if (!folder || !fs::is_directory(*folder, error)) throw InvalidInput("the folder of \"" + shown + "\" does not exist; make it first");
+  if (const fs::path result = result_around(*folder); !result.empty()) {
+    throw InvalidInput("\"" + shown + "\" would lie in " + (result == root_ ? "the folder that is served, which is" : name_of(result) + ", which is") +
+                       " a finished result and stays as it was made; give a name outside of it");
+  }
   fs::path made = *folder / path.filename();
   if (fs::symlink_status(made, error).type() != fs::file_type::not_found) throw InvalidInput("\"" + shown + "\" exists; give another name");
   return made;

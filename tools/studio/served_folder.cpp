@@ -1,9 +1,9 @@
 #include "tools/studio/served_folder.h"
 
 #include <algorithm>
-#include <array>
 
 #include "libcommon/core/error.h"
+#include "libcommon/job/result_folder.h"
 
 namespace patinate {
 
@@ -22,21 +22,6 @@ bool is_plain(std::string_view name) {
 bool lies_below(const fs::path& path, const fs::path& folder) {
   const auto [at_folder, at_path] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
   return at_folder == folder.end();
-}
-
-/// What says that a folder was made by a command and is whole. Captures are not among them: their folder is their user's.
-constexpr std::array kResultManifests{"history.json", "transfer.json", "simulation.json", "registration.json", "unlight.json", "recomposed.json", "sequence.json"};
-
-/// The finished result that a folder is or lies in, or an unfinished one; "" when there is none.
-fs::path result_around(fs::path folder) {
-  for (std::error_code error; !folder.empty(); folder = folder.parent_path()) {
-    const bool is_result = folder.extension() == ".partial" || std::any_of(kResultManifests.begin(), kResultManifests.end(), [&](const char* manifest) {
-                             return fs::is_regular_file(folder / manifest, error);
-                           });
-    if (is_result) return folder;
-    if (folder == folder.root_path()) break;
-  }
-  return {};
 }
 
 std::optional<fs::path> existing_below(const fs::path& folder, std::string_view name) {

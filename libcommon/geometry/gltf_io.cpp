@@ -37,7 +37,7 @@ tinygltf::FsCallbacks files_beside(std::string* outside) {
   callbacks.FileExists = [](const std::string& path, void* kept) {
     std::error_code error;
     if (may_read(path)) return std::filesystem::is_regular_file(path, error);
-    *static_cast<std::string*>(kept) = path;
+    if (auto& first = *static_cast<std::string*>(kept); first.empty()) first = path;
     return false;
   };
   callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };

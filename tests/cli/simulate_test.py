@@ -149,14 +149,14 @@ class Simulate(unittest.TestCase):
         self.run_in(["recompose", "far/away/moved", "-o", "look_again"], check=True)
         for name in ("color.png", "normal.png"):
             self.assertEqual((self.folder / "look_again" / name).read_bytes(), (self.folder / "look" / name).read_bytes())
-        self.run_in(["render", "far/away/moved", "-o", "moved.png", "--size", "32"], check=True)
+        self.run_in(["render", "far/away/moved", "-o", "moved.png", "--width", "32", "--height", "32"], check=True)
         again = json.loads(self.run_in(["simulate", "far/away/moved/scene/many.json", "-o", "simulated_again", "--json"], check=True).stdout)
         self.assertEqual(again["atlas_hash"], json.loads((self.folder / "far/away/moved/simulation.json").read_text())["atlas_hash"])
 
     def test_a_killed_run_keeps_the_scene_that_it_began_with(self):
         """What the folder holds is what was simulated; a scene that changes before the run goes on is another."""
         scene = json.loads(json.dumps(self.scene))
-        scene["run"] = {"iterations": 300, "history_every": 10}
+        scene["run"] = {"iterations": 5000, "history_every": 100}
         (self.folder / "changing").mkdir()
         shutil.copy(self.folder / "ledge/mesh.obj", self.folder / "changing/mesh.obj")
         self.write("changing/scene.json", scene)

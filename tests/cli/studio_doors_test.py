@@ -58,8 +58,8 @@ class NamedOutside(unittest.TestCase):
         frame.symlink_to(cls.served / "whole" / history["frames"][0]["file"])
         shutil.copytree(cls.outside / "aged", cls.served / "aged")
         manifest = json.loads((cls.served / "aged/transfer.json").read_text())
-        cls.history_of_aged = manifest["history"]
-        (cls.served / "aged/transfer.json").write_text(json.dumps({**manifest, "history": "../../outside/history"}))
+        manifest["history"]["path"] = "../../outside/history"
+        (cls.served / "aged/transfer.json").write_text(json.dumps(manifest))
         (cls.served / "scenes").mkdir()
         (cls.served / "scenes/mesh.json").write_text(json.dumps({**scene, "objects": [{**scene["objects"][0], "mesh": "../../outside/ledge/mesh.obj"}]}))
         shutil.copy(cls.outside / "ledge/mesh.obj", cls.served / "scenes/mesh.obj")
@@ -139,7 +139,7 @@ class NamedOutside(unittest.TestCase):
     def test_commands_read_everything(self):
         """What a user types is the user's; only what is shown to others is bounded."""
         for place in ("frames", "linked", "controls"):
-            result = self.run_in(self.served, "validate", place)
+            result = self.run_in(self.served, "export", place, "-o", f"../exported_{place}", "--format", "png", "--times", "0")
             self.assertEqual(result.returncode, 0, result.stderr)
         result = self.run_in(self.folder, "studio", "served", "--save", "page.html", "--place", "aged", "--size", "16")
         if "without the studio's pages" not in result.stderr:

@@ -24,7 +24,7 @@ class SceneFiles : public ::testing::Test {
     write_atomically(temp_ / "big.png", std::string(10'000, 'p'));
     root_ = Json{{"objects", {{{"mesh", "../a/wall.obj"}}, {{"mesh", (temp_ / "b/wall.obj").string()}}, {{"mesh", "../c/wall.obj"}, {"maps", {{"color", "../big.png"}}}}}},
                  {"appearance", {{"dirt", {{"color", {0.1, 0.1, 0.1}}}}}},
-                 {"rules", {"rust"}}};
+                 {"rules", Json::array({"rust"})}};
     save_json(scene(), root_);
   }
   [[nodiscard]] fs::path scene() const { return temp_ / "scenes/wall.json"; }

@@ -10,10 +10,12 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_files.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/job/job_record.h"
+#include "simulation/scene/scene_files.h"
 #include "simulation/simulation_output.h"
 
 namespace patinate {
@@ -23,12 +25,14 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kStageVersion = 2;        ///< Raised when the same scene gives other amounts.
+const fs::path kSceneFolder = "scene";
 constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
 
 /// Everything that the items of one job share: the running simulation goes from item to item in memory, and a file stands in for it
 /// after a kill.
 struct SimulationWork {
   SceneFile file;
+  SceneCopy copy;
   SimulationOptions options;
   std::string key;
   std::unique_ptr<Simulation> simulation;
@@ -83,6 +87,19 @@ HistoryManifest history_manifest(const SimulationWork& work, const Simulation& s
   m.time_unit = work.file.time_unit;
   m.key = work.key;
   return m;
+}
+
+/// The scene as it was simulated, so that the folder needs nothing outside.
+JobItem scene_item(const std::shared_ptr<SimulationWork>& work) {
+  JobItem item;
+  item.name = "scene";
+  item.outputs = {kSceneFolder / work->copy.name};
+  for (const SceneCopy::File& file : work->copy.files) item.outputs.push_back(kSceneFolder / file.to);
+  item.run = [work](const fs::path& folder, const RunControl& control) {
+    write_scene_copy(work->copy, folder / kSceneFolder);
+    control.report(1.0);
+  };
+  return item;
 }
 
 JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begin, std::int64_t end, int stage) {
@@ -145,7 +162,15 @@ void write_history(const SimulationWork& work, const Simulation& simulation, con
   writer.finish();
 }
 
-void join(SimulationWork& work, const fs::path& folder, const fs::path& output, const RunControl& control) {
+/// What of the copy is told apart when the folder is opened again.
+Json scene_files_json(const fs::path& folder, const SceneCopy& copy) {
+  Json files = Json::object();
+  files[copy.name.generic_string()] = hash_file(folder / kSceneFolder / copy.name);
+  for (const SceneCopy::File& file : copy.files) files[file.to.generic_string()] = file.key;
+  return files;
+}
+
+void join(SimulationWork& work, const fs::path& folder, const RunControl& control) {
   const SceneFile& file = work.file;
   Simulation& simulation = work.at(file.iterations, file.iterations, folder, control.part(0.0, 0.1));
   RunControl quiet = control;
@@ -167,11 +192,11 @@ void join(SimulationWork& work, const fs::path& folder, const fs::path& output, 
     controls_list.push_back({{"name", name}, {"file", path.string()}, {"range", {c.low, c.high}}, {"unit", c.unit}});
   }
   write_history(work, simulation, folder, controls);
-  const fs::path scene = fs::relative(fs::canonical(file.file), fs::weakly_canonical(fs::absolute(output)));
   Json json{{"format", "patinate.simulation"},
             {"version", 1},
             {"name", file.name},
-            {"scene", scene.string()},
+            {"scene", (kSceneFolder / work.copy.name).generic_string()},
+            {"scene_files", scene_files_json(folder, work.copy)},
             {"iterations", file.iterations},
             {"time", file.frame_time(file.iterations)},
             {"time_unit", time_unit_text(file.time_unit)},
@@ -185,6 +210,7 @@ void join(SimulationWork& work, const fs::path& folder, const fs::path& output, 
             {"atlas_hash", simulation.atlas().hash()},
             {"controls", controls_list},
             {"key", work.key}};
+  if (!work.copy.left_out.empty()) json["outside"] = work.copy.left_out;
   save_json(folder / "simulation.json", json);
   control.report(1.0);
 }
@@ -194,7 +220,11 @@ JobInputs simulation_inputs(const SceneFile& file, const SimulationOptions& opti
   ContentHash scene;
   scene.add(load_json(file.file).dump());
   inputs.add_content("scene", file.file.filename().string(), scene.hex());
-  for (const auto& [role, path] : file.inputs) inputs.add_file(role, path, folder_of(file.file));
+  for (const auto& [role, path] : file.inputs) {
+    inputs.add_file(role, path, folder_of(file.file));
+    if (!role.starts_with("mesh of ")) continue;
+    for (const std::string& buffer : mesh_buffer_files(path)) inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
+  }
   inputs.add_value("--iterations", std::to_string(file.iterations));
   inputs.add_value("--history-every", std::to_string(file.history_every));
   inputs.add_value("--seed", std::to_string(file.scene.seed));
@@ -215,18 +245,35 @@ JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const
   work->options = options;
   work->options.parameter_maps = work->file.controls;
   work->key = inputs.key();
+  work->copy = plan_scene_copy(work->file.file, load_json(work->file.file), output / kSceneFolder);
   JobPlan plan = inputs.plan(output, "simulation.json");
   plan.parallel_items = false;
   plan.shared_work = {SimulationWork::checkpoint_file()};
   std::int64_t begin = 0;
   int stage = 0;
+  plan.items.push_back(scene_item(work));
   for (const std::int64_t end : item_ends(work->file)) {
-    plan.items.push_back(make_item(work, begin, end, stage++));
+    plan.items.push_back(make_item(work, begin, end, ++stage));
     begin = end;
   }
-  plan.join = [work, output](const fs::path& folder, const RunControl& control) { join(*work, folder, output, control); };
+  plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;
 }
+
+namespace {
+
+/// Of the scene that the folder holds.
+std::string changed_files(const SimulationManifest& manifest) {
+  std::string names;
+  for (const auto& [name, key] : manifest.scene_files) {
+    const fs::path file = manifest.scene.parent_path() / name;
+    std::error_code error;
+    if (!fs::is_regular_file(file, error) || hash_file(file) != key) names += (names.empty() ? "" : ", ") + (kSceneFolder / name).generic_string();
+  }
+  return names;
+}
+
+}  // namespace
 
 SimulationManifest read_simulation_manifest(const fs::path& path) {
   const fs::path folder = manifest_folder(path, "simulation.json");
@@ -238,6 +285,10 @@ SimulationManifest read_simulation_manifest(const fs::path& path) {
   SimulationManifest m;
   m.name = json.member("name").string();
   m.scene = json.member("scene").path();
+  if (json.has("scene_files")) {
+    JsonReader files = json.member("scene_files");
+    for (const std::string& name : files.keys()) m.scene_files.emplace_back(name, files.member(name).string());
+  }
   m.iterations = json.member("iterations").integer(at_least(0));
   m.time = json.member("time").number(at_least(0));
   m.time_unit = json.member("time_unit").string();
@@ -263,7 +314,9 @@ void SimulationManifest::apply_to(SceneFile& file) const {
 
 std::string changed_inputs(const fs::path& path, const SceneFile& scene) {
   const fs::path folder = manifest_folder(path, "simulation.json");
-  const JobRecord record = read_job_record(folder, read_simulation_manifest(folder).key);
+  const SimulationManifest manifest = read_simulation_manifest(folder);
+  if (!manifest.scene_files.empty()) return changed_files(manifest);
+  const JobRecord record = read_job_record(folder, manifest.key);
   if (record.key.empty()) return "what it was made from";
   std::string names;
   for (const JobChange& change : changes_between(record.depends_on, simulation_inputs(scene, {}).list())) {

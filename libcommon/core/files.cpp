@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/temporary_file.h"
 #include "libcommon/core/text.h"
@@ -267,6 +268,7 @@ void write_atomically(const fs::path& path, std::string_view bytes) {
 }
 
 std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
+  check_may_read(path);
   require_regular_file(path);
   std::ifstream in(path, std::ios::binary | std::ios::ate);
   if (!in) throw IoError(path.string(), "cannot be read; check its permissions");

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 
 namespace patinate {
@@ -45,6 +46,7 @@ ContentHash& ContentHash::add(std::int64_t value) {
 }
 
 ContentHash& ContentHash::add_file(const std::filesystem::path& path) {
+  check_may_read(path);
   require_regular_file(path);
   std::ifstream in(path, std::ios::binary);
   if (!in) throw IoError(path.string(), "cannot be read; give a readable file");

@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_wire.h"
@@ -198,6 +199,7 @@ struct DecoderProcess::Impl {
 
 DecoderProcess::DecoderProcess(fs::path path) : impl_(std::make_unique<Impl>()) {
   impl_->path = std::move(path);
+  check_may_read(impl_->path);
   require_regular_file(impl_->path);
   if (is_movie(impl_->path)) require_container(impl_->path);
   impl_->pid = start(decoder_program(), impl_->path, impl_->connection.theirs);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/text.h"
 
@@ -114,6 +115,7 @@ struct ImageDecoder::Impl {
 
 ImageDecoder::ImageDecoder(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
   configure_image_library();
+  check_may_read(path);
   require_regular_file(path);
   std::error_code error;
   if (std::filesystem::file_size(path, error) == 0) throw IoError(path.string(), "is empty (0 bytes); give an image file");

@@ -12,6 +12,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/json_text.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/image/color.h"
@@ -299,6 +300,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
 }
 
 std::string read_glb_key(const std::filesystem::path& path) {
+  check_may_read(path);
   require_regular_file(path);
   std::ifstream file(path, std::ios::binary);
   std::string head(20, '\0');

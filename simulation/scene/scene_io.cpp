@@ -273,7 +273,10 @@ SceneFile read_scene(const fs::path& path, const Json& root, SceneAssets& assets
   if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context);
   if (json.has("time")) read_time(json.member("time"), file);
   if (json.has("rules")) {
-    for (const JsonReader& rule : json.member("rules").elements(kMaxRules)) scene.rules.push_back(read_scene_rule(rule, scene.materials));
+    for (const JsonReader& rule : json.member("rules").elements(kMaxRules)) {
+      scene.rules.push_back(read_scene_rule(rule, scene.materials));
+      if (const auto named = rule_path(rule)) file.inputs.emplace_back("rule " + scene.rules.back().name, *named);
+    }
   }
   if (json.has("events")) scene.events = read_events(json.member("events"), context, scene);
   if (json.has("run")) read_run(json.member("run"), file);

@@ -376,6 +376,14 @@ class Outputs(CommandCase):
         (self.folder / "photos/a.txt").write_text("precious")
         self.fails(CANNOT, "photos", "ingest", self.shared / "capture", "-o", "photos", "--force")
 
+    def test_nothing_is_made_inside_a_finished_result(self):
+        shutil.copytree(self.shared / "history", self.folder / "history")
+        self.fails(CANNOT, "a finished result", "export", "history", "-o", "history/frames/more")
+        self.fails(CANNOT, "a finished result", "lookup", self.shared / "aged", "--time", "1", "-o", "history/x.png")
+        self.fails(CANNOT, "a finished result", "ingest", self.shared / "capture", "-o", "history/again", "--force")
+        self.succeeds("ingest", self.shared / "capture", "-o", "made/")
+        self.succeeds("ingest", self.shared / "capture", "-o", "made/")  # the result itself is another matter: up to date
+
     def test_places_that_cannot_be_written(self):
         (self.folder / "file").write_text("x")
         self.fails(CANNOT, "file/out", "ingest", self.shared / "capture", "-o", "file/out")

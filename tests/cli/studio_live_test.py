@@ -366,7 +366,35 @@ class Live(unittest.TestCase):
         client.until(lambda: client.status["iteration"] == 0)
         client.step(3)
 
-    def test_a_finished_simulation_of_a_changed_scene_says_so(self):
+    def test_a_finished_simulation_holds_its_scene_wherever_it_is(self):
+        """Its scene has gone, and the folder has moved: it opens where it ended, and what it goes on to is what it would have been."""
+        shutil.copytree(self.folder / "ledge", self.folder / "gone")
+        self.run_in("simulate", "gone/scene.json", "-o", "stays", "--iterations", "12")
+        self.run_in("simulate", "gone/scene.json", "-o", "longer", "--iterations", "17")
+        (self.folder / "elsewhere").mkdir()
+        (self.folder / "stays").rename(self.folder / "elsewhere/moved")
+        shutil.rmtree(self.folder / "gone")
+        client = self.client_without_reset("elsewhere/moved")
+        client.settle()
+        self.assertEqual(client.status["iteration"], 12)
+        self.assertIn("ended, after 12 iterations", client.scene["notes"][0])
+        client.step(5)
+        client.do("export", path="moved_look", what=["textures"])
+        self.assertEqual((self.folder / "moved_look/color.png").read_bytes(), (self.folder / "longer/color.png").read_bytes())
+        client.do("save", path="moved_on.json")
+        self.run_in("simulate", "moved_on.json", "-o", "moved_on")
+        self.assertEqual(self.atlas_hash("moved_on"), self.atlas_hash("longer"))
+        self.assertNotIn("live_problem", self.server.get_json("/api/place?place=elsewhere/moved"))
+        # Its own copy is looked at, too.
+        mesh = self.folder / "elsewhere/moved/scene/mesh.obj"
+        mesh.write_text(mesh.read_text() + "# other\n")
+        shutil.copytree(self.folder / "elsewhere/moved", self.folder / "elsewhere/damaged")
+        damaged = self.client_without_reset("elsewhere/damaged")
+        damaged.settle()
+        self.assertEqual(damaged.status["iteration"], 0)
+        self.assertIn("Changed since this simulation was made: scene/mesh.obj.", damaged.scene["notes"][0])
+
+    def test_a_finished_simulation_of_an_earlier_version_whose_scene_changed_says_so(self):
         shutil.copytree(self.folder / "ledge", self.folder / "edited")
         self.run_in("simulate", "edited/scene.json", "-o", "older", "--iterations", "4", "--seed", "7")
         self.assertEqual(json.loads((self.folder / "older/simulation.json").read_text())["seed"], 7)
@@ -379,6 +407,10 @@ class Live(unittest.TestCase):
         scene = json.loads((self.folder / "edited/scene.json").read_text())
         (self.folder / "edited/scene.json").write_text(json.dumps({**scene, "exchange": {**scene["exchange"], "ratio": 0.1}}))
         shutil.copytree(self.folder / "older", self.folder / "older_again")
+        manifest = json.loads((self.folder / "older_again/simulation.json").read_text())  # as it was before folders held their scenes
+        del manifest["scene_files"]
+        (self.folder / "older_again/simulation.json").write_text(json.dumps({**manifest, "scene": "../edited/scene.json"}))
+        shutil.rmtree(self.folder / "older_again/scene")
         client = self.client_without_reset("older_again")
         client.settle()
         self.assertEqual(client.status["iteration"], 0)

@@ -32,5 +32,7 @@ struct LiveEngine::Client {
 /// {"type": "done"} with the id of the request.
 [[nodiscard]] std::string done_text(const Json& id);
 [[nodiscard]] std::string error_text(const Json& id, const std::string& message);
+/// Says why nothing runs here and closes, so that a client knows not to come back by itself.
+void refuse(WebSocketPeer& peer, const std::string& why);
 
 }  // namespace patinate

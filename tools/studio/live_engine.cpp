@@ -67,6 +67,11 @@ std::string error_text(const Json& id, const std::string& message) {
   return Json{{"type", "error"}, {"id", id}, {"message", message}}.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+void refuse(WebSocketPeer& peer, const std::string& why) {
+  peer.send_text(Json{{"type", "error"}, {"id", nullptr}, {"message", why}, {"fatal", true}}.dump(-1, ' ', false, Json::error_handler_t::replace));
+  peer.refuse(why);
+}
+
 LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control)
     : folder_(folder),
       options_(options),

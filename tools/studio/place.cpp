@@ -9,6 +9,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
 #include "simulation/simulation_job.h"
@@ -39,6 +40,7 @@ std::string extension_of(const fs::path& path) {
 
 /// Scenes and calibrations say what they are in their first lines.
 std::optional<PlaceKind> kind_of_json(const fs::path& path) {
+  if (!may_read(path)) return std::nullopt;
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return std::nullopt;
   std::string head(4096, '\0');

@@ -18,6 +18,10 @@ enum class PlaceKind { History, Transfer, Simulation, Scene, Ingest, Registratio
 inline constexpr std::array<std::string_view, 10> kPlaceKindNames{"history",      "transfer", "simulation",  "scene", "ingest",
                                                                   "registration", "unlit",    "calibration", "mesh",  "report"};
 
+/// Whether LiveScenes opens it.
+[[nodiscard]] inline bool can_run(PlaceKind kind) { return kind == PlaceKind::Scene || kind == PlaceKind::Simulation; }
+inline constexpr const char* kOnlyScenesRun = "only scenes and simulations run";
+
 /// A folder by the manifest in it, a file by its extension and "format"; its content is not checked. Nothing if it is none of these.
 [[nodiscard]] std::optional<PlaceKind> place_kind(const std::filesystem::path& path);
 

@@ -3,41 +3,13 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
+#include "simulation/scene/scene_files.h"
 
 namespace patinate {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A path that the file names, from another folder.
-void move_path(Json& value, const fs::path& from, const fs::path& to) {
-  if (!value.is_string()) return;
-  const fs::path path = value.get<std::string>();
-  if (path.is_relative()) value = (from / path).lexically_normal().lexically_relative(to).generic_string();
-}
-
-void move_member(Json& object, const char* key, const fs::path& from, const fs::path& to) {
-  if (object.is_object() && object.contains(key)) move_path(object[key], from, to);
-}
-
-/// Every path that a scene file may hold (scene_io.cpp, look_json.cpp, rule_io.cpp).
-void move_paths(Json& root, const fs::path& from, const fs::path& to) {
-  for (const char* list : {"presets", "appearance"}) {
-    if (!root.contains(list)) continue;
-    for (auto& [name, member] : root[list].items()) move_member(member, "color", from, to);
-  }
-  for (Json& object : root["objects"]) {
-    move_member(object, "mesh", from, to);
-    if (!object.contains("maps")) continue;
-    for (auto& [name, path] : object["maps"].items()) move_path(path, from, to);
-  }
-  if (!root.contains("rules")) return;
-  for (Json& rule : root["rules"]) {
-    move_member(rule, "file", from, to);
-    if (rule.is_string() && fs::path(rule.get<std::string>()).extension() == ".json") move_path(rule, from, to);
-  }
-}
 
 bool does_the_same(const Json& a, const Json& b) {
   const auto target = [](const Json& e) { return e.contains("emitter") ? e["emitter"].value("name", "") : e.value("target", ""); };
@@ -79,7 +51,7 @@ void SceneRecord::set_look(const std::string& material, const Json& members) { (
 
 Json SceneRecord::file_for(const fs::path& folder, std::int64_t iterations) const {
   Json root = *root_;
-  move_paths(root, folder_, fs::canonical(folder));
+  for_each_scene_path(root, [&, to = fs::weakly_canonical(folder)](Json& path) { move_scene_path(path, folder_, to); });
   if (iterations > 0) root["run"]["iterations"] = iterations;
   if (events_->empty()) return root;
   Json events = *events_;

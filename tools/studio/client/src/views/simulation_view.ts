@@ -182,7 +182,7 @@ export class SimulationView implements View, SceneContext {
     stage.append(this.banner, h("div", { class: "legend-area" }, this.shown.legend_box));
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
-    panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, "running scene")),
+    panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind)),
       ...this.emitters.elements, ...this.flow.elements, this.rules.element, this.looks.element, this.shown.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
@@ -208,7 +208,6 @@ export class SimulationView implements View, SceneContext {
     this.handles.show(scene);
     this.emitters.show(scene);
     for (const text of scene.notes ?? []) notice(text);
-    this.run_bar.show_state("paused");
     if (is_first) void this.load_mesh();
   }
 

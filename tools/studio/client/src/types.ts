@@ -185,7 +185,10 @@ export interface Status {
   exporting?: boolean;
   memory_mb: number;
 }
+  /// A stroke goes on: everything else stands still.
+  painting?: boolean;
 
+  can_redo?: boolean;
 export interface TilesHeader {
   type: "tiles";
   update: number;

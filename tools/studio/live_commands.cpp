@@ -155,6 +155,7 @@ struct LiveEngine::Commands {
     c.client.overlay_name = name;
     std::erase_if(e.overlays_, [&](const auto& overlay) {
       return std::none_of(e.clients_.begin(), e.clients_.end(), [&](const auto& other) { return other.second->overlay_name == overlay.first; });
+      if (is_new) (void)overlay->second.measure(e.simulation_);
     });
   }
   static void hash(const Call& c) { c.client.wants_hash = true; }

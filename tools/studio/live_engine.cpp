@@ -116,11 +116,19 @@ Json LiveEngine::scene_json() const {
   const Scene& scene = simulation_.scene();
   const Box box = bounding_box(simulation_.mesh());
   Json overlays = Json::array();
-  for (const std::string& m : scene.materials) overlays.push_back({{"name", m}, {"high", 1.0}, {"unit", "amount"}});
+  const auto add_overlay = [&](const std::string& name, const std::string& unit) {
+    Json overlay{{"name", name}, {"unit", unit}, {"high", 1.0}};
+    if (const auto shown = overlays_.find(name); shown != overlays_.end()) {
+      const OverlayRange& range = shown->second.range();
+      overlay.update({{"high", shown->second.high()}, {"range", {range.low, range.high}}, {"most", range.most}});
+    }
+    overlays.push_back(std::move(overlay));
+  };
+  for (const std::string& m : scene.materials) add_overlay(m, "amount");
   for (const std::string& name : simulation_options(file_, options_).parameter_maps) {
     if (name.find(".final") != std::string::npos) continue;  // is the amount
-    const auto shown = overlays_.find(name);
-    overlays.push_back({{"name", name}, {"high", shown == overlays_.end() ? 1.0 : shown->second.high()}, {"unit", simulation_.parameter_map(name).unit}});
+    const std::string unit = simulation_.parameter_map(name).unit;
+    add_overlay(name, unit == "time" ? std::string(time_unit_text(file_.time_unit)) : unit);
   }
   std::vector<std::string> notes = file_.notes;
   if (!opened_.empty()) notes.insert(notes.begin(), opened_);

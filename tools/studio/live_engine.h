@@ -113,6 +113,7 @@ class LiveEngine {
   std::int64_t picture_of_ = 0;   ///< Iterations behind the amounts that are shown without their gammatons: nothing can go on from there. 0 = all is there.
   bool is_running_ = false;
   std::int64_t num_steps_left_ = 0;  ///< Of a `step`.
+  void measure_overlays();
   bool has_news_ = true;     ///< Something changed since the last status.
   std::string status_;       ///< The last one.
   Clock::time_point said_status_{};
@@ -124,3 +125,4 @@ class LiveEngine {
 };
 
 }  // namespace patinate
+  Clock::time_point measured_{};     ///< Ranges of overlays.

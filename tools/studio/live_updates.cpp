@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::size_t kMostWaitingBytes = std::size_t{16} << 20;  ///< A client that has acknowledged what it has not read yet waits.
 
+constexpr std::chrono::milliseconds kMeasureEvery{500};
+
 /// The range that holds all covered heights of some tiles, widened by doubling.
 ReliefRange widened(ReliefRange range, const Composer& composer, const SurfaceAtlas& surface, std::span<const TileIndex> tiles) {
   double most = 0.0;
@@ -55,6 +57,15 @@ void LiveEngine::refresh() {
     }
   }
   if (has_new_range && said_) send_scene();
+}
+
+/// The ranges of what is watched, a while after it has changed: the last change is measured too.
+void LiveEngine::measure_overlays() {
+  if (Clock::now() - measured_ < kMeasureEvery || std::none_of(overlays_.begin(), overlays_.end(), [](const auto& o) { return o.second.is_stale(); })) return;
+  bool is_other = false;
+  for (auto& [name, overlay] : overlays_) is_other = (overlay.is_stale() && overlay.measure(simulation_)) || is_other;
+  measured_ = Clock::now();
+  if (is_other) send_scene();
 }
 
 bool LiveEngine::is_due(const Client& c) const {

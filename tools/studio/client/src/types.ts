@@ -137,6 +137,9 @@ export interface Overlay {
   high?: number;
   unit?: string;
 }
+  /// What colours should stand for: 2 % of the texels where there is something lie above.
+  range?: [number, number];
+  most?: number;
 
 /// hello, and what `scene` messages replace.
 export interface SceneState {

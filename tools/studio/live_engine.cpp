@@ -99,10 +99,12 @@ void LiveEngine::join(int client, std::shared_ptr<WebSocketPeer> peer) {
 }
 
 void LiveEngine::leave(int client) {
-  clients_.erase(client);
+  const auto found = clients_.find(client);
+  if (found == clients_.end()) return;
+  if (stroke_ && stroke_->client == found->second.get()) finish_stroke();
+  clients_.erase(found);
   has_news_ = true;
   if (!clients_.empty()) return;
-  if (!brush_.empty()) end_stroke();
   is_running_ = false;
   num_steps_left_ = 0;
   overlays_.clear();
@@ -199,7 +201,9 @@ void LiveEngine::make_status() {
                    {"contacts", c.contacts}}},
                  {"ledger", ledger_json(simulation_.ledger(), simulation_.scene().materials)},
                  {"clients", clients_.size()},
-                 {"can_undo", !strokes_.empty()},
+                 {"painting", stroke_.has_value()},
+                 {"can_undo", !past_.empty()},
+                 {"can_redo", !future_.empty()},
                  {"exporting", is_exporting_->load()},
                  {"memory_mb", memory_mb()}}
                 .dump();
@@ -216,7 +220,12 @@ void LiveEngine::step(const std::stop_token& stop) {
 }
 
 bool LiveEngine::advance(const std::stop_token& stop) {
-  if (is_running_) step(stop);
+  if (stroke_) {
+    paint();  // weather and time stand still meanwhile
+  } else if (is_running_) {
+    step(stop);
+  }
+  measure_overlays();
   if (std::any_of(clients_.begin(), clients_.end(), [&](const auto& c) { return is_due(*c.second); })) {
     refresh();
     for (const auto& [id, client] : clients_) {
@@ -224,7 +233,7 @@ bool LiveEngine::advance(const std::stop_token& stop) {
     }
   }
   send_status();
-  return is_running_;
+  return stroke_ ? stroke_->is_lifted || !stroke_->ahead.empty() : is_running_;
 }
 
 std::string LiveEngine::mesh_glb() const {

@@ -70,7 +70,7 @@ void LiveEngine::measure_overlays() {
 
 bool LiveEngine::is_due(const Client& c) const {
   if (!c.has_credit() || c.peer->num_waiting_bytes() > kMostWaitingBytes || Clock::now() - c.last_update < std::chrono::duration<double>(1.0 / options_.most_updates_s)) return false;
-  if (c.wants_hash || c.shown_iteration != simulation_.iteration()) return true;
+  if (c.wants_hash || c.shown_state != state_number()) return true;
   return (c.wants_surface && !c.surface.empty()) || (c.wants_relief && !c.relief.empty()) || (!c.overlay_name.empty() && !c.overlay.empty());
 }
 
@@ -79,7 +79,7 @@ void LiveEngine::send_update(Client& c) {
   const std::vector<ScreenTile> relief = c.wants_relief ? c.relief.take() : std::vector<ScreenTile>();
   const std::vector<ScreenTile> overlay = c.overlay_name.empty() ? std::vector<ScreenTile>() : c.overlay.take();
   const bool is_empty = surface.empty() && relief.empty() && overlay.empty();
-  c.shown_iteration = simulation_.iteration();
+  c.shown_state = state_number();
   if (is_empty && !c.wants_hash && c.num_gammatons == 0) return;
   if (std::exchange(c.wants_hash, false)) {
     c.peer->send_text(Json{{"type", "hash"},

@@ -134,12 +134,13 @@ export interface MoreRule {
 
 export interface Overlay {
   name: string;
+  /// Byte b stands for high (b / 255)^2.
   high?: number;
   unit?: string;
-}
   /// What colours should stand for: 2 % of the texels where there is something lie above.
   range?: [number, number];
   most?: number;
+}
 
 /// hello, and what `scene` messages replace.
 export interface SceneState {
@@ -184,14 +185,14 @@ export interface Status {
   counters: Record<string, number>;
   ledger: LedgerRow[];
   clients: number;
+  /// A stroke goes on: everything else stands still.
+  painting?: boolean;
   can_undo?: boolean;
+  can_redo?: boolean;
   exporting?: boolean;
   memory_mb: number;
 }
-  /// A stroke goes on: everything else stands still.
-  painting?: boolean;
 
-  can_redo?: boolean;
 export interface TilesHeader {
   type: "tiles";
   update: number;

@@ -108,6 +108,7 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 const Scene& Simulation::scene() const { return state_->scene; }
 std::int64_t Simulation::iteration() const { return state_->iteration; }
+std::int64_t Simulation::num_paint_steps() const { return state_->num_paint_steps; }
 double Simulation::time() const { return static_cast<double>(state_->iteration) * state_->scene.time_per_iteration; }
 const std::vector<std::string>& Simulation::notes() const { return state_->notes; }
 const MaterialAtlas& Simulation::atlas() const { return state_->atlas; }
@@ -128,8 +129,14 @@ std::string Simulation::audit(const RunControl& control) const {
   return patinate::audit(state_->ledger, state_->atlas, state_->cargo, state_->scene.materials, control);
 }
 
-void Simulation::apply(const SceneEvent& event) {
+void Simulation::apply(const SceneEvent& event, const RunControl& control) {
   State& s = *state_;
+  if (event.op == SceneEvent::Op::Paint) {
+    for (const BrushStop& stop : event.stops) {
+      for (std::int64_t i = 0; i < stop.steps; ++i) paint(event.target, stop.position_mm, control);
+    }
+    return;
+  }
   Scene changed = s.scene;
   const bool moves_objects = apply_event(event, changed);
   check_scene(changed);
@@ -145,10 +152,7 @@ void Simulation::apply(const SceneEvent& event) {
 
 void Simulation::step(const RunControl& control) {
   State& s = *state_;
-  while (s.next_event < s.scene.events.size() && s.scene.events[s.next_event].iteration <= s.iteration) {
-    const SceneEvent event = s.scene.events[s.next_event++];
-    apply(event);
-  }
+  apply_due(control);
   {
     const Stopwatch watch(s.times.trace);
     s.tracer.trace(s.gammatons, s.scene, s.iteration, s.trace, control);

@@ -119,6 +119,7 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
       simulation.step(quiet);
       control.report(0.1 + 0.8 * static_cast<double>(simulation.iteration() - first) / static_cast<double>(end - first));
     }
+    simulation.apply_due(quiet);  // a stroke takes no time: it is in the picture of its iteration
     if (has_frame) {
       HistoryWriter writer(folder / "history", history_manifest(*work, simulation));
       writer.write_frame(frame_index(work->file, end), work->file.frame_time(end), simulation.compose(quiet).color_linear());
@@ -176,6 +177,7 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
   RunControl quiet = control;
   quiet.on_progress = {};
   while (simulation.iteration() < file.iterations) simulation.step(quiet);  // only when a checkpoint was lost
+  simulation.apply_due(quiet);
   if (const std::string wrong = simulation.audit(quiet); !wrong.empty()) throw CannotComplete("the books do not balance: " + wrong);
   write_atlas_file(folder, simulation);
   write_state_file(folder, simulation);

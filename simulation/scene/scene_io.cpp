@@ -192,7 +192,7 @@ TracingOptions tracing_of_size(const Scene& scene) {
 }
 
 void read_run(JsonReader json, SceneFile& file) {
-  if (json.has("iterations")) file.iterations = json.member("iterations").integer(between(1, 1e9));
+  if (json.has("iterations")) file.iterations = json.member("iterations").integer(between(0, 1e9));
   file.history_every = std::max<std::int64_t>(1, file.iterations / 10);
   if (json.has("history_every")) file.history_every = json.member("history_every").integer(between(1, 1e9));
   if (json.has("controls")) {

@@ -24,7 +24,7 @@ struct SceneFile {
   Scene scene;
   double mm_per_unit = 1000.0;          ///< Of the file's lengths.
   TimeUnit time_unit = TimeUnit::Days;
-  std::int64_t iterations = 1000;       ///< >= 1.
+  std::int64_t iterations = 1000;       ///< >= 0; none: what is painted at the start.
   std::int64_t history_every = 100;     ///< >= 1.
   std::vector<std::string> controls;    ///< Parameter maps asked for: "hits", "last_hit", "rust.deposited", "rust.final", ...
   std::vector<std::pair<std::string, std::filesystem::path>> inputs;  ///< Role and path of every file that was read.

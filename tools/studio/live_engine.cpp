@@ -104,10 +104,12 @@ void LiveEngine::join(int client, std::shared_ptr<WebSocketPeer> peer) {
 }
 
 void LiveEngine::leave(int client) {
-  clients_.erase(client);
+  const auto found = clients_.find(client);
+  if (found == clients_.end()) return;
+  if (stroke_ && stroke_->client == found->second.get()) finish_stroke();
+  clients_.erase(found);
   has_news_ = true;
   if (!clients_.empty()) return;
-  if (!brush_.empty()) end_stroke();
   is_running_ = false;
   num_steps_left_ = 0;
   overlays_.clear();
@@ -121,11 +123,19 @@ Json LiveEngine::scene_json() const {
   const Scene& scene = simulation_.scene();
   const Box box = bounding_box(simulation_.mesh());
   Json overlays = Json::array();
-  for (const std::string& m : scene.materials) overlays.push_back({{"name", m}, {"high", 1.0}, {"unit", "amount"}});
+  const auto add_overlay = [&](const std::string& name, const std::string& unit) {
+    Json overlay{{"name", name}, {"unit", unit}, {"high", 1.0}};
+    if (const auto shown = overlays_.find(name); shown != overlays_.end()) {
+      const OverlayRange& range = shown->second.range();
+      overlay.update({{"high", shown->second.high()}, {"range", {range.low, range.high}}, {"most", range.most}});
+    }
+    overlays.push_back(std::move(overlay));
+  };
+  for (const std::string& m : scene.materials) add_overlay(m, "amount");
   for (const std::string& name : simulation_options(file_, options_).parameter_maps) {
     if (name.find(".final") != std::string::npos) continue;  // is the amount
-    const auto shown = overlays_.find(name);
-    overlays.push_back({{"name", name}, {"high", shown == overlays_.end() ? 1.0 : shown->second.high()}, {"unit", simulation_.parameter_map(name).unit}});
+    const std::string unit = simulation_.parameter_map(name).unit;
+    add_overlay(name, unit == "time" ? std::string(time_unit_text(file_.time_unit)) : unit);
   }
   std::vector<std::string> notes = file_.notes;
   if (!opened_.empty()) notes.insert(notes.begin(), opened_);
@@ -196,7 +206,9 @@ void LiveEngine::make_status() {
                    {"contacts", c.contacts}}},
                  {"ledger", ledger_json(simulation_.ledger(), simulation_.scene().materials)},
                  {"clients", clients_.size()},
-                 {"can_undo", !strokes_.empty()},
+                 {"painting", stroke_.has_value()},
+                 {"can_undo", !past_.empty()},
+                 {"can_redo", !future_.empty()},
                  {"exporting", is_exporting_->load()},
                  {"memory_mb", memory_mb()}}
                 .dump();
@@ -213,7 +225,12 @@ void LiveEngine::step(const std::stop_token& stop) {
 }
 
 bool LiveEngine::advance(const std::stop_token& stop) {
-  if (is_running_) step(stop);
+  if (stroke_) {
+    paint();  // weather and time stand still meanwhile
+  } else if (is_running_) {
+    step(stop);
+  }
+  measure_overlays();
   if (std::any_of(clients_.begin(), clients_.end(), [&](const auto& c) { return is_due(*c.second); })) {
     refresh();
     for (const auto& [id, client] : clients_) {
@@ -221,7 +238,7 @@ bool LiveEngine::advance(const std::stop_token& stop) {
     }
   }
   send_status();
-  return is_running_;
+  return stroke_ ? stroke_->is_lifted || !stroke_->ahead.empty() : is_running_;
 }
 
 std::string LiveEngine::mesh_glb() const {

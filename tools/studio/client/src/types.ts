@@ -134,8 +134,12 @@ export interface MoreRule {
 
 export interface Overlay {
   name: string;
+  /// Byte b stands for high (b / 255)^2.
   high?: number;
   unit?: string;
+  /// What colours should stand for: 2 % of the texels where there is something lie above.
+  range?: [number, number];
+  most?: number;
 }
 
 /// hello, and what `scene` messages replace.
@@ -181,7 +185,10 @@ export interface Status {
   counters: Record<string, number>;
   ledger: LedgerRow[];
   clients: number;
+  /// A stroke goes on: everything else stands still.
+  painting?: boolean;
   can_undo?: boolean;
+  can_redo?: boolean;
   exporting?: boolean;
   memory_mb: number;
 }

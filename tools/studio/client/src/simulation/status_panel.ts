@@ -9,14 +9,23 @@ export class StatusPanel {
   readonly element: HTMLDetailsElement;
   private readonly counters = h("dl", { class: "facts" });
   private readonly ledger = h("div", { class: "ledger-box", tabindex: 0, role: "region", "aria-label": "Mass ledger" });
+  private status: Status | undefined;
   private readonly verdict = h("p", { class: "hint" });
 
   constructor() {
     this.element = section("Counters and mass", false, this.counters, h("h3", {}, "Mass ledger"), this.ledger, this.verdict);
+    this.element.addEventListener("toggle", () => this.fill());
   }
 
   show(status: Status): void {
-    if (!this.element.open) return;
+    this.status = status;
+    this.fill();
+  }
+
+  // Only while it can be seen; a paused scene says nothing new when it is opened.
+  private fill(): void {
+    const { status } = this;
+    if (!status || !this.element.open) return;
     const facts: [string, string][] = [...Object.entries(status.counters).map(([name, value]) => [name, number_text(value)] as [string, string]),
       ["memory of the server", `${Math.round(status.memory_mb)} MB`], ["browsers here", String(status.clients)]];
     replace(this.counters, facts.map(([label, text]) => [h("dt", {}, label), h("dd", {}, text)]).flat());

@@ -30,11 +30,11 @@ constexpr std::array<std::string_view, 5> kTileRuleNames{"square", "udim", "mate
 constexpr const char* kTilePlace = "<UDIM>";  ///< In file names, for the tile's name.
 constexpr const char* kSourceMaskFile = "source_mask.png";
 
-TileRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : TileRule::Square; }
+UvLayoutRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : UvLayoutRule::Square; }
 
 /// A file's name, with a place for the tile's name when there are tiles.
-std::string tiled_name(const std::string& stem, TileRule rule) {
-  return stem + (rule == TileRule::Square ? "" : std::string(".") + kTilePlace) + ".exr";
+std::string tiled_name(const std::string& stem, UvLayoutRule rule) {
+  return stem + (rule == UvLayoutRule::Square ? "" : std::string(".") + kTilePlace) + ".exr";
 }
 
 std::string control_file(const TransferTask& task, std::size_t index) {
@@ -144,10 +144,10 @@ void read_tiles(JsonReader& reader, TransferManifest& manifest) {
     JsonReader atlas = reader.member("atlas");
     constexpr std::array<std::string_view, 2> kUvs{"file", "unwrapped"};
     manifest.is_unwrapped = atlas.member("uvs").choice(kUvs) == 1;
-    manifest.tile_rule = static_cast<TileRule>(atlas.member("tiles").choice(kTileRuleNames));
+    manifest.tile_rule = static_cast<UvLayoutRule>(atlas.member("tiles").choice(kTileRuleNames));
     atlas.finish();
   }
-  if (manifest.tile_rule == TileRule::Square) {
+  if (manifest.tile_rule == UvLayoutRule::Square) {
     manifest.tiles.push_back({"", reader.member("coordinates").path()});
     return;
   }
@@ -263,7 +263,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
   json["covered_texels"] = task.map->num_covered();
   json["texel_size_mm"] = task.texel_size_mm;
   json["flow"] = task.flow;
-  if (rule_of(task) == TileRule::Square) {
+  if (rule_of(task) == UvLayoutRule::Square) {
     json["coordinates"] = "coordinates.exr";
   } else {
     json["tiles"] = tiles_json(task);

@@ -21,7 +21,7 @@ Json matrix_json(const RigidTransform& transform) {
   return rows;
 }
 
-Json facts_of(const Registration& r) {
+Json facts_of(const PairRegistration& r) {
   Json facts{{"rms_mm", r.rms_residual}, {"registration_overlap", r.overlap}, {"pairs", r.num_pairs}, {"found_by_search", r.is_found_by_search}};
   const double degrees = 180.0 / std::numbers::pi;
   facts["stddev_deg"] = degrees * std::sqrt(std::max(0.0, r.covariance.topLeftCorner<3, 3>().trace()));
@@ -37,7 +37,7 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
   if (step.reference_from_scan) return {"given", true, *step.reference_from_scan};
   if (index == project.reference || !step.has_shape()) return {"reference", true, RigidTransform{}};
   const PointCloud target = read_step_scan(project, project.steps[project.reference]), source = read_step_scan(project, step);
-  const Registration found = [&] {
+  const PairRegistration found = [&] {
     try {
       return register_pair(target, source, step.initial.value_or(RigidTransform{}), work.options.registration, control);
     } catch (const IoError&) {

@@ -128,7 +128,7 @@ class Aligner {
     base_variance_ = 0.5 * (target.median_variance() + source.median_variance());
   }
 
-  Alignment run() {
+  SurfelAlignment run() {
     for (result_.num_iterations = 0; result_.num_iterations < schedule_.max_iterations;) {
       control_.throw_if_stopped();
       find_pairs();
@@ -306,7 +306,7 @@ class Aligner {
   RunControl control_;
   bool is_oriented_ = false;
   double base_variance_ = 0.0;
-  Alignment result_;
+  SurfelAlignment result_;
   std::vector<Known> known_of_source_, known_of_target_;
   double travelled_ = 0.0;  ///< What no surfel has moved by more than, in all steps so far.
   double reach_ = 0.0;      ///< Farthest position from the origin, of both sets.
@@ -321,7 +321,7 @@ class Aligner {
 
 }  // namespace
 
-Alignment align_surfels(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start, const AlignmentSchedule& schedule,
+SurfelAlignment align_surfels(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start, const AlignmentSchedule& schedule,
                         const RunControl& control) {
   return Aligner(target, source, start, schedule, control).run();
 }

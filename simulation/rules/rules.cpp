@@ -49,7 +49,7 @@ Expression driver_of(const Rule& rule, std::span<const std::string> materials) {
 
 /// A rule as the kernel takes it, and its driver's program.
 struct CompiledRule {
-  TileRule form;
+  KernelRule form;
   double alpha = 0.0;
   ExpressionProgram driver;
 };
@@ -257,7 +257,7 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
   float* slots = worker.slots[0].values.data();
   for (const CompiledRule& rule : rules) {
     run_expression(rule.driver, slots, set);
-    TileRule form = rule.form;
+    KernelRule form = rule.form;
     form.driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
     form.covered = covered.data();
     form.first_texel = tile * TileGrid::kTileTexels;
@@ -288,7 +288,7 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   const double time = static_cast<double>(span) * s.time_per_iteration;
   const double age = (static_cast<double>(iteration + 1) - 0.5 * static_cast<double>(span)) * s.time_per_iteration;  // the middle of that time
   for (std::size_t r = 0; r < s.rules.size(); ++r) {
-    TileRule& form = s.rules[r].form;
+    KernelRule& form = s.rules[r].form;
     form.scale = static_cast<float>(s.rules[r].alpha * time);
     const auto now = static_cast<std::uint64_t>(iteration);
     const auto random = philox4x32({static_cast<std::uint32_t>(now), static_cast<std::uint32_t>(now >> 32), static_cast<std::uint32_t>(r), kRulePurpose},

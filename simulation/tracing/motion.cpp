@@ -162,7 +162,7 @@ struct GammatonTracer::Impl {
   const SceneMesh* mesh;
   const SurfaceAtlas* surface;
   RayTracer rays;
-  SurfaceFrames frames;
+  TriangleFrames frames;
   FreeSpace free_space;
   /// What all gammatons of a call share.
   MotionScene motion(const Scene& scene) {

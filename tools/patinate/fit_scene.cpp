@@ -186,7 +186,7 @@ AgeWith FitScene::age() const {
     file.scene.seed += seed_shift;
     const auto aged = std::make_shared<AgedFrames>(file, SimulationOptions{}, control);
     return [scene, aged](const std::vector<double>& look_values, const RunControl& look_control) {
-      SurfaceFrames frames{.name = scene.base_->name, .time_unit = scene.base_->time_unit, .texel_size_mm = aged->texel_size_mm(), .times = aged->times(), .colors = {}, .mask = aged->coverage(), .controls = {}};
+      AgedSurface frames{.name = scene.base_->name, .time_unit = scene.base_->time_unit, .texel_size_mm = aged->texel_size_mm(), .times = aged->times(), .colors = {}, .mask = aged->coverage(), .controls = {}};
       frames.colors = aged->compose(scene.read(scene.with(look_values)).scene.looks, look_control);
       for (const ParameterControl& c : aged->controls()) frames.controls.push_back({{.name = c.name, .file = {}, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
       return frames;

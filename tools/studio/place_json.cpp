@@ -96,7 +96,7 @@ void add_simulation(const fs::path& path, Json& json, FactList& facts) {
 }
 
 void add_registration(const ServedFolder& folder, const fs::path& path, Json& json, FactList& facts) {
-  const Registration registration = read_registration(path, folder);
+  const RegisteredScans registration = read_registration(path, folder);
   const auto is_shown = [](const PlacedScan& scan) { return scan.file.has_value(); };
   json["mesh"] = std::any_of(registration.scans.begin(), registration.scans.end(), is_shown);
   json["scans"] = scans_json(registration);

@@ -209,7 +209,7 @@ TEST(FitJob, SaysBeforeAnyWorkWhatCannotBeFitted) {
   EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::ColorByControl}}; t.outline.control_names = {"hits", "y"}; }), "no control in common"));
   EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::Ciede2000}}; t.outline.width = 64; }), "place by place"));
   EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::Covered}}; t.objective.visible_delta_e = 500; }), "does not age visibly"));
-  SurfaceFrames one = green_plate(kGreenTruth);
+  AgedSurface one = green_plate(kGreenTruth);
   one.times.resize(1);
   one.colors.resize(1);
   write_surface(folder.path() / "one", one, "0123456789abcdef");

@@ -285,11 +285,11 @@ class GltfReader {
       if (scene >= model_.scenes.size()) throw IoError(file_, "its default scene does not exist");
       return model_.scenes[scene].nodes;
     }
-    std::vector<char> is_child(model_.nodes.size(), 0);
+    std::vector<bool> is_child(model_.nodes.size(), false);
     for (const tinygltf::Node& node : model_.nodes) {
       for (int child : node.children) {
         if (child >= 0 && static_cast<std::size_t>(child) < is_child.size())
-          is_child[static_cast<std::size_t>(child)] = 1;
+          is_child[static_cast<std::size_t>(child)] = true;
       }
     }
     std::vector<int> roots;

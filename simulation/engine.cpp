@@ -35,6 +35,14 @@ CargoEnd cargo_end(DeathReason reason) {
   return CargoEnd::Left;
 }
 
+void check_parameter_map(const std::string& name, const std::vector<std::string>& materials) {
+  const std::vector<std::string> known = parameter_map_names(materials);
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  std::string list;
+  for (const std::string& one : known) list += (list.empty() ? "" : ", ") + one;
+  throw InvalidInput("there is no parameter map '" + name + "'; use one of " + list + did_you_mean(name, known));
+}
+
 ParameterMapChoice choice_of(const std::vector<std::string>& names, const std::vector<std::string>& materials) {
   ParameterMapChoice choice;
   for (const std::string& name : names) {
@@ -53,6 +61,11 @@ Scene checked(Scene scene) {
   return scene;
 }
 
+SimulationOptions checked(SimulationOptions options, const Scene& scene) {
+  for (const std::string& name : options.parameter_maps) check_parameter_map(name, scene.materials);
+  return options;
+}
+
 }  // namespace
 
 std::vector<std::array<std::uint16_t, kMaxMaterials>> originals_of(const Scene& scene) {
@@ -67,7 +80,7 @@ std::vector<std::array<std::uint16_t, kMaxMaterials>> originals_of(const Scene& 
 
 Simulation::State::State(Scene given, SimulationOptions given_options, const RunControl& control)
     : scene(checked(std::move(given))),
-      options(std::move(given_options)),
+      options(checked(std::move(given_options), scene)),
       scene_mesh(make_scene_mesh(scene)),
       surface(scene_mesh, scene.resolution, control.part(0.0, 0.6)),
       atlas(surface, static_cast<int>(scene.materials.size()), originals_of(scene)),
@@ -249,6 +262,7 @@ void Simulation::set_amounts(int material, const ImageF& amounts) {
 ParameterMap Simulation::parameter_map(const std::string& name) const {
   const State& s = *state_;
   const ParameterMaps& maps = *s.maps;
+  check_parameter_map(name, s.scene.materials);
   const auto paged = [&](const auto* values, double scale) {
     if (!values) throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
     return image_of(s.surface, [&](TexelIndex t) { return static_cast<double>(values->value(t)) * scale; });

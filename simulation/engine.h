@@ -48,7 +48,7 @@ struct ParameterMap {
 /// Not thread-safe; each call uses all threads that its RunControl grants.
 class Simulation {
  public:
-  /// @throws InvalidInput what check_scene(), make_scene_mesh(), SurfaceAtlas and check_emitters() throw.
+  /// @throws InvalidInput what check_scene(), make_scene_mesh(), SurfaceAtlas and check_emitters() throw, and for a parameter map of no known name.
   explicit Simulation(Scene scene, SimulationOptions options = {}, const RunControl& control = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -104,7 +104,7 @@ class Simulation {
   /// Takes amounts over from elsewhere (a finished folder), rounded to quanta; the ledger then no longer describes them.
   /// @throws InvalidInput on another size or a value outside [0, 4).
   void set_amounts(int material, const ImageF& amounts);
-  /// @throws InvalidInput unless it was asked for.
+  /// MATERIAL.final needs not have been asked for. @throws InvalidInput for another that was not, or an unknown name.
   [[nodiscard]] ParameterMap parameter_map(const std::string& name) const;
   /// 0 / 255.
   [[nodiscard]] ImageU8 coverage() const;

@@ -17,6 +17,7 @@
 #include "libcommon/job/job_record.h"
 #include "simulation/scene/scene_files.h"
 #include "simulation/simulation_output.h"
+#include "simulation/transport/ledger_json.h"
 
 namespace patinate {
 
@@ -133,19 +134,6 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
 Json counters_json(const TraceCounters& c) {
   return {{"emitted", c.emitted}, {"absorbed", c.absorbed}, {"left", c.left},         {"rested", c.rested},
           {"alive", c.alive},     {"segments", c.segments}, {"contacts", c.contacts}};
-}
-
-/// In amounts on texels of median size.
-Json ledger_json(const MassLedger& ledger, const std::vector<std::string>& materials) {
-  constexpr double kUnit = 1.0 / (double{kAmountOne} * SurfaceAtlas::kMedianWeight);
-  Json json = Json::object();
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    const MassAccount& a = ledger.account(static_cast<int>(m));
-    json[materials[m]] = {{"emitted", a.emitted.value() * kUnit}, {"made", a.made.value() * kUnit},         {"on_surfaces", a.on_surfaces.value() * kUnit},
-                          {"carried", a.carried.value() * kUnit}, {"absorbed", a.absorbed.value() * kUnit}, {"rested", a.rested.value() * kUnit},
-                          {"left", a.left.value() * kUnit},       {"used", a.used.value() * kUnit}};
-  }
-  return json;
 }
 
 void write_history(const SimulationWork& work, const Simulation& simulation, const fs::path& folder,

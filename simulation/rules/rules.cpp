@@ -282,7 +282,7 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
 RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control) {
   State& s = *state_;
   RuleReport report;
-  if (s.rules.empty() || !(s.time_per_iteration > 0.0)) return report;
+  if (s.rules.empty() || s.awake.empty() || !(s.time_per_iteration > 0.0)) return report;
   const auto phase = static_cast<int>((kEpoch - iteration % kEpoch) % kEpoch);  // tiles that are due: tile % kEpoch
   const std::int64_t span = std::min<std::int64_t>(kEpoch, iteration + 1);
   const double time = static_cast<double>(span) * s.time_per_iteration;
@@ -303,7 +303,7 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   s.num_dirty.assign(static_cast<std::size_t>(num_chunks), 0);
   RunControl threads;  // a part of a step is no state to stop in
   threads.num_threads = control.num_threads;
-  const std::int64_t num_workers = std::clamp<std::int64_t>(thread_count(threads), 1, num_chunks);
+  const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks);
   if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
   std::atomic<std::int64_t> next{0};
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {

@@ -173,4 +173,7 @@ struct Scene {
 /// @throws InvalidInput naming the first value out of its range, material that is unknown, name that occurs twice; no object; no emitter.
 void check_scene(const Scene& scene);
 
+/// What every parameter map may be called, for the given materials.
+[[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);
+
 }  // namespace patinate

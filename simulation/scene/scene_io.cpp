@@ -211,15 +211,6 @@ void read_run(JsonReader json, SceneFile& file) {
 
 }  // namespace
 
-std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials) {
-  std::vector<std::string> names{"hits", "last_hit", "residence"};
-  for (const std::string& m : materials) {
-    names.push_back(m + ".deposited");
-    names.push_back(m + ".final");
-  }
-  return names;
-}
-
 double SceneFile::frame_time(std::int64_t iteration) const {
   const double per_iteration = scene.time_per_iteration > 0.0 ? scene.time_per_iteration : 1.0;
   return rounded(static_cast<double>(iteration) * per_iteration, 12);

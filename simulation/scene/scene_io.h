@@ -50,7 +50,4 @@ struct SceneAssets {
 /// @param assets  Taken from when there, and added to; notes about meshes are of the first reading only.
 [[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const Json& root, SceneAssets& assets, const RunControl& control = {});
 
-/// What every parameter map may be called, for the given materials.
-[[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);
-
 }  // namespace patinate

@@ -177,7 +177,8 @@ class Live(unittest.TestCase):
         self.assertTrue((self.folder / "shown/controls/hits.exr").exists())
         c = client.status["counters"]
         self.assertEqual(c["emitted"], c["absorbed"] + c["left"] + c["rested"] + c["alive"])
-        self.assertTrue(all(row["residual"] == 0 for row in client.status["ledger"]))
+        self.assertTrue(all(row["residual"] == 0 for row in client.status["ledger"].values()))
+        self.assertEqual(client.status["ledger"], json.loads((self.folder / "ran/simulation.json").read_text())["ledger"])  # after 30 iterations, too
         width, channels, color = png_pixels((self.folder / "ran/color.png").read_bytes())
         picture = client.planes["surface"]
         self.assertTrue(all(picture[4 * i:4 * i + 3] == color[3 * i:3 * i + 3] for i in range(100 * 100)))

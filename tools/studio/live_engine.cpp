@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
+#include "simulation/transport/ledger_json.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/scene_text.h"
@@ -40,25 +41,6 @@ std::optional<double> slider_of(const std::filesystem::path& file) {
 }
 
 double seconds_since(std::chrono::steady_clock::time_point begin) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
-
-Json ledger_json(const MassLedger& ledger, const std::vector<std::string>& materials) {
-  constexpr double kUnit = 1.0 / (double{kAmountOne} * SurfaceAtlas::kMedianWeight);
-  Json rows = Json::array();
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    const MassAccount& a = ledger.account(static_cast<int>(m));
-    rows.push_back({{"material", materials[m]},
-                    {"emitted", a.emitted.value() * kUnit},
-                    {"surface", a.on_surfaces.value() * kUnit},
-                    {"carried", a.carried.value() * kUnit},
-                    {"left", a.left.value() * kUnit},
-                    {"absorbed", a.absorbed.value() * kUnit},
-                    {"rested", a.rested.value() * kUnit},
-                    {"made", a.made.value() * kUnit},
-                    {"used", a.used.value() * kUnit},
-                    {"residual", a.imbalance().value() * kUnit}});
-  }
-  return rows;
-}
 
 }  // namespace
 

@@ -164,15 +164,15 @@ export interface SceneState {
   notes?: string[];
 }
 
+/** Of one material, as simulation.json has it. */
 export interface LedgerRow {
-  material: string;
   emitted: number;
-  surface: number;
-  carried: number;
-  left: number;
-  absorbed: number;
-  rested?: number;
   made: number;
+  on_surfaces: number;
+  carried: number;
+  absorbed: number;
+  rested: number;
+  left: number;
   used: number;
   residual: number;
 }
@@ -183,7 +183,7 @@ export interface Status {
   time: number;
   iterations_per_s: number;
   counters: Record<string, number>;
-  ledger: LedgerRow[];
+  ledger: Record<string, LedgerRow>;
   clients: number;
   /// A stroke goes on: everything else stands still.
   painting?: boolean;

@@ -102,6 +102,20 @@ TEST(FitJob, AScanOfOnePlaceIsAScan) {
   }
 }
 
+// The least step of the search for a look is 0.05: the range between that and a first step of 0.02 is empty, which std::clamp must not be asked for (`dev` and `asan` check it).
+TEST(FitJob, AFirstStepBelowTheLeastOfALookIsUsed) {
+  const TempFolder folder;
+  FitTask task = green_task(captured(folder));
+  task.options.evaluations = 13;
+  task.options.looks = 5;
+  task.options.scan = 0;
+  task.options.seeds = 0;
+  task.options.step = 0.02;
+  ASSERT_TRUE(std::any_of(task.parameters.begin(), task.parameters.end(), [](const FitParameter& p) { return p.is_look; }));
+  const Json report = run(std::move(task), folder.path() / "fit");
+  EXPECT_LE(report.at("objective").at("after").get<double>(), report.at("objective").at("before").get<double>());
+}
+
 TEST(FitJob, HasTheSameBytesForAnyNumberOfThreads) {
   const TempFolder folder;
   const fs::path history = captured(folder);

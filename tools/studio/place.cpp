@@ -112,6 +112,8 @@ void describe(const fs::path& path, PlaceEntry& entry) {
   }
 }
 
+}  // namespace
+
 std::string modified_text(const fs::path& path) {
   struct ::stat status {};
   if (::stat(path.c_str(), &status) != 0) return {};
@@ -120,6 +122,8 @@ std::string modified_text(const fs::path& path) {
   std::array<char, 24> text{};
   return ::gmtime_r(&seconds, &utc) != nullptr && std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc) > 0 ? text.data() : std::string();
 }
+
+namespace {
 
 class PlaceSearch {
  public:

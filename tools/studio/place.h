@@ -37,6 +37,8 @@ struct PlaceEntry {
 /// All places, sorted by name. Looks five folders deep, at 20,000 files and folders at most; not into hidden ones, unfinished ones
 /// (`.partial`), nor into the folders of places, but for captures and reports.
 [[nodiscard]] std::vector<PlaceEntry> list_places(const ServedFolder& folder);
+/// When a file was written last, "2026-11-21T15:04:05Z"; "" if it is not there.
+[[nodiscard]] std::string modified_text(const std::filesystem::path& path);
 /// @param path  Inside the folder, of a kind.
 [[nodiscard]] PlaceEntry describe_place(const ServedFolder& folder, const std::filesystem::path& path, PlaceKind kind);
 

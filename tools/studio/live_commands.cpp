@@ -113,26 +113,8 @@ struct LiveEngine::Commands {
   }
   static void undo(const Call& c) { c.engine.undo(); }
   static void redo(const Call& c) { c.engine.redo(); }
-  static void looks(const Call& c) {
-    const Json& changes = member(c.request, "looks");
-    const Scene& scene = c.engine.simulation_.scene();
-    SceneContext context;
-    context.materials = scene.materials;
-    context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
-    const JsonReader reader("looks", changes);
-    std::vector<MaterialLook> looks = scene.looks;
-    Json cleaned = Json::object();
-    for (const std::string& name : reader.keys()) {
-      const Json said = name;
-      const auto i = static_cast<std::size_t>(material_index(JsonReader("looks", said), name, scene.materials));
-      cleaned[name] = changes.at(name);
-      if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null()) cleaned[name].erase("color");  // a picture, as it was sent
-      looks[i] = read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
-    }
-    c.engine.simulation_.set_looks(std::move(looks));
-    for (const auto& [name, change] : cleaned.items()) c.engine.record_.set_look(name, change);
-    for (const auto& [id, client] : c.engine.clients_) client->shown_state = -1;
-  }
+  static void looks(const Call& c) { c.engine.set_looks(member(c.request, "looks")); }
+  static void resume(const Call& c) { c.engine.resume(); }
   static void watch(const Call& c) {
     Client& client = c.client;
     if (c.request.contains("planes")) {
@@ -169,7 +151,7 @@ struct LiveEngine::Commands {
   static void cancel(const Call& c) { c.engine.exporting_.request_stop(); }
 
   static constexpr std::array kAll{Command{"run", run},     Command{"pause", pause}, Command{"step", step},     Command{"reset", reset},
-                                   Command{"event", event}, Command{"stroke", stroke}, Command{"undo", undo},   Command{"redo", redo},
+                                   Command{"event", event}, Command{"stroke", stroke}, Command{"undo", undo},   Command{"redo", redo},   Command{"resume", resume},
                                    Command{"looks", looks}, Command{"watch", watch}, Command{"hash", hash},     Command{"save", save},
                                    Command{"export", export_all}, Command{"cancel", cancel}};
 };
@@ -194,7 +176,7 @@ void LiveEngine::receive(int id, const std::string& text) {
       return;
     }
     const auto command = std::find_if(Commands::kAll.begin(), Commands::kAll.end(), [&](const Commands::Command& c) { return c.op == op; });
-    if (command == Commands::kAll.end()) throw InvalidInput("/op: found \"" + op + "\"; expected run, pause, step, reset, event, stroke, undo, redo, looks, watch, ack, hash, save, export or cancel");
+    if (command == Commands::kAll.end()) throw InvalidInput("/op: found \"" + op + "\"; expected run, pause, step, reset, event, stroke, undo, redo, resume, looks, watch, ack, hash, save, export or cancel");
     command->run({*this, client, request});
     has_news_ = true;
     client.peer->send_text(done_text(request_id));
@@ -204,8 +186,29 @@ void LiveEngine::receive(int id, const std::string& text) {
   }
 }
 
+void LiveEngine::set_looks(const Json& changes) {
+  const Scene& scene = simulation_.scene();
+  SceneContext context;
+  context.materials = scene.materials;
+  context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
+  const JsonReader reader("looks", changes);
+  std::vector<MaterialLook> looks = scene.looks;
+  Json cleaned = Json::object();
+  for (const std::string& name : reader.keys()) {
+    const Json said = name;
+    const auto i = static_cast<std::size_t>(material_index(JsonReader("looks", said), name, scene.materials));
+    cleaned[name] = changes.at(name);
+    if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null()) cleaned[name].erase("color");  // a picture, as it was sent
+    looks[i] = read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
+  }
+  simulation_.set_looks(std::move(looks));
+  for (const auto& [name, change] : cleaned.items()) record_.set_look(name, change);
+  for (const auto& [id, client] : clients_) client->shown_state = -1;
+}
+
 void LiveEngine::apply(const Json& event_mm) {
   refuse_picture();
+  replay_.reset();
   catch_up();  // what was painted before this was painted as things were then
   const Json event = event_of_file(event_mm, file_.mm_per_unit, simulation_.iteration());
   const SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);

@@ -72,10 +72,13 @@ LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOpt
   for (const MaterialLook& look : file_.scene.looks) relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
   relief_.low_mm = -relief_.high_mm;
   refresh();
+  open_recording();
+  kept_version_ = record_.version();
+  kept_iteration_ = iteration();
   said_ = std::make_shared<Json>(scene_json());
 }
 
-LiveEngine::~LiveEngine() = default;
+LiveEngine::~LiveEngine() { keep(true); }
 
 void LiveEngine::join(int client, std::shared_ptr<WebSocketPeer> peer) {
   Json hello = *said_;
@@ -142,7 +145,8 @@ Json LiveEngine::scene_json() const {
           {"overlays", std::move(overlays)},
           {"relief_mm", {relief_.low_mm, relief_.high_mm}},
           {"bounds_mm", {{box.low.x(), box.low.y(), box.low.z()}, {box.high.x(), box.high.y(), box.high.z()}}},
-          {"notes", notes}};
+          {"notes", notes},
+          {"recording", recording_json()}};
 }
 
 void LiveEngine::send_scene() {
@@ -200,6 +204,7 @@ void LiveEngine::make_status() {
 }
 
 void LiveEngine::step(const std::stop_token& stop) {
+  if (replay_ && !go_through(stop)) return send_scene();
   simulation_.step({.on_progress = {}, .stop = stop, .num_threads = options_.num_threads});
   ++counted_iterations_;
   has_news_ = true;
@@ -212,6 +217,7 @@ bool LiveEngine::advance(const std::stop_token& stop) {
   } else if (is_running_) {
     step(stop);
   }
+  keep(false);
   measure_overlays();
   if (std::any_of(clients_.begin(), clients_.end(), [&](const auto& c) { return is_due(*c.second); })) {
     refresh();

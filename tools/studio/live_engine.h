@@ -19,6 +19,7 @@
 #include "simulation/rules/rule_io.h"
 #include "simulation/scene/scene_io.h"
 #include "tools/studio/overlay_plane.h"
+#include "tools/studio/recording.h"
 #include "tools/studio/scene_record.h"
 #include "tools/studio/served_folder.h"
 #include "tools/studio/server.h"
@@ -31,6 +32,7 @@ struct LiveOptions {
   ColorForm color_form = ColorForm::Normalised;
   int num_threads = 0;
   double most_updates_s = 60.0;  ///< To one client.
+  std::filesystem::path place;     ///< What is recorded is of this one, below the served folder; "" = nothing is.
   std::filesystem::path finished;  ///< A simulation folder whose end is where it begins; "" = the start of the scene.
 };
 
@@ -78,6 +80,19 @@ class LiveEngine {
     Clock::time_point painted{};
   };
 
+  /// A recording that is gone through again.
+  struct Replay {
+    SceneRecord::Events events;
+    std::size_t num_done = 0;
+    std::int64_t until = 0;
+  };
+
+  // live_recording.cpp
+  void open_recording();
+  [[nodiscard]] Json recording_json() const;
+  void keep(bool is_last);
+  void resume();
+  [[nodiscard]] bool go_through(const std::stop_token& stop);
   // live_finished.cpp
   void open_finished();
   void refuse_picture() const;
@@ -94,6 +109,7 @@ class LiveEngine {
   // live_commands.cpp
   struct Commands;
   void apply(const Json& event_mm);
+  void set_looks(const Json& changes);
   void add_brush();
   // live_stroke.cpp
   void begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way);
@@ -149,6 +165,13 @@ class LiveEngine {
   Clock::time_point counted_from_ = Clock::now();
   std::int64_t counted_iterations_ = 0;
   double iterations_per_s_ = 0.0;
+  std::unique_ptr<RecordingFile> recording_;
+  std::optional<Replay> replay_;
+  bool is_resumed_ = false;          ///< What was found has been taken.
+  bool is_keeping_ = false;          ///< There is a file of this run.
+  std::uint64_t kept_version_ = 0;   ///< Of the record, when it was written last.
+  std::int64_t kept_iteration_ = 0;
+  Clock::time_point kept_at_{};
   std::jthread exporting_;
   std::shared_ptr<std::atomic<bool>> is_exporting_;
 };

@@ -24,6 +24,7 @@ constexpr std::chrono::milliseconds kIdle{20};
 std::pair<SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads, const RunControl& control) {
   LiveOptions options;
   options.num_threads = num_threads;
+  options.place = path;
   if (kind == PlaceKind::Scene) return {read_scene(path, control), options};
   const SimulationManifest manifest = read_simulation_manifest(path);
   options.color_form = manifest.color_form;

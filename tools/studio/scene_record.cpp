@@ -30,7 +30,7 @@ bool does_the_same(const Json& a, const Json& b) {
 }  // namespace
 
 SceneRecord::SceneRecord(const SceneFile& scene)
-    : folder_(fs::canonical(scene.file).parent_path()), root_(std::make_shared<Json>(load_json(scene.file))) {}
+    : folder_(fs::canonical(scene.file).parent_path()), root_(std::make_shared<Json>(load_json(scene.file))), looks_(std::make_shared<Json>(Json::object())) {}
 
 std::size_t SceneRecord::num_events() const { return events_.size(); }
 
@@ -39,6 +39,7 @@ void SceneRecord::set_resolution(int resolution) { (*root_)["atlas"]["resolution
 void SceneRecord::set_seed(std::uint64_t seed) { (*root_)["seed"] = seed; }
 
 void SceneRecord::add_event(const Json& event_of_file) {
+  ++version_;
   if (events_.size() > num_fixed_ && does_the_same(*events_.back(), event_of_file)) {
     *events_.back() = event_of_file;
   } else {
@@ -47,6 +48,7 @@ void SceneRecord::add_event(const Json& event_of_file) {
 }
 
 void SceneRecord::add_paint(const std::string& emitter, std::int64_t iteration, const std::array<double, 3>& point_of_file) {
+  ++version_;
   const Json* last = events_.size() > num_fixed_ ? events_.back().get() : nullptr;
   if (!last || !is_paint(*last) || (*last)["iteration"] != iteration || (*last)["target"] != emitter || (*last)["points"].size() >= kMostPoints) {
     events_.push_back(std::make_shared<Json>(Json{{"iteration", iteration}, {"op", "paint"}, {"target", emitter}, {"points", Json::array()}}));
@@ -70,11 +72,22 @@ SceneRecord::Events SceneRecord::events() {
 }
 
 void SceneRecord::set_events(Events events) {
+  ++version_;
   events_ = std::move(events);
   num_fixed_ = events_.size();
 }
 
-void SceneRecord::set_look(const std::string& material, const Json& members) { (*root_)["appearance"][material].update(members); }
+void SceneRecord::set_look(const std::string& material, const Json& members) {
+  ++version_;
+  (*root_)["appearance"][material].update(members);
+  (*looks_)[material].update(members);
+}
+
+Json SceneRecord::events_json() const {
+  Json events = Json::array();
+  for (const auto& event : events_) events.push_back(*event);
+  return events;
+}
 
 Json SceneRecord::file_for(const fs::path& folder, std::int64_t iterations) const {
   Json root = *root_;

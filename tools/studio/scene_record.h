@@ -37,6 +37,11 @@ class SceneRecord {
   [[nodiscard]] Events events();
   void set_events(Events events);
   [[nodiscard]] std::size_t num_events() const;
+  [[nodiscard]] Json events_json() const;
+  /// Members of "appearance" that set_look() was given.
+  [[nodiscard]] const Json& looks() const { return *looks_; }
+  /// Another number after every change.
+  [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Members of "appearance" for a material, over what the file says.
   void set_look(const std::string& material, const Json& members);
 
@@ -47,7 +52,8 @@ class SceneRecord {
 
  private:
   std::filesystem::path folder_;  ///< Of the original file.
-  std::shared_ptr<Json> root_;
+  std::shared_ptr<Json> root_, looks_;
+  std::uint64_t version_ = 0;
   Events events_;
   std::size_t num_fixed_ = 0;  ///< Events that nothing replaces or adds to.
 };

@@ -13,6 +13,7 @@ function(patinate_find_opencv)
 endfunction()
 
 find_package(Threads REQUIRED)
+find_package(TBB REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenImageIO 2.4 REQUIRED)
 patinate_find_opencv(core imgproc features2d calib3d)

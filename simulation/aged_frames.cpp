@@ -18,6 +18,7 @@ AgedFrames::AgedFrames(const SceneFile& file, SimulationOptions options, const R
   quiet.on_progress = {};
   const auto num_materials = static_cast<int>(file.scene.materials.size());
   while (true) {
+    simulation_.apply_due(quiet);
     if (file.is_frame(simulation_.iteration())) {
       times_.push_back(file.frame_time(simulation_.iteration()));
       amounts_.emplace_back();

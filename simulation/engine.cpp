@@ -35,6 +35,14 @@ CargoEnd cargo_end(DeathReason reason) {
   return CargoEnd::Left;
 }
 
+void check_parameter_map(const std::string& name, const std::vector<std::string>& materials) {
+  const std::vector<std::string> known = parameter_map_names(materials);
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  std::string list;
+  for (const std::string& one : known) list += (list.empty() ? "" : ", ") + one;
+  throw InvalidInput("there is no parameter map '" + name + "'; use one of " + list + did_you_mean(name, known));
+}
+
 ParameterMapChoice choice_of(const std::vector<std::string>& names, const std::vector<std::string>& materials) {
   ParameterMapChoice choice;
   for (const std::string& name : names) {
@@ -53,6 +61,11 @@ Scene checked(Scene scene) {
   return scene;
 }
 
+SimulationOptions checked(SimulationOptions options, const Scene& scene) {
+  for (const std::string& name : options.parameter_maps) check_parameter_map(name, scene.materials);
+  return options;
+}
+
 }  // namespace
 
 std::vector<std::array<std::uint16_t, kMaxMaterials>> originals_of(const Scene& scene) {
@@ -67,7 +80,7 @@ std::vector<std::array<std::uint16_t, kMaxMaterials>> originals_of(const Scene& 
 
 Simulation::State::State(Scene given, SimulationOptions given_options, const RunControl& control)
     : scene(checked(std::move(given))),
-      options(std::move(given_options)),
+      options(checked(std::move(given_options), scene)),
       scene_mesh(make_scene_mesh(scene)),
       surface(scene_mesh, scene.resolution, control.part(0.0, 0.6)),
       atlas(surface, static_cast<int>(scene.materials.size()), originals_of(scene)),
@@ -108,6 +121,7 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 const Scene& Simulation::scene() const { return state_->scene; }
 std::int64_t Simulation::iteration() const { return state_->iteration; }
+std::int64_t Simulation::num_paint_steps() const { return state_->num_paint_steps; }
 double Simulation::time() const { return static_cast<double>(state_->iteration) * state_->scene.time_per_iteration; }
 const std::vector<std::string>& Simulation::notes() const { return state_->notes; }
 const MaterialAtlas& Simulation::atlas() const { return state_->atlas; }
@@ -128,8 +142,14 @@ std::string Simulation::audit(const RunControl& control) const {
   return patinate::audit(state_->ledger, state_->atlas, state_->cargo, state_->scene.materials, control);
 }
 
-void Simulation::apply(const SceneEvent& event) {
+void Simulation::apply(const SceneEvent& event, const RunControl& control) {
   State& s = *state_;
+  if (event.op == SceneEvent::Op::Paint) {
+    for (const BrushStop& stop : event.stops) {
+      for (std::int64_t i = 0; i < stop.steps; ++i) paint(event.target, stop.position_mm, control);
+    }
+    return;
+  }
   Scene changed = s.scene;
   const bool moves_objects = apply_event(event, changed);
   check_scene(changed);
@@ -145,10 +165,7 @@ void Simulation::apply(const SceneEvent& event) {
 
 void Simulation::step(const RunControl& control) {
   State& s = *state_;
-  while (s.next_event < s.scene.events.size() && s.scene.events[s.next_event].iteration <= s.iteration) {
-    const SceneEvent event = s.scene.events[s.next_event++];
-    apply(event);
-  }
+  apply_due(control);
   {
     const Stopwatch watch(s.times.trace);
     s.tracer.trace(s.gammatons, s.scene, s.iteration, s.trace, control);
@@ -245,6 +262,7 @@ void Simulation::set_amounts(int material, const ImageF& amounts) {
 ParameterMap Simulation::parameter_map(const std::string& name) const {
   const State& s = *state_;
   const ParameterMaps& maps = *s.maps;
+  check_parameter_map(name, s.scene.materials);
   const auto paged = [&](const auto* values, double scale) {
     if (!values) throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
     return image_of(s.surface, [&](TexelIndex t) { return static_cast<double>(values->value(t)) * scale; });

@@ -48,7 +48,7 @@ struct ParameterMap {
 /// Not thread-safe; each call uses all threads that its RunControl grants.
 class Simulation {
  public:
-  /// @throws InvalidInput what check_scene(), make_scene_mesh(), SurfaceAtlas and check_emitters() throw.
+  /// @throws InvalidInput what check_scene(), make_scene_mesh(), SurfaceAtlas and check_emitters() throw, and for a parameter map of no known name.
   explicit Simulation(Scene scene, SimulationOptions options = {}, const RunControl& control = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -58,13 +58,22 @@ class Simulation {
   [[nodiscard]] const Scene& scene() const;
   /// Iterations done.
   [[nodiscard]] std::int64_t iteration() const;
+  /// Steps of paint() ever: with iteration() it tells states of one run apart.
+  [[nodiscard]] std::int64_t num_paint_steps() const;
   /// In the scene's unit of time.
   [[nodiscard]] double time() const;
   /// Unusual but allowed things that a user should know of (open or inside-out meshes).
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
   /// Now, whatever event.iteration says. @throws InvalidInput for an unknown target or a value out of range; nothing is changed then.
-  void apply(const SceneEvent& event);
+  /// @param control  For the steps of an event `paint`. @throws Cancelled as step().
+  void apply(const SceneEvent& event, const RunControl& control = {});
+  /// The scene's own events that come before the next iteration happen now, and not in the next step(): for a picture that is to show them.
+  void apply_due(const RunControl& control = {});
+  /// A brush alone: the emitter moves to a place, its gammatons are born (though it may be off), go to their next contact, exchange and respond.
+  /// All other gammatons, the rules and time stand still: an artist's stroke costs none. What it leaves under way goes on with the next step().
+  /// @param emitter  Of any shape but Sky. @throws InvalidInput for another, nothing is changed then; Cancelled as step().
+  void paint(const std::string& emitter, const Vec3& position_mm, const RunControl& control = {});
   /// One iteration. @throws Cancelled: the state is then lost (go back to a snapshot).
   void step(const RunControl& control = {});
 
@@ -95,7 +104,7 @@ class Simulation {
   /// Takes amounts over from elsewhere (a finished folder), rounded to quanta; the ledger then no longer describes them.
   /// @throws InvalidInput on another size or a value outside [0, 4).
   void set_amounts(int material, const ImageF& amounts);
-  /// @throws InvalidInput unless it was asked for.
+  /// MATERIAL.final needs not have been asked for. @throws InvalidInput for another that was not, or an unknown name.
   [[nodiscard]] ParameterMap parameter_map(const std::string& name) const;
   /// 0 / 255.
   [[nodiscard]] ImageU8 coverage() const;

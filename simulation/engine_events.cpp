@@ -78,6 +78,7 @@ bool apply_event(const SceneEvent& event, Scene& scene) {
       if (event.behaviour) scene.behaviour = *event.behaviour;
       return false;
     case Op::Rule: change_rule(event, scene.rules); return false;
+    case Op::Paint: return false;  // changes no scene: Simulation::paint()
   }
   return false;
 }

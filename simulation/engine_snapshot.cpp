@@ -8,7 +8,8 @@ namespace patinate {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x32304E5354415050ull;  // "PPATSN02": raised with every change of what follows
+constexpr std::uint64_t kMagic = 0x33304E5354415050ull;  // "PPATSN03": raised with every change of what follows
+constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;  // "PPATSN02": without num_paint_steps
 
 /// Emitters, places, behaviour, exchange and rules: what events change.
 void write_scene(ByteWriter& out, const Scene& scene) {
@@ -171,6 +172,7 @@ std::vector<std::byte> Simulation::snapshot() const {
   out.value(static_cast<std::int32_t>(s.scene.resolution));
   out.value(static_cast<std::int32_t>(s.scene.materials.size()));
   out.value(s.iteration);
+  out.value(s.num_paint_steps);
   out.value(static_cast<std::uint64_t>(s.next_event));
   write_scene(out, s.scene);
   write_atlas(out, s.atlas);
@@ -201,18 +203,20 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   const auto expect = [&](auto value) {
     if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");
   };
-  expect(kMagic);
+  const auto magic = in.value<std::uint64_t>();
+  if (magic != kMagic && magic != kMagicBeforePaint) throw InvalidInput("the snapshot is of another version or scene");
   expect(static_cast<std::int32_t>(s.scene.resolution));
   expect(static_cast<std::int32_t>(s.scene.materials.size()));
-  if (bytes.size() < sizeof(kMagic) || !std::equal(bytes.end() - sizeof(kMagic), bytes.end(), std::as_bytes(std::span(&kMagic, 1)).begin())) {
+  if (bytes.size() < sizeof(magic) || !std::equal(bytes.end() - sizeof(magic), bytes.end(), std::as_bytes(std::span(&magic, 1)).begin())) {
     throw InvalidInput("the snapshot is cut short");
   }
   const auto iteration = in.value<std::int64_t>();
+  const auto num_paint_steps = magic == kMagic ? in.value<std::int64_t>() : 0;
   const auto next_event = in.value<std::uint64_t>();
   Scene scene = s.scene;
   const std::size_t num_emitters = read_scene_values(in, scene);
   check_scene(scene);
-  if (iteration < 0 || next_event > scene.events.size()) throw InvalidInput("the snapshot is damaged, or of another scene");
+  if (iteration < 0 || num_paint_steps < 0 || next_event > scene.events.size()) throw InvalidInput("the snapshot is damaged, or of another scene");
   MaterialAtlas atlas(s.surface, s.atlas.num_materials(), originals_of(s.scene));
   read_atlas(in, atlas);
   Gammatons gammatons;
@@ -242,7 +246,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   MassLedger ledger;
   read_ledger(in, ledger);
   const auto counters = in.value<TraceCounters>();
-  expect(kMagic);
+  expect(magic);
   in.finish();
   s.set_rules(scene.rules);
   s.scene = std::move(scene);
@@ -253,6 +257,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.cargo = std::move(cargo);
   s.maps = std::move(maps);
   s.iteration = iteration;
+  s.num_paint_steps = num_paint_steps;
   s.next_event = static_cast<std::size_t>(next_event);
   place_objects(s.scene_mesh, s.scene);
   s.tracer.set_mesh(s.scene_mesh);

@@ -42,6 +42,8 @@ struct Simulation::State {
   void set_rules(std::span<const Rule> changed);
   /// @param touched  Tiles whose amounts the exchange has changed.
   void apply_rules(std::span<const TileIndex> touched, const RunControl& control);
+  /// The emitter of this name that may paint. @throws InvalidInput
+  [[nodiscard]] std::size_t brush_index(const std::string& emitter) const;
   /// After amounts have come from elsewhere: every tile is looked at again.
   void wake_everything();
 
@@ -64,6 +66,7 @@ struct Simulation::State {
   SimulationTimes times;
   std::vector<std::int32_t> changed_in;  ///< By tile: the last iteration that changed it; -1 = none.
   std::int64_t iteration = 0;
+  std::int64_t num_paint_steps = 0;
   std::int64_t composed_at = -1;         ///< Tiles changed in this iteration or later are not composed yet.
   std::vector<TileIndex> composed_tiles;  ///< By the last compose().
   std::size_t next_event = 0;

@@ -4,19 +4,10 @@
 #include <vector>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {
-
-namespace {
-
-bool is_name(std::string_view text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
-  });
-}
-
-}  // namespace
 
 ControlSpec parse_control_spec(std::string_view text) {
   const auto fail = [&](const std::string& problem) -> ControlSpec {
@@ -26,7 +17,7 @@ ControlSpec parse_control_spec(std::string_view text) {
   std::string_view rest = text;
   if (const std::size_t equals = rest.find('='); equals != std::string_view::npos) {
     spec.source = rest.substr(0, equals);
-    if (!is_name(spec.source)) return fail("`" + spec.source + "` is no control name");
+    if (!is_file_name(spec.source)) return fail("`" + spec.source + "` is no control name");
     rest.remove_prefix(equals + 1);
   }
   const std::vector<std::string> parts = split(rest, ':');

@@ -7,10 +7,12 @@
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_io.h"
@@ -27,11 +29,11 @@ constexpr std::array<std::string_view, 5> kTileRuleNames{"square", "udim", "mate
 constexpr const char* kTilePlace = "<UDIM>";  ///< In file names, for the tile's name.
 constexpr const char* kSourceMaskFile = "source_mask.png";
 
-TileRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : TileRule::Square; }
+UvLayoutRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : UvLayoutRule::Square; }
 
 /// A file's name, with a place for the tile's name when there are tiles.
-std::string tiled_name(const std::string& stem, TileRule rule) {
-  return stem + (rule == TileRule::Square ? "" : std::string(".") + kTilePlace) + ".exr";
+std::string tiled_name(const std::string& stem, UvLayoutRule rule) {
+  return stem + (rule == UvLayoutRule::Square ? "" : std::string(".") + kTilePlace) + ".exr";
 }
 
 std::string control_file(const TransferTask& task, std::size_t index) {
@@ -141,16 +143,18 @@ void read_tiles(JsonReader& reader, TransferManifest& manifest) {
     JsonReader atlas = reader.member("atlas");
     constexpr std::array<std::string_view, 2> kUvs{"file", "unwrapped"};
     manifest.is_unwrapped = atlas.member("uvs").choice(kUvs) == 1;
-    manifest.tile_rule = static_cast<TileRule>(atlas.member("tiles").choice(kTileRuleNames));
+    manifest.tile_rule = static_cast<UvLayoutRule>(atlas.member("tiles").choice(kTileRuleNames));
     atlas.finish();
   }
-  if (manifest.tile_rule == TileRule::Square) {
+  if (manifest.tile_rule == UvLayoutRule::Square) {
     manifest.tiles.push_back({"", reader.member("coordinates").path()});
     return;
   }
   const JsonReader list = reader.member("tiles");
   for (JsonReader& tile : list.elements(kMaxTiles)) {
-    manifest.tiles.push_back({tile.member("name").string(), tile.member("coordinates").path()});
+    const JsonReader name = tile.member("name");
+    if (!is_file_name(name.string())) name.fail("a name of " + file_name_text());
+    manifest.tiles.push_back({name.string(), tile.member("coordinates").path()});
     (void)tile.member("controls");
     tile.finish();
   }
@@ -259,7 +263,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
   json["covered_texels"] = task.input.map->num_covered();
   json["texel_size_mm"] = task.input.texel_size_mm;
   json["flow"] = task.flow;
-  if (rule_of(task) == TileRule::Square) {
+  if (rule_of(task) == UvLayoutRule::Square) {
     json["coordinates"] = "coordinates.exr";
   } else {
     json["tiles"] = tiles_json(task);
@@ -299,7 +303,7 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   read_tiles(reader, manifest);
   if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
   if (reader.has("source_mask")) manifest.source_mask = reader.member("source_mask").path();
-  manifest.texel_size_mm = reader.member("texel_size_mm").number(above(0));
+  manifest.texel_size_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
   const JsonReader controls = reader.member("controls");
   for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
   manifest.energy = read_energy(reader.member("energy"));

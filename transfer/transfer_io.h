@@ -65,7 +65,7 @@ struct TransferManifest {
   std::filesystem::path history;      ///< Absolute or relative to the working folder.
   std::string history_key;
   std::filesystem::path mesh;
-  TileRule tile_rule = TileRule::Square;
+  UvLayoutRule tile_rule = UvLayoutRule::Square;
   std::vector<TransferTile> tiles;    ///< At least one.
   bool is_unwrapped = false;          ///< The UVs were made for this transfer.
   int width = 0;                      ///< Of a tile.

@@ -40,13 +40,13 @@ fs::path section_file(const std::string& name) { return fs::path(kJobWorkFolder)
 /// A section's pictures are PNGs inside its JSON, so that an item is one file.
 JobItem section_item(const std::shared_ptr<Work>& work, const std::string& name, MakeSection make) {
   return {.name = name,
-          .outputs = {section_file(name)},
+          .outputs = part_files(section_file(name)),
           .run = [work, name, make = std::move(make)](const fs::path& folder, const RunControl& control) {
             const Section section = make(work->loaded(control.part(0.0, 0.3)), work->task.options, control.part(0.3, 1.0));
             Json json = section_json(section);
             for (std::size_t i = 0; i < section.pictures.size(); ++i) json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
             fs::create_directories(folder / kJobWorkFolder);
-            save_json(folder / section_file(name), json);
+            save_part(folder / section_file(name), std::move(json));
           }};
 }
 
@@ -84,7 +84,7 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
   }
   plan.join = [work, names, key = plan.key](const fs::path& folder, const RunControl&) {
     std::vector<Json> made;
-    for (const std::string& name : names) made.push_back(load_json(folder / section_file(name)));
+    for (const std::string& name : names) made.push_back(load_part(folder / section_file(name)));
     const CompareTask& t = work->task;
     const SeriesFile side_a = open_series(t.a, t.through), side_b = open_series(t.b);
     write_compare_report(folder, {.a = side_a, .b = side_b, .options = t.options, .command = t.command, .key = key}, made);

@@ -9,6 +9,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/image/image_io.h"
 
 namespace patinate {
@@ -83,7 +84,7 @@ SeriesAtlas read_atlas(const fs::path& transfer, const HistoryReader& history) {
   }
   if (tiles.empty()) throw IoError(file.string(), "names no coordinates");
   SeriesAtlas atlas{.name = reader.has("mesh") ? reader.member("mesh").member("made_from").string() : "an atlas", .coordinates = stacked(tiles), .texel_mm = {}};
-  if (reader.has("texel_size_mm")) atlas.texel_mm = reader.member("texel_size_mm").number(above(0));
+  if (reader.has("texel_size_mm")) atlas.texel_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
   return atlas;
 }
 

@@ -121,15 +121,15 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
   const auto shared = std::make_shared<const EvaluationTask>(std::move(task));
   for (std::size_t i = 0; i < shared->maps.size(); ++i) {
     plan.items.push_back({.name = "map" + std::to_string(i),
-                          .outputs = {item_file(i)},
+                          .outputs = part_files(item_file(i)),
                           .run = [shared, i](const fs::path& folder, const RunControl& control) {
                             fs::create_directories(folder / kJobWorkFolder);
-                            save_json(folder / item_file(i), evaluated(shared->maps[i], shared->options, shared->seed, folder / kJobWorkFolder / ("map" + std::to_string(i) + ".png"), control));
+                            save_part(folder / item_file(i), evaluated(shared->maps[i], shared->options, shared->seed, folder / kJobWorkFolder / ("map" + std::to_string(i) + ".png"), control));
                           }});
   }
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
     std::vector<Json> maps;
-    for (std::size_t i = 0; i < shared->maps.size(); ++i) maps.push_back(load_json(folder / item_file(i)));
+    for (std::size_t i = 0; i < shared->maps.size(); ++i) maps.push_back(load_part(folder / item_file(i)));
     write_report(folder, *shared, key, maps);
   };
   return plan;

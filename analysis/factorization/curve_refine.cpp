@@ -92,9 +92,24 @@ class BendingCost final : public ceres::CostFunction {
   }
 };
 
+/// Progress and cancelling between the iterations, of which each takes a second on many places.
+class IterationReport final : public ceres::IterationCallback {
+ public:
+  IterationReport(const RunControl& control, int max_iterations) : control_(control), max_iterations_(max_iterations) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (control_.stop.stop_requested()) return ceres::SOLVER_ABORT;
+    control_.report(static_cast<double>(summary.iteration) / (max_iterations_ + 1.0));
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const RunControl& control_;
+  int max_iterations_;
+};
+
 }  // namespace
 
-void refine_curve(const PlaceSeries& places, TemporalModel& model, std::vector<PlaceFactors>& factors, int max_iterations) {
+void refine_curve(const PlaceSeries& places, TemporalModel& model, std::vector<PlaceFactors>& factors, int max_iterations, const RunControl& control) {
   const int channels = places.num_channels;
   const double middle = 0.5 * (places.times.front() + places.times.back()), span = places.times.back() - places.times.front();
   // All parameters in one array: Ceres takes blocks by address, so that sums run in the same order every time.
@@ -125,8 +140,11 @@ void refine_curve(const PlaceSeries& places, TemporalModel& model, std::vector<P
   options.function_tolerance = 1e-7;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
+  IterationReport report(control, max_iterations);
+  options.callbacks.push_back(&report);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  control.throw_if_stopped();
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const double* const place = parameters.data() + i * place_size;
     factors[i].rate = std::exp(place[0]);

@@ -89,6 +89,8 @@ std::vector<fs::path> map_outputs(const FactorizationWork& work) {
   return files;
 }
 
+fs::path rate_control_file(const FactorizationWork& work) { return kHistory / HistoryWriter::control_file(rate_control_name(work.history.manifest())); }
+
 void make_maps(FactorizationWork& work, const fs::path& folder) {
   const std::size_t num_models = work.num_models();
   const std::vector<std::string> names = factor_channel_names(num_models);

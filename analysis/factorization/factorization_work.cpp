@@ -9,6 +9,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/metrics/color_curves.h"
 #include "libcommon/metrics/color_difference.h"
@@ -61,6 +62,9 @@ FactorizationWork::FactorizationWork(FactorizationTask asked) : task(std::move(a
     frames.push_back({.time = t, .source = -1, .is_extrapolated = t < m.frames.front().time || t > m.frames.back().time});
   }
   std::sort(frames.begin(), frames.end(), [](const FactoredFrame& a, const FactoredFrame& b) { return a.time < b.time; });
+  std::vector<double> times;
+  for (const FactoredFrame& f : frames) times.push_back(f.time);
+  if (const auto problem = find_time_problem(times)) throw InvalidInput("times: beside its own frames the denoised history " + problem->text);
 }
 
 int FactorizationWork::rows_per_band() const {
@@ -86,10 +90,10 @@ void make_curve(FactorizationWork& work, const fs::path& folder, const RunContro
     }
   }
   if (pixels.empty()) throw InvalidInput(work.task.history.string() + ": its mask leaves nothing to fit a curve to");
-  const PlaceSeries series = place_series(work.history, pixels, control.part(0.0, 0.4));
+  const PlaceSeries series = place_series(work.history, pixels, control.part(0.0, 0.02));
   std::vector<TemporalModel> models;
   for (std::size_t m = 0; m < work.num_models(); ++m) {
-    const RunControl part = control.part(0.4 + 0.6 * static_cast<double>(m) / static_cast<double>(work.num_models()), 0.4 + 0.6 * (static_cast<double>(m) + 1.0) / static_cast<double>(work.num_models()));
+    const RunControl part = control.part(0.02 + 0.98 * static_cast<double>(m) / static_cast<double>(work.num_models()), 0.02 + 0.98 * (static_cast<double>(m) + 1.0) / static_cast<double>(work.num_models()));
     models.push_back(train_curve(work.num_models() == 1 ? series : series.channel(static_cast<int>(m)), work.task.options, part));
   }
   fs::create_directories(folder / kJobWorkFolder);

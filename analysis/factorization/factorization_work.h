@@ -59,8 +59,9 @@ void make_curve(FactorizationWork& work, const std::filesystem::path& folder, co
 void make_rows(FactorizationWork& work, int band, const std::filesystem::path& folder, const RunControl& control);
 /// Brings bands together and to their gauge; writes the maps, the controls, masks and maps of the history, and what later items read.
 void make_maps(FactorizationWork& work, const std::filesystem::path& folder);
-/// The files that make_maps() writes.
+/// The files that make_maps() writes always, and the one that it writes where a rate is known at all.
 [[nodiscard]] std::vector<std::filesystem::path> map_outputs(const FactorizationWork& work);
+[[nodiscard]] std::filesystem::path rate_control_file(const FactorizationWork& work);
 /// Writes a frame of the history and .job/work/frame.K.json: how far it is from the frame that it stands for.
 void make_frame(FactorizationWork& work, int index, const std::filesystem::path& folder, const RunControl& control);
 

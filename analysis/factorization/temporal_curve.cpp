@@ -21,7 +21,7 @@ TemporalCurve domain_only(double low, double high, int num_intervals) {
 CurveBasis curve_basis(const TemporalCurve& curve, double clock) {
   const int intervals = curve.num_intervals();
   const double per_clock = intervals / (curve.high - curve.low), x = (clock - curve.low) * per_clock;
-  const double inside = std::clamp(x, 0.0, static_cast<double>(intervals));
+  const double inside = x > 0.0 ? std::min(x, static_cast<double>(intervals)) : 0.0;  // NaN too is somewhere on the curve.
   const int k = std::min(static_cast<int>(inside), intervals - 1);
   const double u = inside - k, v = 1.0 - u, scale = x == inside ? per_clock : 0.0;
   CurveBasis basis{.first = static_cast<std::size_t>(k)};

@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::int64_t kCandidates = 4096;  ///< Places that are looked at.
 constexpr double kStrongest = 0.6;          ///< Of the candidates that change: those that change most.
+constexpr double kFitShare = 0.1;                             ///< Of a round's time, for the places one by one.
 constexpr std::array<int, 4> kIterations{25, 25, 25, 60};  ///< Of the joint fit, for every round.
 constexpr double kDomainTail = 0.005;       ///< Share of clock values left outside at each end of the curve.
 constexpr double kLeastNoise = 1e-6;        ///< Linear colour.
@@ -198,10 +199,13 @@ TemporalModel train_curve(const PlaceSeries& places, const FactorizationOptions&
   std::vector<PlaceFactors> none;
   normalise(model.curve, none);
   measure_noise(clean, first_factors(clean, model.curve), model);
+  const double all_iterations = std::accumulate(kIterations.begin(), kIterations.end(), 0.0);
+  double share_done = 0.0;
   for (std::size_t round = 0; round < kIterations.size(); ++round) {
-    const double begin = static_cast<double>(round) / static_cast<double>(kIterations.size());
+    const RunControl part = control.part(share_done, share_done + kIterations[round] / all_iterations);
+    share_done += kIterations[round] / all_iterations;
     control.throw_if_stopped();
-    std::vector<PlaceFactors> all = fit_places(training, model, options, control.part(begin, begin));
+    std::vector<PlaceFactors> all = fit_places(training, model, options, part.part(0.0, kFitShare));
     measure_noise(training, all, model);
     std::vector<std::int64_t> kept;
     std::vector<PlaceFactors> factors;
@@ -211,7 +215,7 @@ TemporalModel train_curve(const PlaceSeries& places, const FactorizationOptions&
     if (kept.empty()) throw InvalidInput("factorise: no place changes by more than noise explains");
     const PlaceSeries used = picked(training, kept);
     follow_clocks(used.times, factors, num_intervals, model.curve);
-    refine_curve(used, model, factors, kIterations[round]);
+    refine_curve(used, model, factors, kIterations[round], part.part(kFitShare, 1.0));
     normalise(model.curve, factors);
     const ClockGauge gauge = clock_gauge(factors);
     apply_gauge(gauge, model.curve);

@@ -9,7 +9,7 @@ namespace patinate {
 namespace {
 
 /// Two frames blended; the ends held.
-ImageF sample(const SurfaceFrames& frames, double time) {
+ImageF sample(const AgedSurface& frames, double time) {
   const auto after = std::lower_bound(frames.times.begin(), frames.times.end(), time);
   if (after == frames.times.end()) return frames.colors.back();
   const auto k = static_cast<std::size_t>(after - frames.times.begin());
@@ -23,13 +23,13 @@ ImageF sample(const SurfaceFrames& frames, double time) {
 
 }  // namespace
 
-ColorStack stack_of(const SurfaceFrames& frames, const std::vector<double>& times, int size, const RunControl& control) {
+ColorStack stack_of(const AgedSurface& frames, const std::vector<double>& times, int size, const RunControl& control) {
   if (frames.colors.empty() || frames.colors.size() != frames.times.size()) throw InvalidInput("surface: there is not one frame a time");
   const SurfaceSource source{.name = frames.name, .mask = frames.mask, .pixel_mm = frames.texel_size_mm, .sample = [&frames](double time) { return sample(frames, time); }};
   return make_stack(source, times, stack_size(frames.mask.width(), frames.mask.height(), size), control);
 }
 
-void write_surface(const std::filesystem::path& folder, const SurfaceFrames& frames, const std::string& key) {
+void write_surface(const std::filesystem::path& folder, const AgedSurface& frames, const std::string& key) {
   std::filesystem::create_directories(folder);
   HistoryManifest manifest;
   manifest.name = frames.name;

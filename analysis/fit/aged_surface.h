@@ -31,7 +31,8 @@ struct SurfaceOutline {
   std::vector<std::string> control_names;
 };
 
-struct SurfaceFrames {
+/// A surface as it has aged: how it looks over time.
+struct AgedSurface {
   std::string name;
   TimeUnit time_unit = TimeUnit::Seconds;
   std::optional<double> texel_size_mm;
@@ -43,15 +44,15 @@ struct SurfaceFrames {
 
 /// How something that has aged looks, with other values of the parameters that need no ageing.
 /// @param values  Of all parameters, in order; those that need ageing are as they were.
-using LookAt = std::function<SurfaceFrames(const std::vector<double>& values, const RunControl& control)>;
+using LookAt = std::function<AgedSurface(const std::vector<double>& values, const RunControl& control)>;
 /// Ages from the beginning with these values of all parameters. @param seed_shift  Added to the model's own seed: the same numbers give the same
 /// chance. Called by several threads at once. @throws InvalidInput if the model takes no such values together.
 using AgeWith = std::function<LookAt(const std::vector<double>& values, std::uint64_t seed_shift, const RunControl& control)>;
 
 /// Colours at the given times, blended between frames and held at the ends, at a size.
-[[nodiscard]] ColorStack stack_of(const SurfaceFrames& frames, const std::vector<double>& times, int size, const RunControl& control = {});
+[[nodiscard]] ColorStack stack_of(const AgedSurface& frames, const std::vector<double>& times, int size, const RunControl& control = {});
 
 /// Writes a history, in an existing folder or a new one.
-void write_surface(const std::filesystem::path& folder, const SurfaceFrames& frames, const std::string& key);
+void write_surface(const std::filesystem::path& folder, const AgedSurface& frames, const std::string& key);
 
 }  // namespace patinate

@@ -54,7 +54,8 @@ using BoxScans = std::vector<std::vector<BoxPoint>>;
 /// @throws InvalidInput unless there is one scan and one profile a parameter, and all points have as many coordinates as the best.
 [[nodiscard]] std::vector<ParameterVerdict> determine(const BoxPoint& best, std::span<const BoxPoint> tried, const BoxScans& scans, const BoxScans& profiles, double threshold);
 
-/// Offsets of a scan to each side of the best, as shares of the way to the range's end: 1, 0.3, 0.09, ...; `count` in all, half to each side.
+/// Offsets of a scan to each side of the best, as shares of the way to the range's end: 1, 0.3, 0.09, ...; `count` in all, half to each side,
+/// the last of an odd number to the wider one.
 /// A side that is no way is left out. @returns places along the parameter, in [0, 1].
 [[nodiscard]] std::vector<double> scan_places(double best, int count);
 

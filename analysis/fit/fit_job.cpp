@@ -26,7 +26,7 @@ namespace {
 constexpr std::int64_t kStageVersion = 1;        ///< Raised when the same input gives other values.
 constexpr int kEvaluationsPerParameter = 60;
 constexpr double kFlatness = 1e-3;               ///< Delta E or per cent: smaller differences are not searched for.
-constexpr double kSmallestLookStep = 0.05;       ///< Of the search for a look, however narrow the outer one has become.
+constexpr double kSmallestLookStep = 0.05;       ///< Of the search for a look, however narrow the outer one has become; but no wider than its first step.
 constexpr double kScanLookStep = 0.1;             ///< Of the search for a look beside the best.
 constexpr std::uint64_t kScanItems = 1u << 18;   ///< Random numbers of scans, apart from those of the search.
 constexpr double kThresholdWithoutSeeds = 0.01;  ///< Share of the objective.
@@ -186,7 +186,7 @@ FitEvaluation evaluate_candidate(const std::shared_ptr<Work>& work, const std::s
   std::vector<double> values = standing.best;
   const std::vector<double> unit = standing.evolution.candidate(k);
   for (std::size_t i = 0; i < work->aged.size(); ++i) values[work->aged[i]] = value_at(work->task.parameters[work->aged[i]], unit[i]);
-  const LookSearch search{.num_looks = work->looks.empty() ? 1 : work->task.options.looks, .step = std::clamp(standing.evolution.spread(), kSmallestLookStep, work->task.options.step),
+  const LookSearch search{.num_looks = work->looks.empty() ? 1 : work->task.options.looks, .step = std::min(std::max(standing.evolution.spread(), kSmallestLookStep), work->task.options.step),
                           .item = static_cast<std::uint64_t>(1 + generation * work->budget.population + k)};
   return evaluate(work->ready(control), name, values, search, 0, control);
 }

@@ -127,9 +127,9 @@ struct FitObjective::State {
   std::vector<std::vector<float>> controls;  ///< At the stack's texels, in the manifest's order.
 
   [[nodiscard]] double span() const { return times.clock.back() - times.clock.front(); }
-  [[nodiscard]] std::optional<double> figure(FitFigure which, const SurfaceFrames& frames, const ColorStack& other, const std::optional<TexelAging>& other_aging, const RunControl& control,
+  [[nodiscard]] std::optional<double> figure(FitFigure which, const AgedSurface& frames, const ColorStack& other, const std::optional<TexelAging>& other_aging, const RunControl& control,
                                              std::string& problem) const;
-  [[nodiscard]] std::optional<double> by_control(bool is_rate, const SurfaceFrames& frames, const ColorStack& other, const RunControl& control, std::string& problem) const;
+  [[nodiscard]] std::optional<double> by_control(bool is_rate, const AgedSurface& frames, const ColorStack& other, const RunControl& control, std::string& problem) const;
   [[nodiscard]] std::optional<double> place_by_place(const ColorStack& other, const RunControl& control, std::string& problem) const;
 };
 
@@ -177,7 +177,7 @@ FitObjective::FitObjective(FitObjective&&) noexcept = default;
 
 const std::vector<FitTerm>& FitObjective::terms() const { return state_->terms; }
 
-std::optional<double> FitObjective::State::by_control(bool is_rate, const SurfaceFrames& frames, const ColorStack& other, const RunControl& control, std::string& problem) const {
+std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSurface& frames, const ColorStack& other, const RunControl& control, std::string& problem) const {
   HistoryFacts simulated;
   for (const SurfaceControl& c : frames.controls) simulated.controls.push_back(c.parameter);
   const std::vector<std::uint16_t> blocks(other.num_texels(), 0);
@@ -217,7 +217,7 @@ std::optional<double> FitObjective::State::place_by_place(const ColorStack& othe
   return sum / static_cast<double>(stack.num_times());
 }
 
-std::optional<double> FitObjective::State::figure(FitFigure which, const SurfaceFrames& frames, const ColorStack& other, const std::optional<TexelAging>& other_aging, const RunControl& control,
+std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSurface& frames, const ColorStack& other, const std::optional<TexelAging>& other_aging, const RunControl& control,
                                                   std::string& problem) const {
   constexpr double kAll = 100.0;  // As far as can be: a side does not age visibly.
   const auto distance_of = [&](std::vector<float> TexelAging::*member) -> double {
@@ -253,7 +253,7 @@ std::optional<double> FitObjective::State::figure(FitFigure which, const Surface
   return std::nullopt;
 }
 
-ObjectiveValue FitObjective::operator()(const SurfaceFrames& frames, const RunControl& control) const {
+ObjectiveValue FitObjective::operator()(const AgedSurface& frames, const RunControl& control) const {
   const State& s = *state_;
   std::vector<double> times = s.times.times_b;
   if (s.options.clock == Clock::Span) {  // Shares of its own span, whatever an iteration stands for.

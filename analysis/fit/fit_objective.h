@@ -58,7 +58,7 @@ class FitObjective {
   FitObjective(FitObjective&&) noexcept;
 
   [[nodiscard]] const std::vector<FitTerm>& terms() const;
-  [[nodiscard]] ObjectiveValue operator()(const SurfaceFrames& frames, const RunControl& control = {}) const;
+  [[nodiscard]] ObjectiveValue operator()(const AgedSurface& frames, const RunControl& control = {}) const;
 
  private:
   struct State;

@@ -51,6 +51,7 @@ FitRange read_fit_range(JsonReader json) {
   range.high = json.member("high").number();
   if (json.has("scale")) range.scale = static_cast<FitScale>(json.member("scale").choice(kFitScaleNames));
   json.finish();
+  range.place = json.file() + ": " + json.pointer();
   if (const std::string problem = problem_of(range); !problem.empty()) throw IoError(json.file(), json.pointer() + ": " + problem);
   return range;
 }

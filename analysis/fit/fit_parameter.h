@@ -18,6 +18,7 @@ struct FitRange {
   double low = 0.0;
   double high = 1.0;  ///< > low.
   FitScale scale = FitScale::Linear;  ///< Log: low > 0.
+  std::string place = {};  ///< "FILE: POINTER" where a file says it, "" from the command line.
 };
 /// "/rules/2/alpha=0.001:0.1:log". @throws UsageError naming what is wrong.
 [[nodiscard]] FitRange parse_fit_range(const std::string& text);

@@ -97,6 +97,7 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
 
 FitEvaluation evaluate_looks(const FitModel& model, const std::string& name, std::span<const std::vector<double>> values, std::uint64_t seed_shift, const RunControl& control) try {
   FitEvaluation evaluation{.name = name, .points = {}};
+  if (values.empty()) return evaluation;
   const AgedModel aged(model, values.front(), seed_shift, control.part(0.0, 0.7));
   for (const std::vector<double>& v : values) evaluation.points.push_back(aged.look(v, silent(control)));
   return evaluation;

@@ -1,7 +1,11 @@
 #include "analysis/report/report_page.h"
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
 
+#include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
@@ -39,6 +43,10 @@ void add_figures(HtmlPage& page, const std::vector<Figure>& figures, std::string
   page.table(header, rows);
 }
 
+constexpr std::uint64_t kMostOfPictures = std::uint64_t{1} << 34;
+
+fs::path pictures_of(const fs::path& file) { return file.string() + ".pictures"; }
+
 }  // namespace
 
 std::string picture_uri(const ImageF& image, const fs::path& scratch) {
@@ -47,6 +55,29 @@ std::string picture_uri(const ImageF& image, const fs::path& scratch) {
   std::string uri = data_uri(scratch);
   fs::remove(scratch);
   return uri;
+}
+
+std::vector<fs::path> part_files(const fs::path& file) { return {file, pictures_of(file)}; }
+
+void save_part(const fs::path& file, Json part) {
+  std::string lines;  // A data: URI holds no end of line.
+  for (Json& picture : part.at("pictures")) {
+    lines += picture.at("source").get_ref<const std::string&>() + "\n";
+    picture.erase("source");
+  }
+  write_atomically(pictures_of(file), lines);
+  save_json(file, part);
+}
+
+Json load_part(const fs::path& file) {
+  Json part = load_json(file);
+  std::istringstream lines(read_file(pictures_of(file), kMostOfPictures));
+  for (Json& picture : part.at("pictures")) {
+    std::string source;
+    if (!std::getline(lines, source)) throw IoError(pictures_of(file).string(), "lacks a picture");
+    picture["source"] = std::move(source);
+  }
+  return part;
 }
 
 void add_section(HtmlPage& page, const Json& json, const fs::path& folder, std::string_view baseline_title, Json& report) {

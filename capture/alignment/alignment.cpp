@@ -208,7 +208,7 @@ double rms_distance(const cv::Matx33d& h, const Matches& matches, const std::vec
 
 /// Makes the view exact by patches, each of which finds its own shift: what only one image shows (a frame, a border) disturbs those
 /// that hold it and no others. Fills everything but num_matches. @returns false when too few patches agree.
-bool refine(const cv::Mat& reference, const cv::Mat& image, cv::Matx33d& h, Alignment& result) {
+bool refine(const cv::Mat& reference, const cv::Mat& image, cv::Matx33d& h, ImageAlignment& result) {
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     const PatchMatches patches = match_patches(reference, image, h);
@@ -246,10 +246,10 @@ std::string alignment_status_text(AlignmentStatus status) {
   return "a view was found in which the images do not look alike";
 }
 
-Alignment align_images(const ImageF& reference, const ImageF& image, const RunControl& control) {
+ImageAlignment align_images(const ImageF& reference, const ImageF& image, const RunControl& control) {
   check_image(reference);
   check_image(image);
-  Alignment result;
+  ImageAlignment result;
   const MatchedImage to = prepare(reference);
   control.throw_if_stopped();
   const MatchedImage from = prepare(image);
@@ -280,7 +280,7 @@ Alignment align_images(const ImageF& reference, const ImageF& image, const RunCo
   return result;
 }
 
-Alignment align_points(const std::vector<PointPair>& pairs) {
+ImageAlignment align_points(const std::vector<PointPair>& pairs) {
   if (pairs.size() < 4) throw InvalidInput("alignment: four point pairs are needed");
   Matches matches;
   for (const PointPair& p : pairs) {
@@ -290,7 +290,7 @@ Alignment align_points(const std::vector<PointPair>& pairs) {
   const cv::Mat found = cv::findHomography(matches.in_image, matches.in_reference);
   const bool is_usable = !found.empty() && cv::checkRange(found) && std::abs(cv::determinant(found)) > 1e-9;
   const cv::Matx33d h = is_usable ? cv::Matx33d(found.ptr<double>()) : cv::Matx33d::eye();
-  Alignment result;
+  ImageAlignment result;
   const std::vector<unsigned char> all(pairs.size(), 1);
   result.residual_px = is_usable ? rms_distance(h, matches, all) : std::numeric_limits<double>::infinity();
   if (!is_usable || (pairs.size() == 4 && !(result.residual_px < 0.1))) {

@@ -21,7 +21,7 @@ enum class AlignmentStatus {
 [[nodiscard]] std::string alignment_status_text(AlignmentStatus status);
 
 /// How pixels of one image lie in another.
-struct Alignment {
+struct ImageAlignment {
   AlignmentStatus status = AlignmentStatus::NoAgreement;
   Eigen::Matrix3d reference_from_image = Eigen::Matrix3d::Identity();  ///< Homography of pixel centres, lower right 1.
   int num_matches = 0;         ///< Features that the images share.
@@ -39,7 +39,7 @@ struct Alignment {
 /// @param reference,image  H x W x 1, linear light, >= 0; sizes may differ; at least 32 pixels a side.
 /// @returns A status other than Converged when the result should not be used.
 /// @throws InvalidInput if an image is too small or no gray image.
-[[nodiscard]] Alignment align_images(const ImageF& reference, const ImageF& image, const RunControl& control = {});
+[[nodiscard]] ImageAlignment align_images(const ImageF& reference, const ImageF& image, const RunControl& control = {});
 
 /// The same point in two images.
 struct PointPair {
@@ -48,7 +48,7 @@ struct PointPair {
 };
 /// Homography of least squares through four or more pairs; residual_px says how well they agree (0 for four).
 /// @throws InvalidInput for fewer than four, or when they determine no homography (three on a line).
-[[nodiscard]] Alignment align_points(const std::vector<PointPair>& pairs);
+[[nodiscard]] ImageAlignment align_points(const std::vector<PointPair>& pairs);
 
 /// An image seen in the reference, and where it reaches.
 struct WarpedImage {

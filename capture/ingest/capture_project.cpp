@@ -8,6 +8,7 @@
 
 #include "capture/ingest/capture_text.h"
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/camera_io.h"
@@ -100,11 +101,7 @@ std::vector<GivenControl> read_controls(const JsonReader& json, const CapturePro
     GivenControl control;
     const JsonReader name = entry.member("name");
     control.name = name.string();
-    try {
-      (void)HistoryWriter::control_file(control.name);
-    } catch (const InvalidInput&) {
-      name.fail("a name of letters, digits, dots, `_` and `-`");
-    }
+    if (!is_file_name(control.name)) name.fail("a name of " + file_name_text());
     if (!names.insert(control.name).second) name.fail("a name that no other control has");
     control.file = entry.member("file").path();
     if (entry.has("unit")) control.unit = entry.member("unit").string();
@@ -132,7 +129,7 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
   if (json.has("scale")) project.scale = json.member("scale").number({0, 1, true});
   if (json.has("texel_size_mm")) {
     const JsonReader size = json.member("texel_size_mm");
-    if (!size.is_null()) project.texel_size_mm = size.number(above(0));
+    if (!size.is_null()) project.texel_size_mm = size.number(between(kLeastTexel_mm, kLargestTexel_mm));
   }
 }
 

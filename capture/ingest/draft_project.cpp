@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -54,14 +55,23 @@ bool is_image_name(const fs::path& file) {
   return is_decoded_apart(file) || std::find(kKnown.begin(), kKnown.end(), extension) != kKnown.end();
 }
 
-/// Every image in the folder and the folders directly in it, in natural order; histories and hidden folders are passed over.
+/// What patinate made of photographs holds none that were taken.
+bool is_made(const fs::path& folder) {
+  std::error_code error;
+  return fs::exists(folder / "history.json", error) || fs::exists(folder / "job.json", error);
+}
+
+/// Every image in the folder and the folders directly in it, in natural order; hidden folders, and what patinate made, are passed over.
 std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& to_check) {
   std::vector<fs::path> folders{folder};
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (!entry.is_directory() || name.starts_with(".") || name.ends_with(".partial")) continue;
-    if (!fs::exists(entry.path() / "history.json")) folders.push_back(entry.path());
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    std::error_code ignored;
+    if (!it->is_directory(ignored) || name.starts_with(".") || name.ends_with(".partial")) continue;
+    if (!is_made(it->path())) folders.push_back(it->path());
   }
+  if (error) throw IoError(folder.string(), "cannot be listed; " + error.message());
   std::sort(folders.begin() + 1, folders.end());
   std::vector<FoundImage> images;
   for (const fs::path& f : folders) {
@@ -77,25 +87,39 @@ std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& t
   return images;
 }
 
-/// The photographs (or the movie) that make the most frames; the earlier one when equal.
-std::vector<FoundImage> largest_group(const std::vector<FoundImage>& images) {
+bool has_many(const FoundImage& image) { return image.info.num_frames > 1; }
+
+/// What could make the frames of a project: the photographs that share folder, format and size, or one movie.
+std::vector<std::vector<FoundImage>> frame_sets(const std::vector<FoundImage>& images, const std::function<bool(const fs::path&)>& is_wanted) {
   using Key = std::tuple<fs::path, std::string, int, int, fs::path>;
-  std::map<Key, std::vector<FoundImage>> groups;
+  std::map<Key, std::vector<FoundImage>> sets;
   for (const FoundImage& image : images) {
-    if (part_of(image.file) != Part::Photo) continue;
-    const bool is_movie_like = image.info.num_frames > 1;
-    groups[{image.file.parent_path(), image.file.extension().string(), image.info.width, image.info.height,
-            is_movie_like ? image.file : fs::path()}]
-        .push_back(image);
+    if (part_of(image.file) != Part::Photo || !is_wanted(image.file)) continue;
+    sets[{image.file.parent_path(), lower(image.file.extension().string()), image.info.width, image.info.height, has_many(image) ? image.file : fs::path()}].push_back(image);
   }
-  const auto num_frames = [](const std::vector<FoundImage>& group) {
-    return group.front().info.num_frames > 1 ? static_cast<std::size_t>(group.front().info.num_frames) : group.size();
-  };
-  const std::vector<FoundImage>* best = nullptr;
-  for (const auto& [key, group] : groups) {
-    if (best == nullptr || num_frames(group) > num_frames(*best)) best = &group;
-  }
-  return best == nullptr ? std::vector<FoundImage>() : *best;
+  std::vector<std::vector<FoundImage>> list;
+  for (auto& [key, set] : sets) list.push_back(std::move(set));
+  return list;
+}
+
+/// "9 photographs of 640 x 480 (day01.png ... day17.png)".
+std::string set_text(const std::vector<FoundImage>& set, const fs::path& folder) {
+  const FoundImage& first = set.front();
+  const auto name = [&](const FoundImage& image) { return image.file.lexically_relative(folder).generic_string(); };
+  const std::string size = size_text(first.info.width, first.info.height);
+  if (has_many(first)) return name(first) + " with " + std::to_string(first.info.num_frames) + " images of " + size;
+  if (set.size() == 1) return "1 photograph of " + size + " (" + name(first) + ")";
+  return std::to_string(set.size()) + " photographs of " + size + " (" + name(first) + " ... " + name(set.back()) + ")";
+}
+
+/// A project that left some of the photographs out in silence would look whole.
+[[noreturn]] void refuse_several(const fs::path& folder, const std::vector<std::vector<FoundImage>>& sets) {
+  constexpr std::size_t kMostNamed = 8;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(sets.size(), kMostNamed); ++i) list += (i == 0 ? "" : ", ") + set_text(sets[i], folder);
+  if (sets.size() > kMostNamed) list += " and " + std::to_string(sets.size() - kMostNamed) + " more";
+  throw IoError(folder.string(), "holds what is not of one folder, format and size: " + list +
+                                     "; scale or crop to one size, move the others away, or say with --only which names make the frames");
 }
 
 /// `IMG_*.jpg` for names that begin alike, so that a mask beside them is not meant.
@@ -110,7 +134,9 @@ std::string pattern_of(const std::vector<FoundImage>& group) {
   // Digits belong to the number or date: the next photograph may have others.
   std::string prefix = first.substr(0, length);
   while (!prefix.empty() && (std::isdigit(static_cast<unsigned char>(prefix.back())) != 0 || prefix.back() == '-')) prefix.pop_back();
-  return prefix + "*" + group.front().file.extension().string();
+  const std::string extension = group.front().file.extension().string();
+  const bool is_alike = std::all_of(group.begin(), group.end(), [&](const FoundImage& i) { return i.file.extension() == extension; });
+  return prefix + "*" + (is_alike ? extension : "." + std::string(extension.size() - 1, '?'));  // .JPG beside .jpg
 }
 
 TimeUnit unit_for(double seconds) {
@@ -119,11 +145,21 @@ TimeUnit unit_for(double seconds) {
   return seconds > 600.0 ? TimeUnit::Minutes : TimeUnit::Seconds;
 }
 
+/// Bytes that are no UTF-8 have no place in JSON.
+std::string text_of(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+/// A path as a project can name it. @throws IoError where its name is no UTF-8
+std::string project_path(const fs::path& relative, const fs::path& file) {
+  std::string text = relative.string();
+  if (Json::parse(text_of(Json(text))).get<std::string>() != text) throw IoError(file.string(), "has a name that is no UTF-8, which no project can hold; rename it");
+  return text;
+}
+
 /// Makes the text; member by member, because JSON libraries write no comments.
 class DraftText {
  public:
   void member(const std::string& name, const Json& value, const std::string& comment = "") {
-    lines_.emplace_back("  " + Json(name).dump() + ": " + value.dump(), comment);
+    lines_.emplace_back("  " + Json(name).dump() + ": " + text_of(value), comment);
   }
   void comment(const std::string& text) { lines_.emplace_back("", text); }
   [[nodiscard]] std::string text() const {
@@ -169,7 +205,7 @@ Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string
     to_check.push_back(matched[i].filename().string() + " matches the names but is another kind of image; excluded (number " +
                        std::to_string(i) + ")");
   }
-  if (group.front().info.num_frames > 1) return frames;
+  if (has_many(group.front())) return frames;
   try {
     const FrameTimes times = find_frame_times(photos, dates, TimeUnit::Seconds);
     frames.unit = unit_for(*std::max_element(times.times.begin(), times.times.end()));
@@ -189,22 +225,27 @@ bool same_size(const FoundImage& a, const FoundImage& b) { return a.info.width =
 
 }  // namespace
 
-ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& project_folder) {
+ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& project_folder, const std::string& only) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) throw IoError(folder.string(), "is no folder; give the folder of the photographs");
   ProjectDraft draft;
   const std::vector<FoundImage> images = look(folder, draft.to_check);
-  const std::vector<FoundImage> group = largest_group(images);
-  if (group.empty()) throw IoError(folder.string(), "holds no photographs and no movie, nor do the folders in it");
+  const auto is_wanted = [&](const fs::path& file) {
+    return only.empty() || matches_pattern(file.filename().string(), only) || matches_pattern(file.lexically_relative(folder).generic_string(), only);
+  };
+  const std::vector<std::vector<FoundImage>> sets = frame_sets(images, is_wanted);
+  if (sets.empty() && !only.empty()) throw IoError(folder.string(), "holds no photograph and no movie whose name matches `" + only + "`, nor do the folders in it");
+  if (sets.empty()) throw IoError(folder.string(), "holds no photographs and no movie, nor do the folders in it");
+  if (sets.size() > 1) refuse_several(folder, sets);
+  const std::vector<FoundImage>& group = sets.front();
   const fs::path base = fs::absolute(project_folder.empty() ? fs::path(".") : project_folder).lexically_normal();
-  const auto relative = [&](const fs::path& file) { return fs::absolute(file).lexically_normal().lexically_relative(base).string(); };
+  const auto relative = [&](const fs::path& file) { return project_path(fs::absolute(file).lexically_normal().lexically_relative(base), file); };
   const FoundImage& first = group.front();
   const Frames frames = find_frames(group, draft.to_check);
-  const bool is_movie_like = first.info.num_frames > 1;
   const std::string pattern = relative(first.file.parent_path() / frames.pattern);
 
   const std::string size = size_text(first.info.width, first.info.height);
-  draft.found.push_back((is_movie_like ? std::to_string(first.info.num_frames) + " images in " : std::to_string(group.size()) + " photographs, ") +
+  draft.found.push_back((has_many(first) ? std::to_string(first.info.num_frames) + " images in " : std::to_string(group.size()) + " photographs, ") +
                         pattern + ", " + size);
   DraftText text;
   text.member("format", "patinate.capture");
@@ -241,12 +282,8 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   }
   text.comment("\"texel_size_mm\": 0.1,  // surface length of a pixel: measure a ruler in the picture, and take the // away");
   draft.to_check.push_back("`texel_size_mm`: not known; textures then have no physical size");
-  const auto is_used = [&](const FoundImage& image) {
-    return part_of(image.file) != Part::Photo ||
-           std::any_of(group.begin(), group.end(), [&](const FoundImage& g) { return g.file == image.file; });
-  };
-  const auto num_unused = std::count_if(images.begin(), images.end(), [&](const FoundImage& i) { return !is_used(i); });
-  if (num_unused > 0) draft.to_check.push_back(std::to_string(num_unused) + " other images (of other size, format or folder) are not used");
+  const auto num_unwanted = std::count_if(images.begin(), images.end(), [&](const FoundImage& i) { return part_of(i.file) == Part::Photo && !is_wanted(i.file); });
+  if (num_unwanted > 0) draft.found.push_back(std::to_string(num_unwanted) + (num_unwanted == 1 ? " other image, which" : " other images, which") + " --only leaves out");
   draft.text = text.text();
   return draft;
 }

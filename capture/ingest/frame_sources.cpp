@@ -11,6 +11,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_io.h"
 
@@ -237,6 +238,9 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
   }
   std::stable_sort(sources.photos.begin(), sources.photos.end(),
                    [](const CapturePhoto& a, const CapturePhoto& b) { return a.time < b.time; });
+  std::vector<double> times;
+  for (const CapturePhoto& photo : sources.photos) times.push_back(photo.time);
+  if (const auto problem = find_time_problem(times)) throw IoError(json.file(), "frames: " + sources.photos[problem->index].file.filename().string() + " " + problem->text);
   return sources;
 }
 

@@ -17,6 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double kJoinWeight = 1.5;  ///< For progress: masks, filling and controls take longer than the frames together.
+
 /// Takes what the transmission photograph does not show off the mask: there is no thickness to guide by.
 void keep_reached(const ImageU8& reached, const CaptureProject& project, ImageU8& mask) {
   if (mask.empty()) mask = ImageU8(project.width(), project.height(), 1, 255);
@@ -111,6 +113,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   add_scan_item(plan.items, work);
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < project.frames.size(); ++i) plan.items.push_back(frame_item(work, static_cast<int>(i)));
+  plan.join_weight = kJoinWeight * static_cast<double>(std::max<std::size_t>(1, project.frames.size()));
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;
 }

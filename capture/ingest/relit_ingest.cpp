@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kStageVersion = 1;
+constexpr double kStepWeight = 4.0;  ///< For progress: light is taken out more slowly than a scan is placed.
 constexpr const char* kAccessibility = "accessibility";
 
 fs::path report_file(const char* name, std::size_t index, const char* extension) {
@@ -192,12 +193,6 @@ void join(const RelitWork& work, const fs::path& folder, const RunControl& contr
   const ImageU8 mask = write_frames(writer, work, folder, kept, control.part(0.0, 0.7));
   writer.write_mask(mask);
   write_controls(writer, work, folder, mask, control.part(0.7, 0.95));
-  for (std::size_t i = 0; i < facts.size(); ++i) {
-    if (facts[i].frame) continue;
-    for (const fs::path& file : relit_step_outputs(work, i)) {
-      if (file != relit_facts_file(i)) fs::remove(folder / file);
-    }
-  }
   write_relit_report(work, folder, facts);
   writer.finish();
   control.report(1.0);
@@ -262,9 +257,10 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
     plan.items.push_back({.name = name.string(), .outputs = {relit_pose_file(i)},
                           .run = [work, i](const fs::path& folder, const RunControl& control) { run_relit_pose(*work, i, folder, control); },
                           .key = ContentHash().add("pose").add(common).add(work->step_keys[i]).hex(), .stage = 1});
-    plan.items.push_back({.name = "step-" + name.string().substr(5), .outputs = relit_step_outputs(*work, i),
+    plan.items.push_back({.name = "step-" + name.string().substr(5), .outputs = {relit_facts_file(i)},
                           .run = [work, i](const fs::path& folder, const RunControl& control) { run_relit_step(*work, i, folder, control); },
-                          .key = ContentHash().add("step").add(common).add(work->step_keys[i]).hex(), .stage = 2});
+                          .key = ContentHash().add("step").add(common).add(work->step_keys[i]).hex(), .stage = 2, .weight = kStepWeight,
+                          .optional_outputs = relit_frame_outputs(*work, i)});
   }
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-RelitRegistration facts_of(const Registration& r) {
+RelitRegistration facts_of(const PairRegistration& r) {
   const double degrees = 180.0 / std::numbers::pi;
   RelitRegistration facts{.rms_mm = r.rms_residual, .overlap = r.overlap, .num_pairs = r.num_pairs, .is_found_by_search = r.is_found_by_search,
                           .stddev_deg = degrees * std::sqrt(std::max(0.0, r.covariance.topLeftCorner<3, 3>().trace())),
@@ -29,7 +29,7 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
   if (step.reference_from_scan) return {"given", true, *step.reference_from_scan};
   if (index == project.reference || !step.has_shape()) return {"reference", true, RigidTransform{}};
   const PointCloud target = read_step_scan(project, project.steps[project.reference]), source = read_step_scan(project, step);
-  const Registration found = [&] {
+  const PairRegistration found = [&] {
     try {
       return register_pair(target, source, step.initial.value_or(RigidTransform{}), work.options.registration, control);
     } catch (const IoError&) {

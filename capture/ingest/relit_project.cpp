@@ -12,6 +12,7 @@
 #include "libcommon/geometry/camera_io.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/light_io.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
@@ -136,12 +137,13 @@ void check_files(const RelitProject& project) {
 /// What must hold between steps, lights and camera. @throws IoError
 void check_steps(const RelitProject& project, const JsonReader& steps) {
   const bool are_all_directional = std::all_of(project.lights.begin(), project.lights.end(), [](const Light& l) { return l.kind == Light::Kind::Directional; });
+  const auto fail_at = [&](std::size_t i, const std::string& problem) { throw IoError(steps.file(), steps.pointer() + "/" + std::to_string(project.steps[i].number) + ": " + problem); };
+  std::vector<double> times;
+  for (const RelitStep& step : project.steps) times.push_back(step.time);
+  if (const auto problem = find_time_problem(times)) fail_at(problem->index, problem->text);
   for (std::size_t i = 0; i < project.steps.size(); ++i) {
     const RelitStep& step = project.steps[i];
-    const auto fail = [&](const std::string& problem) { throw IoError(steps.file(), steps.pointer() + "/" + std::to_string(step.number) + ": " + problem); };
-    if (i > 0 && !(project.steps[i - 1].time < step.time)) {
-      fail("its time " + number_text(step.time) + " is not later than that of step " + std::to_string(project.steps[i - 1].number) + "; times must be strictly increasing");
-    }
+    const auto fail = [&](const std::string& problem) { fail_at(i, problem); };
     if (!step.has_shape() && !are_all_directional) fail("has no `scan`; only when all lights are directional can it be left out");
     if (step.has_shape() && !project.is_camera_given) fail("has a shape, but the project no `camera`");
     if (step.has_shape() && !project.has_shape()) fail("has a shape, but the reference step has none; choose another `reference`");

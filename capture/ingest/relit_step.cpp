@@ -222,8 +222,8 @@ std::vector<std::string> relit_frame_extras(const RelitWork& work) {
   return {"stddev", "specular", "normal"};
 }
 
-std::vector<fs::path> relit_step_outputs(const RelitWork& work, std::size_t index) {
-  std::vector<fs::path> files{HistoryWriter::frame_file(static_cast<int>(index)), relit_validity_file(index), relit_facts_file(index)};
+std::vector<fs::path> relit_frame_outputs(const RelitWork& work, std::size_t index) {
+  std::vector<fs::path> files{HistoryWriter::frame_file(static_cast<int>(index)), relit_validity_file(index)};
   for (const std::string& extra : relit_frame_extras(work)) files.push_back(HistoryWriter::frame_extra_file(static_cast<int>(index), extra));
   for (const char* what : {"albedo", "light", "samples", "stddev"}) files.push_back(relit_picture_file(what, index));
   return files;
@@ -241,12 +241,6 @@ void run_relit_step(const RelitWork& work, std::size_t index, const fs::path& fo
     write_srgb8(folder / relit_picture_file("light", index), report_albedo(frame.first.values));
     write_srgb8(folder / relit_picture_file("samples", index), report_samples(frame.result.samples, frame.result.mask));
     write_srgb8(folder / relit_picture_file("stddev", index), report_stddev(frame.result.albedo, frame.result.stddev, surface));
-  } else {
-    // Left out, by --accept-failed: the join takes these away.
-    for (const fs::path& file : relit_step_outputs(work, index)) {
-      fs::create_directories((folder / file).parent_path());
-      save_json(folder / file, Json::object());
-    }
   }
   save_json(folder / relit_facts_file(index), to_json(facts));
   control.report(1.0);

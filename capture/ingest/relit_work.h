@@ -137,8 +137,8 @@ void run_relit_pose(const RelitWork& work, std::size_t index, const std::filesys
 [[nodiscard]] RelitPose read_relit_pose(std::size_t index, const std::filesystem::path& folder);
 /// Stage 2: the frame of one step, with its mask, its extras, its facts and its pictures.
 void run_relit_step(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
-/// What run_relit_step() writes.
-[[nodiscard]] std::vector<std::filesystem::path> relit_step_outputs(const RelitWork& work, std::size_t index);
+/// What run_relit_step() writes beside its facts, of a step that is in the history (--accept-failed leaves some out).
+[[nodiscard]] std::vector<std::filesystem::path> relit_frame_outputs(const RelitWork& work, std::size_t index);
 [[nodiscard]] std::vector<std::string> relit_frame_extras(const RelitWork& work);
 /// The page and relit.json.
 void write_relit_report(const RelitWork& work, const std::filesystem::path& folder, const std::vector<RelitStepFacts>& facts);

@@ -23,14 +23,14 @@ ImageF light_of(const ImageF& color) {
 }
 
 /// The last frame shows what the transmission photograph shows: the cracks.
-Alignment align_transmission(const CaptureProject& project, const ImageF& photo, const RunControl& control) {
+ImageAlignment align_transmission(const CaptureProject& project, const ImageF& photo, const RunControl& control) {
   const TransmissionPhotos& transmission = *project.transmission;
   if (transmission.align == TransmissionPhotos::Align::Points) return align_points(transmission.points);
   const CapturePhoto& last = project.frames.back();
   const std::string advice =
       "; give four pairs of points instead, \"align\": [[[x, y] in it, [x, y] in the frames], ...]";
   const ImageF reference = light_of(read_whole_photo(project, last));
-  Alignment found;
+  ImageAlignment found;
   try {
     found = align_images(reference, photo, control);
   } catch (const InvalidInput& e) {
@@ -42,7 +42,7 @@ Alignment align_transmission(const CaptureProject& project, const ImageF& photo,
                                                  std::to_string(found.num_inliers) + " agree)" + advice);
 }
 
-void write_alignment(const fs::path& file, const Alignment& alignment) {
+void write_alignment(const fs::path& file, const ImageAlignment& alignment) {
   Json rows = Json::array();
   for (int r = 0; r < 3; ++r) {
     const auto row = alignment.reference_from_image.row(r);
@@ -69,7 +69,7 @@ TransmissionLight read_transmission_light(const IngestWork& work, const fs::path
     if (!blank.empty()) light.blank = to_history_size(blank, project, *files.blank);
     return light;
   }
-  const Alignment alignment = align_transmission(project, photo, control);
+  const ImageAlignment alignment = align_transmission(project, photo, control);
   write_alignment(folder / kTransmissionFile, alignment);
   const auto in_frames = [&](const ImageF& image) {
     return warp_image(image, alignment.reference_from_image, project.photo_width, project.photo_height);

@@ -18,7 +18,7 @@ constexpr int kMostRounds = 12;
 constexpr double kSettled = 1e-7;       ///< Normalised: nothing moves any more.
 constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is left out is off.
 
-bool is_found(const Registration& r) { return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate; }
+bool is_found(const PairRegistration& r) { return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate; }
 
 /// Share of the smaller scan's coarse surfels that lie near the other's and face alike.
 double coarse_overlap(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose) {
@@ -62,7 +62,7 @@ class JointSolver {
   /// target from source in the scans' unit, in the poses as they are.
   [[nodiscard]] RigidTransform relative(int target, int source) { return in_unit(pose(target).inverse() * pose(source), scan(target), scan(source)); }
 
-  Registration register_edge(int target, int source, const std::optional<RigidTransform>& start, bool may_search) {
+  PairRegistration register_edge(int target, int source, const std::optional<RigidTransform>& start, bool may_search) {
     control_.throw_if_stopped();
     RegistrationOptions options = options_;
     if (!may_search) options.start = RegistrationStart::Given;
@@ -116,7 +116,7 @@ class JointSolver {
     const std::optional<RigidTransform> start = may_search ? std::nullopt : initial_relative(target, source);
     if (!may_search && (!start || options_.start == RegistrationStart::Global)) return false;
     if (!may_search && coarse_overlap(scan(target), scan(source), normalised(*start, scan(target), scan(source))) < 0.5 * options_.min_overlap) return false;
-    const Registration found = register_edge(target, source, start, may_search);
+    const PairRegistration found = register_edge(target, source, start, may_search);
     RegisteredScan& s = result_.scans[static_cast<std::size_t>(source)];
     if (!is_found(found)) {
       if (s.partner < 0 || found.overlap > s.overlap) {
@@ -142,7 +142,7 @@ class JointSolver {
           return std::minmax(e.target, e.source) == std::minmax(a, b);
         });
         if (is_there || coarse_overlap(scan(a), scan(b), pose(a).inverse() * pose(b)) < options_.min_overlap) continue;
-        const Registration found = register_edge(a, b, relative(a, b), false);
+        const PairRegistration found = register_edge(a, b, relative(a, b), false);
         if (is_found(found)) result_.edges.push_back({.target = a, .source = b, .pair = found});
       }
       control_.report(0.5 + 0.3 * (a + 1) / num_scans());
@@ -205,7 +205,7 @@ class JointSolver {
       const RigidTransform at = is_first ? normalised(e.pair.target_from_source, scan(e.target), scan(e.source)) : pose(e.target).inverse() * pose(e.source);
       RunControl quiet = control_;
       quiet.on_progress = {};
-      const Alignment a = look_at_pose(scan(e.target), scan(e.source), at, quiet);
+      const SurfelAlignment a = look_at_pose(scan(e.target), scan(e.source), at, quiet);
       PoseEdge edge{e.target, e.source, at, information_of(a, scan(e.target), scan(e.source))};
       if (!is_first) {
         const Eigen::SelfAdjointEigenSolver<Matrix6> solver(a.sums.information);
@@ -270,7 +270,7 @@ class JointSolver {
     std::vector<double> squares(scans_.size(), 0.0);
     std::vector<int> counts(scans_.size(), 0);
     for (RegistrationEdge& e : result_.edges) {
-      const Registration joint = judge_pose(scan(e.target), scan(e.source), relative(e.target, e.source), options_, {});
+      const PairRegistration joint = judge_pose(scan(e.target), scan(e.source), relative(e.target, e.source), options_, {});
       e.median_residual = joint.median_residual;
       for (const int k : {e.target, e.source}) {
         RegisteredScan& s = result_.scans[static_cast<std::size_t>(k)];

@@ -14,7 +14,7 @@ namespace patinate {
 struct RegistrationEdge {
   int target = 0;
   int source = 0;
-  Registration pair;                ///< What the two say alone; Converged or Degenerate.
+  PairRegistration pair;                ///< What the two say alone; Converged or Degenerate.
   bool is_in_tree = false;          ///< The chain by which the poses were begun.
   bool is_used = true;              ///< false: it contradicts all others, and was left out.
   double closure_deg = 0.0;         ///< Edges outside the tree: the pair alone against the way through the tree, before the joint solve:
@@ -28,7 +28,7 @@ struct RegisteredScan {
   int partner = -1;                 ///< Scan that it overlaps most with; -1 = none.
   double overlap = 0.0;             ///< With it.
   double rms_residual = 0.0;        ///< Over all its edges, in the joint poses.
-  Matrix6 covariance = Matrix6::Zero();  ///< Of (rotation in radians, shift) about `center`; 0 for the reference. As in Registration.
+  Matrix6 covariance = Matrix6::Zero();  ///< Of (rotation in radians, shift) about `center`; 0 for the reference. As in PairRegistration.
   Vec3 center = Vec3::Zero();       ///< The scan's middle in the reference's frame.
   std::vector<FreeMotion> free_motions;  ///< In the reference's frame.
   bool is_found_by_search = false;

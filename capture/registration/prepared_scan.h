@@ -45,16 +45,16 @@ class PreparedScan {
 [[nodiscard]] std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans, const RegistrationOptions& options,
                                                       const RunControl& control = {});
 /// As register_pair() of clouds (registration.h).
-[[nodiscard]] Registration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
+[[nodiscard]] PairRegistration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
                                          const RegistrationOptions& options = {}, const RunControl& control = {});
 
 /// What register_pair() says of a pose that came from elsewhere; the pose stays as it is (num_iterations 0).
-[[nodiscard]] Registration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source,
+[[nodiscard]] PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source,
                                       const RegistrationOptions& options = {}, const RunControl& control = {});
 /// Normal equations of the full stage in a pose (normalised): how the pair alone would go on from there.
-[[nodiscard]] Alignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, const RunControl& control = {});
-/// The information that goes with a Registration's covariance, about the origins of the normalised frames; free directions have 0.
-[[nodiscard]] Matrix6 information_of(const Alignment& alignment, const PreparedScan& target, const PreparedScan& source);
+[[nodiscard]] SurfelAlignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, const RunControl& control = {});
+/// The information that goes with a PairRegistration's covariance, about the origins of the normalised frames; free directions have 0.
+[[nodiscard]] Matrix6 information_of(const SurfelAlignment& alignment, const PreparedScan& target, const PreparedScan& source);
 
 /// Free motions of normalised coordinates in the target's own frame.
 [[nodiscard]] std::vector<FreeMotion> in_frame(std::vector<FreeMotion> motions, const PreparedScan& target);

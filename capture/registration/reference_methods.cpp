@@ -53,7 +53,7 @@ RigidTransform run(Icp& icp, const typename pcl::PointCloud<Point>::Ptr& target,
 
 }  // namespace
 
-Registration register_pair_with_pcl(const PointCloud& target, const PointCloud& source, const RigidTransform& start, const RegistrationOptions& options,
+PairRegistration register_pair_with_pcl(const PointCloud& target, const PointCloud& source, const RigidTransform& start, const RegistrationOptions& options,
                                     const RunControl& control) {
   if (options.method == RegistrationMethod::Symmetric) throw InvalidInput("register_pair_with_pcl: the symmetric method is not PCL's");
   const std::array<PointCloud, 2> both{target, source};

@@ -49,12 +49,12 @@ double sight_tolerance(double residual_scale, double distance) { return std::max
 
 /// One local alignment, to the end.
 struct Local {
-  Alignment alignment;
+  SurfelAlignment alignment;
   std::optional<double> in_front;
 };
 
 /// @param is_candidate  One of many: with fewer surfels and steps.
-Alignment align_middle(const PreparedScan& target, const PreparedScan& source, const RigidTransform& start, bool is_candidate, const RunControl& control) {
+SurfelAlignment align_middle(const PreparedScan& target, const PreparedScan& source, const RigidTransform& start, bool is_candidate, const RunControl& control) {
   const double distance = target.fine().distance(), coarse = target.coarse().distance();
   const int stride = std::max(1, std::max(target.fine().size(), source.fine().size()) / (is_candidate ? kCandidateSurfels : kMidSurfels));
   return align_surfels(target.fine(), source.fine(), start,
@@ -123,9 +123,9 @@ std::vector<FreeMotion> in_frame(std::vector<FreeMotion> motions, const Prepared
 
 namespace {
 
-Registration judge(const PreparedScan& target, const PreparedScan& source, const Local& local, const RegistrationOptions& options) {
-  const Alignment& a = local.alignment;
-  Registration r;
+PairRegistration judge(const PreparedScan& target, const PreparedScan& source, const Local& local, const RegistrationOptions& options) {
+  const SurfelAlignment& a = local.alignment;
+  PairRegistration r;
   r.target_from_source = in_unit(a.target_from_source, target, source);
   r.overlap = overlap_of(a.sums);
   r.in_front = local.in_front;
@@ -153,18 +153,18 @@ Registration judge(const PreparedScan& target, const PreparedScan& source, const
   return r;
 }
 
-bool is_found(const Registration& r) { return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate; }
+bool is_found(const PairRegistration& r) { return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate; }
 
-double score_of(const Registration& r) { return r.overlap * std::pow(1.0 - r.in_front.value_or(0.0), 2); }
+double score_of(const PairRegistration& r) { return r.overlap * std::pow(1.0 - r.in_front.value_or(0.0), 2); }
 
 }  // namespace
 
-Alignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, const RunControl& control) {
+SurfelAlignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, const RunControl& control) {
   const double distance = target.fine().distance();
   const auto look = [&](double gate) {
     return align_surfels(target.fine(), source.fine(), pose, {.first_gate = gate, .last_gate = gate, .stride = 1, .max_iterations = 1, .step = kFixedStep}, control);
   };
-  Alignment found = look(3.0 * distance);
+  SurfelAlignment found = look(3.0 * distance);
   found = look(std::clamp(kLastGateScales * found.residual_scale, kLastGate * distance, 2.0 * target.coarse().distance()));
   found.target_from_source = pose;
   found.num_iterations = 0;
@@ -172,7 +172,7 @@ Alignment look_at_pose(const PreparedScan& target, const PreparedScan& source, c
   return found;
 }
 
-Matrix6 information_of(const Alignment& a, const PreparedScan& target, const PreparedScan& source) {
+Matrix6 information_of(const SurfelAlignment& a, const PreparedScan& target, const PreparedScan& source) {
   if (!(a.sums.weight > 0.0)) return Matrix6::Zero();
   Matrix6 information = a.sums.information * weight_of_information(a.sums, target, source);
   const auto open = open_directions(a.sums);
@@ -183,24 +183,24 @@ Matrix6 information_of(const Alignment& a, const PreparedScan& target, const Pre
   return information;
 }
 
-Registration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source, const RegistrationOptions& options,
+PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source, const RegistrationOptions& options,
                         const RunControl& control) {
   Local local;
   local.alignment = look_at_pose(target, source, normalised(target_from_source, target, source), control);
   local.in_front = share_in_front(target, source, local.alignment.target_from_source, sight_tolerance(local.alignment.residual_scale, target.fine().distance()), kLookedInFront);
-  Registration r = judge(target, source, local, options);
+  PairRegistration r = judge(target, source, local, options);
   r.target_from_source = target_from_source;
   return r;
 }
 
-Registration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
+PairRegistration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
                            const RegistrationOptions& options, const RunControl& control) {
   check_ranges(options);
   if (options.method != RegistrationMethod::Symmetric) throw InvalidInput("register_pair: this is the symmetric method; PCL's are in reference_methods.h");
-  std::optional<Registration> best;
+  std::optional<PairRegistration> best;
   if (start && options.start != RegistrationStart::Global) {
     const double coarse = target.coarse().distance();
-    const Alignment rough = align_surfels(target.coarse(), source.coarse(), normalised(*start, target, source),
+    const SurfelAlignment rough = align_surfels(target.coarse(), source.coarse(), normalised(*start, target, source),
                                           {.first_gate = 1.0, .last_gate = 2.0 * coarse, .stride = 1, .max_iterations = kMidIterations, .step = 1e-3}, control);
     best = judge(target, source, align_fully(target, source, rough.target_from_source, options, control), options);
     if (is_found(*best) || options.start == RegistrationStart::Given) {
@@ -211,21 +211,21 @@ Registration register_pair(const PreparedScan& target, const PreparedScan& sourc
   // Candidates are told apart by the middle stage, the best of them gets the full one.
   std::optional<std::pair<double, RigidTransform>> chosen;
   for (const PoseCandidate& candidate : search_poses(target, source, kNumCandidates, control.part(0.0, 0.8))) {
-    const Alignment middle = align_middle(target, source, candidate.pose, true, control);
+    const SurfelAlignment middle = align_middle(target, source, candidate.pose, true, control);
     const double front = share_in_front(target, source, middle.target_from_source, 3.0 * target.fine().distance(), kLookedInFront).value_or(0.0);
     const double score = pose_score(middle, front, target.fine().distance());
     if (!chosen || score > chosen->first) chosen = {score, middle.target_from_source};
   }
   if (chosen) {
-    Registration found = judge(target, source, align_fully(target, source, chosen->second, options, control), options);
+    PairRegistration found = judge(target, source, align_fully(target, source, chosen->second, options, control), options);
     found.is_found_by_search = true;
     if (!best || is_found(found) || (!is_found(*best) && score_of(found) > score_of(*best))) best = found;
   }
   control.report(1.0);
-  return best.value_or(Registration{});
+  return best.value_or(PairRegistration{});
 }
 
-Registration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
+PairRegistration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
                            const RegistrationOptions& options, const RunControl& control) {
   const std::array<PointCloud, 2> both{target, source};
   const std::vector<PreparedScan> scans = prepare_scans(both, options, control);

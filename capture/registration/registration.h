@@ -37,7 +37,7 @@ enum class RegistrationStatus { Converged, IterationLimit, TooFewPairs, Degenera
 [[nodiscard]] std::string_view name_of(RegistrationStatus status);
 
 /// What register_pair() found; lengths in the scans' unit.
-struct Registration {
+struct PairRegistration {
   RegistrationStatus status = RegistrationStatus::TooFewPairs;
   RigidTransform target_from_source;
   double rms_residual = 0.0;      ///< Of partners along their normals, weighted as in the fit.
@@ -62,7 +62,7 @@ struct Registration {
 /// @param start  target from source; nothing = search, whatever options.start says.
 /// @throws InvalidInput on options out of range, a scan of fewer than 16 points or without extent or surface, or a method other than
 /// Symmetric (see reference_methods.h); Cancelled.
-[[nodiscard]] Registration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
+[[nodiscard]] PairRegistration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
                                          const RegistrationOptions& options = {}, const RunControl& control = {});
 
 }  // namespace patinate

@@ -33,7 +33,7 @@ RunControl one_thread(const RunControl& control) {
 
 }  // namespace
 
-double pose_score(const Alignment& found, double in_front, double distance) {
+double pose_score(const SurfelAlignment& found, double in_front, double distance) {
   const double misfit = found.residual_scale / (kGoodFit * distance);
   return overlap_of(found.sums) * (1.0 - in_front) * (1.0 - in_front) / (1.0 + misfit * misfit);
 }
@@ -63,7 +63,7 @@ std::vector<PoseCandidate> search_poses(const PreparedScan& target, const Prepar
   }
   const auto improve = [&](PoseCandidate& candidate, int stride, int max_iterations, const RunControl& quiet) {
     const double distance = target.coarse().distance();
-    const Alignment found = align_surfels(target.coarse(), source.coarse(), candidate.pose,
+    const SurfelAlignment found = align_surfels(target.coarse(), source.coarse(), candidate.pose,
                                           {.first_gate = kFirstGate, .last_gate = 2.0 * distance, .stride = stride, .max_iterations = max_iterations, .step = 1e-2}, quiet);
     candidate.pose = found.target_from_source;
     const double front = share_in_front(target, source, candidate.pose, distance, kLookedInFront).value_or(0.0);

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nanoflann.hpp>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/geometry/point_tree.h"
 
 namespace patinate {
 
@@ -23,44 +23,36 @@ constexpr double kLeastCosine = 0.5;  ///< Normals of partners: 60 degrees.
 constexpr int kFewestPairs = 12;
 constexpr double kSureShare = 0.999;  ///< Of a margin: rounding.
 
-struct Positions {
-  std::vector<Vec3> points;
-  // The names that nanoflann asks for.
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const { return points[i][static_cast<Eigen::Index>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Positions>, Positions, 3, std::uint32_t>;
-
-struct TreeOfPositions {
-  Positions positions;
-  Tree tree;
-  explicit TreeOfPositions(std::vector<Vec3> p) : positions{std::move(p)}, tree(3, positions, nanoflann::KDTreeSingleIndexAdaptorParams(8)) {}
-};
+constexpr int kPointsPerLeaf = 8;
 
 /// Keeps the nearest point below a distance, of several at the same the one with the smallest index, and how far the next one is.
-struct NearestBelow {
-  double squared;
-  double second;
-  int index = -1;
-  [[nodiscard]] double worstDist() const { return second; }
-  [[nodiscard]] bool full() const { return true; }
-  [[nodiscard]] std::size_t size() const { return index >= 0 ? 1 : 0; }
-  bool addPoint(double found, std::uint32_t i) {
+class NearestBelow final : public flann::ResultSet<double> {
+ public:
+  /// @param index  A point that is known already, or -1. @param squared  Its squared distance, or that to stay below.
+  NearestBelow(double below_squared, int index, double squared)
+      : squared_(squared), second_(below_squared), index_(index) {}
+  [[nodiscard]] bool full() const override { return true; }
+  [[nodiscard]] double worstDist() const override { return second_; }
+  void addPoint(double found, std::size_t i) override {
     const int at = static_cast<int>(i);
-    if (at == index) return true;
-    if (found < squared || (found == squared && (index < 0 || at < index))) {
-      if (index >= 0) second = squared;
-      squared = found;
-      index = at;
-    } else if (found < second) {
-      second = found;
+    if (at == index_) return;
+    if (found < squared_ || (found == squared_ && (index_ < 0 || at < index_))) {
+      if (index_ >= 0) second_ = squared_;
+      squared_ = found;
+      index_ = at;
+    } else if (found < second_) {
+      second_ = found;
     }
-    return true;
   }
+  [[nodiscard]] SurfelSet::Found found() const {
+    if (index_ < 0) return {};
+    return {index_, 0.5 * (std::sqrt(second_) - std::sqrt(squared_))};
+  }
+
+ private:
+  double squared_;
+  double second_;
+  int index_;
 };
 
 double quantile_of(std::vector<double>& values, double share) {
@@ -90,22 +82,17 @@ SurfelSet::SurfelSet(std::vector<Surfel> surfels, double distance, bool is_orien
     variances.push_back(s.variance);
   }
   median_variance_ = median_of(variances);
-  if (!positions.empty()) tree_ = std::make_shared<const TreeOfPositions>(std::move(positions));
+  if (!positions.empty()) tree_ = std::make_shared<const PointTree>(std::move(positions), kPointsPerLeaf);
 }
 
 SurfelSet::Found SurfelSet::nearest(const Vec3& p, double radius, int hint) const {
   if (surfels_.empty()) return {};
-  NearestBelow found{radius * radius, radius * radius};
-  if (hint >= 0) {
-    const double squared = ((*this)[hint].position - p).squaredNorm();
-    if (squared <= found.squared) {
-      found.squared = squared;
-      found.index = hint;
-    }
-  }
-  static_cast<const TreeOfPositions*>(tree_.get())->tree.findNeighbors(found, p.data(), nanoflann::SearchParams());
-  if (found.index < 0) return {};
-  return {found.index, 0.5 * (std::sqrt(found.second) - std::sqrt(found.squared))};
+  const double below = radius * radius;
+  const double squared = hint >= 0 ? ((*this)[hint].position - p).squaredNorm() : below;
+  const bool is_known = hint >= 0 && squared <= below;
+  NearestBelow found(below, is_known ? hint : -1, is_known ? squared : below);
+  tree_->search(p, found);
+  return found.found();
 }
 
 void PairSums::add(const PairSums& other) {
@@ -141,7 +128,7 @@ class Aligner {
     base_variance_ = 0.5 * (target.median_variance() + source.median_variance());
   }
 
-  Alignment run() {
+  SurfelAlignment run() {
     for (result_.num_iterations = 0; result_.num_iterations < schedule_.max_iterations;) {
       control_.throw_if_stopped();
       find_pairs();
@@ -319,7 +306,7 @@ class Aligner {
   RunControl control_;
   bool is_oriented_ = false;
   double base_variance_ = 0.0;
-  Alignment result_;
+  SurfelAlignment result_;
   std::vector<Known> known_of_source_, known_of_target_;
   double travelled_ = 0.0;  ///< What no surfel has moved by more than, in all steps so far.
   double reach_ = 0.0;      ///< Farthest position from the origin, of both sets.
@@ -334,7 +321,7 @@ class Aligner {
 
 }  // namespace
 
-Alignment align_surfels(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start, const AlignmentSchedule& schedule,
+SurfelAlignment align_surfels(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start, const AlignmentSchedule& schedule,
                         const RunControl& control) {
   return Aligner(target, source, start, schedule, control).run();
 }

@@ -9,10 +9,11 @@
 
 #include "capture/registration/surfels.h"
 #include "libcommon/core/run_control.h"
-#include "libcommon/geometry/nearest_points.h"
 #include "libcommon/geometry/rigid_transform.h"
 
 namespace patinate {
+
+class PointTree;
 
 /// Surfels of one scan with what finds the nearest of them. Lengths are in any unit; rotations are best about the origin.
 class SurfelSet {
@@ -38,7 +39,7 @@ class SurfelSet {
   double distance_;
   bool is_oriented_;
   double median_variance_;
-  std::shared_ptr<const void> tree_;
+  std::shared_ptr<const PointTree> tree_;
 };
 
 /// How far partners may lie apart while the scans are brought together.
@@ -66,7 +67,8 @@ struct PairSums {
   void add(const PairSums& other);
 };
 
-struct Alignment {
+/// What align_surfels() found.
+struct SurfelAlignment {
   RigidTransform target_from_source;
   PairSums sums;
   double residual_scale = 0.0;  ///< Robust standard deviation of r.
@@ -81,7 +83,7 @@ struct Alignment {
 /// in either direction. w: Tukey's of r (4.7 robust standard deviations, by the lower quartile of |r|), fading with the distance of the partners and with
 /// the angle between their normals, over the sum of their variances [Segal 2009]. Directions with less than kFreeShare of the largest
 /// eigenvalue of the information are held. Swapped sets give the inverse to rounding. Same bits for any number of threads.
-[[nodiscard]] Alignment align_surfels(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start, const AlignmentSchedule& schedule,
+[[nodiscard]] SurfelAlignment align_surfels(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start, const AlignmentSchedule& schedule,
                                       const RunControl& control = {});
 
 inline constexpr double kFreeShare = 1e-3;

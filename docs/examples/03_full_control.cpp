@@ -37,7 +37,7 @@ std::shared_ptr<const History> make_history(const RunControl& control) {
   }
   MemoryControl thickness{.facts = {.name = "thickness", .low = options.thickness_min_mm, .high = options.thickness_max_mm, .unit = "mm"}, .values = plate.thickness_mm};
   for (float& t : thickness.values.values()) {  // From 0 to 1 between the two.
-    t = std::clamp(static_cast<float>((t - options.thickness_min_mm) / (options.thickness_max_mm - options.thickness_min_mm)), 0.0f, 1.0f);
+    t = std::clamp(static_cast<float>((static_cast<double>(t) - options.thickness_min_mm) / (options.thickness_max_mm - options.thickness_min_mm)), 0.0f, 1.0f);
   }
   images.controls.push_back(std::move(thickness));
   return std::make_shared<const MemoryHistory>(std::move(images));

@@ -11,14 +11,14 @@ namespace patinate {
 
 namespace {
 
-std::string rule_text(TileRule rule, std::size_t count) {
+std::string rule_text(UvLayoutRule rule, std::size_t count) {
   const std::string number = std::to_string(count);
   switch (rule) {
-    case TileRule::Udim: return number + (count == 1 ? " UDIM tile" : " UDIM tiles");
-    case TileRule::Material: return "a tile for each of its " + number + " materials";
-    case TileRule::Node: return "a tile for each of its " + number + " nodes";
-    case TileRule::Surface: return "a tile for each of its " + number + " pairs of node and material";
-    case TileRule::Square: break;
+    case UvLayoutRule::Udim: return number + (count == 1 ? " UDIM tile" : " UDIM tiles");
+    case UvLayoutRule::Material: return "a tile for each of its " + number + " materials";
+    case UvLayoutRule::Node: return "a tile for each of its " + number + " nodes";
+    case UvLayoutRule::Surface: return "a tile for each of its " + number + " pairs of node and material";
+    case UvLayoutRule::Square: break;
   }
   return "one square";
 }
@@ -26,7 +26,7 @@ std::string rule_text(TileRule rule, std::size_t count) {
 std::string percent(double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; }
 
 void note_tiles(AtlasMesh& atlas, const std::string& remark) {
-  if (atlas.rule == TileRule::Square) {
+  if (atlas.rule == UvLayoutRule::Square) {
     if (!remark.empty()) atlas.notes.push_back(remark);
     return;
   }
@@ -36,7 +36,7 @@ void note_tiles(AtlasMesh& atlas, const std::string& remark) {
   if (atlas.tiles.size() > kMostListed) list += ", ...";
   atlas.notes.push_back("the atlas has " + rule_text(atlas.rule, atlas.tiles.size()) + " (" + list + ")" +
                         (remark.empty() ? "" : ": " + remark) +
-                        (atlas.rule == TileRule::Udim ? "" : "; --node or --material chooses some of them"));
+                        (atlas.rule == UvLayoutRule::Udim ? "" : "; --node or --material chooses some of them"));
 }
 
 AtlasMesh unwrapped(const Mesh& mesh, int resolution, const std::string& reason, const RunControl& control) {

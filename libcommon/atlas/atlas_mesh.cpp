@@ -38,7 +38,7 @@ AtlasMesh atlas_mesh_of(Mesh mesh, UvLayout layout) {
   atlas.triangle_tile = std::move(layout.triangle_tile);
   bool moves = false;
   for (const AtlasTile& tile : layout.tiles) moves = moves || tile.shift != tile.origin || tile.scale != 1.0;
-  const bool is_udim = layout.rule == TileRule::Udim;
+  const bool is_udim = layout.rule == UvLayoutRule::Udim;
   if (moves || is_udim) {
     map_uvs(mesh, atlas.triangle_tile, layout.tiles.size(), [&](std::size_t i, const Vec2& uv) -> Vec2 {
       const AtlasTile& tile = layout.tiles[i];
@@ -58,7 +58,7 @@ std::vector<std::string> AtlasMesh::tile_names() const {
   return names;
 }
 
-AtlasMesh read_back_atlas_mesh(Mesh mesh, TileRule rule, const std::vector<std::string>& names) {
+AtlasMesh read_back_atlas_mesh(Mesh mesh, UvLayoutRule rule, const std::vector<std::string>& names) {
   if (!mesh.has_uvs()) throw InvalidInput("the mesh has no UVs");
   UvLayout layout = uv_layout_by_rule(mesh, rule);
   AtlasMesh atlas = atlas_mesh_of(std::move(mesh), std::move(layout));

@@ -16,7 +16,7 @@ namespace patinate {
 /// A mesh and the squares that its UVs lie in.
 struct AtlasMesh {
   Mesh mesh;                       ///< UVs as a file holds them: those of a tile lie in the unit square at its origin.
-  TileRule rule = TileRule::Square;
+  UvLayoutRule rule = UvLayoutRule::Square;
   std::vector<AtlasTile> tiles;    ///< At least one; shift = origin and scale = 1 once the UVs are brought in.
   std::vector<int> triangle_tile;  ///< Into tiles; as long as the mesh's triangles.
   bool is_unwrapped = false;
@@ -31,7 +31,7 @@ struct AtlasMesh {
 /// The UVs of a file that an AtlasMesh was written to: nothing is fitted or measured.
 /// @param rule, names  Of the tiles; one "" for a square alone.
 /// @throws InvalidInput if a triangle lies in none of the tiles.
-[[nodiscard]] AtlasMesh read_back_atlas_mesh(Mesh mesh, TileRule rule, const std::vector<std::string>& names);
+[[nodiscard]] AtlasMesh read_back_atlas_mesh(Mesh mesh, UvLayoutRule rule, const std::vector<std::string>& names);
 
 /// The mesh with UVs over the whole sheet in [0, 1], as TexelMap and renderers take it.
 /// @param sheet  With as many tiles.

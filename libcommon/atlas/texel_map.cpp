@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kMaxSide = 65536;
 constexpr int kMaxCrossings = 10'000;
+constexpr int kLargestStep = 32767;          ///< Texels; its square, doubled, is an int. What lies farther is walked to.
 constexpr double kUvSlack = 0.01;            ///< Charts that lean over the atlas's edge lose that strip.
 
 void check_uvs(const Mesh& mesh) {
@@ -327,12 +328,11 @@ TexelId TexelMap::inside_chart(TexelId from, int dx, int dy) const {
   const auto is_own = [&](int qx, int qy) {
     return qx >= 0 && qy >= 0 && qx < width_ && qy < height_ && chart(TexelId{qy} * width_ + qx) == own_chart;
   };
+  // A step's parts are as many texels to the left as they would be to the right: division cuts toward 0 on both sides.
   const int num_steps = std::max(std::abs(dx), std::abs(dy));
+  const auto near = [&](int d, int i) { return (2 * d * i + (d < 0 ? -num_steps : num_steps)) / (2 * num_steps); };
   for (int i = 1; i <= num_steps; ++i) {
-    if (!is_own(x + (2 * dx * i + num_steps) / (2 * num_steps), y + (2 * dy * i + num_steps) / (2 * num_steps)) &&
-        !is_own(x + dx * i / num_steps, y + dy * i / num_steps)) {
-      return -1;
-    }
+    if (!is_own(x + near(dx, i), y + near(dy, i)) && !is_own(x + dx * i / num_steps, y + dy * i / num_steps)) return -1;
   }
   return is_own(x + dx, y + dy) ? from + TexelId{dy} * width_ + dx : -1;
 }
@@ -342,7 +342,7 @@ void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2>
   const FlowFrame& frame = frames[static_cast<std::size_t>(p.triangle)];
   const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle, frame), to_mm = frame.transpose() * mm_per_texel(p.triangle);
   for (std::size_t k = 0; k < offsets_mm.size(); ++k) {
-    const std::optional<TexelStep> step = whole_step(to_texels * offsets_mm[k], std::max(width_, height_));
+    const std::optional<TexelStep> step = whole_step(to_texels * offsets_mm[k], std::min(kLargestStep, std::max(width_, height_)));
     const TexelId inside = step ? inside_chart(t, step->x, step->y) : -1;
     if (inside >= 0) {
       out[k] = {inside, to_mm * Vec2(step->x, step->y)};

@@ -116,7 +116,7 @@ bool fit_udim(const Mesh& mesh, UvLayout& layout) {
     index_of.emplace(number[t], 0);
   }
   if (index_of.size() > kMaxTiles) return false;
-  layout.rule = TileRule::Udim;
+  layout.rule = UvLayoutRule::Udim;
   for (auto& [name, index] : index_of) {
     index = static_cast<int>(layout.tiles.size());
     const int column = (name - 1001) % 10, line = (name - 1001) / 10;
@@ -142,13 +142,13 @@ std::string file_name_of(const std::string& name, std::set<std::string>& taken) 
   return unique;
 }
 
-std::string group_name(const Mesh::Surface& s, TileRule rule) {
-  if (rule == TileRule::Material) return s.material;
-  return rule == TileRule::Node ? s.node : s.node + '\n' + s.material;
+std::string group_name(const Mesh::Surface& s, UvLayoutRule rule) {
+  if (rule == UvLayoutRule::Material) return s.material;
+  return rule == UvLayoutRule::Node ? s.node : s.node + '\n' + s.material;
 }
 
 /// A tile per material, node or surface; nothing when there is only one, or too many.
-bool split_by_name(const Mesh& mesh, TileRule rule, UvLayout& layout) {
+bool split_by_name(const Mesh& mesh, UvLayoutRule rule, UvLayout& layout) {
   if (mesh.triangle_surface.size() != mesh.triangles.size()) return false;
   std::map<std::string, int> index_of;
   std::vector<int> tile_of_surface;
@@ -169,7 +169,7 @@ bool split_by_name(const Mesh& mesh, TileRule rule, UvLayout& layout) {
 
 /// The first way to split by names after which every tile fits a square and overlaps no more than it may.
 bool fit_any_groups(const Mesh& mesh, UvLayout& layout) {
-  for (const TileRule rule : {TileRule::Material, TileRule::Node, TileRule::Surface}) {
+  for (const UvLayoutRule rule : {UvLayoutRule::Material, UvLayoutRule::Node, UvLayoutRule::Surface}) {
     UvLayout out = layout;
     out.tiles.clear();
     if (!split_by_name(mesh, rule, out)) continue;
@@ -224,7 +224,7 @@ UvLayout find_uv_layout(const Mesh& mesh) {
   }
   layout.overlap_share = overlap_share(mesh, layout.triangle_tile, layout.tiles);
   const double shared = layout.overlap_share;
-  if (shared > kMostOverlap && layout.rule == TileRule::Square && fit_any_groups(mesh, layout)) {
+  if (shared > kMostOverlap && layout.rule == UvLayoutRule::Square && fit_any_groups(mesh, layout)) {
     layout.remark = "together they overlap in " + percent(shared) + " of the texels";
   }
   remark_on_fit(layout);
@@ -236,12 +236,12 @@ UvLayout find_uv_layout(const Mesh& mesh) {
   return layout;
 }
 
-UvLayout uv_layout_by_rule(const Mesh& mesh, TileRule rule) {
+UvLayout uv_layout_by_rule(const Mesh& mesh, UvLayoutRule rule) {
   UvLayout layout;
   layout.triangle_tile.assign(mesh.triangles.size(), 0);
-  if (rule == TileRule::Square) {
+  if (rule == UvLayoutRule::Square) {
     layout.tiles.assign(1, {});
-  } else if (rule == TileRule::Udim ? !fit_udim(mesh, layout) : !split_by_name(mesh, rule, layout)) {
+  } else if (rule == UvLayoutRule::Udim ? !fit_udim(mesh, layout) : !split_by_name(mesh, rule, layout)) {
     layout.tiles.clear();
   }
   return layout;

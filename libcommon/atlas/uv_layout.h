@@ -10,7 +10,7 @@
 namespace patinate {
 
 /// What tells which tile a triangle belongs to.
-enum class TileRule { Square, Udim, Material, Node, Surface };
+enum class UvLayoutRule { Square, Udim, Material, Node, Surface };
 
 /// One square of texels.
 struct AtlasTile {
@@ -22,7 +22,7 @@ struct AtlasTile {
 
 /// UVs as an atlas.
 struct UvLayout {
-  TileRule rule = TileRule::Square;
+  UvLayoutRule rule = UvLayoutRule::Square;
   std::vector<AtlasTile> tiles;     ///< Empty when the UVs make no atlas at all.
   std::vector<int> triangle_tile;   ///< Into tiles; as long as the mesh's triangles.
   double overlap_share = 0.0;       ///< Of the covered texels, those that more than one triangle claims, in these tiles.
@@ -47,6 +47,6 @@ inline constexpr int kMaxTiles = 100;
 
 /// The same tiles of a mesh whose UVs were brought into them before: nothing is fitted or measured, and `tiles` is empty where the
 /// rule does not suit the mesh. @param mesh  With a UV at every corner.
-[[nodiscard]] UvLayout uv_layout_by_rule(const Mesh& mesh, TileRule rule);
+[[nodiscard]] UvLayout uv_layout_by_rule(const Mesh& mesh, UvLayoutRule rule);
 
 }  // namespace patinate

@@ -5,17 +5,24 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cctype>
 #include <cerrno>
+#include <chrono>
+#include <cstdio>
 #include <fstream>
-#include <limits>
 #include <mutex>
 #include <optional>
+#include <random>
 #include <set>
 #include <system_error>
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
+#include "libcommon/core/regular_file.h"
+#include "libcommon/core/temporary_file.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {
@@ -32,18 +39,92 @@ bool flush_to_disk(const fs::path& path) {
   return ok;
 }
 
-constexpr std::string_view kTemporary = ".tmp";  // Followed by the writer's process id.
+constexpr std::string_view kTemporary = ".tmp";  // Followed by who writes.
+constexpr std::chrono::hours kLongUnwritten{7 * 24};
+constexpr std::size_t kMostOfStem = 180;  // The name of a file has at most 255 bytes.
 
-std::string temporary_stem(const fs::path& path) { return "." + path.stem().string() + std::string(kTemporary); }
+std::string temporary_stem(const fs::path& path) { return "." + path.stem().string().substr(0, kMostOfStem) + std::string(kTemporary); }
+
+/// Who writes a temporary file: MACHINE-PID-PROCESS-NUMBER. Process ids mean something on one machine only.
+struct Writer {
+  std::string machine;  ///< 8 hexadecimal digits; "" = not known.
+  pid_t pid = 0;
+  std::string process;  ///< 8 random hexadecimal digits of the process: another one had the same id before.
+};
+
+std::string hex_digits(std::uint64_t value) {
+  std::array<char, 9> text{};
+  std::snprintf(text.data(), text.size(), "%08x", static_cast<unsigned>(value ^ (value >> 32)));
+  return text.data();
+}
+
+std::string first_line(const char* file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+/// Everything in which a process id has one meaning: a start of a machine, and in it a namespace (containers have their own).
+std::string this_machine() {
+  std::error_code error;
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+  const std::string text = host.data() + ("/" + first_line("/proc/sys/kernel/random/boot_id")) + "/" + fs::read_symlink("/proc/self/ns/pid", error).string();
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+  for (unsigned char c : text) hash = (hash ^ c) * 1099511628211u;
+  return hex_digits(hash);
+}
+
+/// This process, as others see it on its files.
+Writer this_writer() {
+  static const std::string machine = this_machine(), process = hex_digits(std::random_device()());
+  return {machine, ::getpid(), process};
+}
+
+std::string new_writer_text() {
+  static std::atomic<unsigned> number{0};
+  const Writer writer = this_writer();
+  return writer.machine + "-" + std::to_string(writer.pid) + "-" + writer.process + "-" + std::to_string(number++);
+}
+
+/// @param text  As new_writer_text() makes it.
+std::optional<Writer> parse_writer(const std::string& text) {
+  const auto is_number = [](const std::string& s) { return !s.empty() && s.size() < 10 && s.find_first_not_of("0123456789") == std::string::npos; };
+  const auto is_hex = [](const std::string& s) { return s.size() == 8 && s.find_first_not_of("0123456789abcdef") == std::string::npos; };
+  const std::vector<std::string> parts = split(text, '-');
+  if (parts.size() == 1 && is_number(parts[0])) return Writer{};  // As earlier versions named them.
+  if (parts.size() != 4 || !is_hex(parts[0]) || !is_number(parts[1]) || !is_hex(parts[2]) || !is_number(parts[3])) return std::nullopt;
+  return Writer{parts[0], static_cast<pid_t>(std::stol(parts[1])), parts[2]};
+}
+
+std::optional<Writer> writer_of(const fs::path& temporary) {
+  const std::string name = temporary.filename().string();
+  if (!name.starts_with('.')) return std::nullopt;
+  for (std::size_t at = name.find(kTemporary); at != std::string::npos; at = name.find(kTemporary, at + 1)) {
+    const std::string rest = name.substr(at + kTemporary.size());
+    if (const std::optional<Writer> writer = parse_writer(rest.substr(0, rest.find('.')))) return writer;
+  }
+  return std::nullopt;
+}
+
+/// Both times are the file system's, whatever the clocks of the machines say.
+bool is_long_unwritten(const fs::path& file) {
+  std::error_code error;
+  const fs::file_time_type written = fs::last_write_time(file, error);
+  if (error) return false;
+  const fs::file_time_type latest = fs::last_write_time(file.has_parent_path() ? file.parent_path() : fs::path("."), error);
+  return !error && latest - written > kLongUnwritten;
+}
 
 /// A temporary file whose writer was killed.
 bool is_abandoned(const fs::path& temporary) {
-  const std::string name = temporary.stem().string();
-  const std::size_t at = name.rfind(kTemporary);
-  if (at == std::string::npos) return false;
-  const std::optional<double> writer = parse_number(name.substr(at + kTemporary.size()));
-  if (!writer || !(*writer >= 1.0 && *writer <= std::numeric_limits<pid_t>::max())) return false;
-  return ::kill(static_cast<pid_t>(*writer), 0) != 0 && errno == ESRCH;
+  const std::optional<Writer> writer = writer_of(temporary);
+  if (!writer) return false;
+  const Writer self = this_writer();
+  if (writer->machine != self.machine) return is_long_unwritten(temporary);
+  if (writer->pid == self.pid) return writer->process != self.process;
+  return writer->pid > 0 && ::kill(writer->pid, 0) != 0 && errno == ESRCH;
 }
 
 void remove_abandoned_files(const fs::path& folder, const std::function<bool(const fs::path&)>& is_one) {
@@ -57,7 +138,11 @@ void remove_abandoned_files(const fs::path& folder, const std::function<bool(con
 /// Removes temporary files for the same path whose writers were killed.
 void remove_leftovers(const fs::path& folder, const fs::path& path) {
   const std::string stem = temporary_stem(path);
-  remove_abandoned_files(folder, [&](const fs::path& p) { return p.filename().string().starts_with(stem) && p.extension() == path.extension(); });
+  const std::string extension = path.extension().string();
+  remove_abandoned_files(folder, [&](const fs::path& p) {
+    const std::string name = p.filename().string();
+    return name.starts_with(stem) && name.ends_with(extension);
+  });
 }
 
 /// The temporary files of this process. Never destroyed: a thread may still write when the process ends.
@@ -74,25 +159,6 @@ Unfinished& unfinished() {
 void forget(const fs::path& temporary) {
   auto& paths = unfinished().paths;
   if (const auto it = paths.find(temporary); it != paths.end()) paths.erase(it);
-}
-
-bool matches(std::string_view name, std::string_view pattern) {
-  std::size_t n = 0, p = 0, star = std::string_view::npos, star_n = 0;
-  while (n < name.size()) {
-    if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == name[n]) && pattern[p] != '*') {
-      ++n, ++p;
-    } else if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      star_n = n;
-    } else if (star != std::string_view::npos) {
-      p = star + 1;
-      n = ++star_n;
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
 }
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
@@ -126,7 +192,7 @@ bool natural_less(const std::string& a, const std::string& b) {
 }  // namespace
 
 AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
-  const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
+  const fs::path folder = folder_of(path_);
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     throw CannotComplete(path_.string() + ": cannot be written; the folder " + folder.string() + " does not exist");
@@ -136,7 +202,7 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
     throw CannotComplete(path_.string() + ": cannot be written; it is no regular file");
   }
   remove_leftovers(folder, path_);
-  temporary_ = folder / (temporary_stem(path_) + std::to_string(::getpid()) + path_.extension().string());
+  temporary_ = folder / (temporary_stem(path_) + new_writer_text() + path_.extension().string());
   const std::lock_guard lock(unfinished().mutex);
   unfinished().paths.insert(temporary_);
 }
@@ -175,6 +241,8 @@ void abandon_atomic_files() {
   for (const fs::path& temporary : unfinished().paths) fs::remove(temporary, error);
 }
 
+bool is_temporary(const fs::path& path) { return writer_of(path).has_value(); }
+
 void remove_abandoned(const fs::path& folder, std::string_view prefix) {
   const std::string start = "." + std::string(prefix);
   remove_abandoned_files(folder, [&](const fs::path& p) { return p.filename().string().starts_with(start); });
@@ -200,12 +268,10 @@ void write_atomically(const fs::path& path, std::string_view bytes) {
 }
 
 std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) throw IoError(path.string(), "is a folder; give a file");
+  check_may_read(path);
+  require_regular_file(path);
   std::ifstream in(path, std::ios::binary | std::ios::ate);
-  if (!in) {
-    throw IoError(path.string(), fs::exists(path, error) ? "cannot be read; check its permissions" : "does not exist");
-  }
+  if (!in) throw IoError(path.string(), "cannot be read; check its permissions");
   const std::streamoff size = in.tellg();
   if (size < 0 || static_cast<std::uint64_t>(size) > max_bytes) {
     throw IoError(path.string(), "is too large; at most " + std::to_string(max_bytes) + " bytes");
@@ -217,19 +283,39 @@ std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
   return bytes;
 }
 
-fs::path manifest_folder(const fs::path& path, std::string_view manifest_name) {
-  if (path.filename() != manifest_name) return path;
-  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
+
+fs::path manifest_folder(const fs::path& path, std::string_view manifest_name) { return path.filename() == manifest_name ? folder_of(path) : path; }
+
+bool matches_pattern(std::string_view name, std::string_view pattern) {
+  std::size_t n = 0, p = 0, star = std::string_view::npos, star_n = 0;
+  while (n < name.size()) {
+    if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == name[n]) && pattern[p] != '*') {
+      ++n, ++p;
+    } else if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      star_n = n;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      n = ++star_n;
+    } else {
+      return false;
+    }
+  }
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
 }
 
 std::vector<fs::path> list_files(const fs::path& folder, std::string_view pattern) {
   std::error_code error;
-  fs::directory_iterator it(folder, error);
+  // A pattern without a folder, "*.png", has an empty one: that is the working folder, and its files have no folder either.
+  fs::directory_iterator it(folder.empty() ? fs::path(".") : folder, error);
   if (error) throw IoError(folder.string(), "cannot be listed; " + error.message());
   std::vector<fs::path> found;
   for (const fs::directory_entry& entry : it) {
     // A dangling link is listed too: whoever reads it says so, and the files after it keep their places.
-    if (!entry.is_directory(error) && matches(entry.path().filename().string(), pattern)) found.push_back(entry.path());
+    const fs::path name = entry.path().filename();
+    if (!entry.is_directory(error) && matches_pattern(name.string(), pattern)) found.push_back(folder / name);
   }
   std::sort(found.begin(), found.end(), [](const fs::path& a, const fs::path& b) {
     return natural_less(a.filename().string(), b.filename().string());

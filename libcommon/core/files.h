@@ -38,7 +38,7 @@ class AtomicFile {
 /// an AtomicFile from then on waits for the end. Call it right before _exit().
 void abandon_atomic_files();
 
-/// Removes what killed writers of an AtomicFile left in `folder` in place of files whose names begin with `prefix`.
+/// Removes what killed writers of an AtomicFile left in `folder` in place of files whose names begin with `prefix`; other machines' after a week.
 void remove_abandoned(const std::filesystem::path& folder, std::string_view prefix);
 
 /// Calls `write` with a temporary path beside `path` (same extension), then renames it over `path`.
@@ -48,9 +48,13 @@ void write_atomically(const std::filesystem::path& path, const std::function<voi
 void write_atomically(const std::filesystem::path& path, std::string_view bytes);
 /// The whole file. @throws IoError if it cannot be read or holds more than `max_bytes`.
 [[nodiscard]] std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes = std::uint64_t{1} << 32);
+/// Where a file lies: "." for a name without a folder, whose parent_path() is empty and can be neither listed nor made.
+[[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& path);
 /// The folder that a user means by it or by its manifest: "copper", "copper/history.json", or "history.json" inside it (then ".").
 [[nodiscard]] std::filesystem::path manifest_folder(const std::filesystem::path& path, std::string_view manifest_name);
-/// Files of `folder` whose names match `pattern` (`*` and `?`), in natural order ("2.png" before "10.png").
+/// Whether a name matches a pattern: `*` stands for any characters, `?` for one.
+[[nodiscard]] bool matches_pattern(std::string_view name, std::string_view pattern);
+/// Files of `folder` (empty: the working folder) whose names match `pattern`, in natural order ("2.png" before "10.png").
 /// @throws IoError if the folder cannot be listed.
 [[nodiscard]] std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder, std::string_view pattern);
 

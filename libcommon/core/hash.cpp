@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
+#include "libcommon/core/regular_file.h"
 
 namespace patinate {
 
@@ -44,8 +46,10 @@ ContentHash& ContentHash::add(std::int64_t value) {
 }
 
 ContentHash& ContentHash::add_file(const std::filesystem::path& path) {
+  check_may_read(path);
+  require_regular_file(path);
   std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path)) throw IoError(path.string(), "cannot be read; give a readable file");
+  if (!in) throw IoError(path.string(), "cannot be read; give a readable file");
   std::vector<char> buffer(1 << 20);
   std::uint64_t total = 0;
   while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), in.gcount() > 0) {

@@ -6,21 +6,12 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/json_text.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {
 
 namespace {
-
-constexpr int kMaxDepth = 64;
-
-/// "3:14" of a byte offset.
-std::string line_and_column(std::string_view text, std::size_t offset) {
-  const std::string_view before = text.substr(0, std::min(offset, text.size()));
-  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
-  const std::size_t line_start = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
-  return "line " + std::to_string(line) + ", column " + std::to_string(before.size() - line_start + 1);
-}
 
 /// Short text of a value for an error: "the string \"abc\"", "an array of 3".
 std::string found_text(const Json& json) {
@@ -38,19 +29,7 @@ std::string found_text(const Json& json) {
 }  // namespace
 
 Json load_json(const std::filesystem::path& path) {
-  const std::string text = read_file(path, std::uint64_t{64} << 20);
-  const auto limit_depth = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kMaxDepth) throw IoError(path.string(), "is nested more than 64 levels deep");
-    return true;
-  };
-  try {
-    return Json::parse(text, limit_depth, /*allow_exceptions=*/true, /*ignore_comments=*/true);
-  } catch (const nlohmann::json::parse_error& e) {
-    throw IoError(path.string(), "is no valid JSON at " + line_and_column(text, e.byte > 0 ? e.byte - 1 : 0) +
-                                     (text.empty() ? " (the file is empty)" : ""));
-  } catch (const nlohmann::json::exception& e) {
-    throw IoError(path.string(), std::string("is no valid JSON: ") + e.what());
-  }
+  return parse_json(path.string(), read_file(path, std::uint64_t{64} << 20));
 }
 
 void save_json(const std::filesystem::path& path, const Json& json) {

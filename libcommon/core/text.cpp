@@ -9,10 +9,21 @@
 
 namespace patinate {
 
-std::string number_text(double value) {
-  std::array<char, 32> buffer{};
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+namespace {
+
+/// The fewest digits that read back to the same double.
+std::string digits_of(double value, std::chars_format format) {
+  std::array<char, 64> buffer{};
+  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format);
   return std::string(buffer.data(), result.ptr);
+}
+
+}  // namespace
+
+std::string number_text(double value) {
+  const double size = std::abs(value);
+  const bool is_plain = size == 0.0 || (size >= 1e-6 && size < 1e21);
+  return digits_of(value, is_plain ? std::chars_format::fixed : std::chars_format::scientific);
 }
 
 double rounded(double value, int digits) {
@@ -30,10 +41,8 @@ constexpr int kShortDigits = 6;
 std::string plain_number_text(double value, int digits) {
   const double shown = rounded(value, digits);
   const double size = std::abs(shown);
-  if (!(size >= 1e-4 && size < 1e15)) return number_text(shown);
-  std::array<char, 64> buffer{};
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), shown, std::chars_format::fixed);
-  return std::string(buffer.data(), result.ptr);
+  const bool is_plain = size == 0.0 || (size >= 1e-4 && size < 1e15);
+  return digits_of(shown, is_plain ? std::chars_format::fixed : std::chars_format::scientific);
 }
 
 /// Between values that differ; infinite when none do.

@@ -10,7 +10,7 @@
 
 namespace patinate {
 
-/// Shortest decimal text that reads back to the same double.
+/// The fewest digits that read back to the same double; as in browsers, an exponent only below 1e-6 and from 1e21 on: 100000, never 1e+05.
 [[nodiscard]] std::string number_text(double value);
 /// The double nearest to `value` written with so many significant digits: 25 * 19.4 becomes 485 with 12.
 [[nodiscard]] double rounded(double value, int digits);

@@ -14,6 +14,12 @@ namespace patinate {
 
 namespace {
 
+// Far beyond any lens, and near enough that squares and quotients of them are numbers.
+constexpr double kShortestFocal = 1e-3, kLongestFocal = 1e6;  // In longer sides of the picture: 179.9 degrees, and 0.2 arc seconds.
+constexpr double kFarthestPrincipalPoint = 1e4;               // Likewise: a picture may be cut from a far larger one.
+constexpr double kLargestDistortion = 1e12;                   // k3 grows with the sixth power of the focal length.
+constexpr double kFarthest = 1e15;
+
 [[noreturn]] void fail(const std::string& what, const std::string& expected) {
   throw InvalidInput("camera: " + what + "; " + expected);
 }
@@ -23,14 +29,18 @@ void check(const CameraParameters& p) {
   if (p.width < 1 || p.height < 1 || p.width > kMaxSide || p.height > kMaxSide) {
     fail("a picture of " + size_text(p.width, p.height) + " is out of range", "use 1 to 65536 pixels");
   }
-  if (!(p.fx > 0 && p.fy > 0 && std::isfinite(p.fx) && std::isfinite(p.fy))) {
-    fail("focal lengths " + number_text(p.fx) + ", " + number_text(p.fy) + " are out of range", "use > 0, in pixels");
+  const double side = std::max(p.width, p.height);
+  const auto is_focal = [&](double f) { return f >= side * kShortestFocal && f <= side * kLongestFocal; };
+  if (!is_focal(p.fx) || !is_focal(p.fy)) {
+    fail("focal lengths " + number_text(p.fx) + ", " + number_text(p.fy) + " are out of range",
+         "use " + short_number_text(side * kShortestFocal) + " to " + short_number_text(side * kLongestFocal) + ", in pixels, for a picture of " + size_text(p.width, p.height));
   }
-  if (!std::isfinite(p.cx) || !std::isfinite(p.cy)) fail("the principal point is not finite", "give two numbers of pixels");
-  if (!std::all_of(p.distortion.begin(), p.distortion.end(), [](double d) { return std::isfinite(d); })) {
-    fail("the distortion is not finite", "give k1 k2 p1 p2 k3");
+  const auto is_near = [&](double c) { return std::abs(c) <= side * kFarthestPrincipalPoint; };
+  if (!is_near(p.cx) || !is_near(p.cy)) fail("the principal point " + number_text(p.cx) + ", " + number_text(p.cy) + " is out of range", "give two numbers of pixels");
+  if (!std::all_of(p.distortion.begin(), p.distortion.end(), [](double d) { return std::abs(d) <= kLargestDistortion; })) {
+    fail("the distortion is out of range", "give k1 k2 p1 p2 k3");
   }
-  if (!p.translation.allFinite()) fail("the translation is not finite", "give three numbers");
+  if (!(p.translation.array().abs() <= kFarthest).all()) fail("the translation is out of range", "give three numbers");
   constexpr double kTolerance = 1e-6;
   const Eigen::Matrix3d off = p.rotation * p.rotation.transpose() - Eigen::Matrix3d::Identity();
   if (!(off.cwiseAbs().maxCoeff() <= kTolerance)) fail("the rotation is not orthonormal", "give a rotation matrix to six digits or more");
@@ -128,6 +138,7 @@ std::optional<Vec2> Camera::project(const Vec3& in_world) const {
 std::optional<CameraRay> Camera::ray(const Vec2& pixel) const {
   const CameraParameters& c = parameters_;
   const Vec2 seen((pixel.x() - c.cx) / c.fx, (pixel.y() - c.cy) / c.fy);
+  if (!seen.allFinite()) return std::nullopt;  // Half of infinity is infinite: it would never come within the lens.
   const auto error_px = [&](const Vec2& x) {
     const Vec2 off = distort(x) - seen;
     return x.squaredNorm() < max_radius2_ ? std::hypot(c.fx * off.x(), c.fy * off.y()) : std::numeric_limits<double>::infinity();

@@ -16,9 +16,9 @@ namespace patinate {
 struct CameraParameters {
   int width = 0;   ///< Of the photographs, pixels; [1, 65536].
   int height = 0;
-  double fx = 0.0;  ///< Focal lengths, pixels; > 0.
+  double fx = 0.0;  ///< Focal lengths, pixels; 0.001 to 1e6 longer sides of the picture.
   double fy = 0.0;
-  double cx = 0.0;  ///< Principal point, pixels.
+  double cx = 0.0;  ///< Principal point, pixels; at most 1e4 longer sides from the first one.
   double cy = 0.0;
   std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3 [Brown 1971].
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< x_in_camera = rotation x_in_world + translation; orthonormal to 1e-6, det +1.

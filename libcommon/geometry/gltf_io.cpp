@@ -2,14 +2,23 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cstring>
+#include <filesystem>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/geometry/mesh_builder.h"
+#include "libcommon/geometry/mesh_files.h"
 #include "libcommon/geometry/mesh_formats.h"
 
 namespace patinate {
@@ -23,6 +32,30 @@ constexpr int kMaxJsonDepth = 128;
 
 bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
   return true;
+}
+
+/// What a glTF names is read as everything else is, and its names stand for nothing but themselves.
+tinygltf::FsCallbacks files_beside(std::string* outside) {
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = [](const std::string& path, void* kept) {
+    std::error_code error;
+    if (may_read(path)) return std::filesystem::exists(path, error);
+    if (auto& first = *static_cast<std::string*>(kept); first.empty()) first = path;
+    return false;
+  };
+  callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* problem, const std::string& path, void*) {
+    try {
+      const std::string bytes = read_file(path, kMaxBytes);
+      out->assign(bytes.begin(), bytes.end());
+      return true;
+    } catch (const IoError& e) {
+      *problem = std::string(e.what()).substr(path.size() + 2);
+      return false;
+    }
+  };
+  callbacks.user_data = outside;
+  return callbacks;
 }
 
 std::uint32_t little_endian_u32(std::string_view bytes, std::size_t offset) {
@@ -58,6 +91,19 @@ std::string_view json_of_glb(const std::string& file, std::string_view bytes) {
   return bytes.substr(20, json_length);
 }
 
+/// Broken escapes stay as they are, as tinygltf leaves them.
+std::string percent_decoded(const std::string& uri) {
+  std::string out;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned code = 0;
+    const char* digits = uri.data() + i + 1;
+    const bool is_escape = uri[i] == '%' && i + 2 < uri.size() && std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2;
+    out += is_escape ? static_cast<char>(code) : uri[i];
+    if (is_escape) i += 2;
+  }
+  return out;
+}
+
 void check_depth(const std::string& file, std::string_view json) {
   int depth = 0;
   bool in_string = false;
@@ -83,18 +129,25 @@ tinygltf::Model load_model(const std::filesystem::path& path) {
   check_depth(file, is_binary ? json_of_glb(file, bytes) : std::string_view(bytes));
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(&ignore_image, nullptr);
+  std::string outside;
+  loader.SetFsCallbacks(files_beside(&outside));
   tinygltf::Model model;
   std::string error, warning;
-  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  const std::string folder = folder_of(path).string();
   const auto size = static_cast<unsigned int>(bytes.size());
   bool ok = false;
   try {
     ok = is_binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
                                                  reinterpret_cast<const unsigned char*>(bytes.data()), size, folder)
                    : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, folder);
-  } catch (const std::exception& e) {
-    throw IoError(file, "is not valid glTF: " + one_line(e.what()));
+  } catch (const std::bad_alloc&) {
+    throw IoError(file, "is not valid glTF, or larger than memory");
+  } catch (const std::length_error&) {
+    throw IoError(file, "is not valid glTF: it gives a size that nothing can have");
+  } catch (const std::exception&) {
+    throw IoError(file, "is not valid glTF: its JSON does not hold what it should");
   }
+  if (!ok && !outside.empty()) check_may_read(outside);
   if (!ok) throw IoError(file, "is not valid glTF: " + one_line(error.empty() ? "its JSON cannot be parsed" : error));
   return model;
 }
@@ -232,11 +285,11 @@ class GltfReader {
       if (scene >= model_.scenes.size()) throw IoError(file_, "its default scene does not exist");
       return model_.scenes[scene].nodes;
     }
-    std::vector<char> is_child(model_.nodes.size(), 0);
+    std::vector<bool> is_child(model_.nodes.size(), false);
     for (const tinygltf::Node& node : model_.nodes) {
       for (int child : node.children) {
         if (child >= 0 && static_cast<std::size_t>(child) < is_child.size())
-          is_child[static_cast<std::size_t>(child)] = 1;
+          is_child[static_cast<std::size_t>(child)] = true;
       }
     }
     std::vector<int> roots;
@@ -377,5 +430,23 @@ class GltfReader {
 }  // namespace
 
 Mesh read_gltf(const std::filesystem::path& path) { return GltfReader(path).read(); }
+
+std::vector<std::string> mesh_buffer_files(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension != ".gltf" && extension != ".glb") return {};
+  const std::string bytes = read_file(path, kMaxBytes);
+  const std::string_view text = bytes.compare(0, 4, "glTF") == 0 ? json_of_glb(path.string(), bytes) : std::string_view(bytes);
+  check_depth(path.string(), text);
+  const Json root = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  std::vector<std::string> files;
+  if (!root.is_object() || !root.contains("buffers") || !root["buffers"].is_array()) return files;
+  for (const Json& buffer : root["buffers"]) {
+    if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
+    const std::string uri = buffer["uri"].get<std::string>();
+    if (!uri.starts_with("data:")) files.push_back(percent_decoded(uri));
+  }
+  return files;
+}
 
 }  // namespace patinate

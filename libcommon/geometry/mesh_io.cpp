@@ -8,6 +8,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/regular_file.h"
 #include "libcommon/geometry/mesh_formats.h"
 
 namespace patinate {
@@ -61,9 +62,9 @@ Mesh read_mesh(const std::filesystem::path& path) {
   if (extension != ".obj" && extension != ".ply" && !is_gltf) {
     throw IoError(path.string(), "no mesh format has the extension `" + extension + "`; use .obj, .ply, .gltf or .glb");
   }
+  require_regular_file(path);
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) throw IoError(path.string(), "is a folder; a mesh file is needed");
-  if (std::filesystem::is_regular_file(path, error) && std::filesystem::file_size(path, error) == 0 && !error) {
+  if (std::filesystem::file_size(path, error) == 0 && !error) {
     throw IoError(path.string(), "the file is empty (0 bytes)");
   }
   if (is_gltf) return read_gltf(path);
@@ -102,6 +103,8 @@ void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::s
 }
 
 std::string read_obj_key(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return "";
   std::ifstream file(path);
   std::string line(128, '\0');
   file.read(line.data(), static_cast<std::streamsize>(line.size()));

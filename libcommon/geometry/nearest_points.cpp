@@ -1,55 +1,41 @@
 #include "libcommon/geometry/nearest_points.h"
 
+#include <cmath>
 #include <limits>
-#include <nanoflann.hpp>
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/geometry/point_tree.h"
 
 namespace patinate {
 
 namespace {
 
-struct Cloud {
-  std::vector<Vec3> points;
-  // The names that nanoflann asks for.
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-    return points[i][static_cast<Eigen::Index>(axis)];
-  }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3, std::uint32_t>;
-
 /// Keeps the nearest point that counts.
-struct Filter {
-  const Cloud& cloud;
-  const std::function<bool(const Vec3&)>& counts;
-  double squared;
-  int index = -1;
-  [[nodiscard]] double worstDist() const { return squared; }
-  [[nodiscard]] bool full() const { return true; }
-  [[nodiscard]] std::size_t size() const { return index >= 0 ? 1 : 0; }
-  bool addPoint(double squared_distance, std::uint32_t i) {
-    if (squared_distance < squared && counts(cloud.points[i])) {
-      squared = squared_distance;
-      index = static_cast<int>(i);
-    }
-    return true;
+template <class Counts>
+class NearestThatCounts final : public flann::ResultSet<double> {
+ public:
+  NearestThatCounts(double below_squared, const Counts& counts) : squared_(below_squared), counts_(counts) {}
+  [[nodiscard]] bool full() const override { return true; }
+  [[nodiscard]] double worstDist() const override { return squared_; }
+  void addPoint(double squared, std::size_t i) override {
+    if (!(squared < squared_) || !counts_(i)) return;
+    squared_ = squared;
+    index_ = static_cast<int>(i);
   }
+  [[nodiscard]] NearestPoints::Found found() const { return {index_, index_ >= 0 ? std::sqrt(squared_) : 0.0}; }
+
+ private:
+  double squared_;
+  const Counts& counts_;
+  int index_ = -1;
 };
 
 }  // namespace
 
 struct NearestPoints::Impl {
-  Cloud cloud;
-  Tree tree;
-  explicit Impl(std::vector<Vec3> points)
-      : cloud{std::move(points)}, tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(12)) {}
+  PointTree tree;
+  explicit Impl(std::vector<Vec3> points) : tree(std::move(points), 12) {}
 };
 
 NearestPoints::NearestPoints(std::vector<Vec3> points) {
@@ -61,19 +47,20 @@ NearestPoints::NearestPoints(NearestPoints&&) noexcept = default;
 NearestPoints& NearestPoints::operator=(NearestPoints&&) noexcept = default;
 
 NearestPoints::Found NearestPoints::nearest(const Vec3& p) const {
-  std::uint32_t index = 0;
-  double squared = 0.0;
-  impl_->tree.knnSearch(p.data(), 1, &index, &squared);
-  return {static_cast<int>(index), std::sqrt(squared)};
+  const auto all = [](std::size_t) { return true; };
+  NearestThatCounts found(std::numeric_limits<double>::infinity(), all);
+  impl_->tree.search(p, found);
+  return found.found();
 }
 
 NearestPoints::Found NearestPoints::nearest_of(const Vec3& p, double below,
                                                const std::function<bool(const Vec3&)>& counts) const {
-  Filter filter{impl_->cloud, counts, below * below};
-  impl_->tree.findNeighbors(filter, p.data(), nanoflann::SearchParams());
-  return {filter.index, filter.index >= 0 ? std::sqrt(filter.squared) : 0.0};
+  const auto counts_at = [&](std::size_t i) { return counts(impl_->tree.points()[i]); };
+  NearestThatCounts found(below * below, counts_at);
+  impl_->tree.search(p, found);
+  return found.found();
 }
 
-const Vec3& NearestPoints::point(int index) const { return impl_->cloud.points[static_cast<std::size_t>(index)]; }
+const Vec3& NearestPoints::point(int index) const { return impl_->tree.points()[static_cast<std::size_t>(index)]; }
 
 }  // namespace patinate

@@ -1,5 +1,5 @@
 /// \file
-/// The nearest of many points (a k-d tree; nanoflann inside).
+/// The nearest of many points (FLANN's exact k-d tree inside).
 #pragma once
 
 #include <functional>

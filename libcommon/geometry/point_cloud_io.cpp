@@ -8,6 +8,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/regular_file.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "libcommon/geometry/point_cloud_formats.h"
 
@@ -68,9 +69,9 @@ PointCloud read_point_cloud(const fs::path& path) {
   if (extension != ".obj" && extension != ".ply" && extension != ".pcd") {
     throw IoError(path.string(), "no scan format has the extension `" + extension + "`; use .ply, .pcd or .obj");
   }
+  require_regular_file(path);
   std::error_code error;
-  if (fs::is_directory(path, error)) throw IoError(path.string(), "is a folder; a scan file is needed");
-  if (fs::is_regular_file(path, error) && fs::file_size(path, error) == 0 && !error) throw IoError(path.string(), "the file is empty (0 bytes)");
+  if (fs::file_size(path, error) == 0 && !error) throw IoError(path.string(), "the file is empty (0 bytes)");
   if (extension == ".obj") return read_obj_cloud(path);
   return extension == ".ply" ? read_ply_cloud(path) : read_pcd_cloud(path);
 }

@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/core/files.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/image/image_io.h"
 
 namespace patinate {
@@ -61,8 +63,8 @@ Image<T> fitting(Image<T> image, const fs::path& file, const HistoryManifest& ma
 }
 
 void check_texel_size(const HistoryManifest& manifest) {
-  if (manifest.texel_size_mm && !(*manifest.texel_size_mm > 0 && std::isfinite(*manifest.texel_size_mm))) {
-    throw InvalidInput("history " + manifest.name + ": texel_size_mm must be > 0");
+  if (manifest.texel_size_mm && !(*manifest.texel_size_mm >= kLeastTexel_mm && *manifest.texel_size_mm <= kLargestTexel_mm)) {
+    throw InvalidInput("history " + manifest.name + ": texel_size_mm must be within 1e-9 and 1e9");
   }
 }
 
@@ -152,12 +154,7 @@ fs::path HistoryWriter::frame_mask_file(int index) { return fs::path("masks") / 
 fs::path HistoryWriter::filled_frame_file(int index) { return fs::path("filled") / numbered(index, ".exr"); }
 
 fs::path HistoryWriter::control_file(const std::string& name) {
-  const auto is_allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
-  };
-  if (name.empty() || name.front() == '.' || !std::all_of(name.begin(), name.end(), is_allowed)) {
-    throw InvalidInput("control `" + name + "`: names consist of letters, digits, dots, `_` and `-`");
-  }
+  require_file_name("control", name);
   return fs::path("controls") / (name + ".exr");
 }
 

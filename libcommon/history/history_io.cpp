@@ -4,9 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history.h"
+#include "libcommon/history/history_times.h"
 
 namespace patinate {
 
@@ -36,11 +39,13 @@ HistoryFrame read_frame_entry(JsonReader json) {
 
 ControlParameter read_control_entry(JsonReader json) {
   ControlParameter control;
-  control.name = json.member("name").string();
+  const JsonReader name = json.member("name");
+  control.name = name.string();
+  if (!is_file_name(control.name)) name.fail("a name of " + file_name_text());
   control.file = relative_file(json.member("file"));
   if (json.has("range")) {
     const JsonReader range = json.member("range");
-    const std::vector<double> ends = range.numbers(2);
+    const std::vector<double> ends = range.numbers(2, between(-kLargestControl, kLargestControl));
     if (!(ends[0] <= ends[1])) range.fail("[low, high] with low <= high");
     control.low = ends[0];
     control.high = ends[1];
@@ -69,14 +74,9 @@ Json number_json(double value) {
 
 void check_manifest(const HistoryManifest& m) {
   if (m.frames.empty()) throw InvalidInput("history " + m.name + ": has no frames; give at least one");
-  for (std::size_t i = 0; i < m.frames.size(); ++i) {
-    const double time = m.frames[i].time;
-    if (!std::isfinite(time)) throw InvalidInput(m.frames[i].file.string() + ": its time is not a number");
-    if (i > 0 && !(m.frames[i - 1].time < time)) {
-      throw InvalidInput(m.frames[i].file.string() + ": has time " + number_text(time) + ", not later than " +
-                         m.frames[i - 1].file.string() + "; times must be strictly increasing");
-    }
-  }
+  std::vector<double> times;
+  for (const HistoryFrame& frame : m.frames) times.push_back(frame.time);
+  if (const auto problem = find_time_problem(times)) throw InvalidInput(m.frames[problem->index].file.string() + ": " + problem->text);
   std::vector<std::string> names;
   for (const ControlParameter& c : m.controls) names.push_back(c.name);
   std::sort(names.begin(), names.end());
@@ -127,7 +127,7 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
   m.height = static_cast<int>(json.member("height").integer(between(1, kMaxHistorySide_px)));
   if (json.has("texel_size_mm")) {
     const JsonReader size = json.member("texel_size_mm");
-    if (!size.is_null()) m.texel_size_mm = size.number(above(0));
+    if (!size.is_null()) m.texel_size_mm = size.number(between(kLeastTexel_mm, kLargestTexel_mm));
   }
   if (json.has("time_unit")) m.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnitNames));
   const JsonReader frames = json.member("frames");

@@ -20,6 +20,7 @@ enum class TimeUnit { Seconds, Minutes, Hours, Days };
 [[nodiscard]] double seconds_per(TimeUnit unit);
 
 inline constexpr int kMaxHistorySide_px = 65536;
+inline constexpr double kLargestControl = 1e30;  ///< What a control may stand for, on either side of 0: pixels hold floats.
 inline constexpr std::array<std::string_view, 3> kHistoryOriginNames{"captured", "simulated", "synthetic"};
 
 /// What frames may have beside color: `stddev` (of the albedo; R, G, B), `specular` (strength, roughness), `normal` (X, Y, Z, unit), `height` (Y, mm);

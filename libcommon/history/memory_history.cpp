@@ -1,12 +1,16 @@
 #include "libcommon/history/memory_history.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <span>
+#include <string_view>
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
+#include "libcommon/history/history_times.h"
 
 namespace patinate {
 
@@ -66,13 +70,12 @@ void sort_by_name(std::vector<NamedImage>& images, const std::array<std::string_
 }
 
 void check_frames(const Checker& check, const std::vector<MemoryFrame>& frames) {
+  std::vector<double> times;
+  for (const MemoryFrame& frame : frames) times.push_back(frame.time);
+  if (const auto problem = find_time_problem(times)) check.fail("frame " + std::to_string(problem->index) + ":", problem->text);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const MemoryFrame& frame = frames[i];
     const std::string what = "frame " + std::to_string(i);
-    if (!std::isfinite(frame.time)) check.fail(what, "has the time " + number_text(frame.time) + "; expected a finite one");
-    if (i > 0 && !(frames[i - 1].time < frame.time)) {
-      check.fail(what, "has time " + number_text(frame.time) + ", not later than the frame before at " + number_text(frames[i - 1].time) + "; times must be strictly increasing");
-    }
     check.size(what, frame.color, 3);
     check.finite(what, frame.color);
     if (!frame.mask.empty()) check.size("mask of " + what, frame.mask, 1);
@@ -84,10 +87,10 @@ void check_controls(const Checker& check, const std::vector<MemoryControl>& cont
   for (std::size_t i = 0; i < controls.size(); ++i) {
     const ControlFacts& facts = controls[i].facts;
     const std::string what = "control `" + facts.name + "`";
-    if (facts.name.empty()) check.fail("", "control " + std::to_string(i) + " has no name; give one");
+    if (!is_file_name(facts.name)) check.fail("control " + std::to_string(i), "has the name `" + facts.name + "`; names consist of " + file_name_text());
     if (std::any_of(controls.begin(), controls.begin() + static_cast<std::ptrdiff_t>(i), [&](const MemoryControl& c) { return c.facts.name == facts.name; })) check.fail(what, "is given twice; names must differ");
-    if (!(facts.low <= facts.high) || !std::isfinite(facts.low) || !std::isfinite(facts.high)) {
-      check.fail(what, "has the range [" + number_text(facts.low) + ", " + number_text(facts.high) + "]; expected finite ends with low <= high");
+    if (!(facts.low <= facts.high && facts.low >= -kLargestControl && facts.high <= kLargestControl)) {
+      check.fail(what, "has the range [" + number_text(facts.low) + ", " + number_text(facts.high) + "]; expected low <= high, both within -1e30 and 1e30");
     }
     check.size(what, controls[i].values, 1);
     for (float v : controls[i].values.values()) {
@@ -103,7 +106,7 @@ void check_images(const Checker& check, const MemoryHistoryImages& images) {
   if (check.width() < 1 || check.height() < 1 || check.width() > kMaxHistorySide_px || check.height() > kMaxHistorySide_px) {
     check.fail("", "a size of " + size_text(check.width(), check.height()) + " is out of range; use 1 to " + std::to_string(kMaxHistorySide_px));
   }
-  if (images.texel_size_mm && !(*images.texel_size_mm > 0 && std::isfinite(*images.texel_size_mm))) check.fail("", "texel_size_mm must be > 0");
+  if (images.texel_size_mm && !(*images.texel_size_mm >= kLeastTexel_mm && *images.texel_size_mm <= kLargestTexel_mm)) check.fail("", "texel_size_mm must be within 1e-9 and 1e9");
   check_frames(check, images.frames);
   check_controls(check, images.controls);
   check.named("map ", images.maps, history_map_channels);

@@ -18,7 +18,7 @@ struct NamedImage {
 };
 
 struct MemoryFrame {
-  double time = 0.0;                     ///< Finite; later than that of the frame before.
+  double time = 0.0;                     ///< Later than that of the frame before; as find_time_problem() wants them (history_times.h).
   ImageF color;                          ///< H x W x 3, linear, finite.
   ImageU8 mask = {};                     ///< H x W; 0 where the color is not the surface's. Empty: none of its own.
   std::vector<NamedImage> extras = {};   ///< Of different names.
@@ -26,7 +26,7 @@ struct MemoryFrame {
 };
 
 struct MemoryControl {
-  ControlFacts facts;  ///< low <= high, finite.
+  ControlFacts facts;  ///< A name of a file (file_name.h); low <= high, both within +-kLargestControl.
   ImageF values;       ///< H x W x 1 in [0, 1]: the share of the way from `low` to `high`.
 };
 
@@ -34,7 +34,7 @@ struct MemoryControl {
 struct MemoryHistoryImages {
   std::string name;
   std::string origin = "captured";           ///< One of kHistoryOriginNames.
-  std::optional<double> texel_size_mm = {};  ///< > 0, finite.
+  std::optional<double> texel_size_mm = {};  ///< Within kLeastTexel_mm and kLargestTexel_mm (length_unit.h).
   TimeUnit time_unit = TimeUnit::Seconds;
   std::vector<MemoryFrame> frames;           ///< At least one.
   std::vector<MemoryControl> controls = {};  ///< Of different names.

@@ -14,11 +14,14 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
+#include "libcommon/core/regular_file.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_wire.h"
 
@@ -43,6 +46,18 @@ std::string lower_extension(const fs::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension;
+}
+
+/// FFmpeg finds formats by content, and some of them are lists of other files, which it would open: playlists, manifests. @throws IoError
+void require_container(const fs::path& path) {
+  std::string head(12, '\0');
+  std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+  constexpr std::array<std::string_view, 10> kBoxes{"ftyp", "moov", "mdat", "free", "skip", "wide", "pnot", "uuid", "udta", "jP  "};  // MP4, MOV, MJ2.
+  const bool is_boxes = std::find(kBoxes.begin(), kBoxes.end(), head.substr(4, 4)) != kBoxes.end();
+  const bool is_riff = head.starts_with("RIFF") && head.substr(8, 3) == "AVI";
+  const bool is_mpeg = head.starts_with(std::string_view("\0\0\1", 3)) || head.front() == '\x47';
+  const bool is_other = head.starts_with("\x1a\x45\xdf\xa3") || head.starts_with("OggS") || head.starts_with("FLV") || head.starts_with("\x30\x26\xb2\x75");  // MKV and WebM, OGV, F4V, WMV.
+  if (!is_boxes && !is_riff && !is_mpeg && !is_other) throw IoError(path.string(), "is damaged, or no movie: it does not begin as MP4, MOV, MKV, WebM, AVI, MPEG, OGV or WMV do");
 }
 
 /// Where the program is; a bare name is looked up on the PATH.
@@ -184,8 +199,9 @@ struct DecoderProcess::Impl {
 
 DecoderProcess::DecoderProcess(fs::path path) : impl_(std::make_unique<Impl>()) {
   impl_->path = std::move(path);
-  std::error_code error;
-  if (!fs::exists(impl_->path, error)) throw IoError(impl_->path.string(), "does not exist");
+  check_may_read(impl_->path);
+  require_regular_file(impl_->path);
+  if (is_movie(impl_->path)) require_container(impl_->path);
   impl_->pid = start(decoder_program(), impl_->path, impl_->connection.theirs);
   impl_->connection.close_theirs();
   try {

@@ -8,6 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/decoder_wire.h"
+#include "libcommon/image/movie_decoder.h"
 
 namespace patinate {
 
@@ -63,6 +64,27 @@ bool try_to_answer(const std::filesystem::path& path, const WireWrite& write, co
   return false;
 }
 
+/// Opens the file, says what it is, and answers requests for frames until EndOfWork.
+template <class Decoder>
+void serve(const std::filesystem::path& path, const WireRead& read, const WireWrite& write) {
+  std::unique_ptr<Decoder> decoder;
+  const bool is_open = try_to_answer(path, write, [&] {
+    decoder = std::make_unique<Decoder>(path);
+    const ImageInfo info = decoder->info();
+    write_number(write, kAnswerOk);
+    write_info(write, info);
+  });
+  while (is_open) {
+    const auto frame = read_number<std::int32_t>(read);
+    renew_time();
+    (void)try_to_answer(path, write, [&] {
+      const CodedImage image = decoder->read(frame);
+      write_number(write, kAnswerOk);
+      write_coded(write, image);
+    });
+  }
+}
+
 }  // namespace
 
 int serve_decoder(const std::filesystem::path& path, int in, int out) {
@@ -86,23 +108,8 @@ int serve_decoder(const std::filesystem::path& path, int in, int out) {
   };
   set_limits();
   try {
-    std::unique_ptr<ImageDecoder> decoder;
-    const bool is_open = try_to_answer(path, write, [&] {
-      decoder = std::make_unique<ImageDecoder>(path);
-      const ImageInfo info = decoder->info();
-      write_number(write, kAnswerOk);
-      write_info(write, info);
-    });
-    if (!is_open) return 0;
-    for (;;) {  // Until EndOfWork.
-      const auto frame = read_number<std::int32_t>(read);
-      renew_time();
-      (void)try_to_answer(path, write, [&] {
-        const CodedImage image = decoder->read(frame);
-        write_number(write, kAnswerOk);
-        write_coded(write, image);
-      });
-    }
+    // OpenImageIO's reader of movies knows few containers, loses the frames that a decoder holds back at the end, and miscounts.
+    is_movie(path) ? serve<MovieDecoder>(path, read, write) : serve<ImageDecoder>(path, read, write);
   } catch (const EndOfWork&) {
   }
   return 0;

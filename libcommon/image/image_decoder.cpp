@@ -4,11 +4,15 @@
 
 #include <cmath>
 #include <mutex>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/read_limit.h"
+#include "libcommon/core/regular_file.h"
+#include "libcommon/core/text.h"
 
 namespace patinate {
 
@@ -34,6 +38,18 @@ OIIO::ImageSpec open_hints() {
   hints.attribute("raw:user_flip", 0);
   hints.attribute("raw:Demosaic", "AHD");
   return hints;
+}
+
+/// What OpenImageIO says of pixels that it nevertheless counts as read: rows that are missing (TIFF, JPEG, IFF), but for JPEG also what
+/// cameras do that costs no pixel. @param problem  Lines of text.
+bool is_loss(const std::string& problem, std::string_view format) {
+  if (format != "jpeg") return !problem.empty();
+  std::istringstream lines(problem);
+  for (std::string line; std::getline(lines, line);) {
+    const auto says = [&](const char* words) { return line.find(words) != std::string::npos; };
+    if (says("Premature end") || (says("Corrupt JPEG data") && !says("extraneous bytes"))) return true;
+  }
+  return false;
 }
 
 OIIO::TypeDesc type_desc(CodedImage::Type type) {
@@ -88,13 +104,20 @@ DecodedImage decoded(const CodedImage& coded, const ImageInfo& info, const std::
 struct ImageDecoder::Impl {
   std::filesystem::path path;
   std::unique_ptr<OIIO::ImageInput> input;
+
+  /// @throws IoError unless pixels were read, all of them. @param where  "image 3 " or "".
+  void check(bool is_read, const std::string& where) const {
+    const std::string problem = input->geterror();
+    if (is_read && !is_loss(problem, input->format_name())) return;
+    throw IoError(path.string(), where + "is damaged or truncated (" + one_line(problem) + ")");
+  }
 };
 
 ImageDecoder::ImageDecoder(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
   configure_image_library();
+  check_may_read(path);
+  require_regular_file(path);
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) throw IoError(path.string(), "does not exist");
-  if (std::filesystem::is_directory(path, error)) throw IoError(path.string(), "is a folder; give an image file");
   if (std::filesystem::file_size(path, error) == 0) throw IoError(path.string(), "is empty (0 bytes); give an image file");
   const OIIO::ImageSpec hints = open_hints();
   impl_->input = OIIO::ImageInput::open(path.string(), &hints);
@@ -171,10 +194,8 @@ CodedImage ImageDecoder::read_rows(int begin, int end) {
     throw IoError(impl_->path.string(), "has no rows " + std::to_string(begin) + " to " + std::to_string(end - 1));
   }
   CodedImage coded = blank(spec, end - begin);
-  if (!input.read_scanlines(0, 0, spec.y + begin, spec.y + end, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data())) {
-    throw IoError(impl_->path.string(), "is damaged or truncated (" + one_line(input.geterror()) + ")");
-  }
-  (void)input.geterror();
+  const bool is_read = input.read_scanlines(0, 0, spec.y + begin, spec.y + end, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data());
+  impl_->check(is_read, "");
   return coded;
 }
 
@@ -189,11 +210,13 @@ CodedImage ImageDecoder::read(int frame) {
   if (spec.width != first.width || spec.height != first.height || spec.nchannels != first.nchannels) {
     throw IoError(impl_->path.string(), where + "differs from the first one in size or channels");
   }
-  CodedImage coded = blank(spec, spec.height);
-  if (!input.read_image(frame, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data())) {
-    throw IoError(impl_->path.string(), where + "is damaged or truncated (" + one_line(input.geterror()) + ")");
+  const auto num_values = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height) * static_cast<std::uint64_t>(spec.nchannels);
+  if (num_values > kMaxImageValues) {
+    throw IoError(impl_->path.string(), "is " + size_text(spec.width, spec.height) + " pixels of " + std::to_string(spec.nchannels) + " channels, " +
+                                            std::to_string((num_values * sizeof(float)) >> 30) + " GiB when decoded; at most 4 GiB can be read at once");
   }
-  (void)input.geterror();
+  CodedImage coded = blank(spec, spec.height);
+  impl_->check(input.read_image(frame, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data()), where);
   return coded;
 }
 

@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <numeric>
 #include <string_view>
 
@@ -20,12 +21,13 @@
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_decoder.h"
 #include "libcommon/image/image_rows.h"
+#include "libcommon/image/watched_file.h"
 
 namespace patinate {
 
 namespace {
 
-DecodedImage read_raw(const std::filesystem::path& path) {
+DecodedImage read_raw(const std::filesystem::path& path) try {
   if (is_decoded_apart(path)) {
     DecoderProcess process(path);
     return decoded(process.read(0), process.info(), path);
@@ -33,6 +35,8 @@ DecodedImage read_raw(const std::filesystem::path& path) {
   ImageDecoder decoder(path);
   const CodedImage coded = decoder.read(0);
   return decoded(coded, decoder.first_info(), path);
+} catch (const std::bad_alloc&) {
+  throw CannotComplete(path.string() + ": does not fit into memory; use a smaller image, or fewer threads");
 }
 
 std::unique_ptr<OIIO::ImageOutput> create_output(const std::filesystem::path& path) {
@@ -54,45 +58,6 @@ void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec
   }
   write_atomically(path, std::string_view(reinterpret_cast<const char*>(memory.buffer().data()), memory.buffer().size()));
 }
-
-/// A file that remembers that a write failed: OpenImageIO's PNG writer does not look. Encoders are not told, since libpng would print a line
-/// of its own; who writes asks has_failed().
-class WatchedFile : public OIIO::Filesystem::IOProxy {
- public:
-  explicit WatchedFile(const std::filesystem::path& path) : IOProxy(path.string(), Write), file_(std::fopen(path.c_str(), "wb")) {
-    if (file_ == nullptr) has_failed_ = true;
-  }
-  ~WatchedFile() override { WatchedFile::close(); }
-  WatchedFile(const WatchedFile&) = delete;
-  WatchedFile& operator=(const WatchedFile&) = delete;
-  [[nodiscard]] const char* proxytype() const override { return "patinate"; }
-  void close() override {
-    if (file_ != nullptr && std::fclose(file_) != 0) has_failed_ = true;
-    file_ = nullptr;
-  }
-  bool seek(int64_t offset) override {
-    m_pos = offset;
-    return true;
-  }
-  size_t write(const void* bytes, size_t size) override {
-    const size_t written = pwrite(bytes, size, m_pos);
-    m_pos += static_cast<int64_t>(written);
-    return written;
-  }
-  size_t pwrite(const void* bytes, size_t size, int64_t offset) override {
-    has_failed_ = has_failed_ || file_ == nullptr || (offset != at_ && ::fseeko(file_, offset, SEEK_SET) != 0) || std::fwrite(bytes, 1, size, file_) != size;
-    at_ = offset + static_cast<int64_t>(size);
-    size_ = std::max(size_, at_);
-    return size;
-  }
-  [[nodiscard]] size_t size() const override { return static_cast<size_t>(size_); }
-  [[nodiscard]] bool has_failed() const { return has_failed_; }
-
- private:
-  std::FILE* file_;
-  int64_t at_ = 0, size_ = 0;
-  bool has_failed_ = false;
-};
 
 std::string lower_suffix(const std::filesystem::path& path) {
   std::string extension = path.extension().string();

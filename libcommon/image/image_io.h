@@ -32,7 +32,7 @@ struct ImageInfo {
 
 /// Colour as 3 linear channels (gray is repeated, alpha dropped, RGBA unassociated). Integer codes go through `response`;
 /// float files are linear already.
-/// @throws IoError also when truncated or when a value is NaN or infinite.
+/// @throws IoError also when truncated, when a value is NaN or infinite, or, by its header, when it holds more than 2^30 values; CannotComplete when memory ends.
 [[nodiscard]] ImageF read_color(const std::filesystem::path& path, const Response& response = {});
 /// One channel of raw values: codes / 255 (or / 65535) for integers, values for floats. `channel` "" means "Y", the only
 /// one, or the mean of R, G, B.

@@ -1,6 +1,7 @@
 #include "libcommon/image/image_rows.h"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "libcommon/core/error.h"
@@ -38,7 +39,7 @@ ImageRowReader::~ImageRowReader() = default;
 int ImageRowReader::width() const { return impl_->info.width; }
 int ImageRowReader::height() const { return impl_->info.height; }
 
-ImageF ImageRowReader::read(int begin, int end) {
+ImageF ImageRowReader::read(int begin, int end) try {
   DecodedImage rows = decoded(impl_->decoder.read_rows(begin, end), impl_->info, impl_->path);
   const std::size_t num_stored = static_cast<std::size_t>(rows.values.channels()), num_asked = impl_->channels.size();
   ImageF picked(rows.values.width(), rows.values.height(), static_cast<int>(num_asked));
@@ -48,6 +49,8 @@ ImageF ImageRowReader::read(int begin, int end) {
     for (std::size_t c = 0; c < num_asked; ++c) to[c] = from[impl_->channels[c]];
   }
   return picked;
+} catch (const std::bad_alloc&) {  // An interlaced PNG is decoded as a whole.
+  throw CannotComplete(impl_->path.string() + ": does not fit into memory; use a smaller image, or fewer threads");
 }
 
 }  // namespace patinate

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <ctime>
 #include <map>
 #include <mutex>
@@ -13,11 +12,13 @@
 #include <set>
 #include <system_error>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/job/output_state.h"
 #include "libcommon/job/partial_folder.h"
+#include "libcommon/job/undeclared_output.h"
 
 namespace patinate {
 
@@ -26,17 +27,20 @@ namespace fs = std::filesystem;
 void check_plan(const JobPlan& plan) {
   std::set<std::string> names;
   for (const JobItem& item : plan.items) {
-    const bool is_plain = std::all_of(item.name.begin(), item.name.end(), [](unsigned char c) {
-      return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
-    });
-    if (item.name.empty() || item.name.front() == '.' || !is_plain || !names.insert(item.name).second) {
-      throw InvalidInput("job: `" + item.name + "` is no unique item name of [A-Za-z0-9._-]");
+    if (!is_file_name(item.name) || !names.insert(item.name).second) {
+      throw InvalidInput("job: `" + item.name + "` is no unique item name of " + file_name_text());
     }
-    for (const fs::path& output : item.outputs) {
-      if (output.is_absolute() || output.empty() || *output.lexically_normal().begin() == "..") {
-        throw InvalidInput("job: the output `" + output.string() + "` lies outside the folder");
+    if (!(item.weight > 0.0)) throw InvalidInput("job: the weight of `" + item.name + "` is not > 0");
+    for (const auto* outputs : {&item.outputs, &item.optional_outputs}) {
+      for (const fs::path& output : *outputs) {
+        if (output.is_absolute() || output.empty() || *output.lexically_normal().begin() == "..") {
+          throw InvalidInput("job: the output `" + output.string() + "` lies outside the folder");
+        }
       }
     }
+  }
+  for (const fs::path& file : plan.shared_work) {
+    if (!is_work(file)) throw InvalidInput("job: `" + file.string() + "` lies outside the work folder");
   }
 }
 
@@ -45,14 +49,17 @@ namespace {
 /// Progress of items that run side by side as one rising fraction. The join counts as one more item.
 class ItemProgress {
  public:
-  ItemProgress(const RunControl& control, std::size_t num_items) : control_(control), fractions_(num_items + 1, 0.0) {}
+  ItemProgress(const RunControl& control, const JobPlan& plan) : control_(control), fractions_(plan.items.size() + 1, 0.0) {
+    for (const JobItem& item : plan.items) weights_.push_back(item.weight);
+    weights_.push_back(plan.join_weight);
+    total_weight_ = std::accumulate(weights_.begin(), weights_.end(), 0.0);
+  }
 
   void set(std::size_t item, double fraction) {
     if (!control_.on_progress) return;
     const std::lock_guard lock(mutex_);
     fractions_[item] = std::max(fractions_[item], fraction);
-    const double total =
-        std::accumulate(fractions_.begin(), fractions_.end(), 0.0) / static_cast<double>(fractions_.size());
+    const double total = std::inner_product(fractions_.begin(), fractions_.end(), weights_.begin(), 0.0) / total_weight_;
     if (total > reported_ && total < 1.0) control_.report(reported_ = total);
   }
   [[nodiscard]] RunControl item_control(std::size_t item, int num_threads) {
@@ -65,11 +72,12 @@ class ItemProgress {
  private:
   const RunControl& control_;
   std::mutex mutex_;
-  std::vector<double> fractions_;
+  std::vector<double> fractions_, weights_;
+  double total_weight_ = 0.0;
   double reported_ = 0.0;
 };
 
-void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, const RunControl& control) {
+void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, UndeclaredSearch& undeclared, const RunControl& control) {
   control.throw_if_stopped();
   for (const fs::path& output : item.outputs) {
     std::error_code error;
@@ -77,12 +85,14 @@ void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, c
     if (error) throw CannotComplete((folder.path() / output).string() + ": cannot be made; " + error.message());
   }
   item.run(folder.path(), control);
-  folder.mark_done(item.name, item_key(plan, item), item.outputs);
+  undeclared.finished(item.name);
+  folder.mark_done(item, item_key(plan, item));
 }
 
 /// Runs unfinished items of one stage.
 void run_side_by_side(const JobPlan& plan, const std::vector<std::size_t>& items, PartialFolder& folder, ItemProgress& progress,
                       const RunControl& control) {
+  UndeclaredSearch undeclared(plan, folder.path(), items.size());
   const int num_threads = thread_count(control);
   const int num_side_by_side =
       plan.parallel_items ? static_cast<int>(std::min<std::size_t>(items.size(), static_cast<std::size_t>(num_threads))) : 1;
@@ -92,38 +102,43 @@ void run_side_by_side(const JobPlan& plan, const std::vector<std::size_t>& items
   const int threads_per_item = std::max(1, num_threads / workers.num_threads);
   parallel_for(static_cast<std::int64_t>(items.size()), 1, workers, [&](std::int64_t begin, std::int64_t) {
     const std::size_t i = items[static_cast<std::size_t>(begin)];
-    run_item(plan, plan.items[i], folder, progress.item_control(i, threads_per_item));
+    run_item(plan, plan.items[i], folder, undeclared, progress.item_control(i, threads_per_item));
     progress.set(i, 1.0);
   });
 }
 
 /// Indices of the items that are still to be run, when everything else has been brought into the folder.
-std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder,
+/// @param is_same_plan  The folder was made under the plan's key before.
+std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, bool is_same_plan,
                                        const RunControl& control) {
   std::vector<std::size_t> unfinished, pending;
   std::set<std::string> finished_items;
-  std::set<fs::path> finished_files;
+  std::set<fs::path> kept_files;
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
     const JobItem& item = plan.items[i];
-    if (!is_item_done(folder.path(), item.name, item_key(plan, item), item.outputs)) {
+    const auto files = finished_files(folder.path(), item, item_key(plan, item));
+    if (!files) {
       unfinished.push_back(i);
       continue;
     }
     finished_items.insert(item.name);
-    for (const fs::path& output : item.outputs) finished_files.insert(output.lexically_normal());
+    for (const fs::path& file : *files) kept_files.insert(file.lexically_normal());
   }
-  folder.keep_only(finished_items, finished_files);
+  if (is_same_plan) {
+    for (const fs::path& file : plan.shared_work) kept_files.insert(file.lexically_normal());
+  }
+  folder.keep_only(finished_items, kept_files);
   for (std::size_t i : unfinished) {
     control.throw_if_stopped();
     const DoneItem* done = reusable_item(state, plan.items[i]);
-    if (!done || !folder.adopt(state.output, plan.items[i].name, *done, plan.items[i].outputs)) pending.push_back(i);
+    if (!done || !folder.adopt(state.output, plan.items[i], *done)) pending.push_back(i);
   }
   return pending;
 }
 
-void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, const RunControl& control) {
-  ItemProgress progress(control, plan.items.size());
-  const std::vector<std::size_t> pending = prepare_items(plan, state, folder, control);
+void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, bool is_same_plan, const RunControl& control) {
+  ItemProgress progress(control, plan);
+  const std::vector<std::size_t> pending = prepare_items(plan, state, folder, is_same_plan, control);
   std::set<std::size_t> is_pending(pending.begin(), pending.end());
   std::map<int, std::vector<std::size_t>> stages;
   std::set<std::string> names;
@@ -174,9 +189,12 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
   }
   if (!is_partial_whole(folder.path(), plan.manifest, plan.key)) {
     try {
-      folder.begin(plan.key);
-      run_items(plan, state, folder, control);
+      const bool is_same_plan = folder.begin(plan.key);
+      run_items(plan, state, folder, is_same_plan, control);
       if (options.add_record) options.add_record(folder.path());
+    } catch (const UndeclaredOutput&) {
+      folder.discard();  // Markers of items that wrote more than they said vouch for too little.
+      throw;
     } catch (...) {
       if (!folder.has_done_items()) folder.discard();
       throw;

@@ -19,13 +19,18 @@ inline constexpr const char* kJobWorkFolder = ".job/work";
 /// One piece of work, independent of the others.
 struct JobItem {
   std::string name;                            ///< Unique in the plan; [A-Za-z0-9._-].
-  std::vector<std::filesystem::path> outputs;  ///< Files it makes, relative to the output folder.
+  std::vector<std::filesystem::path> outputs;  ///< Files it makes, relative to the output folder; each must be there afterwards.
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> run;
   /// Content key of all that the outputs depend on: a finished item stays when the rest of the plan changes. "" = the
   /// plan's.
   std::string key = "";
   /// Items of a stage run when all of the earlier stages are finished, and may read what those wrote.
   int stage = 0;
+  /// Its share of the progress, against the other items': about the time that it takes, in any unit. > 0.
+  double weight = 1.0;
+  /// Files that it makes where there is something to write. What it writes is declared in one of the two lists, or the job fails: a
+  /// resumed run removes what nobody declares.
+  std::vector<std::filesystem::path> optional_outputs = {};
 };
 
 /// One thing that a plan's key depends on, for saying why work is done again.
@@ -44,8 +49,11 @@ struct JobPlan {
   /// something was added (a photograph at the end of a sequence). Needs `depends_on` to be complete.
   bool may_grow = false;
   bool parallel_items = true;        ///< false: one after another (each uses all threads itself).
+  /// Files below kJobWorkFolder that items replace in turn, each time by a whole one: a resumed run of the same plan finds the last.
+  std::vector<std::filesystem::path> shared_work = {};
   /// Called last, after every item, with the folder: writes the manifest (with the key).
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;
+  double join_weight = 1.0;          ///< Of `join`, as JobItem::weight.
 };
 
 enum class JobStatus { Done, UpToDate };
@@ -56,15 +64,15 @@ struct JobOptions {
   std::function<void(const std::filesystem::path& folder)> add_record = {};
 };
 
-/// @throws InvalidInput if an item's name is no file name or not unique, or an output lies outside the folder.
+/// @throws InvalidInput if an item's name is no file name or not unique, an output lies outside the folder, or shared work outside its folder.
 void check_plan(const JobPlan& plan);
 
 /// Works in `OUT.partial` (locked, its key inside), marks finished items there, and renames it to OUT at the end.
 /// However a run ends, the next goes on with the finished items whose key is still the same; others are discarded. Where OUT is
 /// replaced, its items that have keys of their own and are still planned are taken over (hard links), when their files are unchanged
 /// since. OUT also gets `job.json` (job_record.h).
-/// @throws CannotComplete if OUT exists with another key, may not grow and not `force`, if another process holds the lock, or if it
-/// cannot be written; Cancelled.
+/// @throws CannotComplete if OUT exists with another key, may not grow and not `force`, if another process holds the lock, if it
+/// cannot be written, or if an item lacks an output or wrote what no item declares; Cancelled.
 JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control);
 
 /// Single-file outputs: decides by the key that the file carries (EXR, PNG: read_key by the caller).

@@ -57,6 +57,15 @@ void write_job_record(const fs::path& folder, const JobRecord& record) {
             Json{{"format", kFormat}, {"version", 1}, {"depends_on", depends_on}, {"items", items}, {"key", record.key}});
 }
 
+std::optional<std::vector<fs::path>> made_files(const JobItem& item, const DoneItem& done) {
+  std::vector<fs::path> files = item.outputs;
+  for (const fs::path& file : item.optional_outputs) {
+    if (done.files.contains(file.generic_string())) files.push_back(file);
+  }
+  const bool has_all = std::all_of(files.begin(), files.end(), [&](const fs::path& file) { return done.files.contains(file.generic_string()); });
+  return has_all && files.size() == done.files.size() ? std::optional(std::move(files)) : std::nullopt;
+}
+
 bool is_unchanged(const fs::path& folder, const std::vector<fs::path>& outputs, const DoneItem& done) {
   return std::all_of(outputs.begin(), outputs.end(), [&](const fs::path& output) {
     const auto known = done.files.find(output.generic_string());

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,10 @@ struct JobRecord {
 /// @throws CannotComplete
 void write_job_record(const std::filesystem::path& folder, const JobRecord& record);
 
-/// The item's outputs, as `done` says they were, lie in `folder` and are still the same bytes.
+/// What the item made, as `done` says: all of its outputs and some optional ones; nothing if that is not what it declares.
+[[nodiscard]] std::optional<std::vector<std::filesystem::path>> made_files(const JobItem& item, const DoneItem& done);
+
+/// The files, as `done` says they were, lie in `folder` and are still the same bytes.
 [[nodiscard]] bool is_unchanged(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& outputs,
                                 const DoneItem& done);
 

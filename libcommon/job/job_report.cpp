@@ -58,9 +58,10 @@ std::string headline(const JobReport& report) {
 }
 
 ItemNeed need_of(const JobPlan& plan, const JobItem& item, const OutputState& state) {
-  if (is_item_done(partial_path(state.output), item.name, item_key(plan, item), item.outputs)) return ItemNeed::Resume;
+  if (finished_files(partial_path(state.output), item, item_key(plan, item))) return ItemNeed::Resume;
   const DoneItem* done = reusable_item(state, item);
-  return done && is_unchanged(state.output, item.outputs, *done) ? ItemNeed::Reuse : ItemNeed::Run;
+  const auto files = done ? made_files(item, *done) : std::nullopt;
+  return files && is_unchanged(state.output, *files, *done) ? ItemNeed::Reuse : ItemNeed::Run;
 }
 
 }  // namespace

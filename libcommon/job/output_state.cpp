@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
 #include "libcommon/job/partial_folder.h"
 
 namespace patinate {
@@ -54,7 +55,7 @@ OutputState look_at_output(const JobPlan& plan) {
   std::error_code error;
   const fs::file_status status = fs::status(state.output, error);
   if (!fs::exists(status)) {
-    const fs::path parent = state.output.has_parent_path() ? state.output.parent_path() : fs::path(".");
+    const fs::path parent = folder_of(state.output);
     if (!fs::is_directory(parent, error)) {
       throw CannotComplete(state.output.string() + ": cannot be made; the folder " + parent.string() + " does not exist");
     }

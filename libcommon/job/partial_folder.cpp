@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <system_error>
+#include <utility>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
@@ -29,6 +30,10 @@ constexpr unsigned kRenameExchange = 2;  // RENAME_EXCHANGE of <linux/fs.h>
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what, int error) {
   throw CannotComplete(path.string() + ": " + what + "; " + std::strerror(error));
+}
+
+[[noreturn]] void fail_in_use(const fs::path& path) {
+  throw CannotComplete(path.string() + ": another process is making this output; wait for it or give another output");
 }
 
 void sync_path(const fs::path& path) {
@@ -66,12 +71,6 @@ std::string marker_text(const DoneItem& done) {
   return text;
 }
 
-/// Paths under kJobWorkFolder are no part of the finished output.
-bool is_work(const fs::path& relative) {
-  const fs::path normal = relative.lexically_normal(), work(kJobWorkFolder);
-  return std::mismatch(work.begin(), work.end(), normal.begin(), normal.end()).first == work.end();
-}
-
 void link_or_copy(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::create_directories(to.parent_path(), error);
@@ -96,6 +95,11 @@ std::string manifest_key(const fs::path& folder, const std::string& manifest) {
   return "";
 }
 
+bool is_work(const fs::path& relative) {
+  const fs::path normal = relative.lexically_normal(), work(kJobWorkFolder);
+  return std::mismatch(work.begin(), work.end(), normal.begin(), normal.end()).first == work.end();
+}
+
 fs::path partial_path(const fs::path& output) { return output.string() + ".partial"; }
 
 DoneItem read_marker(const fs::path& partial, const std::string& item) {
@@ -110,15 +114,18 @@ DoneItem read_marker(const fs::path& partial, const std::string& item) {
   return done;
 }
 
-bool is_item_done(const fs::path& partial, const std::string& item, const std::string& item_key, const std::vector<fs::path>& outputs) {
-  const DoneItem done = read_marker(partial, item);
-  if (done.key != item_key || item_key.empty()) return false;
-  return std::all_of(outputs.begin(), outputs.end(), [&](const fs::path& output) {
+std::optional<std::vector<fs::path>> finished_files(const fs::path& partial, const JobItem& item, const std::string& item_key) {
+  const DoneItem done = read_marker(partial, item.name);
+  if (done.key != item_key || item_key.empty()) return std::nullopt;
+  std::optional<std::vector<fs::path>> files = made_files(item, done);
+  const auto is_there = [&](const fs::path& file) {
     std::error_code error;
-    if (!done.files.contains(output.generic_string()) || !fs::exists(partial / output, error)) return false;
-    const auto num_links = fs::hard_link_count(partial / output, error);
-    return !error && (num_links == 1 || is_unchanged(partial, {output}, done));
-  });
+    if (!fs::exists(partial / file, error)) return false;
+    const auto num_links = fs::hard_link_count(partial / file, error);
+    return !error && (num_links == 1 || is_unchanged(partial, {file}, done));
+  };
+  if (files && !std::all_of(files->begin(), files->end(), is_there)) files.reset();
+  return files;
 }
 
 bool is_partial_whole(const fs::path& partial, const std::string& manifest, const std::string& key) {
@@ -134,13 +141,17 @@ PartialFolder::PartialFolder(const fs::path& output, std::string manifest)
     if (!is_ours) {
       throw CannotComplete(path_.string() + ": holds files that patinate did not write; move them or give another output");
     }
+    lock_for_other_machines();
   } catch (...) {
     ::close(fd_);
     throw;
   }
 }
 
-PartialFolder::~PartialFolder() { ::close(fd_); }
+PartialFolder::~PartialFolder() {
+  if (file_fd_ >= 0) ::close(file_fd_);
+  ::close(fd_);
+}
 
 void PartialFolder::lock() {
   while (true) {
@@ -153,9 +164,7 @@ void PartialFolder::lock() {
     if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
       const int error = errno;
       ::close(fd_);
-      if (error == EWOULDBLOCK) {
-        throw CannotComplete(path_.string() + ": another process is making this output; wait for it or give another output");
-      }
+      if (error == EWOULDBLOCK) fail_in_use(path_);
       fail(path_, "cannot be locked", error);
     }
     struct stat opened {}, named {};
@@ -164,8 +173,22 @@ void PartialFolder::lock() {
   }
 }
 
-void PartialFolder::begin(const std::string& key) {
-  if (read_small(path_ / kBook / "key") != key) make_file(path_ / kBook / "key", key);
+void PartialFolder::lock_for_other_machines() {
+  const fs::path file = path_ / kBook / "lock";
+  std::error_code error;
+  fs::create_directories(file.parent_path(), error);
+  file_fd_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (file_fd_ < 0) fail(file, "cannot be written", errno);
+  if (::flock(file_fd_, LOCK_EX | LOCK_NB) == 0) return;
+  const bool is_in_use = errno == EWOULDBLOCK;  // Else this file system has no such locks.
+  ::close(std::exchange(file_fd_, -1));
+  if (is_in_use) fail_in_use(path_);
+}
+
+bool PartialFolder::begin(const std::string& key) {
+  if (read_small(path_ / kBook / "key") == key) return true;
+  make_file(path_ / kBook / "key", key);
+  return false;
 }
 
 void PartialFolder::mark_unfinished() {
@@ -177,21 +200,28 @@ bool PartialFolder::has_done_items() const {
   return fs::directory_iterator(path_ / kBook / "done", error) != fs::directory_iterator();
 }
 
-void PartialFolder::mark_done(const std::string& item, const std::string& item_key,
-                              const std::vector<fs::path>& outputs) {
+void PartialFolder::mark_done(const JobItem& item, const std::string& item_key) {
   DoneItem done{item_key, {}};
-  for (const fs::path& output : outputs) {
-    if (!fs::exists(path_ / output)) throw CannotComplete((path_ / output).string() + ": was not made by its step");
+  const auto add = [&](const fs::path& output) {
     sync_path(path_ / output);
     sync_path((path_ / output).parent_path());
     done.files[output.generic_string()] = hash_file(path_ / output);
+  };
+  for (const fs::path& output : item.outputs) {
+    if (!fs::exists(path_ / output)) throw CannotComplete((path_ / output).string() + ": was not made by its step `" + item.name + "`");
+    add(output);
   }
-  make_file(path_ / kBook / "done" / item, marker_text(done));
+  for (const fs::path& output : item.optional_outputs) {
+    if (fs::exists(path_ / output)) add(output);
+  }
+  make_file(path_ / kBook / "done" / item.name, marker_text(done));
 }
 
-bool PartialFolder::adopt(const fs::path& finished, const std::string& item, const DoneItem& done,
-                          const std::vector<fs::path>& outputs) {
+bool PartialFolder::adopt(const fs::path& finished, const JobItem& item, const DoneItem& done) {
   std::error_code error;
+  const auto files = made_files(item, done);
+  if (!files) return false;
+  const std::vector<fs::path>& outputs = *files;
   const auto is_there = [&](const fs::path& p) { return !is_work(p) && fs::is_regular_file(finished / p, error); };
   if (!std::all_of(outputs.begin(), outputs.end(), is_there)) return false;
   for (const fs::path& output : outputs) link_or_copy(finished / output, path_ / output);
@@ -200,7 +230,7 @@ bool PartialFolder::adopt(const fs::path& finished, const std::string& item, con
     return false;
   }
   for (const fs::path& output : outputs) sync_path((path_ / output).parent_path());
-  make_file(path_ / kBook / "done" / item, marker_text(done));
+  make_file(path_ / kBook / "done" / item.name, marker_text(done));
   return true;
 }
 
@@ -260,7 +290,7 @@ void PartialFolder::publish(bool replace) {
     if (::rename(path_.c_str(), output_.c_str()) != 0) fail(output_, "cannot be made", errno);
     if (::rename(old.c_str(), path_.c_str()) != 0) fail(old, "cannot be renamed", errno);
   }
-  sync_path(output_.has_parent_path() ? output_.parent_path() : fs::path("."));
+  sync_path(folder_of(output_));
   if (replace) discard();
 }
 

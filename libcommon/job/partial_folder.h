@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,20 +15,22 @@ namespace patinate {
 /// The `"key"` in `folder / manifest`, or "" when there is no such file or it is not ours.
 [[nodiscard]] std::string manifest_key(const std::filesystem::path& folder, const std::string& manifest);
 
+/// A path under kJobWorkFolder: no part of the finished output.
+[[nodiscard]] bool is_work(const std::filesystem::path& relative);
 /// The folder in which `output` is made.
 [[nodiscard]] std::filesystem::path partial_path(const std::filesystem::path& output);
 /// What the marker in a partial folder says about an item; an empty key when it is not finished.
 [[nodiscard]] DoneItem read_marker(const std::filesystem::path& partial, const std::string& item);
-/// The item was finished in a partial folder under this key of its own, and its outputs are there. An output that is also a
-/// file of the finished folder (a hard link) must still be what it was.
-[[nodiscard]] bool is_item_done(const std::filesystem::path& partial, const std::string& item, const std::string& item_key,
-                                const std::vector<std::filesystem::path>& outputs);
+/// What the item made when it was finished in a partial folder under this key of its own, and that is there; else nothing. A file that
+/// is also one of the finished folder (a hard link) must still be what it was.
+[[nodiscard]] std::optional<std::vector<std::filesystem::path>> finished_files(const std::filesystem::path& partial, const JobItem& item,
+                                                                               const std::string& item_key);
 /// Everything in a partial folder was made under this key and only the final rename is missing.
 [[nodiscard]] bool is_partial_whole(const std::filesystem::path& partial, const std::string& manifest, const std::string& key);
 
 /// `OUT.partial`, locked from construction to destruction. The lock is a flock on the folder itself, so it ends with
-/// the process however that ends, and moves along when the folder is renamed. Book-keeping lies in `OUT.partial/.job`:
-/// `key`; in `done` one file per finished item, which holds the key of what the item was made from and those of its files; and in
+/// the process however that ends, and moves along when the folder is renamed; and one on a file in it, since network file systems tell
+/// other machines of files' locks only. Book-keeping lies in `OUT.partial/.job`: `lock`; `key`; in `done` one file per finished item, which holds the key of what the item was made from and those of its files; and in
 /// `work` what items keep for a resumed run only.
 class PartialFolder {
  public:
@@ -41,16 +44,15 @@ class PartialFolder {
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
-  /// From now on the folder is made under this key. What finished items of another plan are worth is_done() says.
-  void begin(const std::string& key);
+  /// From now on the folder is made under this key. What finished items of another plan are worth finished_files() says.
+  /// @returns whether it was made under it already.
+  bool begin(const std::string& key);
   /// Call when the item's outputs are written: forces them to the disk, then sets the marker.
-  /// @throws CannotComplete if an output is missing.
-  void mark_done(const std::string& item, const std::string& item_key,
-                 const std::vector<std::filesystem::path>& outputs);
+  /// @throws CannotComplete if an output that is not optional is missing.
+  void mark_done(const JobItem& item, const std::string& item_key);
   /// Takes over what a finished folder holds of an item, as hard links or else copies.
   /// @returns false when its files are no longer what they were; nothing is then marked.
-  bool adopt(const std::filesystem::path& finished, const std::string& item, const DoneItem& done,
-             const std::vector<std::filesystem::path>& outputs);
+  bool adopt(const std::filesystem::path& finished, const JobItem& item, const DoneItem& done);
   [[nodiscard]] bool has_done_items() const;
   /// Removes what interrupted items and other plans left: the markers of all items but `items`, then every file that is
   /// not in `files` (relative paths), and empty folders.
@@ -64,6 +66,7 @@ class PartialFolder {
 
  private:
   void lock();
+  void lock_for_other_machines();
   /// Before anything is removed: a folder whose removal was interrupted must never pass for a whole one.
   void mark_unfinished();
 
@@ -71,6 +74,7 @@ class PartialFolder {
   std::filesystem::path path_;
   std::string manifest_;
   int fd_ = -1;
+  int file_fd_ = -1;
 };
 
 }  // namespace patinate

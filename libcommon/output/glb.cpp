@@ -12,6 +12,9 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/read_limit.h"
+#include "libcommon/core/json_text.h"
+#include "libcommon/core/regular_file.h"
 #include "libcommon/image/color.h"
 #include "libcommon/output/glb_binary.h"
 #include "libcommon/output/glb_tangents.h"
@@ -214,7 +217,7 @@ void append_u32(std::string& bytes, std::size_t value) {
 void write_container(const std::filesystem::path& path, std::string json, GlbBinary& binary) {
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const std::uint64_t binary_size = (binary.size() + 3) / 4 * 4, total = 12 + 8 + json.size() + 8 + binary_size;
-  if (total > 0xFFFFFFFFu) throw InvalidInput("glb: more than 4 GB; use smaller textures or fewer variants");
+  if (total > 0xFFFFFFFFu) throw InvalidInput(path.string() + ": would be more than 4 GB; use smaller textures or fewer variants");
   std::string head;
   append_u32(head, kMagic);
   append_u32(head, 2);
@@ -297,18 +300,25 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
 }
 
 std::string read_glb_key(const std::filesystem::path& path) {
+  check_may_read(path);
+  require_regular_file(path);
   std::ifstream file(path, std::ios::binary);
   std::string head(20, '\0');
   std::error_code error;
-  if (!file || !std::filesystem::is_regular_file(path, error)) throw IoError(path.string(), "cannot be read");
+  if (!file) throw IoError(path.string(), "cannot be read");
   if (!file.read(head.data(), 20) || u32_at(head, 0) != kMagic || u32_at(head, 16) != kJsonChunk) return "";
   const std::uint64_t length = u32_at(head, 12), size = std::filesystem::file_size(path, error);
   if (error || length > size - head.size()) return "";
   std::string text(static_cast<std::size_t>(length), '\0');  // Textures are behind it, and many.
   if (!file.read(text.data(), static_cast<std::streamsize>(text.size()))) return "";
-  const Json gltf = Json::parse(text, nullptr, false);
+  Json gltf;
+  try {
+    gltf = parse_json(path.string(), text);
+  } catch (const IoError&) {
+    return "";  // Another's, then.
+  }
   const Json::json_pointer pointer("/asset/extras/patinate_key");
-  if (gltf.is_discarded() || !gltf.is_object() || !gltf.contains(pointer) || !gltf.at(pointer).is_string()) return "";
+  if (!gltf.is_object() || !gltf.contains(pointer) || !gltf.at(pointer).is_string()) return "";
   return gltf.at(pointer).get<std::string>();
 }
 

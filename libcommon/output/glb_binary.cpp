@@ -34,14 +34,16 @@ class Pipe : public OIIO::Filesystem::IOProxy {
 
 }  // namespace
 
-GlbBinary::GlbBinary(const std::filesystem::path& glb) : place_(glb.parent_path() / (glb.stem().string() + ".textures")), file_(std::fopen(place_.temporary().c_str(), "w+b")) {
-  if (file_ == nullptr) throw CannotComplete(glb.string() + ": cannot be written; is the folder writable?");
+GlbBinary::GlbBinary(const std::filesystem::path& glb) : shown_path_(glb.string()), place_(glb.parent_path() / (glb.stem().string() + ".textures")), file_(std::fopen(place_.temporary().c_str(), "w+b")) {
+  if (file_ == nullptr) fail("cannot be written; is the folder writable?");
 }
+
+void GlbBinary::fail(const std::string& problem) const { throw CannotComplete(shown_path_ + ": " + problem); }
 
 GlbBinary::~GlbBinary() { (void)std::fclose(file_); }
 
 void GlbBinary::append(const void* data, std::size_t size) {
-  if (size > 0 && std::fwrite(data, 1, size, file_) != size) throw CannotComplete("glb: cannot be written; is the disk full?");
+  if (size > 0 && std::fwrite(data, 1, size, file_) != size) fail("cannot be written; is the disk full?");
   size_ += size;
 }
 
@@ -69,7 +71,7 @@ int GlbBinary::add_png(const GlbTexture& texture, bool is_color) {
   OIIO::ImageSpec spec(texture.width, texture.height, texture.channels, OIIO::TypeDesc::UINT8);
   if (is_color) spec.attribute("oiio:ColorSpace", "sRGB");
   const auto check = [&](bool is_good) {
-    if (!is_good || !pipe.is_good()) throw CannotComplete("glb: a texture could not be encoded as PNG; is the disk full?" + (out ? " " + out->geterror() : std::string()));
+    if (!is_good || !pipe.is_good()) fail("a texture could not be written; is the disk full?");
   };
   check(out && out->open("picture.png", spec));
   int row = 0;
@@ -92,7 +94,7 @@ void GlbBinary::copy_to(std::ostream& out) {
   std::rewind(file_);
   for (std::uint64_t done = 0; done < size_;) {
     const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), size_ - done));
-    if (std::fread(block.data(), 1, size, file_) != size) throw CannotComplete("glb: cannot be written; is the disk full?");
+    if (std::fread(block.data(), 1, size, file_) != size) fail("cannot be written; is the disk full?");
     out.write(block.data(), static_cast<std::streamsize>(size));
     done += size;
   }

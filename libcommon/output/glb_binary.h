@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <ostream>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "libcommon/core/files.h"
@@ -47,7 +48,9 @@ class GlbBinary {
  private:
   void begin_piece();
   void append(const void* data, std::size_t size);
+  [[noreturn]] void fail(const std::string& problem) const;
 
+  std::string shown_path_;
   AtomicFile place_;  ///< Never finished: it is removed in the end.
   std::FILE* file_;
   std::uint64_t size_ = 0;

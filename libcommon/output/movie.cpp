@@ -10,6 +10,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/color.h"
+#include "libcommon/image/watched_file.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -198,7 +199,7 @@ class EncodedMovie final : public Movie {
 class Gif final : public Movie {
  public:
   Gif(const std::filesystem::path& path, const std::filesystem::path& shown_path, const MovieOptions& options, std::string key)
-      : path_(path), shown_path_(shown_path.string()), fps_(static_cast<float>(options.fps)), key_(std::move(key)) {}
+      : path_(path), shown_path_(shown_path.string()), fps_(static_cast<float>(options.fps)), key_(std::move(key)), disk_(path) {}
 
   void add(const ImageU8& codes) override {
     OIIO::ImageSpec spec(codes.width(), codes.height(), 3, OIIO::TypeDesc::UINT8);
@@ -206,7 +207,7 @@ class Gif final : public Movie {
     if (!file_) {
       file_ = OIIO::ImageOutput::create("gif");
       spec_ = spec;
-      check(file_ && file_->open(path_.string(), spec, OIIO::ImageOutput::Create));
+      check(file_ && file_->set_ioproxy(&disk_) && file_->open(path_.string(), spec, OIIO::ImageOutput::Create));
     } else {
       if (spec.width != spec_.width || spec.height != spec_.height) {
         throw InvalidInput(shown_path_ + ": a picture of a movie differs from the first in size");
@@ -219,8 +220,11 @@ class Gif final : public Movie {
   /// GIF keeps no metadata: the key goes into a comment block before the last byte.
   void finish() override {
     check(file_->close());
+    disk_.close();
+    check(true);
     std::string bytes = read_file(path_);
-    if (key_.empty() || bytes.empty() || bytes.back() != ';') return;
+    check(bytes.ends_with(';'));
+    if (key_.empty()) return;
     const std::string comment = std::string(kKeyPrefix) + key_;
     bytes.pop_back();
     bytes += std::string("\x21\xfe") + static_cast<char>(comment.size()) + comment + std::string(1, '\0') + ";";
@@ -229,13 +233,14 @@ class Gif final : public Movie {
 
  private:
   void check(bool is_good) const {
-    if (!is_good) throw CannotComplete(shown_path_ + ": cannot be written; is the disk full?");
+    if (!is_good || disk_.has_failed()) throw CannotComplete(shown_path_ + ": cannot be written; is the disk full?");
   }
   std::filesystem::path path_;
   std::string shown_path_;
   float fps_;
   std::string key_;
   OIIO::ImageSpec spec_;
+  WatchedFile disk_;  ///< OpenImageIO's writer does not see a full disk.
   std::unique_ptr<OIIO::ImageOutput> file_;
 };
 

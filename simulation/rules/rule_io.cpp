@@ -58,8 +58,6 @@ RuleAsset read_rule(JsonReader json) {
   return asset;
 }
 
-bool is_path(const std::string& text) { return text.ends_with(".json") || text.find('/') != std::string::npos; }
-
 /// A string, or an object with what is changed.
 RuleAsset read_asset(JsonReader& json) {
   const std::vector<std::string> names = built_in_rule_names();
@@ -69,7 +67,7 @@ RuleAsset read_asset(JsonReader& json) {
     for (const std::string& each : names) list += each + ", ";
     at.fail("a built-in rule (" + list.substr(0, list.size() - 2) + ") or the path of a .json file" + did_you_mean(name, names));
   };
-  if (json.is_string()) return is_path(json.string()) ? load_rule(json.path()) : built_in_or_fail(json, json.string());
+  if (json.is_string()) return is_rule_path(json.string()) ? load_rule(json.path()) : built_in_or_fail(json, json.string());
   if (!json.is_object()) json.fail("the name of a rule, a path, or an object");
   RuleAsset asset;
   if (json.has("file")) {
@@ -103,6 +101,8 @@ auto at_place(const JsonReader& json, Make&& make) {
 }
 
 }  // namespace
+
+bool is_rule_path(const std::string& text) { return text.ends_with(".json") || text.find('/') != std::string::npos; }
 
 std::vector<std::string> built_in_rule_names() {
   std::vector<std::string> names;
@@ -142,6 +142,12 @@ Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials
 Rule read_scene_rule(JsonReader json, std::span<const std::string> materials) {
   const RuleAsset asset = read_asset(json);
   return at_place(json, [&] { return resolve_rule(asset, materials); });
+}
+
+std::optional<std::filesystem::path> rule_path(const JsonReader& json) {
+  if (json.is_string()) return is_rule_path(json.string()) ? std::optional(json.path()) : std::nullopt;
+  JsonReader members = json;
+  return members.has("file") ? std::optional(members.member("file").path()) : std::nullopt;
 }
 
 RuleChange read_rule_change(JsonReader& json, const std::string& target, std::span<const std::string> materials, std::span<const Rule> rules) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -30,6 +31,9 @@ struct RuleAsset {
 /// @throws IoError with file and JSON pointer.
 [[nodiscard]] RuleAsset load_rule(const std::filesystem::path& path);
 
+/// Whether an element of a scene's "rules" that is text is the path of a file, not the name of a built-in rule.
+[[nodiscard]] bool is_rule_path(const std::string& text);
+
 /// For a scene with these materials. A material that the scene calls like a surface parameter is the material.
 /// @throws InvalidInput for a material that the scene does not have, or a driver that cannot be read; with a did-you-mean.
 [[nodiscard]] Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials);
@@ -38,6 +42,9 @@ struct RuleAsset {
 /// object: {"name": BUILT-IN or "file": PATH} with any of "driver", "alpha", "makes", "uses" in place of its own, or all of a new rule.
 /// @throws IoError with the scene's file and the JSON pointer.
 [[nodiscard]] Rule read_scene_rule(JsonReader json, std::span<const std::string> materials);
+
+/// The file of such an element; nothing for a built-in or a new rule.
+[[nodiscard]] std::optional<std::filesystem::path> rule_path(const JsonReader& json);
 
 /// Members "alpha", "driver", "makes", "uses" of an event that changes rule `target`. Where the scene has no rule of that name, it begins: a
 /// built-in one with what is given, or a new one of "driver" and "makes" or "uses".

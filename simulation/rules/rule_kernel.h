@@ -15,7 +15,7 @@ struct RuleTerm {
 };
 
 /// A rule for one tile. Its extent at a texel is scale * driver, less where there is not enough of what it uses.
-struct TileRule {
+struct KernelRule {
   float scale = 0.0F;              ///< alpha * time.
   const float* driver = nullptr;   ///< Of 64 texels; negative counts as 0.
   const float* covered = nullptr;  ///< 1 or 0 for each texel.
@@ -33,7 +33,7 @@ struct RuleKernel {
   /// @param quanta,amounts  By material, 64 each; changed.
   /// @param changes  By term, 64 each: quanta made, or used.
   /// @returns bit 0: some texel has an extent; bit 1: something changed (only then are `changes` set).
-  int (*apply)(const TileRule& rule, std::int32_t* quanta, float* amounts, std::int32_t* changes);
+  int (*apply)(const KernelRule& rule, std::int32_t* quanta, float* amounts, std::int32_t* changes);
   /// Sum of change * weight over a tile. @param changes,weights  Below 65536.
   std::int64_t (*weigh)(const std::int32_t* changes, const std::uint32_t* weights);
 };

@@ -49,7 +49,7 @@ Expression driver_of(const Rule& rule, std::span<const std::string> materials) {
 
 /// A rule as the kernel takes it, and its driver's program.
 struct CompiledRule {
-  TileRule form;
+  KernelRule form;
   double alpha = 0.0;
   ExpressionProgram driver;
 };
@@ -257,7 +257,7 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
   float* slots = worker.slots[0].values.data();
   for (const CompiledRule& rule : rules) {
     run_expression(rule.driver, slots, set);
-    TileRule form = rule.form;
+    KernelRule form = rule.form;
     form.driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
     form.covered = covered.data();
     form.first_texel = tile * TileGrid::kTileTexels;
@@ -282,13 +282,13 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
 RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control) {
   State& s = *state_;
   RuleReport report;
-  if (s.rules.empty() || !(s.time_per_iteration > 0.0)) return report;
+  if (s.rules.empty() || s.awake.empty() || !(s.time_per_iteration > 0.0)) return report;
   const auto phase = static_cast<int>((kEpoch - iteration % kEpoch) % kEpoch);  // tiles that are due: tile % kEpoch
   const std::int64_t span = std::min<std::int64_t>(kEpoch, iteration + 1);
   const double time = static_cast<double>(span) * s.time_per_iteration;
   const double age = (static_cast<double>(iteration + 1) - 0.5 * static_cast<double>(span)) * s.time_per_iteration;  // the middle of that time
   for (std::size_t r = 0; r < s.rules.size(); ++r) {
-    TileRule& form = s.rules[r].form;
+    KernelRule& form = s.rules[r].form;
     form.scale = static_cast<float>(s.rules[r].alpha * time);
     const auto now = static_cast<std::uint64_t>(iteration);
     const auto random = philox4x32({static_cast<std::uint32_t>(now), static_cast<std::uint32_t>(now >> 32), static_cast<std::uint32_t>(r), kRulePurpose},
@@ -303,7 +303,7 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   s.num_dirty.assign(static_cast<std::size_t>(num_chunks), 0);
   RunControl threads;  // a part of a step is no state to stop in
   threads.num_threads = control.num_threads;
-  const std::int64_t num_workers = std::clamp<std::int64_t>(thread_count(threads), 1, num_chunks);
+  const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks);
   if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
   std::atomic<std::int64_t> next{0};
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {

@@ -141,4 +141,13 @@ void check_scene(const Scene& scene) {
   check_range("per_iteration", scene.time_per_iteration, 0.0, 1e9);
 }
 
+std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials) {
+  std::vector<std::string> names{"hits", "last_hit", "residence"};
+  for (const std::string& m : materials) {
+    names.push_back(m + ".deposited");
+    names.push_back(m + ".final");
+  }
+  return names;
+}
+
 }  // namespace patinate

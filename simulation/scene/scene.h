@@ -135,9 +135,15 @@ struct RuleChange {
   std::optional<Rule> begins;          ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
 };
 
+/// Where a brush paints, and how long.
+struct BrushStop {
+  Vec3 position_mm{0, 0, 0};
+  std::int64_t steps = 1;  ///< >= 1.
+};
+
 /// What an artist does while it runs.
 struct SceneEvent {
-  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behaviour, Switch, Rule };
+  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behaviour, Switch, Rule, Paint };
   std::int64_t iteration = 0;  ///< Before this one.
   Op op = Op::Move;
   std::string target;          ///< Of an object or emitter; a material for Rate, a rule for Rule.
@@ -145,6 +151,7 @@ struct SceneEvent {
   std::optional<Emitter> emitter;      ///< Emitter: all of it.
   std::optional<Behaviour> behaviour;  ///< Behaviour.
   std::optional<RuleChange> rule;      ///< Rule.
+  std::vector<BrushStop> stops;        ///< Paint: Simulation::paint() at each, one after the other.
 };
 
 struct Scene {
@@ -165,5 +172,8 @@ struct Scene {
 
 /// @throws InvalidInput naming the first value out of its range, material that is unknown, name that occurs twice; no object; no emitter.
 void check_scene(const Scene& scene);
+
+/// What every parameter map may be called, for the given materials.
+[[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);
 
 }  // namespace patinate

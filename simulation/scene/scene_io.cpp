@@ -5,10 +5,12 @@
 
 #include "libcommon/atlas/atlas_choice.h"
 #include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/image_io.h"
 #include "simulation/rules/rule_io.h"
 #include "simulation/scene/scene_json.h"
@@ -168,7 +170,11 @@ AtlasMethod read_atlas(JsonReader json, Scene& scene) {
 
 void read_time(JsonReader json, SceneFile& file) {
   if (json.has("unit")) file.time_unit = static_cast<TimeUnit>(json.member("unit").choice(kTimeUnitNames));
-  if (json.has("per_iteration")) file.scene.time_per_iteration = json.member("per_iteration").number(between(0, 1e9));
+  if (json.has("per_iteration")) {
+    const JsonReader time = json.member("per_iteration");
+    file.scene.time_per_iteration = time.number(between(0, 1e9));
+    if (file.scene.time_per_iteration > 0.0 && file.scene.time_per_iteration < kLeastTimeStep) time.fail("0, for none, or at least 1e-12");
+  }
   if (json.has("contact")) file.scene.exchange.contact = json.member("contact").number(between(0, 1e6));
   json.finish();
 }
@@ -186,7 +192,7 @@ TracingOptions tracing_of_size(const Scene& scene) {
 }
 
 void read_run(JsonReader json, SceneFile& file) {
-  if (json.has("iterations")) file.iterations = json.member("iterations").integer(between(1, 1e9));
+  if (json.has("iterations")) file.iterations = json.member("iterations").integer(between(0, 1e9));
   file.history_every = std::max<std::int64_t>(1, file.iterations / 10);
   if (json.has("history_every")) file.history_every = json.member("history_every").integer(between(1, 1e9));
   if (json.has("controls")) {
@@ -196,6 +202,7 @@ void read_run(JsonReader json, SceneFile& file) {
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         element.fail("a parameter map: hits, last_hit, residence, MATERIAL.deposited or MATERIAL.final" + did_you_mean(name, names));
       }
+      if (!is_file_name(name)) element.fail("a parameter map whose material is named with " + file_name_text());
       file.controls.push_back(name);
     }
   }
@@ -203,15 +210,6 @@ void read_run(JsonReader json, SceneFile& file) {
 }
 
 }  // namespace
-
-std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials) {
-  std::vector<std::string> names{"hits", "last_hit", "residence"};
-  for (const std::string& m : materials) {
-    names.push_back(m + ".deposited");
-    names.push_back(m + ".final");
-  }
-  return names;
-}
 
 double SceneFile::frame_time(std::int64_t iteration) const {
   const double per_iteration = scene.time_per_iteration > 0.0 ? scene.time_per_iteration : 1.0;
@@ -266,7 +264,10 @@ SceneFile read_scene(const fs::path& path, const Json& root, SceneAssets& assets
   if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context);
   if (json.has("time")) read_time(json.member("time"), file);
   if (json.has("rules")) {
-    for (const JsonReader& rule : json.member("rules").elements(kMaxRules)) scene.rules.push_back(read_scene_rule(rule, scene.materials));
+    for (const JsonReader& rule : json.member("rules").elements(kMaxRules)) {
+      scene.rules.push_back(read_scene_rule(rule, scene.materials));
+      if (const auto named = rule_path(rule)) file.inputs.emplace_back("rule " + scene.rules.back().name, *named);
+    }
   }
   if (json.has("events")) scene.events = read_events(json.member("events"), context, scene);
   if (json.has("run")) read_run(json.member("run"), file);

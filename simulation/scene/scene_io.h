@@ -24,7 +24,7 @@ struct SceneFile {
   Scene scene;
   double mm_per_unit = 1000.0;          ///< Of the file's lengths.
   TimeUnit time_unit = TimeUnit::Days;
-  std::int64_t iterations = 1000;       ///< >= 1.
+  std::int64_t iterations = 1000;       ///< >= 0; none: what is painted at the start.
   std::int64_t history_every = 100;     ///< >= 1.
   std::vector<std::string> controls;    ///< Parameter maps asked for: "hits", "last_hit", "rust.deposited", "rust.final", ...
   std::vector<std::pair<std::string, std::filesystem::path>> inputs;  ///< Role and path of every file that was read.
@@ -49,8 +49,5 @@ struct SceneAssets {
 /// The same of a scene in memory. @param path  What it is called in errors; paths in it are relative to its folder.
 /// @param assets  Taken from when there, and added to; notes about meshes are of the first reading only.
 [[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const Json& root, SceneAssets& assets, const RunControl& control = {});
-
-/// What every parameter map may be called, for the given materials.
-[[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);
 
 }  // namespace patinate

@@ -23,9 +23,10 @@ Vec3 read_direction(const JsonReader& json) {
 }
 
 /// In the order of SceneEvent::Op; a stroke stands for several events.
-constexpr std::array<std::string_view, 10> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behaviour", "switch", "rule", "stroke"};
-constexpr int kStroke = 9;
+constexpr std::array<std::string_view, 11> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behaviour", "switch", "rule", "paint", "stroke"};
+constexpr int kStroke = 10;
 constexpr std::int64_t kLongestStroke = 1'000'000;
+constexpr std::size_t kMostPoints = 100'000;
 
 std::vector<std::string> names_of(const auto& items) {
   std::vector<std::string> names;
@@ -46,7 +47,7 @@ void read_stroke(JsonReader json, const SceneContext& context, const Scene& scen
   check_target(json.member("target"), event.target, names_of(scene.emitters), "an emitter");
   const std::int64_t every = json.has("every") ? json.member("every").integer(between(1, 1e6)) : 1;
   std::vector<Vec3> points;
-  for (const JsonReader& point : json.member("points").elements(100'000)) points.push_back(read_vector(point) * context.mm_per_unit);
+  for (const JsonReader& point : json.member("points").elements(kMostPoints)) points.push_back(read_vector(point) * context.mm_per_unit);
   if (points.empty()) json.member("points").fail("at least one position");
   if (static_cast<std::int64_t>(points.size()) * every > kLongestStroke) json.fail("at most " + std::to_string(kLongestStroke) + " iterations");
   json.finish();
@@ -66,6 +67,23 @@ void read_stroke(JsonReader json, const SceneContext& context, const Scene& scen
   event.iteration = begin + steps + every;
   event.value = Vec3::Zero();
   events.push_back(event);
+}
+
+/// Places of a brush that paints alone: [x, y, z], one step, or [x, y, z, steps].
+std::vector<BrushStop> read_stops(const JsonReader& json, double mm_per_unit) {
+  std::vector<BrushStop> stops;
+  std::int64_t num_steps = 0;
+  for (const JsonReader& point : json.elements(kMostPoints)) {
+    const std::vector<JsonReader> parts = point.elements(4);
+    if (parts.size() < 3) point.fail("[x, y, z], or [x, y, z, steps]");
+    BrushStop stop{.position_mm = Vec3(parts[0].number(), parts[1].number(), parts[2].number()) * mm_per_unit};
+    if (parts.size() > 3) stop.steps = parts[3].integer(between(1, 1e6));
+    num_steps += stop.steps;
+    stops.push_back(stop);
+  }
+  if (stops.empty()) json.fail("at least one position");
+  if (num_steps > kLongestStroke) json.fail("at most " + std::to_string(kLongestStroke) + " steps together");
+  return stops;
 }
 
 SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene& scene) {
@@ -114,6 +132,11 @@ SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene&
       event.value[0] = json.member("rate").number(between(0, 1));
       break;
     case Op::Behaviour: event.behaviour = read_behaviour(json.member("behaviour")); break;
+    case Op::Paint:
+      event.target = json.member("target").string();
+      check_target(json.member("target"), event.target, emitters, "an emitter");
+      event.stops = read_stops(json.member("points"), context.mm_per_unit);
+      break;
     case Op::Rule:
       event.target = json.member("target").string();
       event.rule = read_rule_change(json, event.target, context.materials, scene.rules);

@@ -43,7 +43,7 @@ constexpr double kLowest = 1e-3;    // of the height: what lies in the triangle'
 
 }  // namespace
 
-Clearance::Clearance(const RayTracer& rays, const SurfaceFrames& frames, int num_triangles, double height_mm)
+Clearance::Clearance(const RayTracer& rays, const TriangleFrames& frames, int num_triangles, double height_mm)
     : rays_(&rays), frames_(&frames), height_(height_mm), known_(std::make_unique<std::atomic<std::uint8_t>[]>(static_cast<std::size_t>(num_triangles) * 2)) {}
 
 bool Clearance::find(int triangle, bool is_front) const {

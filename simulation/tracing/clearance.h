@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "simulation/tracing/ray_tracer.h"
-#include "simulation/tracing/surface_frames.h"
+#include "simulation/tracing/triangle_frames.h"
 
 namespace patinate {
 
@@ -16,7 +16,7 @@ namespace patinate {
 class Clearance {
  public:
   /// @param rays, frames  Outlive it.
-  Clearance(const RayTracer& rays, const SurfaceFrames& frames, int num_triangles, double height_mm);
+  Clearance(const RayTracer& rays, const TriangleFrames& frames, int num_triangles, double height_mm);
 
   [[nodiscard]] bool is_clear(int triangle, bool is_front) {
     std::atomic<std::uint8_t>& known = known_[static_cast<std::size_t>(triangle) * 2 + (is_front ? 0 : 1)];
@@ -33,7 +33,7 @@ class Clearance {
   [[nodiscard]] bool find(int triangle, bool is_front) const;
 
   const RayTracer* rays_;
-  const SurfaceFrames* frames_;
+  const TriangleFrames* frames_;
   double height_;
   std::unique_ptr<std::atomic<std::uint8_t>[]> known_;
 };

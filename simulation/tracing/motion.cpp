@@ -85,16 +85,17 @@ void join(const std::vector<TraceResult>& parts, TraceResult& result) {
   }
 }
 
-/// Calls move(i, told, counters) for every gammaton, neighbours on the surface one after the other, and lists what is told by gammaton.
+/// Calls move(i, told, counters) for every gammaton of a range, neighbours on the surface one after the other, and lists what is told by gammaton.
 /// Texels of contacts are looked up in a loop of their own, where the waiting for memory of many overlaps.
 template <class Move>
-void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control, TraceResult& result, Move&& move) {
+void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control, const GammatonRange& moving, TraceResult& result, Move&& move) {
   constexpr std::size_t kAhead = 12;  // gammatons; memory's latency over the time that one needs
-  const auto n = static_cast<std::int64_t>(all.size());
+  const std::int64_t first = moving.begin, n = std::min(moving.end, static_cast<std::int64_t>(all.size())) - first;
   const std::int64_t chunk = chunk_of(n);
   std::vector<TraceResult> parts(static_cast<std::size_t>((n + chunk - 1) / chunk));
-  parallel_for(n, chunk, control, [&](std::int64_t begin, std::int64_t end) {
-    TraceResult& part = parts[static_cast<std::size_t>(begin / chunk)];
+  parallel_for(n, chunk, control, [&](std::int64_t from, std::int64_t to) {
+    const std::int64_t begin = first + from, end = first + to;
+    TraceResult& part = parts[static_cast<std::size_t>(from / chunk)];
     const std::vector<std::uint32_t> order = place_order(all, begin, end, motion.frames.num_triangles());
     std::vector<Told> told(order.size());
     for (std::size_t k = 0; k < order.size(); ++k) {
@@ -161,7 +162,7 @@ struct GammatonTracer::Impl {
   const SceneMesh* mesh;
   const SurfaceAtlas* surface;
   RayTracer rays;
-  SurfaceFrames frames;
+  TriangleFrames frames;
   FreeSpace free_space;
   /// What all gammatons of a call share.
   MotionScene motion(const Scene& scene) {
@@ -186,14 +187,14 @@ void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) { impl_ = std::make_u
 
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
 
-void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control) {
+void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control, const GammatonRange& moving) {
   const auto most = std::max_element(all.emitter.begin(), all.emitter.end());
   if (most != all.emitter.end() && *most >= scene.emitters.size()) throw InvalidInput("there are gammatons of emitters that the scene does not have");
   const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
   const auto when = static_cast<std::uint64_t>(iteration);
   impl_->place(scene);
   const MotionScene motion = impl_->motion(scene);
-  for_all(all, motion, *impl_->surface, control, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
+  for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
     if (all.state[i] == GammatonState::Waiting && !scene.emitters[all.emitter[i]].is_on) return;
     Gammaton g = take(all, i);
     if (g.state == GammatonState::Waiting) {
@@ -226,11 +227,11 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
 }
 
 void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals,
-                             const RunControl& control) {
+                             const RunControl& control, const GammatonRange& moving) {
   const MotionScene motion = impl_->motion(scene);
   const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
   const auto when = static_cast<std::uint64_t>(iteration);
-  for_all(all, motion, *impl_->surface, control, result, [&](std::size_t i, Told& told, TraceCounters&) {
+  for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters&) {
     if (all.state[i] != GammatonState::InContact) return;
     Gammaton g = take(all, i);
     const auto words = [&](std::uint32_t attempt) {

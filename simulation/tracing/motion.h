@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -21,7 +22,13 @@ struct TraceResult {
   std::vector<Contact> contacts;      ///< By gammaton. A hit that has no texel makes none.
   std::vector<std::uint32_t> born;    ///< By gammaton.
   std::vector<Death> died;            ///< By gammaton; a death is told before the same gammaton's next birth, which is the next call's.
-  TraceCounters counters;             ///< Of this call; `alive` after it.
+  TraceCounters counters;             ///< Of this call; `alive` after it, among those that move.
+};
+
+/// Those gammatons that move; all others stay where they are, as they are.
+struct GammatonRange {
+  std::int64_t begin = 0;
+  std::int64_t end = std::numeric_limits<std::int64_t>::max();  ///< Behind the last; cut to how many there are.
 };
 
 /// The normal that a gammaton is reflected about: for surfaces with heights.
@@ -50,11 +57,11 @@ class GammatonTracer {
   /// pieces, until it hits something (InContact) or has left for good.
   /// @param gammatons  From make_gammatons() with as many emitters as the scene has.
   /// @throws InvalidInput if a Surface emitter has no surface, or gammatons name emitters that are not there.
-  void trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control = {});
+  void trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control = {}, const GammatonRange& moving = {});
   /// Those in contact bounce, float on, come to rest or are absorbed.
   /// @param normals  nullptr: the mesh's.
   void respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals = nullptr,
-               const RunControl& control = {});
+               const RunControl& control = {}, const GammatonRange& moving = {});
 
  private:
   struct Impl;

@@ -7,14 +7,14 @@
 #include "simulation/tracing/free_space.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/tracing/ray_tracer.h"
-#include "simulation/tracing/surface_frames.h"
+#include "simulation/tracing/triangle_frames.h"
 
 namespace patinate {
 
 /// What all gammatons of a call share.
 struct MotionScene {
   const RayTracer& rays;
-  const SurfaceFrames& frames;
+  const TriangleFrames& frames;
   const FreeSpace& free_space;
   Clearance& clearance;  ///< Of epsilon.
   TracingOptions options;
@@ -22,7 +22,7 @@ struct MotionScene {
   double skin = 0.0;      ///< mm: what starts on a surface starts this far from it.
   double rest_cosine = 1.0;  ///< Of rest_slope.
 };
-[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const SurfaceFrames& frames, const FreeSpace& free_space, Clearance& clearance);
+[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames, const FreeSpace& free_space, Clearance& clearance);
 
 /// A gammaton taken out of its arrays.
 struct Gammaton {

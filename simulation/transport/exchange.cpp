@@ -74,7 +74,7 @@ struct Worker {
 /// What all contacts of a call share.
 struct Call {
   std::uint64_t seed;
-  std::int64_t iteration;
+  ExchangeTime time;
   std::span<const int> active;
   Cargo& cargo;
   MaterialAtlas& atlas;
@@ -111,7 +111,7 @@ void prepare(const Call& call, std::span<const ContactKey> keys, Batch& batch) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto carrier = static_cast<std::uint32_t>(keys[i]);
     const bool is_whole = call.pieces.empty();
-    batch.randoms[i] = transfer_randoms(call.seed, is_whole ? carrier : call.pieces[carrier].gammaton, call.iteration,
+    batch.randoms[i] = transfer_randoms(call.seed, is_whole ? carrier : call.pieces[carrier].gammaton, call.time.random_key,
                                         is_whole ? 0 : call.pieces[carrier].number, static_cast<int>(call.active.size()));
   }
 }
@@ -156,7 +156,7 @@ std::size_t exchange_section(const Call& call, std::span<const ContactKey> keys,
       }
       if (num_dirty == 0 || dirty[num_dirty - 1] != tile) dirty[num_dirty++] = tile;
     }
-    if (call.maps) call.maps->record(texel, call.iteration, !piece || piece->number == 0, dropped);
+    if (call.maps) call.maps->record(texel, call.time.iteration, !piece || piece->number == 0, dropped);
   }
   return num_dirty;
 }
@@ -165,7 +165,7 @@ std::size_t exchange_section(const Call& call, std::span<const ContactKey> keys,
 /// what is less than one to the middle. Amounts that are less than a quantum for every part still find their way that way.
 void deal(const Call& call, std::uint32_t gammaton, std::uint32_t middle_weight, std::span<Piece> pieces) {
   const Masses randoms =
-      transfer_randoms(call.seed, gammaton, call.iteration, kDealPiece, static_cast<int>(call.active.size()));
+      transfer_randoms(call.seed, gammaton, call.time.random_key, kDealPiece, static_cast<int>(call.active.size()));
   for (std::size_t a = 0; a < call.active.size(); ++a) {
     const auto m = static_cast<std::size_t>(call.active[a]);
     const std::uint64_t quanta = call.cargo.mass[gammaton][m] / middle_weight;
@@ -252,7 +252,7 @@ Exchanger::~Exchanger() = default;
 Exchanger::Exchanger(Exchanger&&) noexcept = default;
 Exchanger& Exchanger::operator=(Exchanger&&) noexcept = default;
 
-ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, std::int64_t iteration, Cargo& cargo,
+ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time, Cargo& cargo,
                                    MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {
   State& s = *state_;
   RunControl threads;  // a part of an exchange is no state to stop in
@@ -268,7 +268,7 @@ ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const Exch
   for (int m = 0; m < s.num_materials; ++m) {
     if (options.rates[static_cast<std::size_t>(m)] > 0.0 && options.contact > 0.0) active_materials[num_active++] = m;
   }
-  Call call{.seed = s.seed, .iteration = iteration, .active = std::span(active_materials).first(num_active), .cargo = cargo, .atlas = atlas,
+  Call call{.seed = s.seed, .time = time, .active = std::span(active_materials).first(num_active), .cargo = cargo, .atlas = atlas,
             .maps = maps, .pieces = {}};
   if (options.splat_texels > 1) {
     s.cut_splats(contacts, options.splat_texels, call, threads);

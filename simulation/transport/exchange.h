@@ -15,6 +15,14 @@
 
 namespace patinate {
 
+/// When an exchange happens. Steps of a brush alone (Simulation::paint) share their iteration, and have random numbers of their own.
+struct ExchangeTime {
+  ExchangeTime(std::int64_t given) : iteration(given), random_key(given) {}  // NOLINT: an iteration is one
+  ExchangeTime(std::int64_t given, std::int64_t key) : iteration(given), random_key(key) {}
+  std::int64_t iteration;   ///< What maps remember.
+  std::int64_t random_key;  ///< In place of the iteration, for random numbers.
+};
+
 /// What an exchange has changed.
 struct ExchangeReport {
   std::span<const TileIndex> dirty_tiles;  ///< With texels whose amounts changed; rising. Good until the next exchange.
@@ -32,7 +40,7 @@ class Exchanger {
   Exchanger& operator=(Exchanger&&) noexcept;
 
   /// Every contact moves whole quanta between its gammaton's cargo and its texel: transfer_quanta() with transfer_randoms() of
-  /// (seed, gammaton, iteration). Contacts of one texel follow each other by gammaton. A splat wider than one texel is cut into parts
+  /// (seed, gammaton, time.random_key). Contacts of one texel follow each other by gammaton. A splat wider than one texel is cut into parts
   /// (splat.h) that exchange on their own; the cargo is dealt out to them in whole quanta, in the mean by their shares.
   /// Mass is conserved exactly: what the cargo loses is what the texels win.
   /// Same bits for any number of threads, order of contacts and instruction set.
@@ -40,7 +48,7 @@ class Exchanger {
   /// @param options   Taken as checked (check_scene()).
   /// @param maps      Recorded too, unless null.
   /// @param control   Threads; an exchange that has begun is finished whatever `stop` says.
-  ExchangeReport exchange(std::span<const Contact> contacts, const ExchangeOptions& options, std::int64_t iteration, Cargo& cargo,
+  ExchangeReport exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time, Cargo& cargo,
                           MaterialAtlas& atlas, ParameterMaps* maps = nullptr, const RunControl& control = {});
 
  private:

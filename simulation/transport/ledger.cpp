@@ -13,24 +13,6 @@ namespace {
 
 constexpr double kMassOne = static_cast<double>(kAmountOne) * SurfaceAtlas::kMedianWeight;
 
-struct Column {
-  std::string_view name;
-  MassSum MassAccount::*value;
-};
-constexpr std::array<Column, 8> kColumns{{{"emitted", &MassAccount::emitted},
-                                          {"made", &MassAccount::made},
-                                          {"on surfaces", &MassAccount::on_surfaces},
-                                          {"carried", &MassAccount::carried},
-                                          {"left", &MassAccount::left},
-                                          {"absorbed", &MassAccount::absorbed},
-                                          {"rested", &MassAccount::rested},
-                                          {"used", &MassAccount::used}}};
-
-std::string padded(std::string text, std::size_t width) {
-  text.insert(0, width > text.size() ? width - text.size() : 0, ' ');
-  return text;
-}
-
 std::string quanta_text(const MassSum& sum) { return number_text(sum.value()) + " quanta"; }
 
 std::int64_t original_mass(const MaterialAtlas& atlas, int material, const RunControl& control) {
@@ -124,21 +106,6 @@ void MassLedger::add_rules(const std::array<std::int64_t, kMaxMaterials>& made, 
 
 bool MassLedger::balances() const {
   return std::all_of(accounts_.begin(), accounts_.end(), [](const MassAccount& a) { return a.imbalance() == MassSum{}; });
-}
-
-std::string MassLedger::text(std::span<const std::string> materials) const {
-  std::size_t name_width = 8;
-  for (const std::string& name : materials) name_width = std::max(name_width, name.size());
-  std::string out = padded("", name_width);
-  for (const Column& column : kColumns) out += padded(std::string(column.name), 13);
-  out += "\n";
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    out += materials[m] + std::string(name_width - materials[m].size(), ' ');
-    for (const Column& column : kColumns) out += padded(short_number_text((accounts_[m].*column.value).value() / kMassOne), 13);
-    const MassSum rest = accounts_[m].imbalance();
-    out += rest == MassSum{} ? "  balances\n" : "  WRONG by " + quanta_text(rest) + "\n";
-  }
-  return out;
 }
 
 std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo, std::span<const std::string> materials,

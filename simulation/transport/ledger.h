@@ -67,9 +67,6 @@ class MassLedger {
   [[nodiscard]] MassAccount& account(int material) { return accounts_[static_cast<std::size_t>(material)]; }
   [[nodiscard]] bool balances() const;
 
-  /// One line a material: mass in units of amount 1 on a texel of median size, and whether it balances.
-  [[nodiscard]] std::string text(std::span<const std::string> materials) const;
-
  private:
   std::array<MassAccount, kMaxMaterials> accounts_;
 };

@@ -97,7 +97,7 @@ TEST(MemoryHistoryAnalysis, FactorizesAsFoldersDo) {
 
 TEST(MemoryHistoryAnalysis, IsFittedAsAFolderIs) {
   const Both both;
-  const SurfaceFrames frames = testing_support::green_plate(testing_support::kGreenTruth);
+  const AgedSurface frames = testing_support::green_plate(testing_support::kGreenTruth);
   const SurfaceOutline outline{.name = frames.name, .width = frames.mask.width(), .height = frames.mask.height(), .time_unit = frames.time_unit, .times = frames.times, .control_names = {"x"}};
   const std::vector<FitTerm> terms{{FitFigure::ColorDistribution}, {FitFigure::MeanColor}, {FitFigure::ColorByControl}};
   const ObjectiveOptions options{.clock = Clock::Span};

@@ -31,6 +31,7 @@ class CountingPeer : public WebSocketPeer {
   }
   [[nodiscard]] std::size_t num_waiting_bytes() const override { return 0; }
   void close() override {}
+  void refuse(const std::string&) override {}
 
   std::size_t num_bytes = 0, num_tiles = 0, num_updates = 0;
   std::int64_t update = 0;

@@ -164,10 +164,36 @@ class CommandLine(CommandCase):
         self.assertEqual((result.stdout, result.stderr, result.returncode), ("", "", 0))
 
     def test_a_full_disk_under_stdout_is_said(self):
-        with open("/dev/full", "w") as full:
-            result = subprocess.run([PATINATE, "info", self.shared / "history"], stdout=full, stderr=subprocess.PIPE, text=True)
-        self.assertEqual(result.returncode, CANNOT)
-        self.assertIn("patinate: error: standard output", result.stderr)
+        for arguments in (["info", self.shared / "history"], ["--version"], ["--help"], ["lookup", "--help"], ["help"], ["help", "--man"], ["completion", "bash"],
+                          ["validate", self.shared / "history"], ["lookup", self.shared / "aged", "--time", "1", "-o", self.folder / "x.png", "--dry-run"]):
+            with self.subTest(arguments=arguments), open("/dev/full", "w") as full:
+                result = subprocess.run([PATINATE, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
+                self.assertEqual(result.returncode, CANNOT, result.stderr)
+                self.assertEqual(result.stderr.splitlines(), ["patinate: error: standard output: cannot be written; is the disk full?"])
+
+    def test_an_output_that_is_or_holds_an_input_or_lies_in_what_was_made_is_refused(self):
+        aged, history = self.take("aged"), self.take("history")
+        self.take("urn")
+        self.succeeds("control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "when.exr")
+        (self.folder / "link").symlink_to(aged)
+        before = tree_of(self.folder)
+        for about, arguments in (("is an input (--time-map)", ["lookup", "aged", "--time-map", "when.exr", "-o", "when.exr"]),
+                                 ("is an input (--time-map)", ["lookup", "aged", "--time-map", "0.5*when.exr+facing", "-o", "./when.exr"]),
+                                 ("is an input (--time-map)", ["lookup", "aged", "--time-map", "when.exr", "-o", self.folder / "when.exr"]),
+                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "aged/coordinates.exr"]),
+                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "link/coordinates.exr"]),
+                                 ("lies inside", ["lookup", "aged", "--time", "1", "-o", "history/frames/0000.exr"]),
+                                 ("lies inside", ["render", "history", "-o", "history/picture.png"]),
+                                 ("is an input (TRANSFER)", ["export", "aged", "-o", "aged"]),
+                                 ("is an input (MESH)", ["transfer", "history", "urn/mesh.obj", "--control", "facing", "-o", "urn/mesh.obj"]),
+                                 ("holds an input (MESH)", ["transfer", "history", "aged/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"]),
+                                 ("holds an input", ["transfer", "history", "urn/mesh.obj", "--control", "facing", "-o", "."])):
+            for force in ([], ["--force"]):
+                with self.subTest(arguments=arguments, force=force):
+                    self.fails(USAGE, about, *arguments, *force)
+        self.assertEqual(tree_of(self.folder), before)
+        self.succeeds("lookup", "aged", "--time-map", "when.exr", "-o", "made.exr")
+        self.assertTrue(history.exists())
 
 
 class Photographs(CommandCase):
@@ -350,6 +376,14 @@ class Outputs(CommandCase):
         (self.folder / "photos/a.txt").write_text("precious")
         self.fails(CANNOT, "photos", "ingest", self.shared / "capture", "-o", "photos", "--force")
 
+    def test_nothing_is_made_inside_a_finished_result(self):
+        shutil.copytree(self.shared / "history", self.folder / "history")
+        self.fails(CANNOT, "a finished result", "export", "history", "-o", "history/frames/more")
+        self.fails(CANNOT, "a finished result", "lookup", self.shared / "aged", "--time", "1", "-o", "history/x.png")
+        self.fails(CANNOT, "a finished result", "ingest", self.shared / "capture", "-o", "history/again", "--force")
+        self.succeeds("ingest", self.shared / "capture", "-o", "made/")
+        self.succeeds("ingest", self.shared / "capture", "-o", "made/")  # the result itself is another matter: up to date
+
     def test_places_that_cannot_be_written(self):
         (self.folder / "file").write_text("x")
         self.fails(CANNOT, "file/out", "ingest", self.shared / "capture", "-o", "file/out")
@@ -425,6 +459,29 @@ class Interruptions(CommandCase):
         self.succeeds(*self.SYNTH)
         self.assertEqual(tree_of(self.folder / "out"), self.whole())
         self.assertFalse((self.folder / "out.partial").exists())
+
+    def test_a_terminal_that_is_gone_is_an_interruption(self):
+        code, errors = self.stopped(signal.SIGHUP)
+        self.assertEqual((code, errors.count("interrupted")), (INTERRUPTED, 1), errors)
+        self.assertEqual([str(p) for p in self.folder.rglob(".*.tmp*")], [])
+        self.succeeds(*self.SYNTH)
+        self.assertEqual(tree_of(self.folder / "out"), self.whole())
+
+    def test_signals_that_are_ignored_from_the_start_stay_ignored(self):
+        """As by nohup, and for what a script runs in the background."""
+        def ignore():
+            signal.signal(signal.SIGHUP, signal.SIG_IGN)
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        process = subprocess.Popen([PATINATE, *self.SYNTH], cwd=self.folder, stderr=subprocess.PIPE, text=True, preexec_fn=ignore)
+        for _ in range(2000):
+            if (self.folder / "out.partial/.job/done").exists():
+                break
+            time.sleep(0.01)
+        process.send_signal(signal.SIGHUP)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 0, errors)
+        self.assertTrue((self.folder / "out").exists())
 
     def test_stopped_at_any_moment_it_leaves_no_temporary_file(self):
         for delay in (0.05, 0.1, 0.2, 0.4, 0.7):

@@ -42,7 +42,7 @@ class Factorise(unittest.TestCase):
             self.assertIn(word, result.stderr)
         page = (WORK / "factors/report.html").read_text()
         self.assertFalse("http:" in page)
-        self.assertIn("patinate factorise plate --num-intervals 16 --num-training 48 --times 70,20 -o factors", page)
+        self.assertIn("patinate factorise plate --num-intervals 16 --num-training 48 --times 70,20 -o OUT", page)
         self.assertIn("EXTRAPOLATED", page)
         report = json.loads((WORK / "factors/factorization.json").read_text())
         for curve in report["csv"]:
@@ -74,6 +74,25 @@ class Factorise(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         for file in ("maps/rate.exr", "history/history.json", "history/frames/0010.exr"):
             self.assertEqual((WORK / "factors" / file).read_bytes(), (WORK / "again" / file).read_bytes(), file)
+
+    def test_killed_between_any_two_items_it_ends_with_the_same_files(self):
+        def tree(folder):
+            return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file() and p.name != "run.json"}
+        whole = tree(WORK / "factors")
+        self.assertIn("history/controls/rate.exr", whole)
+        out, command = WORK / "killed", [PATINATE, "factorise", "plate", "--times", "70,20", *map(str, QUICK), "-o", "killed"]
+        for item in ("curve", "maps", "frame.0", "frame.9"):
+            shutil.rmtree(out, ignore_errors=True)
+            process = subprocess.Popen(command, cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            marker = WORK / "killed.partial/.job/done" / item
+            while process.poll() is None and not marker.exists():
+                pass
+            process.kill()
+            process.wait()
+            result = patinate(*command[1:])
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(sorted(tree(out)), sorted(whole), f"killed after {item}")
+            self.assertTrue(tree(out) == whole, f"killed after {item}")
 
     def test_bad_input_is_one_line(self):
         (WORK / "picture.png").write_bytes((WORK / "plate_photos/frames/0000.png").read_bytes())

@@ -36,11 +36,10 @@ def patinate(*arguments, **more):
 
 
 def tree_hash(folder):
-    """Of every file but run.json and job.json, which tell of the run."""
+    """Of every file but run.json, which tells of the run."""
     digest = hashlib.sha256()
-    for path in sorted(p for p in (WORK / folder).rglob("*") if p.is_file() and p.name not in ("run.json", "job.json")):
-        content = path.read_bytes().replace(str(folder).encode(), b"FOLDER")
-        digest.update(str(path.relative_to(WORK / folder)).encode() + b"\0" + content)
+    for path in sorted(p for p in (WORK / folder).rglob("*") if p.is_file() and p.name != "run.json"):
+        digest.update(str(path.relative_to(WORK / folder)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 
 

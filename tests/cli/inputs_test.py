@@ -68,20 +68,109 @@ class Init(unittest.TestCase):
         self.succeeds("init", "capture", "-o", "projects/mine.json")
         self.succeeds("ingest", "projects/mine.json", "-o", "history")
 
-    def test_photographs_of_other_sizes_and_masks_beside_the_frames_are_left_out(self):
+    def mixed_photos(self):
+        """Three photographs of 48 x 40 and one of 64 x 64 among them."""
         self.crackle()
-        for name in ("0000.png", "0001.png", "0002.png"):
-            shutil.copy(self.folder / "capture/frames" / name, self.folder / f"day_{name}")
-        self.succeeds("synth", "crackle", "--width", "64", "--height", "64", "--num-frames", "2", "-o", "large")
         photos = self.folder / "photos"
         photos.mkdir()
-        for day in self.folder.glob("day_*.png"):
-            day.rename(photos / day.name)
+        for name in ("0000.png", "0001.png", "0002.png"):
+            shutil.copy(self.folder / "capture/frames" / name, photos / f"day_{name}")
+        self.succeeds("synth", "crackle", "--width", "64", "--height", "64", "--num-frames", "2", "-o", "large")
         shutil.copy(self.folder / "large/frames/0000.png", photos / "day_0001b.png")
-        result = self.succeeds("init", "photos")
-        self.assertIn("day_0001b.png", result.stderr)
-        self.assertEqual(project_of(photos / "capture.json")["exclude"], [2])
+        return photos
+
+    def refused(self, *arguments):
+        result = run(*arguments, cwd=self.folder)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertEqual(len(result.stderr.strip().splitlines()), 1, result.stderr)
+        return result.stderr
+
+    def test_photographs_of_several_sizes_are_never_left_out_in_silence(self):
+        photos = self.mixed_photos()
+        error = self.refused("init", "photos")
+        self.assertIn("3 photographs of 48 x 40 (day_0000.png ... day_0002.png), 1 photograph of 64 x 64 (day_0001b.png)", error)
+        self.assertIn("--only", error)
+        self.assertFalse((photos / "capture.json").exists())
+
+    def test_photographs_of_as_many_sizes_as_there_are(self):
+        photos = self.folder / "photos"
+        photos.mkdir()
+        for i in range(17):
+            (photos / f"{i:02}.ppm").write_bytes(b"P6\n%d 8\n255\n" % (8 + i) + bytes(3 * 8 * (8 + i)))
+        error = self.refused("init", "photos")
+        self.assertIn("1 photograph of 8 x 8 (00.ppm), 1 photograph of 9 x 8 (01.ppm)", error)
+        self.assertIn("and 9 more", error)
+
+    def test_only_says_which_names_make_the_frames(self):
+        photos = self.mixed_photos()
+        result = self.succeeds("init", "photos", "--only", "day_000?.png")
+        self.assertIn("found: 3 photographs, day_*.png, 48 x 40", result.stderr)
+        self.assertIn("1 other image, which --only leaves out", result.stderr)
+        self.assertEqual(project_of(photos / "capture.json")["exclude"], [2])  # "day_*.png" will take later ones too
         self.succeeds("ingest", "photos", "-o", "history")
+        self.assertEqual(len(json.loads((self.folder / "history/history.json").read_text())["frames"]), 3)
+        self.assertIn("matches `x*`", self.refused("init", "photos", "--only", "x*", "-o", "other.json"))
+
+    def test_photographs_and_a_movie_beside_them_are_two_sets(self):
+        photos = self.mixed_photos()
+        (photos / "day_0001b.png").unlink()
+        frames = b"".join(b"\x2c" + bytes(4) + b"\x01\0\x01\0\0" + b"\x02\x02\x44\x01\0" for _ in range(5))
+        (photos / "a.gif").write_bytes(b"GIF89a\x01\0\x01\0\x80\0\0" + bytes(3) + b"\xff\xff\xff" + frames + b";")
+        self.assertIn("a.gif with 5 images of 1 x 1", self.refused("init", "photos"))
+        self.succeeds("init", "photos", "--only", "*.png")
+
+    def test_extensions_in_capitals_are_the_same_format(self):
+        photos = self.mixed_photos()
+        (photos / "day_0001b.png").unlink()
+        (photos / "day_0001.png").rename(photos / "day_0001.PNG")
+        self.assertIn("3 photographs", self.succeeds("init", "photos").stderr)
+        self.succeeds("ingest", "photos", "-o", "history")
+        self.assertEqual(len(json.loads((self.folder / "history/history.json").read_text())["frames"]), 3)
+
+    def test_what_patinate_made_beside_the_photographs_is_none_of_them(self):
+        photos = self.mixed_photos()
+        (photos / "day_0001b.png").unlink()
+        self.succeeds("init", "photos")
+        self.succeeds("ingest", "photos", "-o", "photos/history")
+        self.succeeds("export", "photos/history", "-o", "photos/frames")
+        self.assertIn("up to date", self.succeeds("init", "photos").stderr)
+
+    def test_a_project_is_drafted_and_ingested_inside_its_folder(self):
+        photos = self.mixed_photos()
+        (photos / "day_0001b.png").unlink()
+        here = {"cwd": photos}
+        for arguments in (["init", "."], ["ingest", "capture.json", "-o", "out"], ["ingest", ".", "-o", "out"]):
+            result = run(*arguments, **here)
+            self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(project_of(photos / "capture.json")["frames"]["pattern"], "day_*.png")
+        self.assertEqual(len(json.loads((photos / "out/history.json").read_text())["frames"]), 3)
+        for capture in ("photos/", "photos/capture.json", photos / "capture.json"):  # from wherever it is named, it is the same project
+            self.assertIn("up to date", self.succeeds("ingest", capture, "-o", photos / "out/").stderr)
+
+    def test_blanks_and_letters_of_other_languages_in_paths(self):
+        photos = self.mixed_photos()
+        (photos / "day_0001b.png").unlink()
+        strange = self.folder / "Grünspan 2024 \u9752\u9285"
+        photos.rename(strange)
+        for day in sorted(strange.glob("*.png")):
+            day.rename(strange / day.name.replace("day_", "Tag é "))
+        self.succeeds("init", strange.name)
+        self.succeeds("ingest", strange.name, "-o", "häßlich history")
+        self.assertEqual(json.loads((self.folder / "häßlich history/history.json").read_text())["name"], strange.name)
+        self.succeeds("export", "häßlich history", "-o", "ein film.mp4")
+
+    def test_names_that_are_no_utf8(self):
+        photos = self.mixed_photos()
+        (photos / "day_0001b.png").unlink()
+        folder = os.fsencode(self.folder)
+        os.rename(os.fsencode(photos), folder + b"/gr\xfcn")
+        result = subprocess.run([PATINATE, "init", b"gr\xfcn"], cwd=self.folder, capture_output=True)  # The name alone is not kept whole.
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(subprocess.run([PATINATE, "ingest", b"gr\xfcn", "-o", b"h\xfc"], cwd=self.folder, capture_output=True).returncode, 0)
+        result = subprocess.run([PATINATE, "init", b"gr\xfcn", "-o", "elsewhere.json"], cwd=self.folder, capture_output=True)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertIn(b"no UTF-8", result.stderr)
+        self.assertNotIn(b"json.exception", result.stderr)
 
     def test_an_empty_folder_says_what_is_missing(self):
         (self.folder / "empty").mkdir()
@@ -99,7 +188,9 @@ class Init(unittest.TestCase):
 
     @unittest.skipUnless(DATA, "PATINATE_DATA is not set")
     def test_a_movie_among_pictures_is_the_time_lapse(self):
-        self.succeeds("init", pathlib.Path(DATA) / "timelapse/copper_patinating", "-o", "copper.json")
+        copper = pathlib.Path(DATA) / "timelapse/copper_patinating"
+        self.assertIn("copper_patinating.webp with 100 images of", self.refused("init", copper, "-o", "copper.json"))
+        self.succeeds("init", copper, "--only", "*.webp", "-o", "copper.json")
         project = project_of(self.folder / "copper.json")
         self.assertTrue(project["frames"]["pattern"].endswith("copper_patinating.webp"))
         self.succeeds("ingest", "copper.json", "-o", "history")

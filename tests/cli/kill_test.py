@@ -48,6 +48,11 @@ COMMANDS = {
     "glb": ["export", SHARED / "aged", "-o", "out.glb"],
     "lookup": ["lookup", SHARED / "aged", "--time", "20", "-o", "out.png"],
     "render": ["render", SHARED / "aged", "--time", "20", "--width", "200", "-o", "out.png"],
+    "movie": ["export", SHARED / "aged", "--num-times", "12", "-o", "out.gif"],
+    "factorise": ["factorise", SHARED / "history", "--num-intervals", "16", "--num-training", "48", "-o", "out"],
+    "compare": ["compare", SHARED / "history", SHARED / "history", "--num-resamples", "10", "-o", "out"],
+    "evaluate": ["evaluate", SHARED / "aged", "-o", "out"],
+    "simulate": ["simulate", SHARED / "ledge/scene.json", "--iterations", "60", "--history-every", "10", "-o", "out"],
     "control": ["control", SHARED / "urn/mesh.obj", "--kind", "accessibility", "--resolution", "128", "-o", "out.exr"],
 }
 
@@ -70,7 +75,7 @@ def tree_of(folder):
 
 
 def setUpModule():
-    for arguments in ([*CRACKLE, "-o", "capture"], [*MOULD, "-o", "mould"], ["synth", "sculpture", "--resolution", "24", "-o", "urn"],
+    for arguments in ([*CRACKLE, "-o", "capture"], [*MOULD, "-o", "mould"], ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "-o", "ledge"],
                       ["ingest", "capture", "--progress", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "160", "-o", "aged"]):
         finish(arguments, SHARED)
@@ -172,7 +177,7 @@ class FullDisk(unittest.TestCase):
 
     def test_ends_in_one_line_and_goes_on_when_there_is_space(self):
         self.mount(64)
-        for name in ("synth", "ingest", "transfer", "sequence", "glb", "lookup", "render", "control"):
+        for name in ("synth", "ingest", "transfer", "sequence", "glb", "movie", "lookup", "render", "control", "factorise", "compare", "evaluate", "simulate"):
             with self.subTest(command=name):
                 with tempfile.TemporaryDirectory() as other:
                     finish(COMMANDS[name], other)
@@ -186,6 +191,7 @@ class FullDisk(unittest.TestCase):
                     self.assertEqual(process.returncode, CANNOT, errors)
                     self.assertEqual(len(errors.splitlines()), 1, errors)
                     self.assertTrue(errors.startswith("patinate: error: "), errors)
+                    self.assertIn("out", errors.split(": ")[2], "which file it is")
                     self.assertFalse(any(self.folder.glob("out")) or any(self.folder.glob("out.[!p]*")), "no output but a whole one")
                 subprocess.run(["mount", "-o", "remount,size=50m", self.folder], check=True)
                 finish(COMMANDS[name], self.folder)

@@ -111,9 +111,26 @@ class Movies(Case):
         self.make("export", SHARED / "history", "--frames", 3, "-o", "h_%d.png")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["h_0.png", "h_1.png", "h_2.png"])
 
+    def test_folders_whose_names_have_a_dot(self):
+        for name in ("textures.v2", "textures.2024-05-01", "x.foo/"):
+            self.make("export", SHARED / "history", "--times", "0", "-o", name)
+            self.assertTrue((self.folder / name / "sequence.json").is_file())
+        self.assertIn("up to date", self.make("export", SHARED / "history", "--times", "0", "-o", "x.foo").stderr)  # it is there
+
+    def test_what_makes_a_folder_takes_no_name_of_a_file(self):
+        self.fails(USAGE, "expected a name as `aged`", "transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--control", "facing", "--resolution", 32, "-o", "aged.glb")
+        self.fails(USAGE, "expected a name as `compared`", "compare", SHARED / "history", SHARED / "history", "-o", "compared.html")
+        self.make("synth", "crackle", "--width", 48, "--height", 40, "--num-frames", 2, "-o", "crackle.glb/")
+
     def test_mistakes_are_named(self):
         self.fails(USAGE, "x.avi", "export", SHARED / "aged", "-o", "x.avi")
         self.fails(USAGE, "export", "render", SHARED / "history", "-o", "x.mp4")
+        for name in ("x.usda", "x.foo", "x.MKV", "x.v2b"):  # no folders of these names
+            self.fails(USAGE, "MODEL.glb, MOVIE.mp4, .webm or .gif", "export", SHARED / "aged", "-o", name)
+            self.fails(USAGE, ".png", "lookup", SHARED / "aged", "--time", 5, "-o", name)
+            self.fails(USAGE, ".exr, .mp4, .webm, .gif", "render", SHARED / "aged", "-o", name)
+        self.fails(USAGE, ".png", "export", SHARED / "aged", "-o", "x_%02d.usda")
+        self.assertEqual(list(self.folder.iterdir()), [])
         self.fails(USAGE, "given twice", "export", SHARED / "aged", "--times", "5,5", "-o", "x.glb")
         self.fails(USAGE, "--fps", "export", SHARED / "aged", "--fps", "0", "-o", "x.mp4")
 

@@ -85,6 +85,21 @@ class Damaged(unittest.TestCase):
                 self.survives(label, "ingest", "capture", "-o", "out")
                 self.survives(label, "info", "capture/capture.json")
 
+    def test_photographs_of_every_format_that_lack_rows_are_refused(self):
+        for suffix in ("png", "jpg", "tif", "exr"):
+            picture = self.folder / f"x.{suffix}"
+            self.run_whole("render", self.shared / "aged", "--width", "96", "--height", "300", "-o", picture)
+            whole = picture.read_bytes()
+            for i in range(1, CUTS):
+                picture.write_bytes(whole[:len(whole) * i // CUTS])
+                result = subprocess.run([PATINATE, "thickness", picture, "-o", self.folder / "t.exr", "--quiet", "--force"], cwd=self.folder, capture_output=True, text=True, timeout=300)
+                self.assertEqual(result.returncode, 3, f"{suffix} cut off at {len(whole) * i // CUTS} of {len(whole)}: {result.stderr}")
+                self.assertIn(picture.name, result.stderr)
+
+    def run_whole(self, *arguments):
+        result = subprocess.run([PATINATE, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, timeout=300)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
     def test_files_of_a_history(self):
         history = self.take("history")
         for file in ("history.json", "frames/0001.exr", "controls/thickness.exr", "job.json"):

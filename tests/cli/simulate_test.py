@@ -6,6 +6,7 @@ import os
 import pathlib
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -122,6 +123,78 @@ class Simulate(unittest.TestCase):
         wrong = self.run_in(["recompose", "small", "-o", "x", "--set", "dirt.strenth=1"])
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("did you mean `strength`", wrong.stderr)
+
+    def scene_of_many_files(self, folder):
+        """A scene whose mesh, picture and rule lie in folders beside it. Its JSON is the same wherever `folder` is."""
+        (self.folder / folder / "in").mkdir(parents=True)
+        (self.folder / folder / "shapes").mkdir()
+        shutil.copy(self.folder / "ledge/mesh.obj", self.folder / folder / "shapes/wall.obj")
+        shutil.copy(self.folder / "small/color.png", self.folder / folder / "shapes/wall.png")
+        (self.folder / folder / "mine.json").write_text(json.dumps({"format": "patinate.rule", "version": 1, "name": "mine", "driver": "water", "makes": {"dirt": 0.5}}))
+        scene = dict(self.scene, objects=[dict(self.scene["objects"][0], mesh="../shapes/wall.obj", maps={"color": "../shapes/wall.png"})], run={"iterations": 6, "controls": ["hits"]})
+        scene["appearance"] = {**scene.get("appearance", {}), "dirt": {"color": "../shapes/wall.png"}}
+        scene["rules"] = [*scene.get("rules", []), "../mine.json"]
+        return self.write(f"{folder}/in/many.json", scene)
+
+    def test_its_folder_holds_the_scene_and_opens_anywhere(self):
+        self.run_in(["simulate", self.scene_of_many_files("many"), "-o", "kept"], check=True)
+        self.run_in(["simulate", self.scene_of_many_files("deeper/down/many"), "-o", "deeper/kept"], check=True)
+        self.assertEqual(tree_hash(self.folder / "kept"), tree_hash(self.folder / "deeper/kept"))  # nothing of where it was made is in it
+        held = {str(p.relative_to(self.folder / "kept/scene")) for p in (self.folder / "kept/scene").rglob("*")}
+        self.assertEqual(held, {"many.json", "wall.obj", "wall.png", "mine.json"})
+        self.run_in(["recompose", "kept", "-o", "look"], check=True)
+        (self.folder / "far/away").mkdir(parents=True)
+        (self.folder / "kept").rename(self.folder / "far/away/moved")
+        shutil.rmtree(self.folder / "many")
+        self.run_in(["recompose", "far/away/moved", "-o", "look_again"], check=True)
+        for name in ("color.png", "normal.png"):
+            self.assertEqual((self.folder / "look_again" / name).read_bytes(), (self.folder / "look" / name).read_bytes())
+        self.run_in(["render", "far/away/moved", "-o", "moved.png", "--width", "32", "--height", "32"], check=True)
+        again = json.loads(self.run_in(["simulate", "far/away/moved/scene/many.json", "-o", "simulated_again", "--json"], check=True).stdout)
+        self.assertEqual(again["atlas_hash"], json.loads((self.folder / "far/away/moved/simulation.json").read_text())["atlas_hash"])
+
+    def test_a_killed_run_keeps_the_scene_that_it_began_with(self):
+        """What the folder holds is what was simulated; a scene that changes before the run goes on is another."""
+        scene = json.loads(json.dumps(self.scene))
+        scene["run"] = {"iterations": 5000, "history_every": 100}
+        (self.folder / "changing").mkdir()
+        shutil.copy(self.folder / "ledge/mesh.obj", self.folder / "changing/mesh.obj")
+        self.write("changing/scene.json", scene)
+        process = subprocess.Popen([PATINATE, "simulate", "changing/scene.json", "-o", "changed"], cwd=self.folder, stderr=subprocess.DEVNULL)
+        time.sleep(0.6)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        self.write("changing/scene.json", dict(scene, run={"iterations": 20, "history_every": 10}))
+        self.run_in(["simulate", "changing/scene.json", "-o", "changed"], check=True)
+        self.assertEqual(json.loads((self.folder / "changed/scene/scene.json").read_text())["run"]["iterations"], 20)
+
+    def test_rules_and_buffers_of_meshes_are_part_of_what_it_was_made_from(self):
+        name = self.scene_of_many_files("parts")
+        self.run_in(["simulate", name, "-o", "parted"], check=True)
+        rule = self.folder / "parts/mine.json"
+        rule.write_text(rule.read_text().replace("0.5", "0.25"))
+        changed = self.run_in(["simulate", name, "-o", "parted"])
+        self.assertEqual(changed.returncode, 1, changed.stderr)
+        self.assertIn("mine.json", changed.stderr)
+        positions = struct.pack("<12f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1)
+        indices = struct.pack("<12H", 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)
+        (self.folder / "solid/data").mkdir(parents=True)
+        (self.folder / "solid/data/a b.bin").write_bytes(positions + indices)
+        gltf = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+                              {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}],
+                "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}], "buffers": [{"byteLength": 72, "uri": "data/a%20b.bin"}]}
+        (self.folder / "solid/solid.gltf").write_text(json.dumps(gltf))
+        scene = dict(self.scene, objects=[dict(self.scene["objects"][0], mesh="solid.gltf")], events=[], run={"iterations": 2})
+        self.write("solid/scene.json", scene)
+        self.run_in(["simulate", "solid/scene.json", "-o", "solid_run"], check=True)
+        held = {str(p.relative_to(self.folder / "solid_run/scene")) for p in (self.folder / "solid_run/scene").rglob("*") if p.is_file()}
+        self.assertEqual(held, {"scene.json", "solid/solid.gltf", "solid/data/a b.bin"})
+        self.run_in(["recompose", "solid_run", "-o", "solid_look"], check=True)
+        (self.folder / "solid/data/a b.bin").write_bytes(struct.pack("<12f", 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1) + indices)
+        changed = self.run_in(["simulate", "solid/scene.json", "-o", "solid_run"])
+        self.assertEqual(changed.returncode, 1, changed.stderr)
+        self.assertIn("a b.bin", changed.stderr)
 
     def test_a_parameter_map_drives_a_transfer(self):
         self.run_in(["synth", "crackle", "--width", "64", "--height", "64", "--num-frames", "3", "-o", "crackle"], check=True)

@@ -65,7 +65,7 @@ class WebSocket:
             sent["Authorization"] = "Bearer " + server.token
         sent.update(headers or {})
         self.socket.sendall((f"GET {target} HTTP/1.1\r\n" + "".join(f"{k}: {v}\r\n" for k, v in sent.items()) + "\r\n").encode())
-        self.rest = b""
+        self.rest, self.close_code, self.close_reason = b"", None, ""
         head = b""
         while b"\r\n\r\n" not in head:
             more = self.socket.recv(4096)
@@ -113,6 +113,8 @@ class WebSocket:
                     self.send_frame(10, part)
                     continue
                 if first & 15 == 8:
+                    if len(part) >= 2:
+                        self.close_code, self.close_reason = struct.unpack(">H", part[:2])[0], part[2:].decode()
                     return None
                 opcode = opcode or first & 15
                 data += part

@@ -124,7 +124,7 @@ class Live(unittest.TestCase):
             emitter["gammatons"] = 150
         scene["events"] = [{"iteration": 5, "op": "ratio", "ratio": 0.6}]
         (cls.folder / "ledge/scene.json").write_text(json.dumps(scene))
-        for name in ("painted", "looked"):
+        for name in ("painted", "looked", "returned", "only_painted"):
             (cls.folder / f"ledge/{name}.json").write_text(json.dumps(scene))
         (cls.folder / "ledge/broken.json").write_text(json.dumps({**scene, "objects": [{"name": "wall", "mesh": "missing.obj"}]}))
         cls.run_in("simulate", "ledge/scene.json", "-o", "ran")
@@ -177,7 +177,8 @@ class Live(unittest.TestCase):
         self.assertTrue((self.folder / "shown/controls/hits.exr").exists())
         c = client.status["counters"]
         self.assertEqual(c["emitted"], c["absorbed"] + c["left"] + c["rested"] + c["alive"])
-        self.assertTrue(all(row["residual"] == 0 for row in client.status["ledger"]))
+        self.assertTrue(all(row["residual"] == 0 for row in client.status["ledger"].values()))
+        self.assertEqual(client.status["ledger"], json.loads((self.folder / "ran/simulation.json").read_text())["ledger"])  # after 30 iterations, too
         width, channels, color = png_pixels((self.folder / "ran/color.png").read_bytes())
         picture = client.planes["surface"]
         self.assertTrue(all(picture[4 * i:4 * i + 3] == color[3 * i:3 * i + 3] for i in range(100 * 100)))
@@ -252,22 +253,97 @@ class Live(unittest.TestCase):
         client.step(10)
         before = client.surface()
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
-        client.do("stroke", emitter="brush", position=middle, phase="begin")
-        for i in range(3):
-            client.step(4)
-            client.do("stroke", emitter="brush", position=[middle[0] + i, *middle[1:]], phase="move")
-        client.do("stroke", emitter="brush", phase="end")
+        self.paint(client, middle, [middle[0] + 3, *middle[1:]])
         client.step(2)
-        self.assertNotEqual(client.surface(), before)
-        self.assertTrue(client.status["can_undo"])
+        after = client.surface()
+        self.assertNotEqual(after, before)
+        client.until(lambda: client.status["can_undo"] and not client.status["can_redo"])
         client.do("undo")
-        client.until(lambda: client.status["iteration"] == 10)
+        client.until(lambda: client.status["iteration"] == 10 and client.status["can_redo"])
         client.settle()
         self.assertEqual(client.surface(), before)
         self.assertFalse(client.scene["emitters"][2]["on"])
-        self.assertEqual(client.ask("undo")["type"], "error")
         client.do("save", path="undone.json")  # nothing of the stroke is left in it
         self.assertEqual(json.loads((self.folder / "undone.json").read_text())["events"], [{"iteration": 5, "op": "ratio", "ratio": 0.6}])
+        client.do("redo")  # with all that it has led to
+        client.until(lambda: client.status["iteration"] == 12 and not client.status["can_redo"])
+        client.settle()
+        self.assertEqual(client.surface(), after)
+        client.do("save", path="redone.json")
+        self.assertEqual([e["op"] for e in json.loads((self.folder / "redone.json").read_text())["events"]], ["paint", "ratio"])
+        client.do("undo")
+        client.do("event", event={"op": "ratio", "ratio": 0.7})  # something else was done: what was undone is gone
+        self.assertIn("nothing to redo", client.ask("redo")["message"])
+
+    def paint(self, client, *way, emitter="brush"):
+        """A stroke along the points of a way, told in two messages."""
+        client.do("stroke", emitter=emitter, position=way[0], phase="begin")
+        client.do("stroke", emitter=emitter, positions=list(way[1:]), phase="end")
+        client.until(lambda: client.status and not client.status["painting"] and client.status["can_undo"])
+        client.settle()
+
+    def test_the_way_back_to_the_start_can_be_undone(self):
+        client = self.client("ledge/returned.json")
+        self.assertFalse(client.status["can_undo"])  # at the start, with nothing done, there is nothing to bring back
+        client.step(7)
+        client.do("event", event={"op": "ratio", "ratio": 0.9})
+        before = client.surface()
+        client.do("reset")
+        client.until(lambda: client.status["iteration"] == 0)
+        client.settle()
+        self.assertNotEqual(client.surface(), before)
+        self.assertEqual(client.scene["exchange"]["ratio"], 0.4)
+        client.do("undo")
+        client.until(lambda: client.status["iteration"] == 7)
+        client.settle()
+        self.assertEqual(client.surface(), before)
+        self.assertEqual(client.scene["exchange"]["ratio"], 0.9)
+        client.do("save", path="returned_from.json")  # and so are the events
+        self.assertEqual([e["ratio"] for e in json.loads((self.folder / "returned_from.json").read_text())["events"]], [0.9, 0.6])
+        self.assertEqual(client.ask("undo")["type"], "error")
+
+    def test_while_a_brush_paints_nothing_else_lives(self):
+        client = self.client()
+        client.step(12)
+        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
+        water = next(row for row in client.status["ledger"] if row["material"] == "water")
+        client.do("run")
+        client.do("stroke", emitter="brush", position=middle, phase="begin")
+        client.until(lambda: client.status["painting"])
+        at = client.status["iteration"]
+        for _ in range(3):
+            client.do("stroke", emitter="brush", positions=[[middle[0] + 5, *middle[1:]], middle], phase="move")
+            time.sleep(0.3)
+            client.settle()
+        self.assertEqual((client.status["iteration"], client.status["painting"]), (at, True))
+        client.do("stroke", emitter="brush", phase="end")
+        client.until(lambda: not client.status["painting"] and client.status["iteration"] > at + 5)  # it was running, and goes on
+        client.do("pause")
+        self.assertGreater(next(row for row in client.status["ledger"] if row["material"] == "water")["emitted"], water["emitted"])
+
+    def test_a_stroke_has_no_gaps_however_rarely_its_places_come(self):
+        client = self.client()
+        (x0, y0, z), (x1, y1, _) = client.scene["bounds_mm"]
+        brush = dict(client.scene["emitters"][2], size=(x1 - x0) / 20, spread_deg=0)
+        client.do("event", event={"op": "emitter", "emitter": brush})
+        ends = [[x0 + share * (x1 - x0), (y0 + y1) / 2, z] for share in (0.2, 0.8)]
+        self.paint(client, *ends)
+        client.do("save", path="dense.json")
+        points = [e for e in json.loads((self.folder / "dense.json").read_text())["events"] if e["op"] == "paint"][0]["points"]
+        unit = (points[-1][0] - points[0][0]) / (ends[1][0] - ends[0][0])
+        steps = [(b[0] - a[0]) / unit for a, b in zip(points, points[1:])]
+        self.assertLessEqual(max(steps), brush["size"] / 4 + 1e-3)  # a quarter of its width from step to step
+        self.assertGreater(len(points), 40)
+
+    def test_a_stroke_ends_with_the_hand_that_draws_it(self):
+        one, two = self.client(), self.client_without_reset()
+        middle = [(a + b) / 2 for a, b in zip(*one.scene["bounds_mm"])]
+        two.do("stroke", emitter="brush", position=middle, phase="begin")
+        one.until(lambda: one.status["painting"])
+        self.assertIn("no stroke", one.ask("stroke", emitter="brush", position=middle, phase="move")["message"])
+        two.close()
+        one.until(lambda: not one.status["painting"])
+        one.step(3)
 
     def test_a_saved_scene_gives_the_same_bytes(self):
         client = self.client("ledge/painted.json")
@@ -281,12 +357,16 @@ class Live(unittest.TestCase):
         client.do("event", event={"op": "rule", "target": "evaporation", "alpha": 0.4})
         client.do("event", event={"op": "rule", "target": "evaporation", "alpha": 0.5})  # of those with the same members in one iteration the last
         client.do("event", event={"op": "rule", "target": "growing", "driver": "exposure * dirt", "makes": {"moss": 0.5}, "alpha": 2})
+        client.do("run")  # the weather stands still meanwhile
         client.do("stroke", emitter="brush", position=middle, phase="begin")
-        client.step(5)
         for i in range(5):
             client.do("stroke", emitter="brush", position=[middle[0] + 10 * i / 3, middle[1], middle[2]], phase="move")
-        client.step(5)
-        client.do("stroke", emitter="brush", position=middle, phase="end")
+            time.sleep(0.1)  # it paints on where it stays
+        client.do("event", event={"op": "emitter", "emitter": dict(client.scene["emitters"][2], size=40)})  # in the middle of the stroke
+        client.do("stroke", emitter="brush", positions=[[middle[0] + 7, *middle[1:]], middle], phase="move", jump=True)
+        client.do("stroke", emitter="brush", phase="end")
+        client.until(lambda: not client.status["painting"])
+        client.do("pause")
         client.do("event", event={"op": "move", "target": "wall", "position": [0.1, 0.2, 0.3]})
         client.do("event", event={"op": "rule", "target": "growing", "driver": "slope * dirt"})  # its map is of the wall where it stood
         client.do("looks", looks={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}, "moss": {"height": 0.25}})
@@ -299,7 +379,7 @@ class Live(unittest.TestCase):
         client.do("export", path="painted_look", what=["textures"])
         saved = json.loads((self.folder / "saved/painted.json").read_text())
         self.assertEqual(saved["objects"][0]["mesh"], "../ledge/mesh.obj")
-        self.assertEqual(len([e for e in saved["events"] if e["op"] == "move" and e["target"] == "brush"]), 2)  # of those in one iteration the last
+        self.assertEqual([e["target"] for e in saved["events"] if e["op"] == "paint"], ["brush", "brush"])  # before and after its size changed
         self.assertEqual([e["alpha"] for e in saved["events"] if e["op"] == "rule" and e["target"] == "evaporation"], [0.5])
         self.run_in("simulate", "saved/painted.json", "-o", "painted")
         for file in ("color.png", "normal.png", "specular.png", "height.exr"):
@@ -333,19 +413,31 @@ class Live(unittest.TestCase):
         self.assertEqual(client.status["iteration"], 30)
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
         brush = client.scene["emitters"][-1]["name"]
-        client.do("stroke", emitter=brush, position=middle, phase="begin")
-        client.step(8)
-        client.do("stroke", emitter=brush, phase="end")
+        self.paint(client, middle, [middle[0] + 20, *middle[1:]], emitter=brush)
         client.step(4)
+        self.paint(client, middle, [middle[0], middle[1] + 20, middle[2]], emitter=brush)  # the last thing that happens
         client.do("save", path="gone_on.json")
         client.do("export", path="gone_on_look", what=["textures", "controls"])
         self.run_in("simulate", "gone_on.json", "-o", "gone_on")
         for file in ("color.png", "controls/dirt.deposited.exr"):
             self.assertEqual((self.folder / "gone_on" / file).read_bytes(), (self.folder / "gone_on_look" / file).read_bytes(), file)
         client.do("undo")
+        client.do("undo")
         client.until(lambda: client.status["iteration"] == 30)
         client.do("reset")
         client.until(lambda: client.status["iteration"] == 0)
+
+    def test_a_scene_that_was_only_painted_is_simulated_to_its_strokes(self):
+        client = self.client("ledge/only_painted.json")
+        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
+        self.paint(client, middle, [middle[0] + 30, *middle[1:]])
+        self.assertEqual(client.status["iteration"], 0)
+        client.do("save", path="at_the_start.json")
+        client.do("export", path="at_the_start_look", what=["textures"])
+        self.assertEqual(json.loads((self.folder / "at_the_start.json").read_text())["run"]["iterations"], 0)
+        self.run_in("simulate", "at_the_start.json", "-o", "at_the_start")
+        for file in ("color.png", "height.exr"):
+            self.assertEqual((self.folder / "at_the_start" / file).read_bytes(), (self.folder / "at_the_start_look" / file).read_bytes(), file)
 
     def test_a_finished_simulation_without_its_state_shows_its_end_and_says_so(self):
         shutil.copytree(self.folder / "ran", self.folder / "stateless")
@@ -366,7 +458,35 @@ class Live(unittest.TestCase):
         client.until(lambda: client.status["iteration"] == 0)
         client.step(3)
 
-    def test_a_finished_simulation_of_a_changed_scene_says_so(self):
+    def test_a_finished_simulation_holds_its_scene_wherever_it_is(self):
+        """Its scene has gone, and the folder has moved: it opens where it ended, and what it goes on to is what it would have been."""
+        shutil.copytree(self.folder / "ledge", self.folder / "gone")
+        self.run_in("simulate", "gone/scene.json", "-o", "stays", "--iterations", "12")
+        self.run_in("simulate", "gone/scene.json", "-o", "longer", "--iterations", "17")
+        (self.folder / "elsewhere").mkdir()
+        (self.folder / "stays").rename(self.folder / "elsewhere/moved")
+        shutil.rmtree(self.folder / "gone")
+        client = self.client_without_reset("elsewhere/moved")
+        client.settle()
+        self.assertEqual(client.status["iteration"], 12)
+        self.assertIn("ended, after 12 iterations", client.scene["notes"][0])
+        client.step(5)
+        client.do("export", path="moved_look", what=["textures"])
+        self.assertEqual((self.folder / "moved_look/color.png").read_bytes(), (self.folder / "longer/color.png").read_bytes())
+        client.do("save", path="moved_on.json")
+        self.run_in("simulate", "moved_on.json", "-o", "moved_on")
+        self.assertEqual(self.atlas_hash("moved_on"), self.atlas_hash("longer"))
+        self.assertNotIn("live_problem", self.server.get_json("/api/place?place=elsewhere/moved"))
+        # Its own copy is looked at, too.
+        mesh = self.folder / "elsewhere/moved/scene/mesh.obj"
+        mesh.write_text(mesh.read_text() + "# other\n")
+        shutil.copytree(self.folder / "elsewhere/moved", self.folder / "elsewhere/damaged")
+        damaged = self.client_without_reset("elsewhere/damaged")
+        damaged.settle()
+        self.assertEqual(damaged.status["iteration"], 0)
+        self.assertIn("Changed since this simulation was made: scene/mesh.obj.", damaged.scene["notes"][0])
+
+    def test_a_finished_simulation_of_an_earlier_version_whose_scene_changed_says_so(self):
         shutil.copytree(self.folder / "ledge", self.folder / "edited")
         self.run_in("simulate", "edited/scene.json", "-o", "older", "--iterations", "4", "--seed", "7")
         self.assertEqual(json.loads((self.folder / "older/simulation.json").read_text())["seed"], 7)
@@ -379,6 +499,10 @@ class Live(unittest.TestCase):
         scene = json.loads((self.folder / "edited/scene.json").read_text())
         (self.folder / "edited/scene.json").write_text(json.dumps({**scene, "exchange": {**scene["exchange"], "ratio": 0.1}}))
         shutil.copytree(self.folder / "older", self.folder / "older_again")
+        manifest = json.loads((self.folder / "older_again/simulation.json").read_text())  # as it was before folders held their scenes
+        del manifest["scene_files"]
+        (self.folder / "older_again/simulation.json").write_text(json.dumps({**manifest, "scene": "../edited/scene.json"}))
+        shutil.rmtree(self.folder / "older_again/scene")
         client = self.client_without_reset("older_again")
         client.settle()
         self.assertEqual(client.status["iteration"], 0)
@@ -405,7 +529,19 @@ class Live(unittest.TestCase):
         self.assertEqual(len(client.gammatons), 150)
         client.do("watch", overlay="hits")
         client.settle()
-        self.assertGreater([o for o in client.scene["overlays"] if o["name"] == "hits"][0]["high"], 0)
+        hits = lambda: [o for o in client.scene["overlays"] if o["name"] == "hits"][0]
+        client.step(60)
+        client.do("export", path="counted", what=["controls"])
+        client.until(lambda: hits()["range"][1] > 1)
+        time.sleep(0.7)  # the range follows a little later
+        client.settle()
+        while client.listen(0.3):
+            pass
+        # A byte stands for a root: the largest of them, and the range, are those of the counts, and no power of ten above.
+        most = hits()["high"] * (max(client.planes["overlay"]) / 255) ** 2
+        self.assertAlmostEqual(most, hits()["most"], delta=0.02 * most)
+        self.assertLess(hits()["high"], 4 * most)
+        self.assertTrue(0 == hits()["range"][0] < hits()["range"][1] <= hits()["most"], hits())
         client.do("watch", overlay=None, gammatons=0, planes=["surface", "relief"])
 
     def test_wrong_requests_get_a_sentence_and_change_nothing(self):

@@ -3,6 +3,7 @@
 import base64
 import json
 import pathlib
+import re
 import shutil
 import signal
 import socket
@@ -273,6 +274,10 @@ class Studio(unittest.TestCase):
         self.assertEqual(len([u for u in session["responses"] if u.startswith("/api/texture")]), 4)  # the history's frames
         self.assertEqual(self.run_in("studio", ".", "--save", str(file), "--place", "history").returncode, 1)  # it exists
         self.assertEqual(self.run_in("studio", "history", "--save", str(file), "--times", "3", "--force").returncode, 0)  # the folder itself
+        late = self.run_in("studio", "history", "--save", str(file), "--times", "-30000000,3,100000", "--force")
+        self.assertEqual(late.returncode, 0, late.stderr)
+        addresses = [u for u in self.session_of(file.read_text())["responses"] if u.startswith("/api/texture")]
+        self.assertEqual([re.search("time=([^&]*)", u)[1] for u in addresses], ["-30000000", "3", "100000"])  # as a browser writes them
         for wrong in (["--place", "nothing"], ["--place", "ledge/mesh.obj"], ["--place", "../secret.json"]):
             self.assertEqual(self.run_in("studio", ".", "--save", str(self.outside / "x.html"), *wrong).returncode, 3, wrong)
         self.assertEqual(self.run_in("studio", ".", "--save", "x.txt", "--place", "history").returncode, 2)

@@ -100,6 +100,22 @@ class Transfer(unittest.TestCase):
         (history / "history.json").write_text(json.dumps(manifest))
         self.refused(INPUT, "give a larger mask, or a smaller --neighborhood", "--control", "facing", history="three")
 
+    def test_an_automatic_resolution_is_announced_and_recorded(self):
+        help_text = " ".join(run("transfer", "--help").stdout.split())
+        self.assertIn("[16, 16384]; default as many as show every pixel of the history, 256 to 4096", help_text)
+        self.assertIn("[16, 16384]; default 1024", " ".join(run("control", "--help").stdout.split()))  # There it is a number.
+        known = ["--unit", "mm", "--control", "facing"]
+        planned = run("transfer", "../history", "../urn/mesh.obj", *known, "--texel-size", "0.5", "--dry-run", "-o", "aged", cwd=self.folder)
+        self.assertEqual(planned.returncode, 0, planned.stderr)
+        self.assertRegex(planned.stderr, r"automatic resolution: (\d+) x \1 texels, so that they show")
+        result = run("transfer", "../history", "../urn/mesh.obj", *known, "--texel-size", "100", "-o", "aged", cwd=self.folder)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("automatic resolution: 256 x 256 texels", result.stderr)
+        self.assertEqual(json.loads((self.folder / "aged/run.json").read_text())["options"]["resolution"], {"value": 256, "from": "chosen"})
+        given = self.transfer("--control", "facing", "--unit", "mm", "--force")
+        self.assertNotIn("automatic", given.stderr)
+        self.assertEqual(json.loads((self.folder / "aged/run.json").read_text())["options"]["resolution"], {"value": 64, "from": "command line"})
+
     def test_a_map_with_nan(self):
         # PFM, "Pf" gray: rows from below, little-endian by the sign.
         (self.folder / "wet.pfm").write_bytes(b"Pf\n64 64\n-1.0\n" + struct.pack("<4096f", *(float("nan") if i == 100 else i / 4096 for i in range(4096))))

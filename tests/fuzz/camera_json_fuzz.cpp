@@ -1,9 +1,3 @@
-#include "libcommon/geometry/camera_io.h"
-#include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/camera_checks.h"
 
-using namespace patinate;
-
-PATINATE_FUZZ_TARGET(camera_json) {
-  const Camera camera = read_camera(fuzz::fuzz_file("camera.json", bytes));
-  fuzz::require(camera.center().allFinite(), "a camera stands somewhere");
-}
+PATINATE_FUZZ_TARGET(camera_json) { patinate::fuzz::read_and_check_camera("camera.json", bytes); }

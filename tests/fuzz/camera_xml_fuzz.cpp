@@ -1,9 +1,3 @@
-#include "libcommon/geometry/camera_io.h"
-#include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/camera_checks.h"
 
-using namespace patinate;
-
-PATINATE_FUZZ_TARGET(camera_xml) {
-  const Camera camera = read_camera(fuzz::fuzz_file("camera.xml", bytes));
-  fuzz::require(camera.center().allFinite(), "a camera stands somewhere");
-}
+PATINATE_FUZZ_TARGET(camera_xml) { patinate::fuzz::read_and_check_camera("camera.xml", bytes); }

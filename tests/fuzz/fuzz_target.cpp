@@ -1,5 +1,7 @@
 #include "tests/fuzz/fuzz_target.h"
 
+#include <sys/stat.h>
+
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -35,6 +37,9 @@ void run(Target target, Bytes bytes) {
 
 const std::filesystem::path& fuzz_folder() {
   static const testing_support::TempFolder folder;
+  // What a file may name beside itself, and must never be opened.
+  static const bool has_pipe = ::mkfifo((folder / "pipe").c_str(), 0600) == 0;
+  (void)has_pipe;
   return folder.path();
 }
 

@@ -1,6 +1,9 @@
 #include <array>
 #include <cmath>
+#include <cstdint>
 
+#include "libcommon/core/error.h"
+#include "libcommon/image/image_decoder.h"
 #include "libcommon/image/image_io.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -13,6 +16,16 @@ PATINATE_FUZZ_TARGET(image) {
   const auto file = fuzz::fuzz_file(kNames[bytes[0] % kNames.size()], bytes.subspan(1));
   const ImageInfo info = probe_image(file);
   fuzz::require(info.width > 0 && info.height > 0, "an image has a size");
+  const auto num_values = static_cast<std::uint64_t>(info.width) * static_cast<std::uint64_t>(info.height) * info.channels.size();
+  if (num_values > kMaxImageValues) {
+    bool is_refused = false;
+    try {
+      (void)read_color(file);
+    } catch (const IoError&) {
+      is_refused = true;
+    }
+    fuzz::require(is_refused, "what is too large to be decoded is refused by its header");
+  }
   if (std::int64_t{info.width} * info.height > 1 << 20) return;  // Decoding large images finds nothing new.
   const ImageF color = read_color(file);
   for (float v : color.values()) fuzz::require(std::isfinite(v), "colours are finite");

@@ -317,6 +317,20 @@ TEST(Simulation, HitsAreOneAContact) {
   EXPECT_TRUE(has(error_of([&] { (void)simulation.parameter_map("residence"); }), "was not asked for"));
 }
 
+TEST(Simulation, AParameterMapOfNoKnownNameIsRefusedWithTheKnownOnes) {
+  const auto asked_for = [](const std::string& name) { return error_of([&] { const Simulation simulation(plate(), {.parameter_maps = {"hits", name}}); }); };
+  for (const std::string& material : plate().materials) {
+    EXPECT_EQ(asked_for(material + ".deposited"), "");
+    EXPECT_EQ(asked_for(material + ".final"), "");
+  }
+  for (const std::string name : {"hist", "rust", "rust.deposit", "", "Hits", "lead.deposited"}) {
+    EXPECT_TRUE(has(asked_for(name), "there is no parameter map '" + name + "'; use one of hits, last_hit, residence, ")) << name;
+  }
+  EXPECT_TRUE(has(asked_for("rust.deposit"), "; did you mean `rust.deposited`?"));
+  Simulation simulation(plate());
+  EXPECT_TRUE(has(error_of([&] { (void)simulation.parameter_map("hist"); }), "there is no parameter map 'hist'"));
+}
+
 TEST(Simulation, WithoutRatesHitsAreCountedAndNothingIsExchanged) {
   Scene scene = plate();
   scene.exchange = {};

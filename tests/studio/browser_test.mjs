@@ -231,7 +231,7 @@ test("fingers turn, pinch, slide and paint", async () => {
   const stage = await tablet.locator(".stage").boundingBox();
   const middle = [stage.x + stage.width / 2, stage.y + stage.height / 2];
   await drag([middle, [middle[0] + 60, middle[1]]]);
-  await until(tablet, () => window.patinate.status().can_undo && !window.patinate.status().running);
+  await until(tablet, () => window.patinate.status().can_undo && !window.patinate.status().painting);
   assert.notEqual(await same_planes(tablet), clean);
   const painting = await eye();
   await drag([[middle[0] - 40, middle[1]], [middle[0] - 120, middle[1]]], [[middle[0] + 40, middle[1]], [middle[0] + 120, middle[1]]]);
@@ -282,25 +282,140 @@ test("a dragged emitter wets other texels", async () => {
   await page.keyboard.press("Escape");
 });
 
-test("a stroke of the brush leaves material where it went, and undo takes it away", async () => {
+test("a stroke of the brush has no gaps and takes no time; undo and redo", async () => {
   const start = await same_planes();
   const from = await iteration();
+  await in_page(() => window.patinate.send("run"));  // The weather stands still while one paints.
   await page.keyboard.press("p");
-  const spot = { x: 560, y: 470 };
-  const uv = await in_page(({ x, y }) => { const { uv } = window.patinate.viewer.pick(x, y); return { x: uv.x, y: uv.y }; }, spot);
   await page.locator("select", { hasText: "spout" }).selectOption("brush");
-  await page.mouse.move(spot.x, spot.y);
+  // From left to right in one leap, as a browser tells that has no time: nothing lies between but the surface.
+  const [left, right] = [{ x: 420, y: 500 }, { x: 640, y: 510 }];
+  const uvs = await in_page(([a, b]) => Array.from({ length: 23 }, (_, i) => {
+    const { uv } = window.patinate.viewer.pick(a.x + (i / 22) * (b.x - a.x), a.y + (i / 22) * (b.y - a.y));
+    return { x: uv.x, y: uv.y };
+  }), [left, right]);
+  await page.mouse.move(left.x, left.y);
   await page.mouse.down();
-  await until(page, (end) => window.patinate.status().iteration >= end, from + 15);
-  await page.mouse.move(spot.x + 30, spot.y, { steps: 3 });
+  await until(page, () => window.patinate.status().painting);
+  const at = await iteration();
+  await page.mouse.move(right.x, right.y);
+  await page.waitForTimeout(500);
+  assert.equal(await page.locator(".run-bar .state").textContent(), "painting");
+  assert.equal(await iteration(), at, "time stands still");
   await page.mouse.up();
+  await until(page, (end) => !window.patinate.status().painting && window.patinate.status().iteration > end, at);
+  await in_page(() => window.patinate.send("pause"));
   await until(page, () => window.patinate.status().running === false);
-  assert.notEqual(await same_planes(), start);
-  assert.ok((await overlay_at(uv)) > 0, "painted");
+  const painted = await same_planes(), then = await iteration();
+  for (const uv of uvs) {  // The colours come with a picture of their own.
+    await until(page, ({ x, y }) => { const plane = window.patinate.planes().overlay; return plane.data[Math.floor(y * plane.height) * plane.width + Math.floor(x * plane.width)] > 0; }, uv, 5000);
+  }
   await page.keyboard.press("p");
   await page.keyboard.press("Control+z");
+  await until(page, (end) => window.patinate.status().iteration === end, at);
+  await page.keyboard.press("Control+Shift+Z");
+  await until(page, (end) => window.patinate.status().iteration === end, then);
+  assert.equal(await same_planes(), painted);
+  await page.getByRole("button", { name: "Undo" }).click();
+  await until(page, (end) => window.patinate.status().iteration === end, at);
+  assert.equal(await page.getByRole("button", { name: "Undo" }).isEnabled(), false);
+  await page.keyboard.press("Control+y");
+  await until(page, (end) => window.patinate.status().iteration === end, then);
+  await page.keyboard.press("Control+Z");  // Caps Lock.
+  await until(page, (end) => window.patinate.status().iteration === end, at);
+  assert.ok(at >= from && (await page.getByRole("button", { name: "Redo" }).isEnabled()));
+  if (at === from) assert.equal(await same_planes(), start);
+});
+
+test("the way back to the start is asked for, and can be undone", async () => {
+  const before = await same_planes(), from = await iteration();
+  assert.ok(from > 0);
+  const back = page.getByRole("button", { name: "Back to the start" });
+  await back.click();
+  await page.locator("dialog").getByRole("button", { name: "Cancel" }).click();
+  assert.equal(await iteration(), from);
+  await back.click();
+  assert.match(await page.locator("dialog").textContent(), new RegExp(`iteration ${from}`));
+  await page.locator("dialog").getByRole("button", { name: "Back to the start" }).click();
+  await until(page, () => window.patinate.status().iteration === 0);
+  await page.keyboard.press("Control+z");
   await until(page, (end) => window.patinate.status().iteration === end, from);
-  assert.equal(await same_planes(), start);
+  assert.equal(await same_planes(), before);
+});
+
+test("a paused scene is not called running, and its counters are there when one looks", async () => {
+  await until(page, () => document.querySelector(".run-bar .state").textContent === "paused");
+  assert.ok(!/running/i.test(await page.locator(".panel-head").textContent()));
+  assert.equal(await page.locator(".ledger td").count(), 0);
+  await page.locator("summary", { hasText: "Counters and mass" }).click();
+  await until(page, () => document.querySelectorAll(".ledger td").length > 0);
+  assert.match(await page.locator(".facts", { hasText: "emitted" }).textContent(), /emitted[1-9]/);
+  await page.locator("summary", { hasText: "Counters and mass" }).click();
+});
+
+test("the colours of amounts and counters span what is there, with numbers and a unit beside them", async () => {
+  for (const name of ["water", "hits"]) {
+    await page.locator("select", { hasText: "nothing" }).selectOption(name);
+    const overlay = await until(page, (n) => { const o = window.patinate.scene().overlays.find((one) => one.name === n); return o.most > 0 && o.range[1] > 0 ? o : undefined; }, name);
+    const plane = await until(page, () => { const { data } = window.patinate.planes().overlay; let most = 0; for (const b of data) if (b > most) most = b; return most; });
+    // The largest byte is the largest value: bytes hold its root.
+    assert.ok(Math.abs(overlay.high * (plane / 255) ** 2 / overlay.most - 1) < 0.02, JSON.stringify({ overlay, plane }));
+    assert.ok(overlay.most > overlay.high / 4 && overlay.range[1] <= overlay.most, JSON.stringify(overlay));
+    const text = await page.locator(".legend").textContent();
+    assert.match(text, name === "water" ? /water \(amount\)/ : /hits \(number\)/);
+    const said = Number(/0([\d.]+)(?: and more|$)/.exec(text.replace(/^.*\)/, ""))?.[1]);
+    assert.ok(Math.abs(said / overlay.range[1] - 1) < 0.01, `${text}: ${overlay.range[1]}`);
+  }
+  await page.locator("select", { hasText: "nothing" }).selectOption("water");
+});
+
+test("messages wrap, cover nothing, can be closed, and go when their cause is gone", async () => {
+  const long = `missing_${"folder_without_a_place_to_break_".repeat(12)}/scene.json`;
+  const box_of = (selector) => page.locator(selector).first().boundingBox();
+  for (const width of [1280, 420]) {
+    await page.setViewportSize({ width, height: 720 });
+    await page.locator("select", { hasText: "nothing" }).evaluate(() => { window.patinate.live.events.problem(`/data/${"a_long_name_".repeat(30)}: is wrong`); });
+    const notice = await box_of(".notice");
+    assert.ok(notice.x >= 0 && notice.x + notice.width <= width, `${JSON.stringify(notice)} in ${width}`);
+    assert.ok(await in_page(() => [...document.querySelectorAll(".notice span")].every((s) => s.scrollWidth <= s.clientWidth + 1)), "nothing runs out of it");
+    for (const other of [".stage", ".run-bar", ".panel", ".top"]) {
+      const box = await box_of(other);
+      const apart = notice.y + notice.height <= box.y + 0.5 || box.y + box.height <= notice.y + 0.5;
+      assert.ok(apart, `${other} ${JSON.stringify(box)} lies under ${JSON.stringify(notice)}`);
+    }
+    await page.locator(".notice button").first().click();
+    assert.equal(await page.locator(".notice").count(), 0);
+  }
+  await page.setViewportSize({ width: 1280, height: 720 });
+  await in_page((path) => window.patinate.send_shown("save", { path }), long);  // The folder is not there.
+  await page.waitForSelector(".notice.error");
+  await in_page(() => window.patinate.send_shown("save", { path: `saved_${Date.now()}.json` }));
+  await page.waitForSelector(".notice.error", { state: "detached" });
+  await in_page(() => window.patinate.send_shown("fly"));
+  await page.waitForSelector(".notice.error");
+  await in_page(() => { location.hash = "#/history"; });  // Another page has other causes.
+  await history_is_ready(page);
+  assert.equal(await page.locator(".notice.error").count(), 0);
+  await open_place(page, server, "wall/scene.json");
+  await scene_is_ready(page);
+});
+
+test("a scene that cannot be opened says why, and nobody tries again", async () => {
+  const scene = JSON.parse(await readFile(join(folder, "wall/scene.json"), "utf8"));
+  await writeFile(join(folder, "wall/broken.json"), JSON.stringify({ ...scene, objects: [{ name: "wall", mesh: "missing.obj" }] }));
+  const other = await new_page(context);
+  let num_tries = 0;
+  other.on("websocket", () => { ++num_tries; });
+  await open_place(other, server, "wall/broken.json");
+  await other.waitForSelector(".failure");
+  assert.match(await other.locator(".failure").textContent(), /missing\.obj/);
+  assert.equal(await other.locator(".progress").count(), 0, "the bar has ended");
+  const tries = num_tries;
+  await other.waitForTimeout(2500);
+  assert.equal(num_tries, tries);
+  assert.equal(await other.locator(".notice").count(), 0);
+  assert.ok(!/trying again/.test(await other.locator("body").textContent()));
+  await other.close();
 });
 
 test("post-controls recompose at once and simulate nothing", async () => {
@@ -333,7 +448,7 @@ test("rules and the flow change while the scene runs", async () => {
   await until(page, (end) => window.patinate.status().iteration >= end, from + 40);
   await in_page(() => window.patinate.send("pause"));
   await same_planes();
-  assert.ok((await in_page(() => window.patinate.status().ledger.find((row) => row.material === "water").made)) > 0, "the new rule makes water");
+  assert.ok((await in_page(() => window.patinate.status().ledger.water.made)) > 0, "the new rule makes water");
   await page.locator("summary", { hasText: "Rules of aging" }).click();
 });
 
@@ -376,14 +491,14 @@ test("an export has a GLB that the Khronos validator accepts", async () => {
 test("when the server was killed and started again, the page comes back", async () => {
   const { port } = server;
   await server.kill();
-  await page.waitForSelector(".banner:not([hidden])");
-  assert.match(await page.locator(".banner").textContent(), /connection is lost/);
+  await page.waitForSelector(".notice[data-about=connection]");
+  assert.match(await page.locator(".notice[data-about=connection]").textContent(), /connection is lost/);
   server = await serve(program, folder, port);
   // A new start has a new token: opening its address gives this browser the new cookie.
   const other = await new_page(context);
   await other.goto(server.address);
   await other.close();
-  await page.waitForSelector(".banner", { state: "hidden" });
+  await page.waitForSelector(".notice[data-about=connection]", { state: "detached" });
   await until(page, () => window.patinate.status()?.iteration === 0);
   await run_for(5);
   await same_planes();

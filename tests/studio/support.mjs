@@ -73,9 +73,11 @@ export async function open_browser(options = {}) {
   return { browser, context };
 }
 
-/// A page whose errors are kept in page.problems.
+/// A page whose errors are kept in page.problems. PATINATE_STUDIO_CLIENT: a folder with a bundle of build.mjs to try in place of the program's.
 export async function new_page(context) {
   const page = await context.newPage();
+  const client = process.env.PATINATE_STUDIO_CLIENT;
+  for (const file of client ? ["studio.js", "studio.css"] : []) await page.route(`**/${file}`, (route) => route.fulfill({ path: join(client, file) }));
   page.problems = [];
   page.on("pageerror", (error) => page.problems.push(error.message));
   page.setDefaultTimeout(kReady_ms);

@@ -11,7 +11,7 @@ const client = resolve(process.argv[2] ?? "tools/studio/client");
 const { build } = createRequire(join(client, "package.json"))("esbuild");
 const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
 after(() => rm(folder, { recursive: true }));
-const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief"];
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "simulation/way"];
 await build({ stdin: { contents: modules.map((m) => `export * from "./src/${m}";`).join("\n"), resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
 const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
 
@@ -115,6 +115,57 @@ test("a saved session answers with the nearest time, and with nothing what it do
   assert.equal(text("/api/map?place=p&name=control:a"), "map");
   assert.equal(text("/api/map?place=p&name=control:b"), undefined);
   assert.deepEqual(u.stored_times(session), [0, 10]);
+});
+
+test("keys have one name, whatever Shift, Caps Lock and the keyboard's letters make of them", () => {
+  const pressed = (key, ...held) => u.key_of({ key, code: "KeyZ", ctrlKey: held.includes("ctrl"), metaKey: held.includes("meta"), altKey: held.includes("alt"), shiftKey: held.includes("shift") });
+  assert.equal(pressed("z", "ctrl"), "ctrl+z");
+  assert.equal(pressed("Z", "ctrl"), "ctrl+z");           // Caps Lock.
+  assert.equal(pressed("Z", "ctrl", "shift"), "ctrl+shift+z");
+  assert.equal(pressed("z", "ctrl", "shift"), "ctrl+shift+z");  // Both.
+  assert.equal(pressed("z", "meta"), "ctrl+z");
+  assert.equal(pressed("я", "ctrl"), "ctrl+z");
+  assert.equal(pressed("F", "shift"), "shift+f");
+  assert.equal(pressed("F"), "f");
+  assert.equal(pressed("?", "shift"), "?");
+  assert.equal(pressed("ArrowLeft"), "ArrowLeft");
+});
+
+test("a map's colours span what most of it has, and its few largest numbers do not make the rest dark", () => {
+  const values = new Float32Array(1000);
+  for (let i = 0; i < 500; ++i) values[i] = i % 50;  // The rest has nothing: it is not there.
+  values[7] = 1000;
+  const { low, high, most } = u.range_of(values);
+  assert.deepEqual([low, most], [0, 1000]);
+  assert.ok(high >= 47 && high <= 49, `${high}`);
+  const narrow = u.range_of(Float32Array.from({ length: 101 }, (_, i) => 10 + i / 100));
+  assert.ok(Math.abs(narrow.low - 10.02) < 0.011 && Math.abs(narrow.high - 10.98) < 0.011, JSON.stringify(narrow));
+  const signed = u.range_of(Float32Array.from({ length: 101 }, (_, i) => i - 50));
+  assert.ok(signed.low < -45 && signed.high > 45);
+  assert.deepEqual(u.range_of(new Float32Array(5)), { low: 0, high: 0, most: 0 });
+  assert.equal(u.range_of(new Float32Array([NaN, Infinity, 3])).high, 3);
+  const many = u.range_of(Float32Array.from({ length: 600001 }, (_, i) => i));
+  assert.ok(Math.abs(many.high / 588000 - 1) < 0.001 && many.most === 600000, JSON.stringify(many));
+});
+
+test("a brush's way has no gaps but those of the surface", () => {
+  const point = (x, y, z) => ({ x, y, z, distanceTo: (o) => Math.hypot(x - o.x, y - o.y, z - o.z) });
+  // A plane 1 mm a pixel, with a step of 100 mm down at x = 50 and nothing beyond x = 80.
+  const pick = (x, y) => (x > 80 ? undefined : point(x, y, x > 50 ? -100 : 0));
+  const spot = (x, y) => ({ x, y, point: pick(x, y) });
+  const options = { spacing: 5, mm_per_px: 1, pick };
+  const flat = u.way_between(spot(0, 0), spot(40, 30), options);
+  assert.deepEqual([flat.at(-1).x, flat.at(-1).y], [40, 30]);
+  [spot(0, 0), ...flat].forEach((s, i, all) => assert.ok(i === 0 || s.point.distanceTo(all[i - 1].point) <= 5));
+  assert.ok(flat.every((s) => !s.is_jump));
+  const over = u.way_between(spot(20, 0), spot(100, 0), options);
+  assert.deepEqual(over.filter((s) => s.is_jump).map((s) => s.point.z), [-100], "one edge");
+  assert.ok(over.at(-1).x > 76 && over.at(-1).x <= 80, "as far as there is a surface");
+  const back = u.way_between(spot(100, 0), spot(60, 0), options);
+  assert.ok(back[0].is_jump && back[0].x > 76, "from nowhere onto the surface");
+  assert.deepEqual(u.way_between(spot(90, 0), spot(95, 0), options), []);
+  const coarse = u.way_between(spot(0, 0), spot(40, 0), { ...options, spacing: 0.1 });
+  assert.ok(coarse.every((s) => !s.is_jump), "a brush of less than a pixel is not lifted");
 });
 
 test("normals of heights are those of a bowl, whatever the slope of the whole, and unknown places lie flat", () => {

@@ -87,7 +87,9 @@ void write_history(const std::filesystem::path& folder, const History& history) 
     HistoryWriter::write_map(folder, name, history.read_map(name));
     writer.add_written_map(name);
   }
-  writer.finish();
+  HistoryManifest manifest = writer.manifest();  // Its frames are in the order of the history's: by time.
+  for (std::size_t i = 0; i < manifest.frames.size(); ++i) manifest.frames[i].is_extrapolated = facts.frames[i].is_extrapolated;
+  write_history_manifest(folder / kHistoryManifestFile, manifest);
 }
 
 namespace {

@@ -152,6 +152,7 @@ void check_registration(const fs::path& path) {
   std::vector<std::string> names;
   for (JsonReader scan : json.member("scans").elements()) {
     names.push_back(scan.member("file").string());
+    if (names.back().empty() || fs::path(names.back()).filename() != names.back()) scan.member("file").fail("the name of a file, without its folder");
     (void)scan.member("status").string();
     (void)scan.member("residual").number(at_least(0));
     (void)scan.member("overlap").number(between(0, 1));

@@ -154,7 +154,7 @@ int cmd_accessibility(CommandRun& run) {
   viewer.normalize();
   JobInputs inputs("accessibility", 1);
   inputs.add_content("mesh", source.path.filename().string(), mesh_content_key(mesh));
-  if (camera) inputs.add_content("camera", options.camera, ContentHash().add(camera->text()).hex());
+  if (camera) inputs.add_content("camera", fs::path(options.camera).filename().string(), ContentHash().add(camera->text()).hex());
   AccessibilityCommandOptions plain = options;
   plain.camera.clear();  // Counts by content.
   inputs.add_options(option_values(plain));

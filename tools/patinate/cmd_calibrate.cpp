@@ -29,7 +29,7 @@ std::string file_text(const CalibrationOutput& result, CalibrationKind kind, con
     if (result.lights.empty() || !are_directions) throw UsageError("-o *.lp holds directions of lights; these are positions or no lights, use .json");
     return lp_text(result.lights, *result.camera);
   }
-  return result.json->dump(2) + "\n";
+  return result.json->dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace

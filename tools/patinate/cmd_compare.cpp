@@ -12,13 +12,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What repeats the comparison: options that are not the default, and nothing that changes no byte.
-std::string command_of(const CompareTask& task, const fs::path& output) {
-  std::string text = "patinate compare " + shell_word(task.a.string()) + " " + shell_word(task.b.string());
-  if (!task.through.empty()) text += " --through " + shell_word(task.through.string());
+/// What repeats the comparison: options that are not the default, and nothing that changes no byte. @param task  As it was given.
+std::string command_of(const CompareTask& task) {
+  std::string text = "patinate compare " + input_word(task.a) + " " + input_word(task.b);
+  if (!task.through.empty()) text += " --through " + input_word(task.through);
   text += changed_options(option_values(task.options), option_values(CompareOptions{}));
   if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.options.seed);
-  return text + " -o " + shell_word(output.string());
+  return text + kAnyOutput;
 }
 
 void require_comparable(const fs::path& path) {
@@ -40,12 +40,12 @@ int cmd_compare(CommandRun& run) {
   run.line.example("compare copper copper_simulated --clock span -o report");
   run.line.example("compare copper hydrant_simulated --through copper_hydrant -o report");
   if (!run.parse()) return 0;
+  task.options.seed = static_cast<std::uint64_t>(run.line.common().seed);
+  task.command = command_of(task);
   for (fs::path* side : {&task.a, &task.b}) *side = history_place(*side);
   require_comparable(task.a);
   require_comparable(task.b);
   if (!task.through.empty()) require_transfer(task.through);
-  task.options.seed = static_cast<std::uint64_t>(run.line.common().seed);
-  task.command = command_of(task, output);
   const std::optional<JobStatus> status = run.make_folder(plan_compare(std::move(task), output), "compare");
   if (!status) return 0;
 

@@ -5,6 +5,7 @@
 #include "tools/patinate/commands.h"
 #include "tools/patinate/evaluated_maps.h"
 #include "tools/patinate/path_kind.h"
+#include "tools/patinate/repeating_command.h"
 #include "transfer/appearance/appearance_cache.h"
 
 namespace patinate {
@@ -18,6 +19,18 @@ bool is_transfer(const fs::path& path) {
   if (!fs::is_directory(path) && lower_extension(path) != ".json") return false;
   require_transfer(path);
   return true;
+}
+
+/// What repeats it: options that are not the default, and nothing that changes no byte.
+std::string command_of(const EvaluationTask& task, const std::vector<fs::path>& maps, const ForeignMapOptions& foreign) {
+  std::string text = "patinate evaluate";
+  for (const fs::path& map : maps) text += " " + input_word(map);
+  if (!foreign.history.empty()) text += " --history " + input_word(foreign.history);
+  if (!foreign.control.empty()) text += " --control " + shell_word(named_control(foreign.control));
+  if (!foreign.picture.empty()) text += " --picture " + input_word(foreign.picture);
+  text += changed_options(option_values(task.options), option_values(EvaluationOptions{}));
+  if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
+  return text + kAnyOutput;
 }
 
 }  // namespace
@@ -39,7 +52,7 @@ int cmd_evaluate(CommandRun& run) {
   run.line.example("evaluate ours theirs.exr --history rust --control height=target.png -o evaluation");
   if (!run.parse()) return 0;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
-  for (const std::string& word : run.command_line()) task.command += (task.command.empty() ? "" : " ") + word;
+  task.command = command_of(task, maps, foreign);
   for (const fs::path& map : maps) {
     task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache) : foreign_item(map, foreign, task.options, task.seed, cache));
   }

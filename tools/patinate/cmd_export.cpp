@@ -26,11 +26,6 @@ namespace patinate {
 
 namespace {
 
-/// Who names such a file does not mean a folder; other dots, as in `textures.v2`, are part of a folder's name.
-constexpr std::array<std::string_view, 20> kOtherFiles{".avi", ".mov", ".mkv", ".m4v", ".gltf", ".obj",  ".fbx",  ".ply", ".stl",  ".dae",
-                                                       ".usd",  ".usdz", ".png",  ".jpg", ".jpeg", ".tif",
-                                                       ".tiff", ".exr",  ".json", ".zip"};
-
 struct SequenceFormat {
   enum class Kind { Png, Exr, Tif } kind = Kind::Png;
 };
@@ -172,9 +167,7 @@ int cmd_export(CommandRun& run) {
   const std::string extension = lower_extension(output);
   const bool is_glb = extension == ".glb";
   const bool is_pictures = is_series(output);
-  if (!is_pictures && std::find(kOtherFiles.begin(), kOtherFiles.end(), extension) != kOtherFiles.end()) {
-    throw UsageError("-o: found `" + output.string() + "`; expected MODEL.glb, MOVIE.mp4 (.webm, .gif), images as aged_%04d.png, or the name of a folder");
-  }
+  if (!is_glb && !is_pictures) require_folder_name(output, "MODEL.glb, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the name of a folder (with / at its end where it has a dot)");
   const PathKind kind = kind_of(subject);
   if (kind == PathKind::Transfer && is_pictures) {
     if (const std::optional<PictureSeries> series = texture_series(run, subject, times)) return make_series(run, output, *series, movie);

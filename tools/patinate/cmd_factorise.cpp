@@ -13,10 +13,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string command_of(const FactorizationTask& task, const fs::path& output) {
-  std::string text = "patinate factorise " + shell_word(task.history.string()) + changed_options(option_values(task.options), option_values(FactorizationOptions{}));
+/// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
+std::string command_of(const FactorizationTask& task) {
+  std::string text = "patinate factorise " + input_word(task.history) + changed_options(option_values(task.options), option_values(FactorizationOptions{}));
   for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
-  return text + " -o " + shell_word(output.string());
+  return text + kAnyOutput;
 }
 
 }  // namespace
@@ -33,9 +34,9 @@ int cmd_factorise(CommandRun& run) {
   run.line.example("factorise copper --times 600,700 -o copper_factors");
   run.line.example("transfer copper_factors/history bust.glb --control rate=accessibility -o aged");
   if (!run.parse()) return 0;
+  task.command = command_of(task);
   task.history = history_place(task.history);
   if (kind_of(task.history) != PathKind::History) throw InvalidInput(task.history.string() + ": is no history; only those can be factorised");
-  task.command = command_of(task, output);
   const std::optional<JobStatus> status = run.make_folder(plan_factorization(std::move(task), output), "factorise");
   if (!status) return 0;
 

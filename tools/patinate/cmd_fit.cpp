@@ -23,7 +23,9 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
   const Json root = load_json(path);
   JsonReader json(path.string(), root);
   json.expect_format("patinate.parameters", 1);
-  for (const JsonReader& range : json.member("vary").elements(100)) wanted.ranges.push_back(read_fit_range(range));
+  const JsonReader vary = json.member("vary");
+  for (const JsonReader& range : vary.elements(100)) wanted.ranges.push_back(read_fit_range(range));
+  if (wanted.ranges.empty()) vary.fail("at least one range");
   if (json.has("objective")) {
     JsonReader objective = json.member("objective");
     for (const std::string& name : objective.keys()) {
@@ -40,14 +42,14 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const fs::path& scene, const fs::path& history, const fs::path& parameters, const std::vector<std::string>& vary, const std::vector<std::string>& objective, const FitTask& task, const fs::path& output) {
-  std::string text = "patinate fit " + shell_word(scene.string()) + " " + shell_word(history.string());
+std::string command_of(const fs::path& scene, const fs::path& history, const fs::path& parameters, const std::vector<std::string>& vary, const std::vector<std::string>& objective, const FitTask& task) {
+  std::string text = "patinate fit " + input_word(scene) + " " + input_word(history);
   for (const std::string& word : vary) text += " --vary " + shell_word(word);
-  if (!parameters.empty()) text += " --parameters " + shell_word(parameters.string());
+  if (!parameters.empty()) text += " --parameters " + input_word(parameters);
   for (const std::string& word : objective) text += " --objective " + shell_word(word);
   text += changed_options(option_values(task.objective), option_values(ObjectiveOptions{})) + changed_options(option_values(task.options), option_values(FitOptions{}));
   if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
-  return text + " -o " + shell_word(output.string());
+  return text + kAnyOutput;
 }
 
 }  // namespace
@@ -88,6 +90,7 @@ int cmd_fit(CommandRun& run) {
   }
   if (wanted.terms.empty()) wanted.terms.emplace_back();
   if (wanted.ranges.empty()) throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/alpha=0.01:1:log");
+  const fs::path given_history = history;
   history = history_place(history);
   const PathKind kind = kind_of(history);
   if (kind != PathKind::History && kind != PathKind::Transfer) throw InvalidInput(history.string() + ": is no history or transfer; only those age");
@@ -106,7 +109,7 @@ int cmd_fit(CommandRun& run) {
   task.seed = task.objective.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.add_inputs = [scene](JobInputs& inputs) { scene.add_inputs(inputs); };
   task.write_model = [scene, output](const fs::path& folder, const std::vector<double>& values) { scene.write(folder, output, values); };
-  task.command = command_of(scene_path, history, parameters, vary, objective, task, output);
+  task.command = command_of(scene_path, given_history, parameters, vary, objective, task);
   const auto num_looks = static_cast<std::size_t>(std::count_if(task.parameters.begin(), task.parameters.end(), [](const FitParameter& p) { return p.is_look; }));
   const FitBudget budget = fit_budget(task.options, task.parameters.size() - num_looks, num_looks);
   if (budget.evaluations < budget.least) {

@@ -13,6 +13,7 @@
 #include "simulation/simulation_job.h"
 #include "tools/patinate/capture_results.h"
 #include "tools/patinate/commands.h"
+#include "tools/patinate/failure.h"
 #include "tools/patinate/curves.h"
 #include "tools/patinate/facts.h"
 #include "tools/patinate/path_kind.h"
@@ -213,7 +214,7 @@ Facts mesh_facts(const std::filesystem::path& path) {
   return facts;
 }
 
-Facts facts_of(const std::filesystem::path& path) {
+Facts facts_of(const std::filesystem::path& path) try {
   switch (kind_of(path)) {
     case PathKind::History: return history_facts(path);
     case PathKind::Transfer: return transfer_facts(path);
@@ -228,6 +229,8 @@ Facts facts_of(const std::filesystem::path& path) {
     case PathKind::Image: return image_facts(path);
   }
   return image_facts(path);
+} catch (...) {
+  rethrow_naming(path);
 }
 
 }  // namespace

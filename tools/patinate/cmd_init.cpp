@@ -10,14 +10,17 @@ namespace patinate {
 
 int cmd_init(CommandRun& run) {
   std::filesystem::path folder, output;
+  std::string only;
   run.line.positional("FOLDER", "Folder of photographs, or with a movie", folder);
   run.line.output("PROJECT", "Project file to write; FOLDER/capture.json when not given", output);
   run.line.required(false);
+  run.line.option("only", "PATTERN", "Names of the photographs, as 'IMG_*.jpg', where others lie beside them", only);
   run.line.example("init photos");
+  run.line.example("init photos --only 'IMG_*.jpg'");
   if (!run.parse()) return 0;
   if (output.empty()) output = folder / "capture.json";
 
-  const ProjectDraft draft = draft_capture_project(folder, output.parent_path());
+  const ProjectDraft draft = draft_capture_project(folder, output.parent_path(), only);
   std::error_code error;
   const bool exists = std::filesystem::exists(output, error);
   const bool is_same = exists && std::filesystem::is_regular_file(output, error) && read_file(output, 1 << 26) == draft.text;

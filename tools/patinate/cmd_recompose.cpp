@@ -5,6 +5,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_files.h"
 #include "libcommon/job/job_inputs.h"
 #include "simulation/simulation_job.h"
 #include "simulation/simulation_output.h"
@@ -95,7 +96,11 @@ int cmd_recompose(CommandRun& run) {
   JobInputs inputs("recompose", 1);
   inputs.add_file("atlas", source / "atlas.exr", source);
   inputs.add_content("scene", file.file.filename().string(), ContentHash().add(load_json(file.file).dump()).hex());
-  for (const auto& [role, path] : file.inputs) inputs.add_file(role, path, file.file.parent_path());
+  for (const auto& [role, path] : file.inputs) {
+    inputs.add_file(role, path, folder_of(file.file));
+    if (!role.starts_with("mesh of ")) continue;
+    for (const std::string& buffer : mesh_buffer_files(path)) inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
+  }
   for (const std::string& text : texts) {
     apply_change(parse_change(text, manifest.materials), file.scene.looks);
     inputs.add_value("--set " + text.substr(0, text.find('=')), text);

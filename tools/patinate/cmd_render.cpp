@@ -184,7 +184,11 @@ int cmd_render(CommandRun& run) {
   run.line.example("render aged_bust --frames 150 --turn 360 -o bust.mp4");
   run.line.example("render bust.glb --texture albedo.png -o bust.png");
   if (!run.parse()) return 0;
-  if (!is_series(command.output)) require_extension(command.output, image_extensions());
+  if (!is_series(command.output)) {
+    std::vector<std::string> known = image_extensions();
+    known.insert(known.end(), movie_extensions().begin(), movie_extensions().end());
+    require_extension(command.output, known);
+  }
   switch (kind_of(command.subject)) {
     case PathKind::Transfer:
     case PathKind::Simulation: return render_aging_mesh(run, command);

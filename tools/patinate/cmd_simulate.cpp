@@ -26,6 +26,12 @@ void describe(OptionVisitor& v, SimulateOptions& o) {
   v.visit_choice({"color_form", "How colours mix: normalised weights, or the form of the published shader"}, o.color_form, kColorFormNames);
 }
 
+std::string list_text(const Json& names) {
+  std::string text;
+  for (const Json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
+  return text;
+}
+
 /// Rows of the mass ledger, in amounts on texels of median size.
 std::string ledger_text(const Json& ledger) {
   static constexpr std::array kColumns{"emitted", "made", "on_surfaces", "carried", "absorbed", "rested", "left", "used"};
@@ -69,6 +75,7 @@ int cmd_simulate(CommandRun& run) {
   const std::optional<JobStatus> status = run.make_folder(plan_simulation(std::move(file), simulation, output), "simulate");
   if (!status) return 0;
   const Json manifest = load_json(output / "simulation.json");
+  if (manifest.contains("outside")) run.note("its folder holds its scene but for " + list_text(manifest["outside"]) + ", which stays where it is; keep both to open it again");
   if (!run.line.common().json) run.note(ledger_text(manifest.at("ledger")));
   run.report_output(*status, output, Json{{"counters", manifest.at("counters")}, {"ledger", manifest.at("ledger")}, {"atlas_hash", manifest.at("atlas_hash")}});
   return 0;

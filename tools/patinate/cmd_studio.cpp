@@ -7,6 +7,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/output_file.h"
@@ -78,12 +79,13 @@ void tell_address(CommandRun& run, int port, const std::string& token) {
 int cmd_studio(CommandRun& run) {
   fs::path folder = ".";
   StudioPort port;
-  std::vector<std::string> hosts;
+  std::vector<std::string> hosts, also_read;
   SessionArgument session;
   run.line.positional("FOLDER", "What to show: a folder with histories, transfers, simulations, scenes or captures, or one of them; default: here", folder);
   run.line.required(false);
   run.line.options(port);
   run.line.repeated("allow-host", "NAME", "A name, without port, by which a browser may call this machine beside localhost", hosts);
+  run.line.repeated("allow-folder", "FOLDER", "A folder outside that files of the one shown may name: the history of a transfer, the meshes of a scene", also_read);
   session.declare(run.line);
   run.line.without({"seed", "dry_run"});
   run.line.example("studio results");
@@ -91,9 +93,12 @@ int cmd_studio(CommandRun& run) {
   run.line.example("studio results --save aged.html --place aged --times 0,6,12");
   if (!run.parse()) return 0;
   std::error_code error;
-  if (fs::is_regular_file(folder, error)) folder = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
+  if (fs::is_regular_file(folder, error)) folder = folder_of(folder);
   if (session.is_given()) return save_session(run, folder, session);
   ServedFolder served(folder);
+  std::vector<fs::path> readable{served.path()};
+  readable.insert(readable.end(), also_read.begin(), also_read.end());
+  const ReadLimit limit(readable);  // also of what histories, scenes and meshes name
   HttpServer server({.port = port.port});
   const std::string token = random_token();
   bool has_quit = false;

@@ -9,11 +9,13 @@
 #include "libcommon/controls/distance_io.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/commands.h"
 #include "tools/patinate/destination.h"
 #include "tools/patinate/mesh_source.h"
+#include "tools/patinate/output_file.h"
 #include "tools/patinate/path_kind.h"
 #include "transfer/appearance/appearance_cache.h"
 #include "transfer/transfer_controls.h"
@@ -134,6 +136,8 @@ int cmd_transfer(CommandRun& run) {
                     "(accessibility, facing, spray), a map file or an expression; mapping: rank, linear, physical", control_texts);
   run.line.required();
   run.line.options(atlas);
+  run.line.default_text("resolution", "as many as show every pixel of the history, 256 to 4096 along a side of all tiles together, where its texel size and the mesh's unit are known, else " +
+                                          std::to_string(atlas.resolution));
   run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says", texel_size_mm);
   run.line.option("source_mask", "FILE", "8-bit image of the history's size; what is 0 there is not copied", source_mask);
   run.line.option("flow", "FLOW", "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature (along tubes and ridges), uv (as each chart lies), "
@@ -145,7 +149,8 @@ int cmd_transfer(CommandRun& run) {
   run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
   run.line.example("transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
   if (!run.parse()) return 0;
-  if (texel_size_mm && !(*texel_size_mm > 0.0)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number > 0");
+  if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
+  require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.
     (void)ControlExpression(parse_control_spec(text).destination, control_kind_names());

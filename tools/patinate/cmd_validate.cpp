@@ -14,6 +14,7 @@
 #include "simulation/simulation_job.h"
 #include "tools/patinate/capture_results.h"
 #include "tools/patinate/commands.h"
+#include "tools/patinate/failure.h"
 #include "tools/patinate/path_kind.h"
 #include "transfer/lookup/transfer_reader.h"
 
@@ -82,7 +83,7 @@ void check_relit(const RelitProject& project, Checks& checks, const RunControl& 
   }
 }
 
-void check_path(const std::filesystem::path& path, Checks& checks, const RunControl& control) {
+void check_path(const std::filesystem::path& path, Checks& checks, const RunControl& control) try {
   switch (kind_of(path)) {
     case PathKind::History: return check_history(path, checks, control);
     case PathKind::Transfer: {
@@ -123,6 +124,8 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
     case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
     case PathKind::Image: return checks.run([&] { (void)read_color(path); });
   }
+} catch (...) {
+  rethrow_naming(path);
 }
 
 }  // namespace

@@ -124,6 +124,18 @@ void CommandLine::choices(const std::vector<std::string>& words) {
 void CommandLine::suggestions(const std::vector<std::string>& words) { arguments_.back()->choices = words; }
 void CommandLine::alias(const std::string& name) { arguments_.back()->alias = dashed(name); }
 void CommandLine::alternatives(const std::vector<std::string>& names) { alternatives_.push_back(names); }
+
+void CommandLine::default_text(const std::string& name, const std::string& text) {
+  if (Argument* argument = find(name)) argument->default_text = text;
+}
+
+void CommandLine::decided(const std::string& name, const std::string& value) {
+  if (Argument* argument = find(name); argument != nullptr && argument->found.empty()) {
+    argument->default_text = value;
+    argument->source = "chosen";
+  }
+}
+
 void CommandLine::example(const std::string& arguments) { examples_.push_back(arguments); }
 
 void CommandLine::list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows) {

@@ -72,6 +72,10 @@ class CommandLine {
   void suggestions(const std::vector<std::string>& words);
   /// A second name of the option that was declared last.
   void alias(const std::string& name);
+  /// What --help says for the default of an option where that is no fixed value.
+  void default_text(const std::string& name, const std::string& text);
+  /// What an option that was left open has come to, for run.json.
+  void decided(const std::string& name, const std::string& value);
   /// Options of which one is given at most: one on the command line puts those of a configuration file out of force.
   void alternatives(const std::vector<std::string>& names);
   /// Options of every command that mean nothing to this one.

@@ -7,6 +7,7 @@
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line.h"
 #include "tools/patinate/option_values.h"
+#include "tools/patinate/output_place.h"
 #include "tools/patinate/path_kind.h"
 
 namespace patinate {
@@ -40,6 +41,19 @@ Json value_in_force(const ArgumentInfo& argument, const std::vector<std::string>
   if (!found.empty()) return typed(argument, found.front());
   if (argument.kind == ArgumentKind::Flag) return argument.has_no_form;
   return argument.default_text.empty() ? Json(nullptr) : typed(argument, argument.default_text);
+}
+
+/// @throws UsageError if what is made would take the place of what is read.
+void require_output_apart(const std::vector<std::unique_ptr<Argument>>& arguments) {
+  std::string output;
+  std::vector<GivenInput> inputs;
+  for (const auto& argument : arguments) {
+    for (const std::string& text : argument->found) {
+      if (argument->name == "-o") output = text;
+      else if (argument->kind != ArgumentKind::Flag) inputs.push_back({argument->name, text, argument->type == ValueType::Path});
+    }
+  }
+  if (!output.empty()) require_apart(output, inputs);
 }
 
 }  // namespace
@@ -140,6 +154,7 @@ void CommandLine::assign() {
     if (!argument->is_positional() || argument->type != ValueType::Path) continue;
     for (const std::string& path : argument->found) require_exists(path);
   }
+  require_output_apart(arguments_);
   for (const auto& options : described_) {
     assign_choices(*options, [&](const std::string& name) {
       for (const auto& argument : arguments_) {

@@ -7,9 +7,12 @@
 #include <utility>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/printable.h"
 #include "libcommon/job/partial_folder.h"
+#include "libcommon/job/result_folder.h"
 #include "tools/patinate/message_stream.h"
 #include "tools/patinate/option_sources.h"
+#include "tools/patinate/output_file.h"
 #include "tools/patinate/progress_line.h"
 #include "tools/patinate/verbs.h"
 
@@ -57,11 +60,7 @@ void CommandRun::supply_options() {
   if (!line.config().empty()) supply_config(line, verb_, line.config(), commands);
 }
 
-void CommandRun::print(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    throw CannotComplete("standard output: cannot be written; is the disk full?");
-  }
-}
+void CommandRun::print(const std::string& text) { print_result(text); }
 
 RunControl CommandRun::control(const std::string& label) {
   end_stage();
@@ -90,7 +89,20 @@ std::vector<std::string> CommandRun::command_line() const {
   return words;
 }
 
+namespace {
+
+void refuse_inside_result(const std::filesystem::path& output) {
+  std::filesystem::path path = std::filesystem::absolute(output).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();  // "out/" is out
+  const std::filesystem::path result = result_around(path.parent_path());
+  if (!result.empty()) throw CannotComplete(output.string() + ": would lie in " + result.string() + ", a finished result, which stays as it was made; give a path outside of it");
+}
+
+}  // namespace
+
 std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
+  require_no_file_name(plan.output);
+  refuse_inside_result(plan.output);
   if (line.common().dry_run) {
     report_dry_run(explain_job(plan, job_options()));
     return std::nullopt;
@@ -104,6 +116,7 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
 
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,
                                                 const std::string& key) {
+  refuse_inside_result(output);
   if (!line.common().dry_run) return check_output_file(output, existing_key, key, job_options());
   report_dry_run(explain_output_file(output, existing_key, key, job_options()));
   return std::nullopt;
@@ -117,7 +130,7 @@ void CommandRun::end_stage() {
 
 void CommandRun::note(const std::string& text) {
   progress_.reset();
-  if (!line.common().quiet) std::fprintf(message_stream(), "%s\n", text.c_str());
+  if (!line.common().quiet) print_note(text);
 }
 
 void CommandRun::detail(const std::string& text) {
@@ -148,7 +161,7 @@ void CommandRun::report_dry_run(const JobReport& job) { report(job.json(), job.t
 
 void CommandRun::report(const Json& json, const std::string& text) {
   progress_.reset();
-  print((line.common().json ? json.dump(2, ' ', false, Json::error_handler_t::replace) : text) + "\n");
+  print((line.common().json ? json.dump(2, ' ', false, Json::error_handler_t::replace) : printable_lines(text)) + "\n");
 }
 
 }  // namespace patinate

@@ -12,6 +12,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/path_kind.h"
+#include "tools/patinate/repeating_command.h"
 #include "transfer/flow_io.h"
 #include "transfer/lookup/transfer_reader.h"
 #include "transfer/map_audit.h"
@@ -100,19 +101,19 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
 
 EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& options, std::uint64_t seed, const CacheOptions& cache) {
   const TransferManifest manifest = read_transfer_manifest(transfer);
-  std::string about = "transfer " + transfer.string() + ", history " + manifest.history.string();
+  const std::string name = input_name(transfer);
+  std::string about = "transfer " + name + ", history " + input_name(manifest.history);
   for (const RecordedControl& c : manifest.controls) about += ", " + c.text();
-  const std::string name = fs::absolute(transfer).lexically_normal().filename().string();
-  return {.name = name.empty() ? fs::absolute(transfer).lexically_normal().parent_path().filename().string() : name,
+  return {.name = name,
           .about = about,
           .key = manifest.key,
-          .open = [transfer, options, seed, cache](const RunControl& control) {
+          .open = [transfer, name, options, seed, cache](const RunControl& control) {
             const TransferReader reader(transfer);
             const TransferManifest& m = reader.manifest();
             MapToEvaluate out;
             out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source, m.texel_size_mm, options.num_times);
             out.source.mask = reader.source_mask();
-            out.map = {.name = transfer.filename().string(),
+            out.map = {.name = name,
                        .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
                        .coordinates = reader.coordinates(),
                        .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
@@ -128,6 +129,11 @@ EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& 
           }};
 }
 
+std::string named_control(const std::string& spec) {
+  const std::size_t at = spec.find('=');  // npos + 1 is 0.
+  return spec.substr(0, at + 1) + input_name(spec.substr(at + 1));
+}
+
 EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign, const EvaluationOptions& options, std::uint64_t seed, const CacheOptions& cache) {
   if (foreign.history.empty()) throw UsageError("--history: is needed for " + map.string() + ", which is no transfer: the history that the tool copied from");
   const HistoryReader history(foreign.history);
@@ -135,11 +141,11 @@ EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreig
   if (spec && (spec->weight != 1.0 || spec->mapping != ControlMapping::Rank)) throw UsageError("--control: weight and mapping are the tool's own; give [SOURCE=]MAP with the values that the tool was given");
   const std::string source_name = spec ? source_control(history, *spec) : "";
   ContentHash hash;
-  hash.add_file(map).add(history_content_key(history)).add(foreign.control);
+  hash.add_file(map).add(history_content_key(history)).add(source_name);
   if (spec) hash.add_file(spec->destination);
   if (!foreign.picture.empty()) hash.add_file(foreign.picture);
   return {.name = map.stem().string(),
-          .about = "coordinates " + map.string() + ", history " + foreign.history.string() + (spec ? ", " + foreign.control : ""),
+          .about = "coordinates " + input_name(map) + ", history " + input_name(foreign.history) + (spec ? ", " + named_control(foreign.control) : ""),
           .key = hash.hex(),
           .open = [map, foreign, spec, source_name, options, seed, cache](const RunControl& control) {
             const HistoryReader source(foreign.history);

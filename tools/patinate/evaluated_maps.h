@@ -19,6 +19,9 @@ struct ForeignMapOptions {
   std::filesystem::path picture;  ///< The picture that the tool made, of the history's last frame; "" = none.
 };
 
+/// "[SOURCE=]MAP" with the map's name only.
+[[nodiscard]] std::string named_control(const std::string& spec);
+
 /// A transfer: its history, its first control, its energy, which is audited with its own coherence share and controls.
 /// @param options  Times and audits. @param seed  Of the audits. @param cache  Of the appearance that audits need.
 [[nodiscard]] EvaluationItem transfer_item(const std::filesystem::path& transfer, const EvaluationOptions& options, std::uint64_t seed, const CacheOptions& cache);

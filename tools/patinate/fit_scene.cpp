@@ -6,6 +6,7 @@
 #include <set>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "simulation/aged_frames.h"
@@ -112,11 +113,14 @@ FitScene::FitScene(const fs::path& file, const std::vector<FitRange>& ranges, co
 void FitScene::add_parameter(const FitRange& range) {
   Json& root = *root_;
   const std::string& pointer = range.name;
-  const auto fail = [&](const std::string& problem) { return UsageError("--vary: " + pointer + ": " + problem); };
+  const auto fail = [&](const std::string& problem) {
+    if (range.place.empty()) throw UsageError("--vary: " + pointer + ": " + problem);
+    throw IoError(range.place, pointer + " " + problem);
+  };
   for (const FitParameter& p : parameters_) {
-    if (p.range.name == pointer) throw fail("is given twice");
+    if (p.range.name == pointer) fail("is given twice");
   }
-  if (kFixed.contains(pointer)) throw fail("cannot be varied: it is no property of the surface or its weather");
+  if (kFixed.contains(pointer)) fail("cannot be varied: it is no property of the surface or its weather");
   // A rule that only has a name has an alpha all the same.
   if (Json* rules = found_at(root, "/rules"); rules != nullptr && rules->is_array()) {
     for (std::size_t i = 0; i < rules->size(); ++i) {
@@ -131,9 +135,9 @@ void FitScene::add_parameter(const FitRange& range) {
   if (value == nullptr) {
     std::vector<std::string> all;
     collect_numbers(root, "", all);
-    throw fail("is not in " + file_.string() + nearest(pointer, all));
+    fail("is not in " + file_.string() + nearest(pointer, all));
   }
-  if (!value->is_number()) throw fail("is " + value->dump().substr(0, 40) + " in " + file_.string() + "; expected a number");
+  if (!value->is_number()) fail("is " + value->dump().substr(0, 40) + " in " + file_.string() + "; expected a number");
   FitParameter parameter{.range = range, .start = value->get<double>(), .is_whole = false, .is_look = pointer.starts_with("/appearance/")};
   const Json before = *value;
   for (const double end : {range.low, range.high}) {
@@ -182,9 +186,9 @@ AgeWith FitScene::age() const {
     file.scene.seed += seed_shift;
     const auto aged = std::make_shared<AgedFrames>(file, SimulationOptions{}, control);
     return [scene, aged](const std::vector<double>& look_values, const RunControl& look_control) {
-      SurfaceFrames frames{.name = scene.base_->name, .time_unit = scene.base_->time_unit, .texel_size_mm = aged->texel_size_mm(), .times = aged->times(), .colors = {}, .mask = aged->coverage(), .controls = {}};
+      AgedSurface frames{.name = scene.base_->name, .time_unit = scene.base_->time_unit, .texel_size_mm = aged->texel_size_mm(), .times = aged->times(), .colors = {}, .mask = aged->coverage(), .controls = {}};
       frames.colors = aged->compose(scene.read(scene.with(look_values)).scene.looks, look_control);
-      for (const ParameterControl& c : aged->controls()) frames.controls.push_back({{.name = c.name, .file = {}, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
+      for (const ParameterControl& c : aged->controls()) frames.controls.push_back({{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
       return frames;
     };
   };
@@ -192,7 +196,7 @@ AgeWith FitScene::age() const {
 
 void FitScene::add_inputs(JobInputs& inputs) const {
   inputs.add_content("scene", file_.filename().string(), ContentHash().add(given_).hex());
-  for (const auto& [role, path] : base_->inputs) inputs.add_file(role, path, file_.parent_path());
+  for (const auto& [role, path] : base_->inputs) inputs.add_file(role, path, folder_of(file_));
 }
 
 void FitScene::write(const fs::path& folder, const fs::path& output, const std::vector<double>& values) const {

@@ -19,7 +19,7 @@ class FitScene {
  public:
   /// Reads the scene, finds every pointer, and reads the scene again with both ends of every range.
   /// @param controls  Parameter maps to write beside those that the scene asks for, as far as its materials have them: what the history has.
-  /// @throws UsageError for a pointer that is no number of the scene (with those that are named nearly so), is named twice or cannot be varied;
+  /// @throws UsageError (IoError where a file names it) for a pointer that is no number of the scene (with those that are named nearly so), is named twice or cannot be varied;
   /// IoError for a scene that cannot be read, or not with an end of a range.
   FitScene(const std::filesystem::path& file, const std::vector<FitRange>& ranges, const std::vector<std::string>& controls, const RunControl& control);
 

@@ -36,8 +36,15 @@ int report_interruption() {
 void stop_on_signals(const std::stop_source& asked) {
   sigset_t signals;
   sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
+  bool is_any = false;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    // `nohup` and shells that start work in the background have it ignored: waiting for it would bring it back.
+    if (::sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN) continue;
+    sigaddset(&signals, signal);
+    is_any = true;
+  }
+  if (!is_any) return;
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // inherited by every thread that starts later
   std::thread([signals, source = asked]() mutable {
     int signal = 0;

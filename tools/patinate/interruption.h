@@ -8,7 +8,7 @@ namespace patinate {
 
 inline constexpr int kInterruptedExitCode = 130;
 
-/// From now on Ctrl-C and SIGTERM ask the work to stop. Work that does not end within 25 ms (a library's call cannot be interrupted), or is asked
+/// From now on Ctrl-C, SIGTERM and SIGHUP (the terminal is gone), unless ignored, ask the work to stop. Work that does not end within 25 ms (a library's call cannot be interrupted), or is asked
 /// again, is ended as it is: temporary files are removed, and a job resumes from what it has finished. Call before any thread starts.
 void stop_on_signals(const std::stop_source& asked);
 

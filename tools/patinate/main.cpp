@@ -1,14 +1,13 @@
 // The one place where errors become a line on stderr and an exit code.
 #include <signal.h>
 
-#include <cstdio>
-#include <new>
 #include <stop_token>
 #include <string>
 #include <vector>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
+#include "tools/patinate/failure.h"
 #include "tools/patinate/interruption.h"
 #include "tools/patinate/message_stream.h"
 #include "tools/patinate/verbs.h"
@@ -16,17 +15,17 @@
 namespace patinate {
 namespace {
 
-constexpr int kDone = 0, kCannot = 1, kUsage = 2, kInput = 3;
+constexpr int kDone = 0;
 
 int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   if (arguments.empty()) throw UsageError("no command is given; see `patinate --help`");
   const std::string& name = arguments.front();
   if (name == "--help" || name == "-h") {
-    std::fputs(overview().c_str(), stdout);
+    print_result(overview());
     return kDone;
   }
   if (name == "--version") {
-    std::puts("patinate " PATINATE_VERSION);
+    print_result("patinate " PATINATE_VERSION "\n");
     return kDone;
   }
   for (const Verb& verb : verbs()) {
@@ -39,11 +38,6 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   throw UsageError(name + ": no such command" + did_you_mean(name, names) + "; see `patinate --help`");
 }
 
-int fail(int code, const std::string& message) {
-  print_error(message);
-  return code;
-}
-
 int guarded_main(const std::vector<std::string>& arguments) {
   silence_libraries();
   ::signal(SIGXFSZ, SIG_IGN);  // A file that grows too large is then a failed write, with its line.
@@ -51,16 +45,12 @@ int guarded_main(const std::vector<std::string>& arguments) {
   stop_on_signals(source);
   try {
     return run_verb(arguments, source.get_token());
-  } catch (const UsageError& e) {
-    return fail(kUsage, e.what());
-  } catch (const InvalidInput& e) {
-    return fail(kInput, e.what());
   } catch (const Cancelled&) {
     return report_interruption();
-  } catch (const std::bad_alloc&) {
-    return fail(kCannot, "not enough memory; use a smaller image or atlas, or fewer threads");
-  } catch (const std::exception& e) {
-    return fail(kCannot, e.what());
+  } catch (...) {
+    const Failure failure = current_failure();
+    print_error(failure.message);
+    return failure.code;
   }
 }
 

@@ -8,6 +8,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "tools/patinate/blender_unwrap.h"
+#include "tools/patinate/failure.h"
 
 namespace patinate {
 
@@ -21,6 +22,8 @@ auto naming_file(const MeshSource& source, Make&& make) {
     throw;
   } catch (const InvalidInput& e) {
     throw IoError(source.path.string(), e.what());
+  } catch (...) {
+    rethrow_naming(source.path);
   }
 }
 
@@ -59,8 +62,10 @@ double mm_per_unit(const std::string& unit) {
   return *mm;
 }
 
+Range resolution_range() { return between(16, 16384); }
+
 void describe(OptionVisitor& v, AtlasOptions& o) {
-  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", between(16, 16384)}, o.resolution);
+  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()}, o.resolution);
   v.visit_choice({"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: always; blender: unwrapped by Blender, where it is installed"}, o.method,
                  kAtlasChoiceNames);
 }

@@ -35,6 +35,9 @@ void declare_mesh(CommandLine& line, MeshSource& source);
 enum class AtlasChoice { Auto, Uv, Unwrap, Blender };
 inline constexpr std::array<std::string_view, 4> kAtlasChoiceNames{"auto", "uv", "unwrap", "blender"};
 
+/// What --resolution may be.
+[[nodiscard]] Range resolution_range();
+
 struct AtlasOptions {
   int resolution = 1024;                    ///< Texels along each side of a tile; [16, 16384].
   AtlasChoice method = AtlasChoice::Auto;

@@ -3,7 +3,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include "libcommon/core/printable.h"
+
+#include "libcommon/core/error.h"
 
 namespace patinate {
 
@@ -24,12 +26,16 @@ void silence_libraries() {
 #endif
 }
 
+void print_result(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    throw CannotComplete("standard output: cannot be written; is the disk full?");
+  }
+}
+
 std::FILE* message_stream() { return g_messages; }
 
-void print_error(std::string message) {
-  std::replace_if(
-      message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  std::fprintf(g_messages, "patinate: error: %s\n", message.c_str());
-}
+void print_error(std::string_view message) { std::fprintf(g_messages, "patinate: error: %s\n", printable_line(message).c_str()); }
+
+void print_note(std::string_view text) { std::fprintf(g_messages, "%s\n", printable_lines(text).c_str()); }
 
 }  // namespace patinate

@@ -1,18 +1,22 @@
 /// \file
-/// Where our own lines on stderr go, apart from what libraries print there.
+/// Where our own lines on stderr go, apart from what libraries print there; and results, on stdout.
 #pragma once
 
 #include <cstdio>
-#include <string>
+#include <string_view>
 
 namespace patinate {
 
 /// Image libraries print on stderr what they throw or return as well; this keeps them quiet, so that an error is one line.
 /// Call before any thread starts. Does nothing under sanitizers, whose reports go there too.
 void silence_libraries();
+/// Text on stdout, at once. @throws CannotComplete if it cannot be written.
+void print_result(const std::string& text);
 /// The real stderr.
 [[nodiscard]] std::FILE* message_stream();
-/// One line, `patinate: error: ...`, whatever is in the message.
-void print_error(std::string message);
+/// One line, `patinate: error: ...`, whatever is in the message (libcommon/core/printable.h).
+void print_error(std::string_view message);
+/// Lines that are no errors; what they quote from files is made printable too.
+void print_note(std::string_view text);
 
 }  // namespace patinate

@@ -55,6 +55,43 @@ std::string flag_text(const std::string& name, const std::string& value) {
   throw UsageError(name + ": found `" + value + "`; expected true or false");
 }
 
+/// What ends a run of parts of a key.
+bool ends_key(char c) { return std::string_view("\n=,[]{}").find(c) != std::string_view::npos; }
+
+/// Behind the string that begins at `at`: three quotes end one of several lines, a backslash escapes in `"` but not in `'`.
+std::size_t behind_string(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  const std::string three(3, quote);
+  const bool is_long = text.substr(at, 3) == three;
+  for (at += is_long ? 3 : 1; at < text.size(); ++at) {
+    if (quote == '"' && text[at] == '\\') ++at;
+    else if (is_long ? text.substr(at, 3) == three : text[at] == quote || text[at] == '\n') return at + (is_long ? 3 : 1);
+  }
+  return text.size();
+}
+
+/// The line of a key of more parts than any of ours, 0 if there is none. Each dot is a level of tables: tens of thousands, and whoever
+/// frees them recurses until the stack ends. (Brackets within brackets the parser limits itself.)
+std::size_t line_of_deep_key(std::string_view text) {
+  constexpr int kMostDots = 8;
+  int dots = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const char c = text[at];
+    if (c == '"' || c == '\'') {
+      at = behind_string(text, at);
+      continue;
+    }
+    if (c == '#') {
+      at = std::min(text.find('\n', at), text.size());
+      continue;
+    }
+    dots = c == '.' ? dots + 1 : ends_key(c) ? 0 : dots;
+    if (dots > kMostDots) return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+    ++at;
+  }
+  return 0;
+}
+
 class ConfigFile {
  public:
   ConfigFile(CommandLine& line, const std::string& verb, const std::filesystem::path& file,
@@ -65,6 +102,7 @@ class ConfigFile {
     require_exists(file_);
     constexpr std::uint64_t kMostBytes = 1 << 20;
     const std::string text = read_file(file_, kMostBytes);
+    if (const std::size_t line = line_of_deep_key(text); line > 0) throw IoError(file_, "line " + std::to_string(line) + ": a key of so many parts is none of ours; expected NAME = VALUE below [COMMAND]");
     try {
       table_ = toml::parse(text, file_);
     } catch (const toml::parse_error& e) {

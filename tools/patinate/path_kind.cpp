@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
 
@@ -48,7 +49,7 @@ PathKind kind_of_json(const fs::path& path) {
 /// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
 std::string similar_path(const fs::path& path) {
   fs::path plain = path.has_filename() ? path : path.parent_path();
-  const fs::path parent = plain.has_parent_path() ? plain.parent_path() : ".";
+  const fs::path parent = folder_of(plain);
   constexpr std::size_t kMost = 10000;
   std::vector<std::string> names;
   std::error_code error;

@@ -5,11 +5,13 @@
 #include <chrono>
 #include <string>
 
+#include "libcommon/core/time_left.h"
+
 namespace patinate {
 
 class ProgressLine {
  public:
-  explicit ProgressLine(std::string label);
+  explicit ProgressLine(const std::string& label);
   /// Clears the bar.
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
@@ -24,6 +26,7 @@ class ProgressLine {
   bool is_shown_ = false;
   Clock::time_point begin_ = Clock::now();
   Clock::time_point last_ = begin_;
+  TimeLeft left_;
 };
 
 }  // namespace patinate

@@ -9,6 +9,13 @@ std::string shell_word(const std::string& word) {
   return out + "'";
 }
 
+std::string input_name(const std::filesystem::path& path) {
+  const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
+  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+}
+
+std::string input_word(const std::filesystem::path& path) { return shell_word(input_name(path)); }
+
 std::string changed_options(const std::vector<std::pair<std::string, std::string>>& values, const std::vector<std::pair<std::string, std::string>>& defaults) {
   std::string text;
   for (std::size_t i = 0; i < values.size(); ++i) {

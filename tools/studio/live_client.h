@@ -23,7 +23,7 @@ struct LiveEngine::Client {
   std::int64_t num_gammatons = 0;
   std::int64_t num_sent = 0;            ///< Updates; the number of the last one.
   std::int64_t num_acknowledged = 0;
-  std::int64_t shown_iteration = -1;    ///< Of the last update.
+  std::int64_t shown_state = -1;        ///< state_number() of the last update.
   bool wants_hash = false;
   bool wants_status = false;            ///< There is a newer one than it has.
   Clock::time_point last_update{};
@@ -32,5 +32,7 @@ struct LiveEngine::Client {
 /// {"type": "done"} with the id of the request.
 [[nodiscard]] std::string done_text(const Json& id);
 [[nodiscard]] std::string error_text(const Json& id, const std::string& message);
+/// Says why nothing runs here and closes, so that a client knows not to come back by itself.
+void refuse(WebSocketPeer& peer, const std::string& why);
 
 }  // namespace patinate

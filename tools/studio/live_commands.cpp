@@ -14,10 +14,9 @@ namespace patinate {
 
 namespace {
 
-constexpr std::size_t kMostUndoBytes = std::size_t{192} << 20;
-constexpr std::size_t kMostStrokes = 20;
 constexpr std::size_t kMostUnread = std::size_t{512} << 20;
 constexpr std::int64_t kMostGammatons = 100'000;
+constexpr std::size_t kMostPositions = 10'000;  ///< Of a stroke in one message.
 
 /// A member of a request, with an error that a person understands.
 const Json& member(const Json& request, const char* key) {
@@ -37,6 +36,19 @@ std::int64_t integer_member(const Json& request, const char* key, std::int64_t l
     throw InvalidInput(std::string("/") + key + ": found " + value.dump() + "; expected a whole number from " + std::to_string(low) + " to " + std::to_string(high));
   }
   return value.get<std::int64_t>();
+}
+
+/// "position", or "positions" on the way of a stroke, mm.
+std::vector<Vec3> positions(const Json& request) {
+  std::vector<Vec3> way;
+  const auto add = [&](const JsonReader& json) {
+    const std::vector<double> p = json.numbers(3);
+    way.emplace_back(p[0], p[1], p[2]);
+  };
+  if (request.contains("position")) add(JsonReader("stroke", request.at("position"), "/position"));
+  if (!request.contains("positions")) return way;
+  for (const JsonReader& position : JsonReader("stroke", request.at("positions"), "/positions").elements(kMostPositions)) add(position);
+  return way;
 }
 
 std::vector<std::string> texts_member(const Json& request, const char* key) {
@@ -81,53 +93,28 @@ struct LiveEngine::Commands {
     c.engine.opened_.clear();
   }
   static void reset(const Call& c) {
-    c.engine.brush_.clear();
-    c.engine.strokes_.clear();
-    c.engine.go_back(c.engine.start_, 0);
-    c.engine.picture_of_ = 0;
-    c.engine.opened_.clear();
-    c.engine.slider_ = c.engine.start_slider_;
+    c.engine.finish_stroke();
+    if (c.engine.record_.num_events() > 0 || c.engine.iteration() > 0) c.engine.remember();
+    c.engine.go_to({.state = c.engine.start_, .events = {}, .slider = c.engine.start_slider_, .picture_of = 0, .opened = ""});
     c.engine.is_running_ = false;
     c.engine.num_steps_left_ = 0;
   }
   static void event(const Call& c) { c.engine.apply(member(c.request, "event")); }
   static void stroke(const Call& c) {
     const std::string phase = text_member(c.request, "phase");
-    if (phase == "begin") return c.engine.begin_stroke(text_member(c.request, "emitter"), member(c.request, "position"));
-    if (phase != "move" && phase != "end") throw InvalidInput("/phase: found \"" + phase + "\"; expected begin, move or end");
-    if (c.engine.brush_.empty()) throw InvalidInput("/phase: no stroke has begun");
-    if (c.request.contains("position")) c.engine.apply(Json{{"op", "move"}, {"target", c.engine.brush_}, {"position", c.request.at("position")}});
-    if (phase == "end") c.engine.end_stroke();
-  }
-  static void undo(const Call& c) {
-    LiveEngine& e = c.engine;
-    if (e.strokes_.empty()) throw InvalidInput("there is no stroke to undo");
-    e.brush_.clear();
-    const Stroke stroke = std::move(e.strokes_.back());
-    e.strokes_.pop_back();
-    e.go_back(stroke.before, stroke.mark);
-    e.slider_ = stroke.slider;
-  }
-  static void looks(const Call& c) {
-    const Json& changes = member(c.request, "looks");
-    const Scene& scene = c.engine.simulation_.scene();
-    SceneContext context;
-    context.materials = scene.materials;
-    context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
-    const JsonReader reader("looks", changes);
-    std::vector<MaterialLook> looks = scene.looks;
-    Json cleaned = Json::object();
-    for (const std::string& name : reader.keys()) {
-      const Json said = name;
-      const auto i = static_cast<std::size_t>(material_index(JsonReader("looks", said), name, scene.materials));
-      cleaned[name] = changes.at(name);
-      if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null()) cleaned[name].erase("color");  // a picture, as it was sent
-      looks[i] = read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
+    if (phase != "begin" && phase != "move" && phase != "end") throw InvalidInput("/phase: found \"" + phase + "\"; expected begin, move or end");
+    const std::vector<Vec3> way = positions(c.request);
+    if (phase == "begin") {
+      if (way.empty()) (void)member(c.request, "position");
+      return c.engine.begin_stroke(c.client, text_member(c.request, "emitter"), way);
     }
-    c.engine.simulation_.set_looks(std::move(looks));
-    for (const auto& [name, change] : cleaned.items()) c.engine.record_.set_look(name, change);
-    for (const auto& [id, client] : c.engine.clients_) client->shown_iteration = -1;
+    const bool jumps = c.request.contains("jump") && c.request.at("jump") == true;
+    c.engine.move_stroke(c.client, way, jumps, phase == "end");
   }
+  static void undo(const Call& c) { c.engine.undo(); }
+  static void redo(const Call& c) { c.engine.redo(); }
+  static void looks(const Call& c) { c.engine.set_looks(member(c.request, "looks")); }
+  static void resume(const Call& c) { c.engine.resume(); }
   static void watch(const Call& c) {
     Client& client = c.client;
     if (c.request.contains("planes")) {
@@ -141,7 +128,7 @@ struct LiveEngine::Commands {
     }
     if (c.request.contains("overlay")) watch_overlay(c, c.request.at("overlay"));
     if (c.request.contains("gammatons")) client.num_gammatons = integer_member(c.request, "gammatons", 0, kMostGammatons);
-    client.shown_iteration = -1;
+    client.shown_state = -1;
   }
   static void watch_overlay(const Call& c, const Json& asked) {
     LiveEngine& e = c.engine;
@@ -150,6 +137,7 @@ struct LiveEngine::Commands {
     if (!name.empty()) {
       const auto [overlay, is_new] = e.overlays_.try_emplace(name, name, e.simulation_, e.layout_);
       (void)overlay->second.update(e.simulation_);
+      if (is_new) (void)overlay->second.measure(e.simulation_);
       c.client.overlay.add_all();
     }
     c.client.overlay_name = name;
@@ -163,9 +151,9 @@ struct LiveEngine::Commands {
   static void cancel(const Call& c) { c.engine.exporting_.request_stop(); }
 
   static constexpr std::array kAll{Command{"run", run},     Command{"pause", pause}, Command{"step", step},     Command{"reset", reset},
-                                   Command{"event", event}, Command{"stroke", stroke}, Command{"undo", undo},   Command{"looks", looks},
-                                   Command{"watch", watch}, Command{"hash", hash},   Command{"save", save},     Command{"export", export_all},
-                                   Command{"cancel", cancel}};
+                                   Command{"event", event}, Command{"stroke", stroke}, Command{"undo", undo},   Command{"redo", redo},   Command{"resume", resume},
+                                   Command{"looks", looks}, Command{"watch", watch}, Command{"hash", hash},     Command{"save", save},
+                                   Command{"export", export_all}, Command{"cancel", cancel}};
 };
 
 void LiveEngine::receive(int id, const std::string& text) {
@@ -188,7 +176,7 @@ void LiveEngine::receive(int id, const std::string& text) {
       return;
     }
     const auto command = std::find_if(Commands::kAll.begin(), Commands::kAll.end(), [&](const Commands::Command& c) { return c.op == op; });
-    if (command == Commands::kAll.end()) throw InvalidInput("/op: found \"" + op + "\"; expected run, pause, step, reset, event, stroke, undo, looks, watch, ack, hash, save, export or cancel");
+    if (command == Commands::kAll.end()) throw InvalidInput("/op: found \"" + op + "\"; expected run, pause, step, reset, event, stroke, undo, redo, resume, looks, watch, ack, hash, save, export or cancel");
     command->run({*this, client, request});
     has_news_ = true;
     client.peer->send_text(done_text(request_id));
@@ -198,57 +186,39 @@ void LiveEngine::receive(int id, const std::string& text) {
   }
 }
 
+void LiveEngine::set_looks(const Json& changes) {
+  const Scene& scene = simulation_.scene();
+  SceneContext context;
+  context.materials = scene.materials;
+  context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
+  const JsonReader reader("looks", changes);
+  std::vector<MaterialLook> looks = scene.looks;
+  Json cleaned = Json::object();
+  for (const std::string& name : reader.keys()) {
+    const Json said = name;
+    const auto i = static_cast<std::size_t>(material_index(JsonReader("looks", said), name, scene.materials));
+    cleaned[name] = changes.at(name);
+    if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null()) cleaned[name].erase("color");  // a picture, as it was sent
+    looks[i] = read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
+  }
+  simulation_.set_looks(std::move(looks));
+  for (const auto& [name, change] : cleaned.items()) record_.set_look(name, change);
+  for (const auto& [id, client] : clients_) client->shown_state = -1;
+}
+
 void LiveEngine::apply(const Json& event_mm) {
   refuse_picture();
+  replay_.reset();
+  catch_up();  // what was painted before this was painted as things were then
   const Json event = event_of_file(event_mm, file_.mm_per_unit, simulation_.iteration());
   const SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
   simulation_.apply(parsed);
   record_.add_event(event);
+  future_.clear();
+  if (stroke_ && !can_paint(stroke_->emitter)) finish_stroke();
   if (parsed.op == SceneEvent::Op::Behaviour) {
     slider_ = event["behaviour"].contains("slider") ? std::optional(event["behaviour"]["slider"].get<double>()) : std::nullopt;
   }
-}
-
-void LiveEngine::begin_stroke(const std::string& emitter, const Json& position) {
-  refuse_picture();
-  if (!brush_.empty()) end_stroke();
-  const Scene& scene = simulation_.scene();
-  const auto found = std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == emitter; });
-  if (found == scene.emitters.end() || found->shape != EmitterShape::Surface) {
-    throw InvalidInput("/emitter: found \"" + emitter + "\"; expected an emitter of shape surface");
-  }
-  Stroke stroke{simulation_.snapshot(), record_.mark(), slider_};
-  Json on = emitters_json(scene).at(static_cast<std::size_t>(found - scene.emitters.begin()));
-  on["position"] = position;
-  on["on"] = true;
-  apply(Json{{"op", "emitter"}, {"emitter", on}});
-  brush_ = emitter;
-  strokes_.push_back(std::move(stroke));
-  std::size_t bytes = 0;
-  for (const Stroke& s : strokes_) bytes += s.before.size();
-  while (strokes_.size() > 1 && (bytes > kMostUndoBytes || strokes_.size() > kMostStrokes)) {
-    bytes -= strokes_.front().before.size();
-    strokes_.pop_front();
-  }
-}
-
-void LiveEngine::end_stroke() {
-  const Scene& scene = simulation_.scene();
-  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
-    if (scene.emitters[i].name != brush_) continue;
-    Json off = emitters_json(scene).at(i);
-    off["on"] = false;
-    apply(Json{{"op", "emitter"}, {"emitter", off}});
-    break;
-  }
-  brush_.clear();
-}
-
-void LiveEngine::go_back(std::span<const std::byte> snapshot, std::size_t mark) {
-  simulation_.restore(snapshot);
-  record_.forget_after(mark);
-  for (auto& [name, overlay] : overlays_) overlay.forget();
-  for (const auto& [id, client] : clients_) client->shown_iteration = -1;
 }
 
 /// A scene without a brush gets one, off. It comes last, so that the streams of the others stay.

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
+#include "simulation/transport/ledger_json.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/scene_text.h"
@@ -41,30 +42,16 @@ std::optional<double> slider_of(const std::filesystem::path& file) {
 
 double seconds_since(std::chrono::steady_clock::time_point begin) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
 
-Json ledger_json(const MassLedger& ledger, const std::vector<std::string>& materials) {
-  constexpr double kUnit = 1.0 / (double{kAmountOne} * SurfaceAtlas::kMedianWeight);
-  Json rows = Json::array();
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    const MassAccount& a = ledger.account(static_cast<int>(m));
-    rows.push_back({{"material", materials[m]},
-                    {"emitted", a.emitted.value() * kUnit},
-                    {"surface", a.on_surfaces.value() * kUnit},
-                    {"carried", a.carried.value() * kUnit},
-                    {"left", a.left.value() * kUnit},
-                    {"absorbed", a.absorbed.value() * kUnit},
-                    {"rested", a.rested.value() * kUnit},
-                    {"made", a.made.value() * kUnit},
-                    {"used", a.used.value() * kUnit},
-                    {"residual", a.imbalance().value() * kUnit}});
-  }
-  return rows;
-}
-
 }  // namespace
 
 std::string done_text(const Json& id) { return Json{{"type", "done"}, {"id", id}}.dump(); }
 std::string error_text(const Json& id, const std::string& message) {
   return Json{{"type", "error"}, {"id", id}, {"message", message}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+void refuse(WebSocketPeer& peer, const std::string& why) {
+  peer.send_text(Json{{"type", "error"}, {"id", nullptr}, {"message", why}, {"fatal", true}}.dump(-1, ' ', false, Json::error_handler_t::replace));
+  peer.refuse(why);
 }
 
 LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control)
@@ -85,10 +72,13 @@ LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOpt
   for (const MaterialLook& look : file_.scene.looks) relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
   relief_.low_mm = -relief_.high_mm;
   refresh();
+  open_recording();
+  kept_version_ = record_.version();
+  kept_iteration_ = iteration();
   said_ = std::make_shared<Json>(scene_json());
 }
 
-LiveEngine::~LiveEngine() = default;
+LiveEngine::~LiveEngine() { keep(true); }
 
 void LiveEngine::join(int client, std::shared_ptr<WebSocketPeer> peer) {
   Json hello = *said_;
@@ -99,10 +89,12 @@ void LiveEngine::join(int client, std::shared_ptr<WebSocketPeer> peer) {
 }
 
 void LiveEngine::leave(int client) {
-  clients_.erase(client);
+  const auto found = clients_.find(client);
+  if (found == clients_.end()) return;
+  if (stroke_ && stroke_->client == found->second.get()) finish_stroke();
+  clients_.erase(found);
   has_news_ = true;
   if (!clients_.empty()) return;
-  if (!brush_.empty()) end_stroke();
   is_running_ = false;
   num_steps_left_ = 0;
   overlays_.clear();
@@ -116,11 +108,19 @@ Json LiveEngine::scene_json() const {
   const Scene& scene = simulation_.scene();
   const Box box = bounding_box(simulation_.mesh());
   Json overlays = Json::array();
-  for (const std::string& m : scene.materials) overlays.push_back({{"name", m}, {"high", 1.0}, {"unit", "amount"}});
+  const auto add_overlay = [&](const std::string& name, const std::string& unit) {
+    Json overlay{{"name", name}, {"unit", unit}, {"high", 1.0}};
+    if (const auto shown = overlays_.find(name); shown != overlays_.end()) {
+      const OverlayRange& range = shown->second.range();
+      overlay.update({{"high", shown->second.high()}, {"range", {range.low, range.high}}, {"most", range.most}});
+    }
+    overlays.push_back(std::move(overlay));
+  };
+  for (const std::string& m : scene.materials) add_overlay(m, "amount");
   for (const std::string& name : simulation_options(file_, options_).parameter_maps) {
     if (name.find(".final") != std::string::npos) continue;  // is the amount
-    const auto shown = overlays_.find(name);
-    overlays.push_back({{"name", name}, {"high", shown == overlays_.end() ? 1.0 : shown->second.high()}, {"unit", simulation_.parameter_map(name).unit}});
+    const std::string unit = simulation_.parameter_map(name).unit;
+    add_overlay(name, unit == "time" ? std::string(time_unit_text(file_.time_unit)) : unit);
   }
   std::vector<std::string> notes = file_.notes;
   if (!opened_.empty()) notes.insert(notes.begin(), opened_);
@@ -145,7 +145,8 @@ Json LiveEngine::scene_json() const {
           {"overlays", std::move(overlays)},
           {"relief_mm", {relief_.low_mm, relief_.high_mm}},
           {"bounds_mm", {{box.low.x(), box.low.y(), box.low.z()}, {box.high.x(), box.high.y(), box.high.z()}}},
-          {"notes", notes}};
+          {"notes", notes},
+          {"recording", recording_json()}};
 }
 
 void LiveEngine::send_scene() {
@@ -191,7 +192,9 @@ void LiveEngine::make_status() {
                    {"contacts", c.contacts}}},
                  {"ledger", ledger_json(simulation_.ledger(), simulation_.scene().materials)},
                  {"clients", clients_.size()},
-                 {"can_undo", !strokes_.empty()},
+                 {"painting", stroke_.has_value()},
+                 {"can_undo", !past_.empty()},
+                 {"can_redo", !future_.empty()},
                  {"exporting", is_exporting_->load()},
                  {"memory_mb", memory_mb()}}
                 .dump();
@@ -201,6 +204,7 @@ void LiveEngine::make_status() {
 }
 
 void LiveEngine::step(const std::stop_token& stop) {
+  if (replay_ && !go_through(stop)) return send_scene();
   simulation_.step({.on_progress = {}, .stop = stop, .num_threads = options_.num_threads});
   ++counted_iterations_;
   has_news_ = true;
@@ -208,7 +212,13 @@ void LiveEngine::step(const std::stop_token& stop) {
 }
 
 bool LiveEngine::advance(const std::stop_token& stop) {
-  if (is_running_) step(stop);
+  if (stroke_) {
+    paint();  // weather and time stand still meanwhile
+  } else if (is_running_) {
+    step(stop);
+  }
+  keep(false);
+  measure_overlays();
   if (std::any_of(clients_.begin(), clients_.end(), [&](const auto& c) { return is_due(*c.second); })) {
     refresh();
     for (const auto& [id, client] : clients_) {
@@ -216,7 +226,7 @@ bool LiveEngine::advance(const std::stop_token& stop) {
     }
   }
   send_status();
-  return is_running_;
+  return stroke_ ? stroke_->is_lifted || !stroke_->ahead.empty() : is_running_;
 }
 
 std::string LiveEngine::mesh_glb() const {

@@ -19,6 +19,7 @@
 #include "simulation/rules/rule_io.h"
 #include "simulation/scene/scene_io.h"
 #include "tools/studio/overlay_plane.h"
+#include "tools/studio/recording.h"
 #include "tools/studio/scene_record.h"
 #include "tools/studio/served_folder.h"
 #include "tools/studio/server.h"
@@ -31,6 +32,7 @@ struct LiveOptions {
   ColorForm color_form = ColorForm::Normalised;
   int num_threads = 0;
   double most_updates_s = 60.0;  ///< To one client.
+  std::filesystem::path place;     ///< What is recorded is of this one, below the served folder; "" = nothing is.
   std::filesystem::path finished;  ///< A simulation folder whose end is where it begins; "" = the start of the scene.
 };
 
@@ -60,16 +62,43 @@ class LiveEngine {
  private:
   using Clock = std::chrono::steady_clock;
   struct Client;
-  struct Stroke {
-    std::vector<std::byte> before;
-    std::size_t mark = 0;
+  /// All that undo and redo bring back.
+  struct Moment {
+    std::vector<std::byte> state;
+    SceneRecord::Events events;
     std::optional<double> slider;
+    std::int64_t picture_of = 0;
+    std::string opened;
+  };
+  /// One that goes on.
+  struct Stroke {
+    std::string emitter;
+    const Client* client = nullptr;  ///< Whose hand it is.
+    std::deque<Vec3> ahead;          ///< mm; where the brush has still to go.
+    Vec3 at{0, 0, 0};                ///< mm; the last place of `ahead` ever.
+    bool is_lifted = false;          ///< It ends when `ahead` is empty.
+    Clock::time_point painted{};
   };
 
+  /// A recording that is gone through again.
+  struct Replay {
+    SceneRecord::Events events;
+    std::size_t num_done = 0;
+    std::int64_t until = 0;
+  };
+
+  // live_recording.cpp
+  void open_recording();
+  [[nodiscard]] Json recording_json() const;
+  void keep(bool is_last);
+  void resume();
+  [[nodiscard]] bool go_through(const std::stop_token& stop);
   // live_finished.cpp
   void open_finished();
   void refuse_picture() const;
   [[nodiscard]] std::int64_t iteration() const;
+  /// Another one for each state of a run; go_to() tells clients in another way.
+  [[nodiscard]] std::int64_t state_number() const { return simulation_.iteration() + simulation_.num_paint_steps(); }
   // live_engine.cpp
   void step(const std::stop_token& stop);
   void send_all(const std::string& text);
@@ -80,12 +109,27 @@ class LiveEngine {
   // live_commands.cpp
   struct Commands;
   void apply(const Json& event_mm);
-  void begin_stroke(const std::string& emitter, const Json& position);
-  void end_stroke();
-  void go_back(std::span<const std::byte> snapshot, std::size_t mark);
+  void set_looks(const Json& changes);
   void add_brush();
+  // live_stroke.cpp
+  void begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way);
+  void move_stroke(const Client& client, const std::vector<Vec3>& way, bool jumps, bool is_lifted);
+  [[nodiscard]] bool can_paint(const std::string& emitter) const;
+  void lengthen(const std::vector<Vec3>& way, bool jumps);
+  void paint();
+  void paint_at(const Vec3& position_mm);
+  void catch_up();
+  void finish_stroke();
+  // live_moments.cpp
+  [[nodiscard]] Moment moment();
+  void go_to(const Moment& moment);
+  void remember();
+  void undo();
+  void redo();
+  void forget_the_oldest();
   // live_updates.cpp
   void refresh();
+  void measure_overlays();
   [[nodiscard]] bool is_due(const Client& client) const;
   void send_update(Client& client);
   void send_gammatons(Client& client);
@@ -104,8 +148,9 @@ class LiveEngine {
   std::map<std::string, OverlayPlane> overlays_;
   std::map<int, std::unique_ptr<Client>> clients_;
   std::vector<std::byte> start_;
-  std::deque<Stroke> strokes_;
-  std::string brush_;        ///< The emitter of the stroke that goes on; "" = none.
+  std::deque<Moment> past_;    ///< Before strokes and returns to the start; the last one is undone first.
+  std::deque<Moment> future_;  ///< Undone; the last one is redone first.
+  std::optional<Stroke> stroke_;
   std::optional<double> slider_, start_slider_;  ///< Of Figure 10, unless the behaviour was set otherwise.
   std::vector<RuleAsset> fitting_rules_;         ///< Built-in ones whose materials the scene has.
   std::shared_ptr<Json> said_;  ///< scene_json() as clients know it.
@@ -113,12 +158,20 @@ class LiveEngine {
   std::int64_t picture_of_ = 0;   ///< Iterations behind the amounts that are shown without their gammatons: nothing can go on from there. 0 = all is there.
   bool is_running_ = false;
   std::int64_t num_steps_left_ = 0;  ///< Of a `step`.
+  Clock::time_point measured_{};     ///< Ranges of overlays.
   bool has_news_ = true;     ///< Something changed since the last status.
   std::string status_;       ///< The last one.
   Clock::time_point said_status_{};
   Clock::time_point counted_from_ = Clock::now();
   std::int64_t counted_iterations_ = 0;
   double iterations_per_s_ = 0.0;
+  std::unique_ptr<RecordingFile> recording_;
+  std::optional<Replay> replay_;
+  bool is_resumed_ = false;          ///< What was found has been taken.
+  bool is_keeping_ = false;          ///< There is a file of this run.
+  std::uint64_t kept_version_ = 0;   ///< Of the record, when it was written last.
+  std::int64_t kept_iteration_ = 0;
+  Clock::time_point kept_at_{};
   std::jthread exporting_;
   std::shared_ptr<std::atomic<bool>> is_exporting_;
 };

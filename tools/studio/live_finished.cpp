@@ -28,7 +28,8 @@ void LiveEngine::open_finished() {
   } else {
     read_atlas_file(options_.finished, simulation_);
     for (const SceneEvent& event : file_.scene.events) {
-      if (event.iteration < manifest.iterations) simulation_.apply(event);  // everything stands where it stood
+      const bool has_happened = event.iteration < manifest.iterations;
+      if (has_happened && event.op != SceneEvent::Op::Paint) simulation_.apply(event);  // everything stands where it stood; the strokes are in the amounts
     }
     picture_of_ = manifest.iterations;
     opened_ = ended + "Its folder has no state.bin, so looks can change, and nothing can go on; " + kStartAgain;

@@ -24,6 +24,7 @@ constexpr std::chrono::milliseconds kIdle{20};
 std::pair<SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads, const RunControl& control) {
   LiveOptions options;
   options.num_threads = num_threads;
+  options.place = path;
   if (kind == PlaceKind::Scene) return {read_scene(path, control), options};
   const SimulationManifest manifest = read_simulation_manifest(path);
   options.color_form = manifest.color_form;
@@ -61,15 +62,18 @@ void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& fo
     serve(engine, stop);
   } catch (const Cancelled&) {
   } catch (const std::exception& e) {
-    tell_all(error_text(nullptr, e.what()));
     const std::lock_guard lock(mutex_);
     problem_ = e.what();
     tasks_.clear();  // whoever waits for one hears that it will not come
-    for (const auto& [id, peer] : peers_) peer->close();
+    for (const auto& [id, peer] : peers_) refuse(*peer, problem_);
   }
 }
 
 void LiveScene::serve(LiveEngine& engine, const std::stop_token& stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    is_running_ = true;
+  }
   bool has_more = false;
   while (!stop.stop_requested()) {
     std::vector<std::function<void(LiveEngine&)>> tasks;
@@ -88,7 +92,7 @@ void LiveScene::serve(LiveEngine& engine, const std::stop_token& stop) {
 void LiveScene::post(std::function<void(LiveEngine&)> task) {
   {
     const std::lock_guard lock(mutex_);
-    if (!problem_.empty()) return;
+    if (!problem_.empty()) return;  // `task` goes unheard, and whoever waits for it hears that
     tasks_.push_back(std::move(task));
   }
   has_task_.notify_one();
@@ -98,8 +102,7 @@ void LiveScene::join(int client, const std::shared_ptr<WebSocketPeer>& peer) {
   {
     const std::lock_guard lock(mutex_);
     if (!problem_.empty()) {
-      peer->send_text(error_text(nullptr, problem_));
-      return peer->close();
+      return refuse(*peer, problem_);
     }
     peers_[client] = peer;
   }
@@ -131,9 +134,14 @@ int LiveScene::num_clients() const {
   return static_cast<int>(peers_.size());
 }
 
-bool LiveScene::has_failed() const {
+std::string LiveScene::problem() const {
   const std::lock_guard lock(mutex_);
-  return !problem_.empty();
+  return problem_;
+}
+
+bool LiveScene::is_running() const {
+  const std::lock_guard lock(mutex_);
+  return is_running_;
 }
 
 std::string LiveScene::mesh_glb() {
@@ -146,7 +154,9 @@ std::string LiveScene::mesh_glb() {
       promise->set_exception(std::current_exception());
     }
   });
-  if (mesh.wait_for(std::chrono::minutes(1)) != std::future_status::ready || has_failed()) throw CannotComplete("the scene is still being read; ask again");
+  const bool is_ready = mesh.wait_for(std::chrono::minutes(1)) == std::future_status::ready;
+  if (const std::string why = problem(); !why.empty()) throw InvalidInput(why);
+  if (!is_ready) throw CannotComplete("the scene is still being read; ask again");
   return mesh.get();
 }
 
@@ -172,7 +182,7 @@ std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceK
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; });
   std::error_code error;
   const fs::file_time_type changed = fs::last_write_time(kind == PlaceKind::Scene ? path : path / "simulation.json", error);
-  const bool is_kept = found != entries_.end() && !found->scene->has_failed() && (found->changed == changed || found->scene->num_clients() > 0);
+  const bool is_kept = found != entries_.end() && found->scene->problem().empty() && (found->changed == changed || found->scene->num_clients() > 0);
   if (is_kept) {
     entries_.splice(entries_.begin(), entries_, found);
   } else {
@@ -197,7 +207,7 @@ std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceK
 std::shared_ptr<LiveScene> LiveScenes::find(const fs::path& path) {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; });
-  return found == entries_.end() || found->scene->has_failed() ? nullptr : found->scene;
+  return found == entries_.end() ? nullptr : found->scene;
 }
 
 }  // namespace patinate

@@ -31,8 +31,11 @@ class LiveScene {
   void leave(int client);
   void receive(int client, std::string text);
   [[nodiscard]] int num_clients() const;
-  [[nodiscard]] bool has_failed() const;
-  /// Where its objects are now. @throws CannotComplete if it has failed or takes more than a minute to get there.
+  /// Why it cannot run, in one line; "" while it can.
+  [[nodiscard]] std::string problem() const;
+  /// It has been read.
+  [[nodiscard]] bool is_running() const;
+  /// Where its objects are now. @throws InvalidInput with problem(); CannotComplete if it takes more than a minute to get there.
   [[nodiscard]] std::string mesh_glb();
 
  private:
@@ -46,7 +49,8 @@ class LiveScene {
   std::vector<std::function<void(LiveEngine&)>> tasks_;
   std::size_t num_task_bytes_ = 0;                       ///< Of messages that wait in them.
   std::map<int, std::shared_ptr<WebSocketPeer>> peers_;  ///< Of all clients.
-  std::string problem_;                                  ///< Why it cannot run; "" while it can.
+  std::string problem_;                                  ///< As problem().
+  bool is_running_ = false;
   std::jthread thread_;                                  ///< Last: it uses the others.
 };
 
@@ -58,7 +62,7 @@ class LiveScenes {
 
   /// A new client of a place. @returns who hears its messages.
   [[nodiscard]] std::shared_ptr<WebSocketListener> open(const std::filesystem::path& path, PlaceKind kind, const std::shared_ptr<WebSocketPeer>& peer);
-  /// The scene of a place; nothing if it does not run.
+  /// The scene of a place, which may have failed; nothing if nobody has opened it, or it has ended.
   [[nodiscard]] std::shared_ptr<LiveScene> find(const std::filesystem::path& path);
 
  private:

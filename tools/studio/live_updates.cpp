@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::size_t kMostWaitingBytes = std::size_t{16} << 20;  ///< A client that has acknowledged what it has not read yet waits.
 
+constexpr std::chrono::milliseconds kMeasureEvery{500};
+
 /// The range that holds all covered heights of some tiles, widened by doubling.
 ReliefRange widened(ReliefRange range, const Composer& composer, const SurfaceAtlas& surface, std::span<const TileIndex> tiles) {
   double most = 0.0;
@@ -57,9 +59,18 @@ void LiveEngine::refresh() {
   if (has_new_range && said_) send_scene();
 }
 
+/// The ranges of what is watched, a while after it has changed: the last change is measured too.
+void LiveEngine::measure_overlays() {
+  if (Clock::now() - measured_ < kMeasureEvery || std::none_of(overlays_.begin(), overlays_.end(), [](const auto& o) { return o.second.is_stale(); })) return;
+  bool is_other = false;
+  for (auto& [name, overlay] : overlays_) is_other = (overlay.is_stale() && overlay.measure(simulation_)) || is_other;
+  measured_ = Clock::now();
+  if (is_other) send_scene();
+}
+
 bool LiveEngine::is_due(const Client& c) const {
   if (!c.has_credit() || c.peer->num_waiting_bytes() > kMostWaitingBytes || Clock::now() - c.last_update < std::chrono::duration<double>(1.0 / options_.most_updates_s)) return false;
-  if (c.wants_hash || c.shown_iteration != simulation_.iteration()) return true;
+  if (c.wants_hash || c.shown_state != state_number()) return true;
   return (c.wants_surface && !c.surface.empty()) || (c.wants_relief && !c.relief.empty()) || (!c.overlay_name.empty() && !c.overlay.empty());
 }
 
@@ -68,7 +79,7 @@ void LiveEngine::send_update(Client& c) {
   const std::vector<ScreenTile> relief = c.wants_relief ? c.relief.take() : std::vector<ScreenTile>();
   const std::vector<ScreenTile> overlay = c.overlay_name.empty() ? std::vector<ScreenTile>() : c.overlay.take();
   const bool is_empty = surface.empty() && relief.empty() && overlay.empty();
-  c.shown_iteration = simulation_.iteration();
+  c.shown_state = state_number();
   if (is_empty && !c.wants_hash && c.num_gammatons == 0) return;
   if (std::exchange(c.wants_hash, false)) {
     c.peer->send_text(Json{{"type", "hash"},

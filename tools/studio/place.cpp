@@ -9,6 +9,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
 #include "simulation/simulation_job.h"
@@ -39,6 +40,9 @@ std::string extension_of(const fs::path& path) {
 
 /// Scenes and calibrations say what they are in their first lines.
 std::optional<PlaceKind> kind_of_json(const fs::path& path) {
+  if (!may_read(path)) return std::nullopt;
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;
   std::string head(4096, '\0');
   std::ifstream in(path, std::ios::binary);
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
@@ -108,6 +112,8 @@ void describe(const fs::path& path, PlaceEntry& entry) {
   }
 }
 
+}  // namespace
+
 std::string modified_text(const fs::path& path) {
   struct ::stat status {};
   if (::stat(path.c_str(), &status) != 0) return {};
@@ -116,6 +122,8 @@ std::string modified_text(const fs::path& path) {
   std::array<char, 24> text{};
   return ::gmtime_r(&seconds, &utc) != nullptr && std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc) > 0 ? text.data() : std::string();
 }
+
+namespace {
 
 class PlaceSearch {
  public:

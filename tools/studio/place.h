@@ -18,6 +18,10 @@ enum class PlaceKind { History, Transfer, Simulation, Scene, Ingest, Registratio
 inline constexpr std::array<std::string_view, 10> kPlaceKindNames{"history",      "transfer", "simulation",  "scene", "ingest",
                                                                   "registration", "unlit",    "calibration", "mesh",  "report"};
 
+/// Whether LiveScenes opens it.
+[[nodiscard]] inline bool can_run(PlaceKind kind) { return kind == PlaceKind::Scene || kind == PlaceKind::Simulation; }
+inline constexpr const char* kOnlyScenesRun = "only scenes and simulations run";
+
 /// A folder by the manifest in it, a file by its extension and "format"; its content is not checked. Nothing if it is none of these.
 [[nodiscard]] std::optional<PlaceKind> place_kind(const std::filesystem::path& path);
 
@@ -33,6 +37,8 @@ struct PlaceEntry {
 /// All places, sorted by name. Looks five folders deep, at 20,000 files and folders at most; not into hidden ones, unfinished ones
 /// (`.partial`), nor into the folders of places, but for captures and reports.
 [[nodiscard]] std::vector<PlaceEntry> list_places(const ServedFolder& folder);
+/// When a file was written last, "2026-11-21T15:04:05Z"; "" if it is not there.
+[[nodiscard]] std::string modified_text(const std::filesystem::path& path);
 /// @param path  Inside the folder, of a kind.
 [[nodiscard]] PlaceEntry describe_place(const ServedFolder& folder, const std::filesystem::path& path, PlaceKind kind);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_io.h"
 #include "simulation/simulation_job.h"
@@ -90,11 +91,12 @@ void add_simulation(const fs::path& path, Json& json, FactList& facts) {
   facts.add("Iterations", std::to_string(m.iterations));
   facts.add("Materials", joined(m.materials));
   std::error_code error;
-  if (!fs::is_regular_file(m.scene, error)) json["live_problem"] = "its scene file " + m.scene.string() + " is not there any more, so it cannot be run again";
+  if (!may_read(m.scene)) json["live_problem"] = "its scene file " + m.scene.string() + " lies outside of the folder that is served, so it cannot be run again here";
+  else if (!fs::is_regular_file(m.scene, error)) json["live_problem"] = "its scene file " + m.scene.string() + " is not there any more, so it cannot be run again";
 }
 
 void add_registration(const ServedFolder& folder, const fs::path& path, Json& json, FactList& facts) {
-  const Registration registration = read_registration(path, folder);
+  const RegisteredScans registration = read_registration(path, folder);
   const auto is_shown = [](const PlacedScan& scan) { return scan.file.has_value(); };
   json["mesh"] = std::any_of(registration.scans.begin(), registration.scans.end(), is_shown);
   json["scans"] = scans_json(registration);
@@ -158,6 +160,15 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
 HttpResponse answer_place(const Asked& asked) {
   const auto [path, kind] = asked.place();
   return json_response(place_json(asked.folder, asked.opened, path, kind));
+}
+
+HttpResponse answer_live(const Asked& asked) {
+  const auto [path, kind] = asked.place();
+  if (!can_run(kind)) throw InvalidInput(kOnlyScenesRun);
+  const std::shared_ptr<LiveScene> scene = asked.live.find(path);
+  if (!scene) return json_response(Json{{"state", "none"}});
+  if (const std::string why = scene->problem(); !why.empty()) throw InvalidInput(why);
+  return json_response(Json{{"state", scene->is_running() ? "running" : "reading"}});
 }
 
 }  // namespace patinate

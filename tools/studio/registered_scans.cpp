@@ -69,7 +69,7 @@ PlacedScan read_scan(JsonReader json, const fs::path& place, const ServedFolder&
   return scan;
 }
 
-std::string text_of(const PlacedScan& scan, const Registration& all) {
+std::string text_of(const PlacedScan& scan, const RegisteredScans& all) {
   const std::string unit = all.unit.empty() ? "" : " " + all.unit;
   std::string text = scan.name == all.reference ? "the reference" : scan.status;
   if (!scan.partner.empty()) {
@@ -88,12 +88,12 @@ std::vector<Vec3> thinned(const std::vector<Vec3>& points, std::size_t n) {
 
 }  // namespace
 
-Registration read_registration(const fs::path& place, const ServedFolder& folder) {
+RegisteredScans read_registration(const fs::path& place, const ServedFolder& folder) {
   const fs::path file = place / "registration.json";
   const Json root = load_json(file);
   JsonReader json(file.string(), root);
   json.expect_format("patinate.registration", 1);
-  Registration registration;
+  RegisteredScans registration;
   registration.reference = json.member("reference").string();
   const JsonReader unit = json.member("unit");
   if (unit.is_string()) registration.unit = unit.string();
@@ -102,7 +102,7 @@ Registration read_registration(const fs::path& place, const ServedFolder& folder
   return registration;
 }
 
-Json scans_json(const Registration& registration) {
+Json scans_json(const RegisteredScans& registration) {
   Json list = Json::array();
   for (const PlacedScan& scan : registration.scans) {
     list.push_back({{"name", scan.name},
@@ -117,7 +117,7 @@ Json scans_json(const Registration& registration) {
   return list;
 }
 
-std::string registered_scans_glb(const Registration& registration, const RunControl& control) {
+std::string registered_scans_glb(const RegisteredScans& registration, const RunControl& control) {
   std::vector<PointCloud> clouds;
   std::vector<std::string> names;
   std::size_t num_triangles = 0, num_points = 0;

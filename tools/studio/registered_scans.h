@@ -26,17 +26,18 @@ struct PlacedScan {
   std::string problem;                        ///< Why there is no file; "" when there is one.
 };
 
-struct Registration {
+/// A folder of `register`.
+struct RegisteredScans {
   std::string reference, unit;  ///< unit "" = not said.
   std::vector<PlacedScan> scans;
 };
 
 /// @param place  A folder of `register`. @throws IoError
-[[nodiscard]] Registration read_registration(const std::filesystem::path& place, const ServedFolder& folder);
+[[nodiscard]] RegisteredScans read_registration(const std::filesystem::path& place, const ServedFolder& folder);
 /// [{"name", "status", "residual", "overlap", "partner", "is_reference", "is_shown", "text"}]
-[[nodiscard]] Json scans_json(const Registration& registration);
+[[nodiscard]] Json scans_json(const RegisteredScans& registration);
 /// One node a scan that has a file, in the reference's frame; surfaces where the file knows any, points else. A few
 /// million triangles at most: of more, all scans come as points, evenly left out.
-[[nodiscard]] std::string registered_scans_glb(const Registration& registration, const RunControl& control);
+[[nodiscard]] std::string registered_scans_glb(const RegisteredScans& registration, const RunControl& control);
 
 }  // namespace patinate

@@ -50,6 +50,7 @@ struct Asked {
 [[nodiscard]] HttpResponse answer_mesh(const Asked& asked);
 [[nodiscard]] HttpResponse answer_preview(const Asked& asked);
 [[nodiscard]] HttpResponse answer_file(const Asked& asked);
+[[nodiscard]] HttpResponse answer_live(const Asked& asked);
 
 /// What `GET /api/place` says of a place. @throws IoError
 [[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path, PlaceKind kind);

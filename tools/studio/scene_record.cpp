@@ -1,8 +1,10 @@
 #include "tools/studio/scene_record.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
+#include "simulation/scene/scene_files.h"
 
 namespace patinate {
 
@@ -10,34 +12,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A path that the file names, from another folder.
-void move_path(Json& value, const fs::path& from, const fs::path& to) {
-  if (!value.is_string()) return;
-  const fs::path path = value.get<std::string>();
-  if (path.is_relative()) value = (from / path).lexically_normal().lexically_relative(to).generic_string();
-}
+constexpr std::size_t kMostPoints = 1000;     ///< Of one event: files allow 100,000.
+constexpr std::int64_t kMostSteps = 900;      ///< At one place; so no event has more than the million that files allow.
 
-void move_member(Json& object, const char* key, const fs::path& from, const fs::path& to) {
-  if (object.is_object() && object.contains(key)) move_path(object[key], from, to);
-}
-
-/// Every path that a scene file may hold (scene_io.cpp, look_json.cpp, rule_io.cpp).
-void move_paths(Json& root, const fs::path& from, const fs::path& to) {
-  for (const char* list : {"presets", "appearance"}) {
-    if (!root.contains(list)) continue;
-    for (auto& [name, member] : root[list].items()) move_member(member, "color", from, to);
-  }
-  for (Json& object : root["objects"]) {
-    move_member(object, "mesh", from, to);
-    if (!object.contains("maps")) continue;
-    for (auto& [name, path] : object["maps"].items()) move_path(path, from, to);
-  }
-  if (!root.contains("rules")) return;
-  for (Json& rule : root["rules"]) {
-    move_member(rule, "file", from, to);
-    if (rule.is_string() && fs::path(rule.get<std::string>()).extension() == ".json") move_path(rule, from, to);
-  }
-}
+bool is_paint(const Json& event) { return event.value("op", "") == "paint"; }
 
 bool does_the_same(const Json& a, const Json& b) {
   const auto target = [](const Json& e) { return e.contains("emitter") ? e["emitter"].value("name", "") : e.value("target", ""); };
@@ -52,37 +30,73 @@ bool does_the_same(const Json& a, const Json& b) {
 }  // namespace
 
 SceneRecord::SceneRecord(const SceneFile& scene)
-    : folder_(fs::canonical(scene.file).parent_path()), root_(std::make_shared<Json>(load_json(scene.file))), events_(std::make_shared<Json>(Json::array())) {}
+    : folder_(fs::canonical(scene.file).parent_path()), root_(std::make_shared<Json>(load_json(scene.file))), looks_(std::make_shared<Json>(Json::object())) {}
 
-std::size_t SceneRecord::num_events() const { return events_->size(); }
+std::size_t SceneRecord::num_events() const { return events_.size(); }
 
 void SceneRecord::add_emitter(const Json& emitter_of_file) { (*root_)["emitters"].push_back(emitter_of_file); }
 void SceneRecord::set_resolution(int resolution) { (*root_)["atlas"]["resolution"] = resolution; }
 void SceneRecord::set_seed(std::uint64_t seed) { (*root_)["seed"] = seed; }
 
 void SceneRecord::add_event(const Json& event_of_file) {
-  if (events_->size() > num_fixed_ && does_the_same(events_->back(), event_of_file)) {
-    events_->back() = event_of_file;
+  ++version_;
+  if (events_.size() > num_fixed_ && does_the_same(*events_.back(), event_of_file)) {
+    *events_.back() = event_of_file;
   } else {
-    events_->push_back(event_of_file);
+    events_.push_back(std::make_shared<Json>(event_of_file));
   }
 }
 
-std::size_t SceneRecord::mark() { return num_fixed_ = events_->size(); }
-
-void SceneRecord::forget_after(std::size_t mark) {
-  while (events_->size() > mark) events_->erase(events_->size() - 1);
-  num_fixed_ = events_->size();
+void SceneRecord::add_paint(const std::string& emitter, std::int64_t iteration, const std::array<double, 3>& point_of_file) {
+  ++version_;
+  const Json* last = events_.size() > num_fixed_ ? events_.back().get() : nullptr;
+  if (!last || !is_paint(*last) || (*last)["iteration"] != iteration || (*last)["target"] != emitter || (*last)["points"].size() >= kMostPoints) {
+    events_.push_back(std::make_shared<Json>(Json{{"iteration", iteration}, {"op", "paint"}, {"target", emitter}, {"points", Json::array()}}));
+  }
+  Json& points = (*events_.back())["points"];
+  if (!points.empty()) {
+    Json& before = points.back();
+    const bool is_same = before[0] == point_of_file[0] && before[1] == point_of_file[1] && before[2] == point_of_file[2];
+    if (is_same && before.size() == 3) return before.push_back(2);
+    if (is_same && before[3].get<std::int64_t>() < kMostSteps) {
+      before[3] = before[3].get<std::int64_t>() + 1;
+      return;
+    }
+  }
+  points.push_back(point_of_file);
 }
 
-void SceneRecord::set_look(const std::string& material, const Json& members) { (*root_)["appearance"][material].update(members); }
+SceneRecord::Events SceneRecord::events() {
+  num_fixed_ = events_.size();
+  return events_;
+}
+
+void SceneRecord::set_events(Events events) {
+  ++version_;
+  events_ = std::move(events);
+  num_fixed_ = events_.size();
+}
+
+void SceneRecord::set_look(const std::string& material, const Json& members) {
+  ++version_;
+  (*root_)["appearance"][material].update(members);
+  (*looks_)[material].update(members);
+}
+
+Json SceneRecord::events_json() const {
+  Json events = Json::array();
+  for (const auto& event : events_) events.push_back(*event);
+  return events;
+}
 
 Json SceneRecord::file_for(const fs::path& folder, std::int64_t iterations) const {
   Json root = *root_;
-  move_paths(root, folder_, fs::canonical(folder));
-  if (iterations > 0) root["run"]["iterations"] = iterations;
-  if (events_->empty()) return root;
-  Json events = *events_;
+  for_each_scene_path(root, [&, to = fs::weakly_canonical(folder)](Json& path) { move_scene_path(path, folder_, to); });
+  const bool is_painted = std::any_of(events_.begin(), events_.end(), [](const auto& event) { return is_paint(*event); });
+  if (iterations > 0 || is_painted) root["run"]["iterations"] = iterations;
+  if (events_.empty()) return root;
+  Json events = Json::array();
+  for (const auto& event : events_) events.push_back(*event);
   if (root.contains("events")) {
     for (const Json& event : root["events"]) events.push_back(event);
   }

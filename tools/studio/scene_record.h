@@ -2,10 +2,12 @@
 /// What an artist has done to a scene, kept so that `patinate simulate` does it again to the byte.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "libcommon/core/json.h"
 #include "simulation/scene/scene_io.h"
@@ -27,22 +29,33 @@ class SceneRecord {
   void set_seed(std::uint64_t seed);
   /// An event that has happened. Where the last one, of the same iteration, did the same to the same, it takes its place.
   void add_event(const Json& event_of_file);
-  /// After this, the events so far stay as they are. @returns what forget_after() takes.
-  [[nodiscard]] std::size_t mark();
-  void forget_after(std::size_t mark);
+  /// A step of a brush alone, now. Adds to the last event where that is of the same brush and iteration; as often at one place is one number.
+  /// @param point_of_file  [x, y, z] in the file's unit.
+  void add_paint(const std::string& emitter, std::int64_t iteration, const std::array<double, 3>& point_of_file);
+  /// What has happened so far, for set_events(): cheap, and what comes later leaves it as it is.
+  using Events = std::vector<std::shared_ptr<Json>>;
+  [[nodiscard]] Events events();
+  void set_events(Events events);
   [[nodiscard]] std::size_t num_events() const;
+  [[nodiscard]] Json events_json() const;
+  /// Members of "appearance" that set_look() was given.
+  [[nodiscard]] const Json& looks() const { return *looks_; }
+  /// Another number after every change.
+  [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Members of "appearance" for a material, over what the file says.
   void set_look(const std::string& material, const Json& members);
 
   /// The scene file that ends where the studio is now. Paths lead from `folder` to what they led to before; recorded events come before
   /// those of the file that happen in the same iteration, as they did here.
-  /// @param iterations  Done so far; 0 leaves the file's own.
+  /// @param iterations  Done so far; 0 leaves the file's own, unless something was painted.
   [[nodiscard]] Json file_for(const std::filesystem::path& folder, std::int64_t iterations) const;
 
  private:
   std::filesystem::path folder_;  ///< Of the original file.
-  std::shared_ptr<Json> root_, events_;
-  std::size_t num_fixed_ = 0;  ///< Events that no other replaces.
+  std::shared_ptr<Json> root_, looks_;
+  std::uint64_t version_ = 0;
+  Events events_;
+  std::size_t num_fixed_ = 0;  ///< Events that nothing replaces or adds to.
 };
 
 }  // namespace patinate

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libcommon/core/error.h"
+#include "libcommon/job/result_folder.h"
 
 namespace patinate {
 
@@ -58,6 +59,10 @@ fs::path ServedFolder::new_path(std::string_view name) const {
   const std::optional<fs::path> folder = find(path.parent_path().string());
   std::error_code error;
   if (!folder || !fs::is_directory(*folder, error)) throw InvalidInput("the folder of \"" + shown + "\" does not exist; make it first");
+  if (const fs::path result = result_around(*folder); !result.empty()) {
+    throw InvalidInput("\"" + shown + "\" would lie in " + (result == root_ ? "the folder that is served, which is" : name_of(result) + ", which is") +
+                       " a finished result and stays as it was made; give a name outside of it");
+  }
   fs::path made = *folder / path.filename();
   if (fs::symlink_status(made, error).type() != fs::file_type::not_found) throw InvalidInput("\"" + shown + "\" exists; give another name");
   return made;

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <chrono>
 #include <deque>
+#include <list>
 #include <optional>
 #include <set>
 
@@ -25,6 +26,15 @@ namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
 using beast::error_code;
 
+/// A connection that has not shown that it may ask.
+class Stranger {
+ public:
+  virtual void turn_away() = 0;
+
+ protected:
+  ~Stranger() = default;
+};
+
 /// One thread runs the sockets; answers are made by a pool of others. Everything below is touched by the first only, unless it says so.
 struct HttpServer::State {
   explicit State(const ServerOptions& given) : options(given), acceptor(io) {}
@@ -32,7 +42,8 @@ struct HttpServer::State {
   ServerOptions options;
   ServerHandlers handlers;
   std::set<std::stop_source*> in_flight;
-  int num_connections = 0;
+  std::list<Stranger*> strangers;  ///< Oldest first.
+  int num_known = 0;
   bool is_stopping = false;
   asio::io_context io{1};  ///< Behind what open connections touch when it ends.
   tcp::acceptor acceptor;
@@ -43,7 +54,7 @@ namespace {
 
 constexpr std::string_view kServerName = "patinate";
 
-/// Counts a connection while it lives.
+/// Counts a connection that is known while it lives.
 class Place {
  public:
   explicit Place(int& count) : count_(count) { ++count_; }
@@ -53,6 +64,23 @@ class Place {
 
  private:
   int& count_;
+};
+
+/// Among the strangers while it lives. Whoever comes when all their places are taken, gets that of the one who has waited longest: however many
+/// only sit there, one who shows a token at once is heard.
+class StrangersPlace {
+ public:
+  StrangersPlace(HttpServer::State& state, Stranger& stranger) : strangers_(state.strangers) {
+    if (strangers_.size() >= static_cast<std::size_t>(state.options.num_strangers)) strangers_.front()->turn_away();
+    at_ = strangers_.insert(strangers_.end(), &stranger);
+  }
+  ~StrangersPlace() { strangers_.erase(at_); }
+  StrangersPlace(const StrangersPlace&) = delete;
+  StrangersPlace& operator=(const StrangersPlace&) = delete;
+
+ private:
+  std::list<Stranger*>& strangers_;
+  std::list<Stranger*>::iterator at_;
 };
 
 HttpRequest plain(const http::request<http::string_body>& request) {
@@ -93,15 +121,24 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
   void send_text(std::string message) override { send({std::move(message), false}); }
   void send_binary(std::string message) override { send({std::move(message), true}); }
   [[nodiscard]] std::size_t num_waiting_bytes() const override { return num_waiting_; }
-  void close() override {
-    asio::post(io_, [self = shared_from_this()] {
+  void close() override { close_with(websocket::close_code::normal); }
+  void refuse(const std::string& why) override {
+    constexpr std::size_t kMostReason = 120;  // 123 by RFC 6455
+    std::size_t length = std::min(why.size(), kMostReason);
+    while (length > 0 && length < why.size() && (static_cast<unsigned char>(why[length]) & 0xC0) == 0x80) --length;  // no half character
+    close_with({static_cast<websocket::close_code>(kRefused), why.substr(0, length)});
+  }
+
+ private:
+  void close_with(const websocket::close_reason& reason) {
+    asio::post(io_, [self = shared_from_this(), reason] {
       if (self->is_closed_) return;
       self->is_closed_ = true;
+      self->reason_ = reason;
       if (self->waiting_.empty()) self->say_close();
     });
   }
 
- private:
   struct Message {
     std::string bytes;
     bool is_binary = false;
@@ -128,7 +165,7 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
   }
 
   void say_close() {
-    stream_.async_close(websocket::close_code::normal, [self = shared_from_this()](error_code) { self->end(); });
+    stream_.async_close(reason_, [self = shared_from_this()](error_code) { self->end(); });
   }
 
   void read() {
@@ -155,40 +192,68 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
   std::deque<Message> waiting_;
   std::atomic<std::size_t> num_waiting_{0};
   std::shared_ptr<WebSocketListener> listener_;
+  websocket::close_reason reason_ = websocket::close_code::normal;
   bool is_closed_ = false;
 };
 
 /// A connection that asks one thing after the other.
-class Connection : public std::enable_shared_from_this<Connection> {
+class Connection final : public Stranger, public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, HttpServer::State& state)
-      : state_(state), stream_(std::move(socket)), place_(std::make_shared<Place>(state.num_connections)) {}
+  Connection(tcp::socket socket, HttpServer::State& state) : state_(state), stream_(std::move(socket)) { stranger_.emplace(state_, *this); }
 
   void read() {
     parser_.emplace();
     parser_->header_limit(static_cast<std::uint32_t>(state_.options.max_header_bytes));
     parser_->body_limit(state_.options.max_body_bytes);
-    stream_.expires_after(std::chrono::seconds(state_.options.timeout_s));
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
+    stream_.expires_after(std::chrono::seconds(known_ ? state_.options.timeout_s : state_.options.stranger_timeout_s));
+    http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (!self->is_readable(error)) return;
+      self->have_header();
+    });
+  }
+
+  void turn_away() override {
+    stranger_.reset();
+    stream_.close();
   }
 
  private:
-  void have_read(error_code error) {
-    if (error == http::error::header_limit) return reject(431, "the request's header is too long");
-    if (error == http::error::body_limit) return reject(413, "the request is too large");
-    if (error.category() == http::make_error_code(http::error::bad_method).category() && error != http::error::end_of_stream &&
-        error != http::error::partial_message) {
-      return reject(400, "this is no HTTP request");
+  /// False where there is nothing to go on with; whoever can be told has been told.
+  bool is_readable(error_code error) {
+    if (error == http::error::header_limit) reject(431, "the request's header is too long");
+    else if (error == http::error::body_limit) reject(413, "the request is too large");
+    else if (error.category() == http::make_error_code(http::error::bad_method).category() && error != http::error::end_of_stream && error != http::error::partial_message)
+      reject(400, "this is no HTTP request");
+    else if (error) shut();
+    return !error;
+  }
+
+  /// Who asks is looked at before what comes with it is read.
+  void have_header() {
+    if (HttpResponse refusal = state_.handlers.admit(plain(parser_->get())); refusal.status != 0) {
+      known_.reset();
+      if (!stranger_) stranger_.emplace(state_, *this);
+      return write(std::move(refusal), parser_->is_done() && parser_->get().keep_alive());
     }
-    if (error) return shut();
-    const HttpRequest request = plain(parser_->get());
-    if (HttpResponse refusal = state_.handlers.admit(request); refusal.status != 0) return write(std::move(refusal), parser_->get().keep_alive());
+    if (!known_) {
+      if (state_.num_known >= state_.options.num_known) return reject(503, "too many connections are open; close some pages of the studio");
+      known_ = std::make_shared<Place>(state_.num_known);
+      stranger_.reset();
+    }
+    stream_.expires_after(std::chrono::seconds(state_.options.timeout_s));
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (!self->is_readable(error)) return;
+      self->have_read();
+    });
+  }
+
+  void have_read() {
     if (state_.handlers.open && websocket::is_upgrade(parser_->get())) {
       stream_.expires_never();
-      const auto socket = std::make_shared<Socket>(stream_.release_socket(), state_.io, state_.options.max_message_bytes, place_);
+      const auto socket = std::make_shared<Socket>(stream_.release_socket(), state_.io, state_.options.max_message_bytes, known_);
       return socket->open(parser_->get(), state_.handlers);
     }
-    answer(request);
+    answer(plain(parser_->get()));
   }
 
   void answer(const HttpRequest& request) {
@@ -231,7 +296,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     message->body() = std::move(response.body);
     message->keep_alive(keep_alive);
     message->prepare_payload();
-    stream_.expires_after(std::chrono::seconds(state_.options.timeout_s) + std::chrono::milliseconds(message->body().size() / 100));
+    stream_.expires_after(std::chrono::seconds(known_ ? state_.options.timeout_s : state_.options.stranger_timeout_s) + std::chrono::milliseconds(message->body().size() / 100));
     http::async_write(stream_, *message, [self = shared_from_this(), message, keep_alive](error_code error, std::size_t) {
       if (error || !keep_alive) return self->shut();
       self->read();
@@ -246,7 +311,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   HttpServer::State& state_;
   beast::tcp_stream stream_;
-  std::shared_ptr<Place> place_;
+  std::optional<StrangersPlace> stranger_;  ///< Exactly one of these two is there while it is open.
+  std::shared_ptr<Place> known_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   std::stop_source gone_;
@@ -256,7 +322,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 void accept(HttpServer::State& state) {
   state.acceptor.async_accept([&state](error_code error, tcp::socket socket) {
     if (error == asio::error::operation_aborted || !state.acceptor.is_open()) return;
-    if (!error && state.num_connections < state.options.num_connections) {
+    if (!error) {
       error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       std::make_shared<Connection>(std::move(socket), state)->read();

@@ -21,7 +21,10 @@ class WebSocketPeer {
   /// Bytes that wait to be written.
   [[nodiscard]] virtual std::size_t num_waiting_bytes() const = 0;
   virtual void close() = 0;
+  /// Closes with kRefused and as much of the reason as a close message holds.
+  virtual void refuse(const std::string& why) = 0;
 };
+inline constexpr int kRefused = 4400;  ///< Of a WebSocket that is closed because what it asks for cannot be had.
 
 /// What hears from it. Called from one thread; must return at once.
 class WebSocketListener {
@@ -32,7 +35,8 @@ class WebSocketListener {
 };
 
 struct ServerHandlers {
-  /// Called for every request, before its body counts and before a WebSocket opens; must return at once. Status 0 = go on.
+  /// Called for every request, before its body is read and before a WebSocket opens; must return at once. Status 0 = go on: who sent it
+  /// is known from then on, until a request of that connection is refused.
   std::function<HttpResponse(const HttpRequest& request)> admit;
   /// Called from a few threads at once. `gone` stops when the client has gone or the server ends.
   std::function<HttpResponse(const HttpRequest& request, const std::stop_token& gone)> answer;
@@ -46,8 +50,10 @@ struct ServerOptions {
   std::size_t max_header_bytes = 16 * 1024;
   std::size_t max_body_bytes = 1024 * 1024;
   std::size_t max_message_bytes = 1024 * 1024;  ///< Of what a WebSocket brings.
-  int num_connections = 100;                 ///< More are closed at once.
-  int timeout_s = 30;                        ///< To send a request, or to take an answer.
+  int num_strangers = 100;                   ///< Connections that have shown no token. One more, and the oldest of them is closed.
+  int num_known = 100;                       ///< Those that have. More are answered with 503 and closed.
+  int stranger_timeout_s = 5;                ///< To show a token.
+  int timeout_s = 30;                        ///< Of those that are known: to send a request, or to take an answer.
 };
 
 /// Bound to 127.0.0.1 by its constructor.

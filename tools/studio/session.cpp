@@ -122,7 +122,7 @@ std::string make_session(const Asked& asked, const SessionOptions& options) {
   writer.add("/api/place?place=" + place, json_response(trimmed(place_json(asked.folder, asked.opened, path, kind))));
   if (kind != PlaceKind::History) writer.add("/api/mesh?place=" + place, answer_mesh);
   for (std::size_t i = 0; i < times.size(); ++i) {
-    writer.add("/api/texture?place=" + place + "&time=" + number_text(times[i]) + "&size=" + std::to_string(options.size) + "&format=png", answer_texture);
+    writer.add("/api/texture?place=" + place + "&time=" + percent_encoded(number_text(times[i])) + "&size=" + std::to_string(options.size) + "&format=png", answer_texture);
     asked.control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(times.size()));
   }
   const int map_size = std::max(1, options.size / 2);

@@ -101,7 +101,8 @@ struct Studio::Routes {
   static constexpr std::array kAnswers{Route{"GET", "/api/place", answer_place},     Route{"GET", "/api/texture", answer_texture},
                                        Route{"GET", "/api/map", answer_map},         Route{"GET", "/api/curve", answer_curve},
                                        Route{"GET", "/api/mesh", answer_mesh},       Route{"GET", "/api/preview", answer_preview},
-                                       Route{"GET", "/api/file", answer_file}};
+                                       Route{"GET", "/api/file", answer_file},
+                                       Route{"GET", "/api/live", answer_live}};
 
   static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target, const std::stop_token& gone) {
     const Asked asked{studio.folder_, studio.opened_, studio.live_, target, {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
@@ -149,10 +150,10 @@ std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request, cons
     const RequestTarget target = parse_target(request.target);
     if (target.path != "/api/live") throw NotFound("there is nothing at " + target.path);
     const auto [path, kind] = Asked{folder_, opened_, live_, target, {}}.place();
-    if (kind != PlaceKind::Scene && kind != PlaceKind::Simulation) throw InvalidInput("only scenes and simulations run");
+    if (!can_run(kind)) throw InvalidInput(kOnlyScenesRun);
     return live_.open(path, kind, peer);
   } catch (const std::exception& e) {
-    peer->send_text(error_text(nullptr, e.what()));
+    refuse(*peer, e.what());
     return nullptr;
   }
 }

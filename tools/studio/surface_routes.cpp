@@ -101,7 +101,7 @@ HttpResponse answer_curve(const Asked& asked) {
 HttpResponse answer_mesh(const Asked& asked) {
   const auto [path, kind] = asked.place();
   std::string glb;
-  if (const std::shared_ptr<LiveScene> scene = asked.live.find(path)) {
+  if (const std::shared_ptr<LiveScene> scene = asked.live.find(path); scene && scene->problem().empty()) {
     glb = scene->mesh_glb();
   } else if (kind == PlaceKind::Mesh) {
     const bool is_gltf = path.extension() == ".gltf" || path.extension() == ".glb";  // in m, by its standard

@@ -13,6 +13,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/read_limit.h"
 
 namespace patinate {
 
@@ -112,6 +113,7 @@ void write_appearance(const fs::path& file, const KeptAppearance& kept, const Ru
 }
 
 AppearanceSpace read_appearance(const fs::path& file, const std::string& key, int num_levels, const ImageU8& mask, const RunControl& control) {
+  check_may_read(file);
   std::error_code error;
   if (!fs::is_regular_file(file, error)) throw IoError(file.string(), "is no file");
   const std::uint64_t size = fs::file_size(file, error);

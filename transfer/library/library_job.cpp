@@ -20,7 +20,7 @@ constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives
 
 JobInputs library_inputs(const OpenLibrary& library) {
   JobInputs inputs("combine", kStageVersion);
-  for (const LibrarySource& source : library.sources) inputs.add_content("history", source.shown, source.key);
+  for (const LibrarySource& source : library.sources) inputs.add_content("history", source.manifest.name, source.key);
   for (const LibraryControl& control : library.task.controls) {
     std::string sources;
     for (const std::string& source : control.sources) sources += (sources.empty() ? "" : ",") + source;

@@ -7,12 +7,14 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
+#include "libcommon/history/history_times.h"
 
 namespace patinate {
 
 void describe(OptionVisitor& v, LibraryOptions& o) {
   v.visit_choice({"clock", "Combine equal times, or equal shares of each history's span (times are then those of the first)"}, o.clock, kLibraryClockNames);
-  v.visit({"texel_size", "Surface length of the library's pixels, and of histories that do not say theirs; not given: the finest", "mm", above(0)}, o.texel_size_mm);
+  v.visit({"texel_size", "Surface length of the library's pixels, and of histories that do not say theirs; not given: the finest", "mm", between(kLeastTexel_mm, kLargestTexel_mm)}, o.texel_size_mm);
 }
 
 namespace {
@@ -86,13 +88,19 @@ std::vector<double> library_times(const HistoryManifest& m, const HistoryManifes
   for (const HistoryFrame& frame : m.frames) times.push_back(frame.time);
   const double begin = times.front(), length = times.back() - begin;
   const double first_begin = first.frames.front().time, first_length = first.frames.back().time - first_begin;
-  if (clock == LibraryClock::Span) {
-    if (begin == first_begin && length == first_length) return times;
-    for (double& t : times) t = length > 0.0 ? rounded(first_begin + (t - begin) / length * first_length, 12) : first_begin;
-  } else if (m.time_unit != first.time_unit) {
-    for (double& t : times) t = rounded(t * seconds_per(m.time_unit) / seconds_per(first.time_unit), 12);
+  const auto mapped = [&](double t) {
+    if (clock == LibraryClock::Span) return length > 0.0 ? first_begin + (t - begin) / length * first_length : first_begin;
+    return t * seconds_per(m.time_unit) / seconds_per(first.time_unit);
+  };
+  if (clock == LibraryClock::Span ? begin == first_begin && length == first_length : m.time_unit == first.time_unit) return times;
+  std::vector<double> plain;
+  for (double& t : times) {
+    t = mapped(t);
+    plain.push_back(rounded(t, 12));
   }
-  return times;
+  // Frames that are nearer to each other than that keep all digits.
+  const bool are_apart = std::adjacent_find(plain.begin(), plain.end(), [](double a, double b) { return !(a < b); }) == plain.end();
+  return are_apart ? plain : times;
 }
 
 TimePosition locate_in(const std::vector<double>& times, double time) {
@@ -127,6 +135,11 @@ void merge_times(std::span<const LibrarySource> sources, LibraryClock clock, Lib
     LibraryFrame frame{.time = times[named][static_cast<std::size_t>(own[named])], .at = {}};
     for (std::size_t p = 0; p < sources.size(); ++p) frame.at.push_back(own[p] >= 0 ? TimePosition{own[p], 0.0} : locate_in(times[p], frame.time));
     layout.frames.push_back(std::move(frame));
+  }
+  std::vector<double> merged;
+  for (const LibraryFrame& frame : layout.frames) merged.push_back(frame.time);
+  if (const auto problem = find_time_problem(merged)) {
+    throw InvalidInput(sources.front().shown + ": together with the times of the others its library " + problem->text + (clock == LibraryClock::Span ? "" : "; --clock span maps every span onto its own"));
   }
   for (std::size_t p = 0; p < sources.size(); ++p) {
     const double begin = layout.frames.front().time, end = layout.frames.back().time;

@@ -158,6 +158,16 @@ TEST(Determined, ScansReachBothEndsAndComeNearTheBest) {
   EXPECT_EQ(scan_places(0.0, 8).size(), 4u);
   EXPECT_EQ(scan_places(1.0, 8).size(), 4u);
   EXPECT_TRUE(scan_places(0.5, 0).empty());
+  EXPECT_EQ(scan_places(0.2, 7).size(), 7u);
+}
+
+// An odd number has no half: the last place lies where there is more to see. None at all was the end of `fit --scan 1`.
+TEST(Determined, AScanOfOnePlaceLooksToTheWiderSide) {
+  EXPECT_EQ(scan_places(0.3, 1), std::vector<double>{1.0});
+  EXPECT_EQ(scan_places(0.7, 1), std::vector<double>{0.0});
+  EXPECT_EQ(scan_places(0.0, 1), std::vector<double>{1.0});
+  EXPECT_EQ(scan_places(1.0, 1), std::vector<double>{0.0});
+  EXPECT_EQ(scan_places(0.5, 3), (std::vector<double>{0.0, 1.0, 0.35}));
 }
 
 }  // namespace

@@ -86,6 +86,36 @@ TEST(FitJob, AnIntervalHoldsTheTruthWhenOtherSeedsDiffer) {
   EXPECT_GE(num_held, 2);
 }
 
+// One place has no half on each side: the looks' scan was empty, and its first one read all the same.
+TEST(FitJob, AScanOfOnePlaceIsAScan) {
+  const TempFolder folder;
+  const fs::path history = captured(folder);
+  for (const int scan : {1, 3}) {
+    FitTask task = green_task(history);
+    task.options.evaluations = 25;
+    task.options.looks = 5;
+    task.options.scan = scan;
+    task.options.seeds = 1;
+    const Json report = run(std::move(task), folder.path() / ("fit" + std::to_string(scan)));
+    for (const Json& p : report.at("parameters")) EXPECT_NE(p.at("determination"), "not_examined") << p.at("pointer");
+    EXPECT_EQ(report.at("parameters")[2].at("determination"), "without_effect");
+  }
+}
+
+// The least step of the search for a look is 0.05: the range between that and a first step of 0.02 is empty, which std::clamp must not be asked for (`dev` and `asan` check it).
+TEST(FitJob, AFirstStepBelowTheLeastOfALookIsUsed) {
+  const TempFolder folder;
+  FitTask task = green_task(captured(folder));
+  task.options.evaluations = 13;
+  task.options.looks = 5;
+  task.options.scan = 0;
+  task.options.seeds = 0;
+  task.options.step = 0.02;
+  ASSERT_TRUE(std::any_of(task.parameters.begin(), task.parameters.end(), [](const FitParameter& p) { return p.is_look; }));
+  const Json report = run(std::move(task), folder.path() / "fit");
+  EXPECT_LE(report.at("objective").at("after").get<double>(), report.at("objective").at("before").get<double>());
+}
+
 TEST(FitJob, HasTheSameBytesForAnyNumberOfThreads) {
   const TempFolder folder;
   const fs::path history = captured(folder);
@@ -193,7 +223,7 @@ TEST(FitJob, SaysBeforeAnyWorkWhatCannotBeFitted) {
   EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::ColorByControl}}; t.outline.control_names = {"hits", "y"}; }), "no control in common"));
   EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::Ciede2000}}; t.outline.width = 64; }), "place by place"));
   EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::Covered}}; t.objective.visible_delta_e = 500; }), "does not age visibly"));
-  SurfaceFrames one = green_plate(kGreenTruth);
+  AgedSurface one = green_plate(kGreenTruth);
   one.times.resize(1);
   one.colors.resize(1);
   write_surface(folder.path() / "one", one, "0123456789abcdef");

@@ -15,8 +15,8 @@ constexpr int kWidth = 24, kHeight = 16, kLastDay = 8;
 
 }  // namespace
 
-SurfaceFrames green_plate(const std::vector<double>& values) {
-  SurfaceFrames frames{.name = "plate", .time_unit = TimeUnit::Days, .texel_size_mm = 1.0, .times = {}, .colors = {}, .mask = ImageU8(kWidth, kHeight), .controls = {}};
+AgedSurface green_plate(const std::vector<double>& values) {
+  AgedSurface frames{.name = "plate", .time_unit = TimeUnit::Days, .texel_size_mm = 1.0, .times = {}, .colors = {}, .mask = ImageU8(kWidth, kHeight), .controls = {}};
   for (std::uint8_t& v : frames.mask.values()) v = 255;
   SurfaceControl x;
   x.parameter.name = "x";
@@ -47,7 +47,7 @@ FitTask green_task(const std::filesystem::path& history, double chance, int* num
   task.parameters = {{.range = {.name = "/rate", .low = 0.02, .high = 2.0, .scale = FitScale::Log}, .start = 0.1, .is_whole = false, .is_look = false},
                      {.range = {.name = "/strength", .low = 0.0, .high = 1.0, .scale = FitScale::Linear}, .start = 0.3, .is_whole = false, .is_look = true},
                      {.range = {.name = "/idle", .low = 0.0, .high = 10.0, .scale = FitScale::Linear}, .start = 5.0, .is_whole = false, .is_look = false}};
-  const SurfaceFrames start = green_plate({0.1, 0.3, 5.0});
+  const AgedSurface start = green_plate({0.1, 0.3, 5.0});
   task.outline = {.name = "plate", .width = kWidth, .height = kHeight, .time_unit = TimeUnit::Days, .times = start.times, .control_names = {"x"}};
   const auto mutex = std::make_shared<std::mutex>();
   task.age = [chance, num_ageings, mutex](const std::vector<double>& values, std::uint64_t seed_shift, const RunControl&) -> LookAt {

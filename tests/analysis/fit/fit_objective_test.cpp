@@ -22,7 +22,7 @@ std::vector<FitTerm> all_terms() {
   return terms;
 }
 
-SurfaceOutline outline_of(const SurfaceFrames& frames) {
+SurfaceOutline outline_of(const AgedSurface& frames) {
   return {.name = frames.name, .width = frames.mask.width(), .height = frames.mask.height(), .time_unit = frames.time_unit, .times = frames.times, .control_names = {"x"}};
 }
 
@@ -31,7 +31,7 @@ constexpr double kHalfDeltaE = 0.05;
 
 TEST(FitObjective, IsZeroForTheSameSurfaceInEveryFigure) {
   const TempFolder folder;
-  const SurfaceFrames frames = green_plate(kGreenTruth);
+  const AgedSurface frames = green_plate(kGreenTruth);
   write_surface(folder.path() / "a", frames, "0123456789abcdef");
   const FitObjective objective(open_series(folder.path() / "a").series, outline_of(frames), all_terms(), {});
   const ObjectiveValue value = objective(frames);
@@ -41,7 +41,7 @@ TEST(FitObjective, IsZeroForTheSameSurfaceInEveryFigure) {
 
 TEST(FitObjective, EqualsTheFiguresOfAComparison) {
   const TempFolder folder;
-  const SurfaceFrames a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
+  const AgedSurface a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
   write_surface(folder.path() / "a", a, "0123456789abcdef");
   write_surface(folder.path() / "b", b, "0123456789abcdee");
   const ObjectiveOptions options;
@@ -72,7 +72,7 @@ TEST(FitObjective, EqualsTheFiguresOfAComparison) {
 
 TEST(FitObjective, IsTheWeightedMeanOfItsFigures) {
   const TempFolder folder;
-  const SurfaceFrames a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
+  const AgedSurface a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
   write_surface(folder.path() / "a", a, "0123456789abcdef");
   const FitObjective objective(open_series(folder.path() / "a").series, outline_of(b), {{FitFigure::MeanColor, 3.0}, {FitFigure::Covered, 0.5}}, {});
   const ObjectiveValue v = objective(b);
@@ -81,8 +81,8 @@ TEST(FitObjective, IsTheWeightedMeanOfItsFigures) {
 
 TEST(FitObjective, OnTheClockOfSpansTheSpeedOfTheClockDoesNotMatter) {
   const TempFolder folder;
-  const SurfaceFrames a = green_plate(kGreenTruth);
-  SurfaceFrames slow = a;
+  const AgedSurface a = green_plate(kGreenTruth);
+  AgedSurface slow = a;
   for (double& t : slow.times) t = 100.0 + 50.0 * t;
   slow.time_unit = TimeUnit::Hours;
   write_surface(folder.path() / "a", a, "0123456789abcdef");
@@ -94,8 +94,8 @@ TEST(FitObjective, OnTheClockOfSpansTheSpeedOfTheClockDoesNotMatter) {
 
 TEST(FitObjective, ASurfaceThatEndsEarlierIsHeldAtItsEnd) {
   const TempFolder folder;
-  const SurfaceFrames a = green_plate(kGreenTruth);
-  SurfaceFrames still = a;  // All of it happens in a tenth of the time, then nothing.
+  const AgedSurface a = green_plate(kGreenTruth);
+  AgedSurface still = a;  // All of it happens in a tenth of the time, then nothing.
   for (double& t : still.times) t *= 0.1;
   write_surface(folder.path() / "a", a, "0123456789abcdef");
   const FitObjective objective(open_series(folder.path() / "a").series, outline_of(a), {{FitFigure::Ciede2000}}, {});

@@ -45,7 +45,7 @@ void halves(const Bunny& bunny) {
     target.toward_scanner = source.toward_scanner = scan.toward_scanner;
     for (const Vec3& p : scan.points) (random.uniform() < 0.5 ? target : source).points.push_back(p);
     const RigidTransform off = perturbed({}, source, 5.0, 3.0, static_cast<std::uint64_t>(run));
-    const Registration found = register_pair(target, moved(source, off), RigidTransform{});
+    const PairRegistration found = register_pair(target, moved(source, off), RigidTransform{});
     const Gap error = gap(found.target_from_source * off, {}, source);
     deg += error.deg * error.deg / kRuns;
     mm += error.mm * error.mm / kRuns;
@@ -159,7 +159,7 @@ void basin(const Bunny& bunny) {
   for (const double angle : {45.0, 60.0, 90.0, 120.0, 180.0}) {
     int right = 0, wrong = 0;
     for (std::uint64_t k = 0; k < 20; ++k) {
-      const Registration found = register_pair(scans[0], scans[1], perturbed(bunny.pair, source, angle, 20.0, 1000 + k));
+      const PairRegistration found = register_pair(scans[0], scans[1], perturbed(bunny.pair, source, angle, 20.0, 1000 + k));
       const bool is_right = gap(found.target_from_source, bunny.pair, source).deg < 0.5;
       right += is_right && found.status == RegistrationStatus::Converged ? 1 : 0;
       wrong += !is_right && found.status == RegistrationStatus::Converged ? 1 : 0;
@@ -174,7 +174,7 @@ void all_pairs(const Bunny& bunny) {
   int converged = 0, wrong = 0;
   for (std::size_t i = 0; i < bunny.names.size(); ++i) {
     for (std::size_t j = i + 1; j < bunny.names.size(); ++j) {
-      const Registration found = register_pair(scans[i], scans[j], std::nullopt);
+      const PairRegistration found = register_pair(scans[i], scans[j], std::nullopt);
       if (found.status != RegistrationStatus::Converged) continue;
       ++converged;
       wrong += gap(found.target_from_source, bunny.derived[i].inverse() * bunny.derived[j], bunny.scans[j]).deg > 1.0 ? 1 : 0;

@@ -89,7 +89,7 @@ TEST_F(CrackleAlignment, FindsAKnownViewToHalfAPixelAtTheCorners) {
       ImageF image = warp_image(backlight_, image_from_reference, frame_.width(), frame_.height()).values;
       RandomStream random(7, 0);
       for (float& v : image.values()) v = std::max(0.0f, v + static_cast<float>(c.noise * (random.uniform() + random.uniform() - 1.0)));
-      const Alignment found = align_images(frame_, image);
+      const ImageAlignment found = align_images(frame_, image);
       ASSERT_EQ(found.status, AlignmentStatus::Converged) << c.degrees << ": " << alignment_status_text(found.status);
       EXPECT_LT(corner_error(found.reference_from_image, image_from_reference.inverse(), frame_.width(), frame_.height()), 0.5) << c.degrees;
       EXPECT_GT(found.num_inliers, 30);

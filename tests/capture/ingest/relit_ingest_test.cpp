@@ -200,6 +200,14 @@ TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
   EXPECT_EQ(history.manifest().frames[1].time, 40.0);
   EXPECT_FALSE(fs::exists(temp / "history" / HistoryWriter::frame_file(1)));
   EXPECT_EQ(load_json(temp / "history/relit.json").at("steps").at(1).at("in_history"), false);
+  // Nothing stands under the name of a picture that is none, in the finished folder or in what it says of itself.
+  for (const auto& entry : fs::recursive_directory_iterator(temp / "history")) {
+    const std::string extension = entry.path().extension().string();
+    if (extension == ".exr" || extension == ".png") EXPECT_GT(probe_image(entry.path()).width, 1) << entry.path();
+  }
+  const Json files = load_json(temp / "history/job.json").at("items").at("step-0001").at("files");
+  ASSERT_EQ(files.size(), 1u) << files;
+  EXPECT_TRUE(files.contains("report/facts_0001.json"));
 }
 
 TEST(RelitIngest, AccessibilityIsTheCurvatureThatThePatinaFollowed) {

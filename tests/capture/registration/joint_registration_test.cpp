@@ -124,11 +124,11 @@ TEST(ReferenceMethods, PclComesCloseAndTheSymmetricMethodCloser) {
   const PointCloud target = scan_of(relief, {.size = 70, .noise_mm = 0.03, .seed = 90});
   const RigidTransform source_from_target = random_motion(1, 4.0, 1.0);
   const PointCloud source = moved(scan_of(relief, {.size = 70, .offset = 0.4, .noise_mm = 0.03, .seed = 91}), source_from_target);
-  const auto gap = [&](const Registration& r) { return largest_gap(target, r.target_from_source * source_from_target, {}); };
+  const auto gap = [&](const PairRegistration& r) { return largest_gap(target, r.target_from_source * source_from_target, {}); };
   const double own = gap(register_pair(target, source, RigidTransform{}));
   EXPECT_LT(own, 0.02);
   for (const auto& [method, most] : {std::pair{RegistrationMethod::PclPlane, 0.2}, {RegistrationMethod::PclGicp, 0.3}, {RegistrationMethod::PclPoint, 2.0}}) {  // Point-to-point locks onto the grid, of 1.4 mm.
-    const Registration pcl = register_pair_with_pcl(target, source, RigidTransform{}, {.method = method});
+    const PairRegistration pcl = register_pair_with_pcl(target, source, RigidTransform{}, {.method = method});
     EXPECT_LT(gap(pcl), most) << static_cast<int>(method);
     EXPECT_LT(own, gap(pcl)) << static_cast<int>(method);
   }

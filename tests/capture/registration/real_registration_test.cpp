@@ -33,7 +33,7 @@ TEST(RealRegistration, HalvesOfOneScanAreBroughtTogetherNearlyAsWellAsNoiseAllow
     const Vec3 middle = bounding_box(scan).center();
     RigidTransform off{rotation_of(axis * (5.0 * 3.14159265358979 / 180.0)), Vec3::Zero()};
     off.translation = middle + 3.0 * by - off.rotation * middle;
-    const Registration found = register_pair(target, moved(source, off), RigidTransform{});
+    const PairRegistration found = register_pair(target, moved(source, off), RigidTransform{});
     ASSERT_EQ(found.status, RegistrationStatus::Converged);
     const RigidTransform error = found.target_from_source * off;
     angle += std::pow(angle_between_deg(error.rotation, Eigen::Matrix3d::Identity()), 2) / kRuns;
@@ -51,7 +51,7 @@ TEST(RealRegistration, OverlappingScansAreFoundFromAnywhereAndSwapped) {
   Eigen::Matrix4d matrix;
   for (int i = 0; i < 16; ++i) file >> matrix(i / 4, i % 4);
   const RigidTransform reference = rigid_transform(matrix);
-  const Registration found = register_pair(target, source, std::nullopt), back = register_pair(source, target, found.target_from_source.inverse());
+  const PairRegistration found = register_pair(target, source, std::nullopt), back = register_pair(source, target, found.target_from_source.inverse());
   ASSERT_EQ(found.status, RegistrationStatus::Converged);
   EXPECT_TRUE(found.is_found_by_search);
   // Two solvers reproduce this reference to 0.007 deg and 0.008 mm. These scans do not fit each other rigidly to better than 0.1 mm, and where that
@@ -64,7 +64,7 @@ TEST(RealRegistration, OverlappingScansAreFoundFromAnywhereAndSwapped) {
 
 TEST(RealRegistration, OppositeSidesAreNoFit) {
   PATINATE_REQUIRE_DATA(folder, "scans/bunny/data");
-  const Registration found = register_pair(bunny_scan(folder / "bun000.ply"), bunny_scan(folder / "bun180.ply"), std::nullopt);
+  const PairRegistration found = register_pair(bunny_scan(folder / "bun000.ply"), bunny_scan(folder / "bun180.ply"), std::nullopt);
   EXPECT_NE(found.status, RegistrationStatus::Converged);
   EXPECT_NE(found.status, RegistrationStatus::Degenerate);
 }

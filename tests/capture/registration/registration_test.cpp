@@ -29,7 +29,7 @@ RigidTransform motion(const Vec3& axis, double angle_deg, const Vec3& shift) { r
 TEST(RegisterPair, RecoversAKnownMotionToRounding) {
   const PointCloud target = scan_of(relief);
   const RigidTransform source_from_target = motion(Vec3(1, 2, 3), 12.0, Vec3(5, -3, 8));
-  const Registration found = register_pair(target, moved(target, source_from_target), RigidTransform{});
+  const PairRegistration found = register_pair(target, moved(target, source_from_target), RigidTransform{});
   EXPECT_EQ(found.status, RegistrationStatus::Converged);
   EXPECT_FALSE(found.is_found_by_search);
   // Rounding of coordinates of 100 mm through two transforms and 3 x 3 eigenvectors.
@@ -50,7 +50,7 @@ TEST(RegisterPair, StaysWithinItsCovarianceUnderNoise) {
     const PointCloud target = scan_of(relief, {.noise_mm = grid.noise_mm, .seed = seed});
     const RigidTransform source_from_target = motion(Vec3(1, -run, 2), 4.0, Vec3(2, 1, -1));
     const PointCloud source = moved(scan_of(relief, {.offset = 0.37, .noise_mm = grid.noise_mm, .seed = seed + 1}), source_from_target);
-    const Registration found = register_pair(target, source, RigidTransform{});
+    const PairRegistration found = register_pair(target, source, RigidTransform{});
     ASSERT_EQ(found.status, RegistrationStatus::Converged);
     const RigidTransform error = found.target_from_source * source_from_target;
     Vec6 e;
@@ -69,7 +69,7 @@ TEST(RegisterPair, SwappedScansGiveTheInverse) {
   const RigidTransform start = motion(Vec3(0, 1, 1), 8.0, Vec3(3, 0, 1));
   const PointCloud source = moved(part_of(scan_of(relief, {.offset = 0.41, .noise_mm = 0.05, .seed = 2}), [](const Vec3& p) { return p.x() < 25.0; }), start.inverse());
   const RigidTransform guess = motion(Vec3(1, 0, 0), 3.0, Vec3(0, 1, 0)) * start;
-  const Registration forth = register_pair(target, source, guess), back = register_pair(source, target, guess.inverse());
+  const PairRegistration forth = register_pair(target, source, guess), back = register_pair(source, target, guess.inverse());
   EXPECT_EQ(forth.status, RegistrationStatus::Converged);
   EXPECT_EQ(back.status, RegistrationStatus::Converged);
   // Both end where nothing moves by more than 1e-10 of the object's size.
@@ -80,19 +80,19 @@ TEST(RegisterPair, SwappedScansGiveTheInverse) {
 TEST(RegisterPair, NeitherUnitNorOriginMatter) {
   const PointCloud target = scan_of(relief, {.size = 80, .noise_mm = 0.05, .seed = 3});
   const PointCloud source = moved(scan_of(relief, {.size = 80, .offset = 0.3, .noise_mm = 0.05, .seed = 4}), motion(Vec3(1, 1, 0), 5.0, Vec3(1, 2, 3)));
-  const Registration plain = register_pair(target, source, RigidTransform{});
+  const PairRegistration plain = register_pair(target, source, RigidTransform{});
   ASSERT_EQ(plain.status, RegistrationStatus::Converged);
   for (const double unit : {1e-3, 25.4}) {
     PointCloud a = target, b = source;
     scale_cloud(a, unit);
     scale_cloud(b, unit);
-    Registration found = register_pair(a, b, RigidTransform{});
+    PairRegistration found = register_pair(a, b, RigidTransform{});
     found.target_from_source.translation /= unit;
     EXPECT_LT(largest_gap(source, found.target_from_source, plain.target_from_source), 1e-9 * 100.0) << unit;
     EXPECT_NEAR(found.rms_residual / unit, plain.rms_residual, 1e-9 * plain.rms_residual + 1e-12);
   }
   const RigidTransform far{Eigen::Matrix3d::Identity(), Vec3(1e6, -1e6, 5e5)};
-  const Registration found = register_pair(moved(target, far), moved(source, far), RigidTransform{});
+  const PairRegistration found = register_pair(moved(target, far), moved(source, far), RigidTransform{});
   // Coordinates of 10^6 are rounded to 10^-10 before registration sees them.
   EXPECT_LT(largest_gap(source, far.inverse() * found.target_from_source * far, plain.target_from_source), 1e-8);
 }
@@ -103,7 +103,7 @@ TEST(RegisterPair, GivesTheSameBitsForAnyNumberOfThreads) {
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
-  const Registration a = register_pair(target, source, std::nullopt, {}, one), b = register_pair(target, source, std::nullopt, {}, three);
+  const PairRegistration a = register_pair(target, source, std::nullopt, {}, one), b = register_pair(target, source, std::nullopt, {}, three);
   EXPECT_EQ(a.status, RegistrationStatus::Converged);
   EXPECT_TRUE(a.is_found_by_search);
   EXPECT_EQ(a.target_from_source.rotation, b.target_from_source.rotation);
@@ -126,7 +126,7 @@ TEST(RegisterPair, NamesWhatAPlaneACylinderAndASphereLeaveOpen) {
   for (const Case& c : cases) {
     for (const double noise : {0.0, 0.05}) {
       const PointCloud target = scan_of(c.height, {.noise_mm = noise, .seed = 7}), source = scan_of(c.height, {.offset = 0.43, .noise_mm = noise, .seed = 8});
-      const Registration found = register_pair(target, source, motion(Vec3(0, 1, 0.3), 0.3, Vec3(0.2, 0, 0.5)), {.start = RegistrationStart::Given});
+      const PairRegistration found = register_pair(target, source, motion(Vec3(0, 1, 0.3), 0.3, Vec3(0.2, 0, 0.5)), {.start = RegistrationStart::Given});
       EXPECT_EQ(found.status, RegistrationStatus::Degenerate) << c.name << ", noise " << noise << ": " << name_of(found.status);
       std::vector<FreeMotion::Kind> kinds;
       for (const FreeMotion& m : found.free_motions) kinds.push_back(m.kind);
@@ -152,7 +152,7 @@ TEST(RegisterPair, FindsAnObjectTurnedByAnyAngle) {
     const Vec3 axis(random.normal(), random.normal(), random.normal());
     const RigidTransform source_from_target = motion(axis, 60.0 + 60.0 * k, Vec3(300.0 * random.normal(), 0, 200));
     const PointCloud part = part_of(scan_of(relief, {.offset = 0.3, .noise_mm = 0.05, .seed = 21}), [](const Vec3& p) { return p.y() > -20.0; });
-    const Registration found = register_pair(target, moved(part, source_from_target), std::nullopt);
+    const PairRegistration found = register_pair(target, moved(part, source_from_target), std::nullopt);
     EXPECT_EQ(found.status, RegistrationStatus::Converged);
     // Noise of 0.05 mm over 10^4 points leaves micrometres.
     EXPECT_LT(largest_gap(part, found.target_from_source * source_from_target, {}), 0.02) << k;
@@ -161,7 +161,7 @@ TEST(RegisterPair, FindsAnObjectTurnedByAnyAngle) {
 
 TEST(RegisterPair, AMirroredScanIsNoFit) {
   const PointCloud target = scan_of(relief, {.noise_mm = 0.05, .seed = 22});
-  const Registration found = register_pair(target, mirrored(scan_of(relief, {.offset = 0.3, .noise_mm = 0.05, .seed = 23})), std::nullopt);
+  const PairRegistration found = register_pair(target, mirrored(scan_of(relief, {.offset = 0.3, .noise_mm = 0.05, .seed = 23})), std::nullopt);
   EXPECT_NE(found.status, RegistrationStatus::Converged);
   EXPECT_NE(found.status, RegistrationStatus::Degenerate);
 }
@@ -170,7 +170,7 @@ TEST(RegisterPair, ScansThatShareNothingAreNoFit) {
   const PointCloud whole = scan_of(relief, {.size = 110});
   const PointCloud left = part_of(whole, [](const Vec3& p) { return p.x() < -5.0; }), right = part_of(whole, [](const Vec3& p) { return p.x() > 5.0; });
   for (const auto& start : {std::optional<RigidTransform>(RigidTransform{}), std::optional<RigidTransform>()}) {
-    const Registration found = register_pair(left, right, start);
+    const PairRegistration found = register_pair(left, right, start);
     EXPECT_NE(found.status, RegistrationStatus::Converged);
     EXPECT_NE(found.status, RegistrationStatus::Degenerate);
   }
@@ -180,7 +180,7 @@ TEST(RegisterPair, APartThatChangedDoesNotPullTheRest) {
   // A fifth of the surface has grown by 1.5 mm; plain least squares over all of it would be off by a good part of that.
   const auto grown = [](double x, double y) { return relief(x, y) + (x > 30.0 ? 1.5 : 0.0); };
   const PointCloud target = scan_of(relief, {.noise_mm = 0.03, .seed = 30}), source = scan_of(grown, {.offset = 0.4, .noise_mm = 0.03, .seed = 31});
-  const Registration found = register_pair(target, source, motion(Vec3(1, 0, 1), 2.0, Vec3(1, 1, 1)));
+  const PairRegistration found = register_pair(target, source, motion(Vec3(1, 0, 1), 2.0, Vec3(1, 1, 1)));
   EXPECT_EQ(found.status, RegistrationStatus::Converged);
   EXPECT_LT(largest_gap(source, found.target_from_source, {}), 0.03);
   EXPECT_LT(found.overlap, 0.95) << "and what changed is not counted as partners, but for what lies within the gate";
@@ -188,7 +188,7 @@ TEST(RegisterPair, APartThatChangedDoesNotPullTheRest) {
 
 TEST(RegisterPair, PointsNoisierThanTheyAreApartAreAveragedFirst) {
   const PointCloud target = scan_of(relief, {.size = 250, .noise_mm = 0.8, .seed = 40}), source = scan_of(relief, {.size = 250, .offset = 0.4, .noise_mm = 0.8, .seed = 41});
-  const Registration found = register_pair(target, source, motion(Vec3(1, 0, 1), 3.0, Vec3(1, 1, 1)));
+  const PairRegistration found = register_pair(target, source, motion(Vec3(1, 0, 1), 3.0, Vec3(1, 1, 1)));
   EXPECT_EQ(found.status, RegistrationStatus::Converged);
   EXPECT_LT(largest_gap(source, found.target_from_source, {}), 0.15) << "a fifth of the noise, from 62,500 points";
 }

@@ -93,11 +93,11 @@ TEST(Sheet, NeighboursAcrossTilesLieStraightOn) {
 TEST(AtlasMesh, ComesBackFromTheFileItWasWrittenTo) {
   const Mesh mesh = udim_plane(10.0, 2);
   const AtlasMesh atlas = atlas_mesh_of(mesh, find_uv_layout(mesh));
-  const AtlasMesh back = read_back_atlas_mesh(atlas.mesh, TileRule::Udim, {"1001", "1002"});
+  const AtlasMesh back = read_back_atlas_mesh(atlas.mesh, UvLayoutRule::Udim, {"1001", "1002"});
   EXPECT_EQ(back.triangle_tile, atlas.triangle_tile);
   EXPECT_EQ(back.mesh.uvs, atlas.mesh.uvs);
-  EXPECT_THROW((void)read_back_atlas_mesh(atlas.mesh, TileRule::Udim, {"1001"}), InvalidInput);
-  EXPECT_THROW((void)read_back_atlas_mesh(atlas.mesh, TileRule::Material, {"a", "b"}), InvalidInput);
+  EXPECT_THROW((void)read_back_atlas_mesh(atlas.mesh, UvLayoutRule::Udim, {"1001"}), InvalidInput);
+  EXPECT_THROW((void)read_back_atlas_mesh(atlas.mesh, UvLayoutRule::Material, {"a", "b"}), InvalidInput);
 }
 
 TEST(AtlasMesh, UvsThatLeanOutAreScaledIn) {

@@ -50,7 +50,7 @@ TEST(UvLayout, OneSquareWithoutOverlapIsTakenAsItIs) {
 
 TEST(UvLayout, TrianglesThatKeepToIntegerSquaresAreUdim) {
   const UvLayout layout = find_uv_layout(planes(3, {1.0, 1.0}, false));
-  EXPECT_EQ(layout.rule, TileRule::Udim);
+  EXPECT_EQ(layout.rule, UvLayoutRule::Udim);
   ASSERT_EQ(layout.tiles.size(), 3u);
   EXPECT_EQ(layout.tiles[0].name, "1001");
   EXPECT_EQ(layout.tiles[1].name, "1012");  // 1001 + u + 10 v
@@ -72,7 +72,7 @@ TEST(UvLayout, ASquareLeftOfTheFirstOneIsMovedThere) {
 
 TEST(UvLayout, MaterialsThatEachFillTheSquareGetATileEach) {
   const UvLayout layout = find_uv_layout(planes(2, {0.0, 0.0}, true));
-  EXPECT_EQ(layout.rule, TileRule::Material);
+  EXPECT_EQ(layout.rule, UvLayoutRule::Material);
   ASSERT_EQ(layout.tiles.size(), 2u);
   EXPECT_EQ(layout.tiles[0].name, "paint_0");  // fit for a file
   EXPECT_EQ(layout.overlap_share, 0.0);
@@ -81,7 +81,7 @@ TEST(UvLayout, MaterialsThatEachFillTheSquareGetATileEach) {
 
 TEST(UvLayout, NodesOfOneMaterialGetATileEach) {
   const UvLayout layout = find_uv_layout(planes(3, {0.0, 0.0}, false));
-  EXPECT_EQ(layout.rule, TileRule::Node);
+  EXPECT_EQ(layout.rule, UvLayoutRule::Node);
   EXPECT_EQ(layout.tiles.size(), 3u);
 }
 
@@ -133,10 +133,10 @@ TEST(UvLayout, WellMadeFilesHaveNoProblem) {
                            "plane/plane.obj", "marble_bust/marble_bust_01_1k.gltf"}) {
     const UvLayout layout = find_uv_layout(read_mesh(meshes / file));
     EXPECT_EQ(layout.problem, "") << file;
-    EXPECT_EQ(layout.rule, TileRule::Square) << file;
+    EXPECT_EQ(layout.rule, UvLayoutRule::Square) << file;
   }
   const Mesh hydrants = read_mesh(meshes / "fire_hydrant/fire_hydrant_1k.gltf");
-  EXPECT_EQ(find_uv_layout(hydrants).rule, TileRule::Material);  // clean and aged share all UVs
+  EXPECT_EQ(find_uv_layout(hydrants).rule, UvLayoutRule::Material);  // clean and aged share all UVs
   EXPECT_EQ(find_uv_layout(select_surfaces(hydrants, "", "fire_hydrant")).problem, "");
 }
 

@@ -108,6 +108,56 @@ TEST(ParallelFor, AnErrorFromTheProgressCallbackReachesTheCaller) {
   EXPECT_THROW(parallel_for(100, 1, control, slow), CannotComplete);
 }
 
+TEST(ParallelFor, ALoopWithinALoopVisitsEachPairOnce) {
+  RunControl control;
+  control.num_threads = 3;
+  std::vector<std::atomic<int>> visits(40 * 50);
+  parallel_for(40, 1, control, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) {
+      parallel_for(50, 1, control, [&](std::int64_t first, std::int64_t last) {
+        for (std::int64_t k = first; k < last; ++k) ++visits[static_cast<std::size_t>(i * 50 + k)];
+      });
+    }
+  });
+  for (const auto& v : visits) EXPECT_EQ(v, 1);
+}
+
+// Ten callers that start loops of their own at once: none waits for another's, and each sees what its own loop wrote.
+TEST(ParallelFor, SeveralThreadsMayEachStartLoops) {
+  std::atomic<int> num_right{0};
+  {
+    std::vector<std::jthread> callers;
+    for (int caller = 0; caller < 10; ++caller) {
+      callers.emplace_back([&num_right, caller] {
+        RunControl control;
+        control.num_threads = 1 + caller % 4;
+        for (int round = 0; round < 50; ++round) {
+          std::vector<int> written(100, 0);
+          parallel_for(100, 7, control, [&](std::int64_t begin, std::int64_t end) {
+            for (std::int64_t i = begin; i < end; ++i) written[static_cast<std::size_t>(i)] = caller + 1;
+          });
+          if (std::count(written.begin(), written.end(), caller + 1) == 100) ++num_right;
+        }
+      });
+    }
+  }
+  EXPECT_EQ(num_right, 10 * 50);
+}
+
+// Five chunks that wait for each other are all begun only if five threads run them, whatever the number of processors. The wait has an
+// end so that a failure is a failure and not a hang.
+TEST(ParallelFor, RunsOnAsManyThreadsAsWereAskedFor) {
+  RunControl control;
+  control.num_threads = 5;
+  std::atomic<int> num_begun{0};
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  parallel_for(5, 1, control, [&](std::int64_t, std::int64_t) {
+    ++num_begun;
+    while (num_begun < 5 && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+    EXPECT_EQ(num_begun, 5);
+  });
+}
+
 TEST(ContentHash, SeparatesValues) {
   EXPECT_NE(ContentHash().add("ab").add("c").hex(), ContentHash().add("a").add("bc").hex());
   EXPECT_EQ(ContentHash().add("ab").hex(), ContentHash().add("ab").hex());
@@ -115,10 +165,23 @@ TEST(ContentHash, SeparatesValues) {
 }
 
 TEST(Text, NumbersReadBackExactly) {
-  for (double x : {0.1, 1.0 / 3.0, 1e-300, -7.5, 12345678.9}) EXPECT_EQ(parse_number(number_text(x)), x);
+  for (double x : {0.0, 0.1, 1.0 / 3.0, 1e-300, -7.5, 12345678.9, 1e20 / 3.0, -1e-6, std::numeric_limits<double>::max(), std::numeric_limits<double>::denorm_min()}) {
+    EXPECT_EQ(parse_number(number_text(x)), x);
+  }
   EXPECT_FALSE(parse_number("nan"));
   EXPECT_FALSE(parse_number("1.5x"));
   EXPECT_FALSE(parse_number(""));
+}
+
+// In the query of an address a plus is a blank; and the browser that asks for the same time writes 100000.
+TEST(Text, NumbersHaveNoExponentWhereBrowsersWriteNone) {
+  EXPECT_EQ(number_text(1e5), "100000");
+  EXPECT_EQ(number_text(-3e7), "-30000000");
+  EXPECT_EQ(number_text(1e20), "100000000000000000000");
+  EXPECT_EQ(number_text(1e-6), "0.000001");
+  EXPECT_EQ(number_text(0.0), "0");
+  EXPECT_EQ(number_text(1e21), "1e+21");
+  EXPECT_EQ(number_text(1e-7), "1e-07");
 }
 
 TEST(Text, RoundsToSignificantDigits) {

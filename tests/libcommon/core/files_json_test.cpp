@@ -10,6 +10,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
+#include "libcommon/core/temporary_file.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
@@ -33,6 +34,33 @@ TEST(Files, AreListedInNaturalOrder) {
   std::vector<std::string> names;
   for (const auto& p : list_files(folder.path(), "*.png")) names.push_back(p.filename());
   EXPECT_EQ(names, (std::vector<std::string>{"09.png", "9.png", "10.png", "a2.png", "a10.png"}));
+}
+
+/// Works in a folder until the end of a test.
+class WorkingFolder {
+ public:
+  explicit WorkingFolder(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) { std::filesystem::current_path(folder); }
+  ~WorkingFolder() { std::filesystem::current_path(before_); }
+  WorkingFolder(const WorkingFolder&) = delete;
+  WorkingFolder& operator=(const WorkingFolder&) = delete;
+
+ private:
+  std::filesystem::path before_;
+};
+
+TEST(Files, OfAPatternWithoutAFolderLieInTheWorkingFolder) {
+  TempFolder folder;
+  for (const char* name : {"10.png", "9.png"}) std::ofstream(folder / name) << "x";
+  const WorkingFolder here(folder.path());
+  const std::filesystem::path pattern("*.png");
+  EXPECT_EQ(list_files(pattern.parent_path(), pattern.filename().string()), (std::vector<std::filesystem::path>{"9.png", "10.png"}));
+  EXPECT_EQ(list_files(".", "9.*"), (std::vector<std::filesystem::path>{"./9.png"}));
+}
+
+TEST(Files, AFileWithoutAFolderLiesInTheWorkingFolder) {
+  EXPECT_EQ(folder_of("scene.json"), ".");
+  EXPECT_EQ(folder_of("a/scene.json"), "a");
+  EXPECT_EQ(folder_of("/scene.json"), "/");
 }
 
 TEST(Files, AManifestStandsForItsFolder) {
@@ -70,24 +98,74 @@ TEST(Files, AbandonedFilesAreRemovedAndNoneIsFinishedAnyMore) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+/// The name that this process would write `path` under, with another process id: MACHINE-PID-PROCESS-NUMBER.
+std::filesystem::path left_by(const std::filesystem::path& path, const std::string& machine, const std::string& pid) {
+  std::string name = AtomicFile(path).temporary().filename().string();
+  const std::size_t at = name.find(".tmp") + 4, dash = name.find('-', at), second = name.find('-', dash + 1);
+  return path.parent_path() / (name.substr(0, at) + (machine.empty() ? name.substr(at, dash - at) : machine) + "-" + pid + "-00c0ffee" + name.substr(name.find('-', second + 1)));
+}
+
+constexpr const char* kNobody = "999999999";  // No process has that number: the kernel's limit is 2^22.
+
 TEST(Files, WhatAKilledWriterLeftIsRemoved) {
   TempFolder folder;
-  write_atomically(folder / ".a.tmp999999999.txt", "half");  // No process has that number: the kernel's limit is 2^22.
+  std::ofstream(left_by(folder / "a.txt", "", kNobody)) << "half";
+  std::ofstream(left_by(folder / "a.txt", "", std::to_string(::getpid()))) << "half by a process that had this id before";
+  std::ofstream(left_by(folder / "marker", "", kNobody)) << "half";  // Without an extension.
+  write_atomically(folder / "a.txt", "whole");
+  write_atomically(folder / "marker", "whole");
+  EXPECT_EQ(list_files(folder.path(), "*").size(), 2u);
+}
+
+TEST(Files, TwoWritersOfOneFileHaveFilesOfTheirOwn) {
+  TempFolder folder;
+  AtomicFile one(folder / "a.txt"), other(folder / "a.txt");
+  EXPECT_NE(one.temporary(), other.temporary());
+  std::ofstream(one.temporary()) << "one";
+  std::ofstream(other.temporary()) << "other";
+  one.finish();
+  EXPECT_EQ(read_file(folder / "a.txt"), "one");
+  other.finish();
+  EXPECT_EQ(read_file(folder / "a.txt"), "other");
+}
+
+// A process id says nothing about another machine. Names of earlier versions, of which the machine is not known, count as such.
+TEST(Files, WhatAnotherMachineWritesStaysUnlessItIsLongUnwritten) {
+  TempFolder folder;
+  const std::vector<std::filesystem::path> others{left_by(folder / "a.txt", "0badf00d", kNobody), folder / (".a.tmp" + std::string(kNobody) + ".txt")};
+  for (const auto& other : others) std::ofstream(other) << "half";
+  write_atomically(folder / "a.txt", "whole");
+  for (const auto& other : others) EXPECT_TRUE(std::filesystem::exists(other)) << other;
+  for (const auto& other : others) std::filesystem::last_write_time(other, std::filesystem::file_time_type::clock::now() - std::chrono::hours(24 * 8));
   write_atomically(folder / "a.txt", "whole");
   EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
 }
 
+TEST(Files, LongNamesCanBeWritten) {
+  TempFolder folder;
+  const std::string name = std::string(230, 'n') + ".txt";
+  write_atomically(folder / name, "whole");
+  EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
+}
+
+TEST(Files, ATemporaryNameIsKnownAndNoOther) {
+  TempFolder folder;
+  EXPECT_TRUE(is_temporary(AtomicFile(folder / "a.b.txt").temporary()));
+  EXPECT_TRUE(is_temporary(AtomicFile(folder / "a").temporary()));
+  for (const char* name : {"a.txt", ".a.tmp.txt", ".a.tmpx.txt", "a.tmp12.txt", ".a.tmp-1.txt", ".a.tmp1e9.txt", ".a.tmp00c0ffee-1-00c0ffee.txt"}) EXPECT_FALSE(is_temporary(name)) << name;
+}
+
 TEST(Files, WhatKilledWritersOfSeveralFilesLeftIsRemoved) {
   TempFolder folder;
-  const std::string own = ".map-c.tmp" + std::to_string(::getpid()) + ".bin";
-  for (const std::string& name : {std::string(".map-a.tmp999999999.bin"), std::string(".map-b.tmp999999999.bin"), own, std::string(".other.tmp999999999.bin"), std::string(".map-d.tmpx.bin"),
-                                  std::string(".map-e.tmp-1.bin"), std::string(".map-f.tmp1e99.bin"), std::string("map-g.bin")}) {
-    std::ofstream(folder / name) << "half";
+  const AtomicFile own(folder / "map-c.bin");
+  const std::filesystem::path dead_a = left_by(folder / "map-a.bin", "", kNobody), dead_b = left_by(folder / "map-b.bin", "", kNobody), other = left_by(folder / "other.bin", "", kNobody);
+  for (const std::filesystem::path& path : {dead_a, dead_b, other, own.temporary(), folder / ".map-d.tmpx.bin", folder / ".map-e.tmp-1.bin", folder / ".map-f.tmp1e99.bin", folder / "map-g.bin"}) {
+    std::ofstream(path) << "half";
   }
   remove_abandoned(folder.path(), "map-");
   EXPECT_EQ(list_files(folder.path(), ".map-?.*").size(), 4u);
-  EXPECT_FALSE(std::filesystem::exists(folder / ".map-a.tmp999999999.bin"));
-  EXPECT_TRUE(std::filesystem::exists(folder / own) && std::filesystem::exists(folder / "map-g.bin") && std::filesystem::exists(folder / ".other.tmp999999999.bin"));
+  EXPECT_FALSE(std::filesystem::exists(dead_a) || std::filesystem::exists(dead_b));
+  EXPECT_TRUE(std::filesystem::exists(own.temporary()) && std::filesystem::exists(folder / "map-g.bin") && std::filesystem::exists(other));
   remove_abandoned(folder / "missing", "map-");
 }
 

@@ -91,6 +91,25 @@ TEST(Camera, ScalesWithItsWorld) {
   EXPECT_LT((*scaled.project({3000, -4000, 5000}) - *camera.project({3, -4, 5})).norm(), 1e-9);
 }
 
+// Newton's search halves its start until it is within the lens, and half of infinity is infinite: at the ends of what is allowed it still ends.
+TEST(Camera, RaysOfExtremeCamerasEnd) {
+  const CameraParameters plain = lens();
+  for (const double f : {0.64, 6.4e8}) {
+    for (const double c : {-6.4e6, 6.4e6}) {
+      for (const double k : {-1e12, 0.0, 1e12}) {
+        CameraParameters p = plain;
+        p.fx = p.fy = f, p.cx = p.cy = c, p.distortion = {k, -k, 0, 0, k};
+        const auto ray = Camera(p).ray({0, 639});
+        if (ray) {
+          EXPECT_NEAR(ray->direction.norm(), 1.0, 1e-12);
+        }
+      }
+    }
+  }
+  EXPECT_FALSE(Camera(plain).ray({INFINITY, 0}).has_value());
+  EXPECT_FALSE(Camera(plain).ray({0, std::nan("")}).has_value());
+}
+
 TEST(Camera, RefusesParametersThatAreNoCamera) {
   const auto error = [](auto change) {
     CameraParameters p = lens();
@@ -99,7 +118,12 @@ TEST(Camera, RefusesParametersThatAreNoCamera) {
   };
   EXPECT_TRUE(has(error([](auto& p) { p.fx = 0; }), "focal lengths"));
   EXPECT_TRUE(has(error([](auto& p) { p.fy = std::nan(""); }), "focal lengths"));
+  EXPECT_TRUE(has(error([](auto& p) { p.fx = 1e-320; }), "focal lengths 1e-320, 690 are out of range; use 0.64 to 640000000"));
+  EXPECT_TRUE(has(error([](auto& p) { p.fy = 1e300; }), "focal lengths"));
   EXPECT_TRUE(has(error([](auto& p) { p.cx = INFINITY; }), "principal point"));
+  EXPECT_TRUE(has(error([](auto& p) { p.cy = -1e300; }), "principal point"));
+  EXPECT_TRUE(has(error([](auto& p) { p.distortion[0] = 1e300; }), "distortion"));
+  EXPECT_TRUE(has(error([](auto& p) { p.translation[2] = -1e300; }), "translation"));
   EXPECT_TRUE(has(error([](auto& p) { p.distortion[4] = INFINITY; }), "distortion"));
   EXPECT_TRUE(has(error([](auto& p) { p.width = 65537; }), "65537"));
   EXPECT_TRUE(has(error([](auto& p) { p.translation[1] = std::nan(""); }), "translation"));

@@ -146,7 +146,7 @@ TEST(CameraIo, WhatWeWriteOpenCvReads) {
   const TempFolder folder;
   CameraParameters p;
   p.width = 640, p.height = 480;
-  p.fx = 700, p.fy = 1e-3 / 3.0, p.cx = 1e17, p.cy = -236.25;
+  p.fx = 700, p.fy = 2.0 / 3.0, p.cx = 1e6, p.cy = -236.25;
   p.distortion = {-0.21, 0, 1.5e-300, 0, 3};
   p.rotation = Eigen::AngleAxisd(0.7, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
   p.translation = {12, -7, 1e-9};
@@ -157,8 +157,8 @@ TEST(CameraIo, WhatWeWriteOpenCvReads) {
   cv::Mat k, t;
   storage["camera_matrix"] >> k;
   storage["translation"] >> t;
-  EXPECT_EQ(k.at<double>(1, 1), 1e-3 / 3.0);
-  EXPECT_EQ(k.at<double>(0, 2), 1e17);
+  EXPECT_EQ(k.at<double>(1, 1), 2.0 / 3.0);
+  EXPECT_EQ(k.at<double>(0, 2), 1e6);
   EXPECT_EQ(t.at<double>(0, 0), 12.0);
 }
 

@@ -7,9 +7,11 @@
 #include <fstream>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/image_io.h"
 #include "tests/support/temp_folder.h"
 
@@ -257,6 +259,42 @@ TEST(History, EqualOrUnsortedTimesAreErrors) {
   HistoryWriter nan_writer(folder.path(), make_manifest());
   nan_writer.add_written_frame(0, std::nan(""));
   EXPECT_THROW(nan_writer.finish(), InvalidInput);
+}
+
+// Spans and steps are divided by and multiplied with in many places: 1e308 - -1e308 is infinite, 1 / 5e-324 too.
+TEST(History, TimesThatCannotBeComputedWithAreErrors) {
+  const TempFolder folder;
+  write_history(folder.path());
+  const std::string good = read_file(folder / "history.json");
+  const auto error_with = [&](const std::string& first, const std::string& last) {
+    write_atomically(folder / "history.json", good);
+    replace_in_manifest(folder.path(), "\"time\": 0", "\"time\": " + first);
+    replace_in_manifest(folder.path(), "\"time\": 2.5", "\"time\": -1");  // Between them, and out of the way.
+    replace_in_manifest(folder.path(), "\"time\": 10", "\"time\": " + last);
+    return reading_error(folder.path());
+  };
+  EXPECT_TRUE(has(error_with("-1e308", "1e308"), "has time -1e+308; use -1e18 to 1e18"));
+  EXPECT_TRUE(has(error_with("-2", "1.0000001e18"), "use -1e18 to 1e18"));
+  EXPECT_TRUE(has(error_with("-1.0000000000001", "10"), "nearly that of the one before (-1.0000000000001)"));
+  EXPECT_TRUE(has(error_with("-2", "-0.9999999999999999"), "1e-12 apart at least"));
+  EXPECT_EQ(error_with("-1000002", "1e18"), "");
+  EXPECT_TRUE(has(error_with("-2", "1e18"), "1000000 apart at least, 1e-12 of their span"));
+  EXPECT_EQ(error_with("-1e18", "1e18"), "");
+  EXPECT_EQ(error_with("-1.0000000001", "10"), "");
+  // A camera of 120 pictures a second that counts from 1970.
+  EXPECT_FALSE(find_time_problem(std::vector<double>{1.7e9, 1.7e9 + 1.0 / 120, 1.7e9 + 2.0 / 120}).has_value());
+  EXPECT_FALSE(find_time_problem({}).has_value());
+}
+
+TEST(History, ControlsHaveNamesThatAreFilesOfTheirFolder) {
+  const TempFolder folder;
+  write_history(folder.path());
+  const std::string good = read_file(folder / "history.json");
+  for (const char* name : {"../../evil", "a/b", "", ".hidden", "two words"}) {
+    write_atomically(folder / "history.json", good);
+    replace_in_manifest(folder.path(), "\"name\": \"thickness\"", std::string("\"name\": \"") + name + "\"");
+    EXPECT_TRUE(has(reading_error(folder.path()), "/controls/0/name: found \"" + std::string(name) + "\"; expected a name of letters")) << name;
+  }
 }
 
 TEST(History, BrokenFilesAreNamed) {

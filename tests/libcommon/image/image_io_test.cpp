@@ -2,12 +2,15 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/random.h"
 #include "libcommon/image/color.h"
 #include "libcommon/image/image_io.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
@@ -140,6 +143,60 @@ TEST(ImageIo, TruncatedExrIsAnErrorAtEveryLength) {
   for (std::size_t length = 0; length + 64 < good.size(); length += good.size() / 37 + 1) {
     write_atomically(folder / "cut.exr", std::string_view(good).substr(0, length));
     EXPECT_THROW((void)read_color(folder / "cut.exr"), IoError) << length << " of " << good.size();
+  }
+}
+
+// Noise, of which every byte counts. What follows the pixels may be missing: 64 bytes.
+TEST(ImageIo, AFileThatLacksRowsIsAnErrorInEveryFormat) {
+  TempFolder folder;
+  ImageF noise(64, 200, 3);
+  RandomStream random(7, 0);
+  for (float& v : noise.values()) v = static_cast<float>(random.uniform());
+  for (const char* name : {"a.tif", "a.png", "a.jpg", "a.exr"}) {
+    write_color(folder / name, noise);
+    const std::string whole = read_file(folder / name);
+    (void)read_color(folder / name);
+    for (std::size_t length = whole.size() / 29; length + 64 < whole.size(); length += whole.size() / 29) {
+      write_atomically(folder / name, std::string_view(whole).substr(0, length));
+      EXPECT_THROW((void)read_color(folder / name), IoError) << name << ": " << length << " of " << whole.size();
+    }
+  }
+}
+
+// Cameras pad; the decoder remarks on it, and no pixel is lost.
+TEST(ImageIo, AJpegWithBytesBetweenItsMarkersIsReadAsItIs) {
+  TempFolder folder;
+  write_srgb8(folder / "a.jpg", ramp(32, 32, 3));
+  const ImageF expected = read_color(folder / "a.jpg");
+  std::string bytes = read_file(folder / "a.jpg");
+  bytes.insert(bytes.size() - 2, 5, 'x');  // Before the last marker.
+  write_atomically(folder / "a.jpg", bytes);
+  const ImageF found = read_color(folder / "a.jpg");
+  EXPECT_TRUE(std::equal(found.values().begin(), found.values().end(), expected.values().begin()));
+}
+
+/// A PNG of one colour, of any size, whose rows are not there: what its header says is all that is looked at.
+std::string png_header(std::uint32_t width, std::uint32_t height) {
+  const auto u32 = [](std::uint32_t v) { return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8), static_cast<char>(v)}; };
+  const auto chunk = [&](const std::string& kind, const std::string& data) {
+    std::uint32_t crc = 0xFFFFFFFFu;
+    for (unsigned char c : kind + data) {
+      crc ^= c;
+      for (int k = 0; k < 8; ++k) crc = (crc >> 1) ^ ((crc & 1u) != 0 ? 0xEDB88320u : 0u);
+    }
+    return u32(static_cast<std::uint32_t>(data.size())) + kind + data + u32(~crc);
+  };
+  return "\x89PNG\r\n\x1a\n" + chunk("IHDR", u32(width) + u32(height) + std::string("\x08\x02\0\0\0", 5)) + chunk("IDAT", std::string("\x78\x9c", 2)) + chunk("IEND", "");
+}
+
+// 30000 x 30000 x 3 values are 10 GiB as floats. Nothing is allocated for them: the test would be slow, and this one is not.
+TEST(ImageIo, AnImageThatIsTooLargeToDecodeIsNamedBeforeItIsDecoded) {
+  TempFolder folder;
+  write_atomically(folder / "bomb.png", png_header(30000, 30000));
+  EXPECT_EQ(probe_image(folder / "bomb.png").width, 30000);
+  for (const auto& read : std::vector<std::function<void()>>{[&] { (void)read_color(folder / "bomb.png"); }, [&] { (void)read_gray(folder / "bomb.png"); }, [&] { (void)read_mask(folder / "bomb.png"); }}) {
+    EXPECT_EQ(testing_support::error_of<IoError>(read),
+              (folder / "bomb.png").string() + ": is 30000 x 30000 pixels of 3 channels, 10 GiB when decoded; at most 4 GiB can be read at once");
   }
 }
 

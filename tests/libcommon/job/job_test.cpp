@@ -249,6 +249,25 @@ TEST(Job, ReportsRisingFractionsThatEndAtOne) {
   EXPECT_EQ(std::count(fractions.begin(), fractions.end(), 1.0), 1);
 }
 
+// Two items, one of which takes eight times as long as the other and as the join: of all ten parts, one is done after the first and nine after the second.
+TEST(Job, ItemsCountByTheirWeights) {
+  TempFolder temp;
+  std::vector<double> fractions;
+  RunControl control = threads(1);
+  control.on_progress = [&](double f) { fractions.push_back(f); };
+  JobPlan plan = sample_plan(temp / "out", "k");
+  plan.items.resize(2);
+  plan.items[0].weight = 1.0;
+  plan.items[1].weight = 8.0;
+  plan.items[1].stage = 1;
+  plan.join_weight = 1.0;
+  (void)run_job(plan, {}, control);
+  EXPECT_NE(std::find(fractions.begin(), fractions.end(), 1.0 / 10.0), fractions.end());
+  EXPECT_NE(std::find(fractions.begin(), fractions.end(), 9.0 / 10.0), fractions.end());
+  plan.items[1].weight = 0.0;
+  EXPECT_THROW((void)run_job(plan, {}, control), InvalidInput);
+}
+
 TEST(Job, RefusesItemNamesThatAreNoFileNames) {
   TempFolder temp;
   JobPlan plan = sample_plan(temp / "out", "k");

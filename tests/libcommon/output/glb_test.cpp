@@ -12,6 +12,8 @@
 #include "libcommon/image/color.h"
 #include "libcommon/output/glb_tangents.h"
 #include "tests/libcommon/output/ball.h"
+#include "tests/support/errors.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
@@ -38,6 +40,23 @@ TEST(Glb, ReadsBackAsTheSameMeshInMetres) {
       const Vec2 w = back.uvs[static_cast<std::size_t>(back.uv_triangles[t][k])];
       EXPECT_NEAR((u - w).norm(), 0.0, 2e-7);
     }
+  }
+}
+
+TEST(Glb, AFullDiskNamesTheFile) {
+  const TempFolder folder;
+  const auto file = folder / "ball.glb";
+  write_glb(file, ball(1.0, 40), two_ages());
+  const auto size = std::filesystem::file_size(file);
+  for (const auto limit : {std::uintmax_t{0}, size / 2, size - 1}) {
+    std::filesystem::remove(file);
+    std::string said;
+    {
+      const testing_support::FileSizeLimit full(limit);
+      said = testing_support::error_of<CannotComplete>([&] { write_glb(file, ball(1.0, 40), two_ages()); });
+    }
+    EXPECT_TRUE(said.starts_with(file.string() + ": ")) << limit << " of " << size << ": " << said;
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
   }
 }
 

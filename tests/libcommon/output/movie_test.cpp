@@ -5,6 +5,8 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/image_io.h"
+#include "tests/support/errors.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
@@ -51,6 +53,24 @@ TEST_P(Movie, IsWholeOrAbsent) {
   EXPECT_THROW(write_movie(file, 5, picture, {.fps = 0.0}), InvalidInput);
   EXPECT_THROW(write_movie(temp / "nowhere" / file.filename(), 2, picture), CannotComplete);
   EXPECT_TRUE(std::filesystem::is_empty(temp.path()));
+}
+
+// At the first byte, in the middle, and where only the end is missing.
+TEST_P(Movie, IsAbsentAndNamedWhereTheDiskIsFull) {
+  const TempFolder temp;
+  const auto file = temp / (std::string("a") + GetParam());
+  write_movie(file, 12, picture, {.fps = 12.5}, "0123");
+  const auto size = std::filesystem::file_size(file);
+  for (const auto limit : {std::uintmax_t{0}, size / 2, size - 1}) {
+    std::filesystem::remove(file);
+    std::string said;
+    {
+      const testing_support::FileSizeLimit full(limit);
+      said = testing_support::error_of<CannotComplete>([&] { write_movie(file, 12, picture, {.fps = 12.5}, "0123"); });
+    }
+    EXPECT_TRUE(said.starts_with(file.string() + ": cannot be written")) << limit << " of " << size << ": " << said;
+    EXPECT_TRUE(std::filesystem::is_empty(temp.path()));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, Movie, testing::Values(".mp4", ".webm", ".gif"));

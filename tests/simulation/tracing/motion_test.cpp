@@ -308,7 +308,7 @@ TEST(FloatOn, WithoutRaysIsAsWithRays) {
   Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 3)));
   const SceneMesh mesh = make_scene_mesh(scene);
   const RayTracer rays(mesh.mesh);
-  const SurfaceFrames frames(mesh, rays);
+  const TriangleFrames frames(mesh, rays);
   const FreeSpace free_space(rays);
   scene.gravity_mm_s2 = {0, -kGravity, 0};
   Clearance low(rays, frames, mesh.mesh.num_triangles(), scene.tracing.epsilon_mm), high(rays, frames, mesh.mesh.num_triangles(), 1e3);

@@ -66,6 +66,22 @@ TEST_F(ServedFolderTest, NewPathsAreNewAndInside) {
   }
 }
 
+TEST_F(ServedFolderTest, NothingNewGetsIntoAFinishedResult) {
+  const ServedFolder folder(temp_ / "served");
+  for (const char* manifest : {"history.json", "transfer.json", "simulation.json", "registration.json", "unlight.json", "recomposed.json", "sequence.json"}) {
+    fs::create_directories(temp_ / "served/made/deeper");
+    std::ofstream(temp_ / "served/made" / manifest) << "{}";
+    for (const char* name : {"made/x.json", "made/deeper/x"}) EXPECT_THROW((void)folder.new_path(name), InvalidInput) << manifest << " " << name;
+    const ServedFolder inner(temp_ / "served/made/deeper");  // also where the result itself is what is served, or a part of it
+    EXPECT_THROW((void)inner.new_path("x"), InvalidInput) << manifest;
+    fs::remove_all(temp_ / "served/made");
+  }
+  fs::create_directories(temp_ / "served/half.partial");
+  EXPECT_THROW((void)folder.new_path("half.partial/x"), InvalidInput);
+  std::ofstream(temp_ / "served/inside/capture.json") << "{}";  // a capture is its user's
+  EXPECT_NO_THROW((void)folder.new_path("inside/x"));
+}
+
 TEST(ServedFolder, WantsAFolder) { EXPECT_THROW(ServedFolder("/nowhere/at/all"), IoError); }
 
 }  // namespace

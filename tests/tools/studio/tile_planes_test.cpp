@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -120,6 +122,9 @@ TEST(TilePlanes, AnUndoneStateIsShownAgain) {
   for (std::size_t i = 0; i < seen.size(); ++i) ASSERT_EQ(again[i], seen[i]) << "texel " << i / 4 % 100 << ", " << i / 400;
 }
 
+/// The byte of a value: the root of its share of the top.
+double byte_of(double value, const OverlayPlane& plane) { return 255.0 * std::sqrt(std::clamp(value / plane.high(), 0.0, 1.0)); }
+
 TEST(OverlayPlane, ShowsAmountsAndCountersWithTheirTop) {
   Simulation simulation(plate(), {.parameter_maps = {"hits"}});
   const ScreenLayout layout(simulation.atlas().surface());
@@ -136,11 +141,67 @@ TEST(OverlayPlane, ShowsAmountsAndCountersWithTheirTop) {
     for (std::size_t i = 0; i < 64; ++i) {
       if (sources[i] == kNoTexel) continue;
       const int x = grid.x(sources[i]), y = grid.y(sources[i]);
-      EXPECT_NEAR(dirt.tile(tile)[i], 255.0 * std::min(1.0, static_cast<double>(amounts.at(x, y))), 0.51);
-      EXPECT_NEAR(hits.tile(tile)[i], 255.0 * static_cast<double>(counts.at(x, y)) / hits.high(), 0.51);
+      EXPECT_NEAR(dirt.tile(tile)[i], byte_of(static_cast<double>(amounts.at(x, y)), dirt), 0.51);
+      EXPECT_NEAR(hits.tile(tile)[i], byte_of(static_cast<double>(counts.at(x, y)), hits), 0.51);
     }
   }
   EXPECT_GT(hits.high(), 1.0);
+}
+
+TEST(OverlayPlane, ItsRangeIsThatOfTheData) {
+  Simulation simulation(plate(), {.parameter_maps = {"hits"}});
+  const ScreenLayout layout(simulation.atlas().surface());
+  OverlayPlane dirt("dirt", simulation, layout), hits("hits", simulation, layout);
+  for (OverlayPlane* plane : {&dirt, &hits}) {
+    (void)plane->update(simulation);
+    (void)plane->measure(simulation);
+    EXPECT_EQ(plane->range(), OverlayRange{}) << "nothing is there yet";
+  }
+  for (int i = 0; i < 60; ++i) {
+    simulation.step();
+    (void)dirt.update(simulation);
+  }
+  (void)hits.update(simulation);
+  const ImageF amounts = simulation.amounts(1), counts = simulation.parameter_map("hits").values;
+  for (auto [plane, image] : {std::pair(&dirt, &amounts), std::pair(&hits, &counts)}) {
+    EXPECT_TRUE(plane->is_stale());
+    EXPECT_TRUE(plane->measure(simulation));
+    EXPECT_FALSE(plane->is_stale());
+    EXPECT_FALSE(plane->measure(simulation)) << "the same again";
+    std::vector<float> found;  // the slow truth: all of them, sorted
+    for (const float v : image->values()) {
+      if (v > 0.0f) found.push_back(v);
+    }
+    std::sort(found.begin(), found.end());
+    constexpr double kThreeDigits = 0.006;
+    EXPECT_NEAR(plane->range().most, static_cast<double>(found.back()), kThreeDigits * plane->range().most);
+    const double high = static_cast<double>(found[static_cast<std::size_t>(0.98 * static_cast<double>(found.size()))]);
+    EXPECT_NEAR(plane->range().high, high, kThreeDigits * high);
+    EXPECT_LE(plane->range().most, plane->high());
+    EXPECT_GT(plane->range().most, 0.25 * plane->high()) << "bytes are not wasted";
+  }
+}
+
+TEST(OverlayPlane, FollowsABrushWhileTimeStandsStill) {
+  Scene scene = plate();
+  Emitter brush;
+  brush.name = "brush";
+  brush.shape = EmitterShape::Surface;
+  brush.gammatons = 100;
+  brush.size_mm = {20.0, 0.0};
+  brush.carries = {2.0, 2.0};
+  brush.is_on = false;
+  scene.emitters.push_back(brush);
+  Simulation simulation(scene, {.parameter_maps = {"hits"}});
+  const ScreenLayout layout(simulation.atlas().surface());
+  OverlayPlane dirt("dirt", simulation, layout), hits("hits", simulation, layout);
+  (void)dirt.update(simulation);
+  (void)hits.update(simulation);
+  for (int i = 0; i < 3; ++i) {
+    simulation.paint("brush", Vec3(0, 0, 0));
+    EXPECT_FALSE(dirt.update(simulation).empty()) << i;
+    EXPECT_FALSE(hits.update(simulation).empty()) << i;
+  }
 }
 
 TEST(DirtyTiles, HoldATileOnceAndGiveAllOnce) {

@@ -3,7 +3,16 @@ import { answer_from, type Reply } from "./session";
 import type { Curve, PlaceBase, Places } from "./types";
 
 /// What went wrong, as a sentence for the user.
-export class StudioError extends Error {}
+export class StudioError extends Error {
+  /// @param about  What has failed: a request's path, kServer, or "" for what can only be said once.
+  constructor(message: string, readonly about = "") {
+    super(message);
+  }
+}
+
+/// What a StudioError is about when nothing answers.
+export const kServer = "server";
+const kNoAnswer = "The server does not answer. Is `patinate studio` still running, and the ssh tunnel open?";
 
 export function is_static(): boolean {
   return window.PATINATE_SESSION !== undefined;
@@ -15,9 +24,9 @@ export function url_of(path: string, query: Record<string, string | number | und
   return text ? `${path}?${text}` : path;
 }
 
-async function fail(response: Response): Promise<never> {
+async function fail(response: Response, about: string): Promise<never> {
   if (response.status === 403) {
-    throw new StudioError("The server does not know this browser (any more). Open the address that `patinate studio` printed, with its token.");
+    throw new StudioError("The server does not know this browser (any more). Open the address that `patinate studio` printed, with its token.", kServer);
   }
   const text = await response.text().catch(() => "");
   let message = text;
@@ -26,11 +35,13 @@ async function fail(response: Response): Promise<never> {
   } catch {
     // Plain text then.
   }
-  throw new StudioError(message.trim() || `The server answered ${response.status} and said no more.`);
+  throw new StudioError(message.trim() || `The server answered ${response.status} and said no more.`, about);
 }
 
+const path_of = (url: string): string => url.split("?")[0]!;
+
 let num_waiting = 0;
-const kBusyEvent = "patinate-busy";
+const kBusyEvent = "patinate-busy", kAnswerEvent = "patinate-answer";
 
 function count(by: number): void {
   num_waiting += by;
@@ -42,6 +53,21 @@ export function on_busy(listener: (num: number) => void): void {
   window.addEventListener(kBusyEvent, (event) => listener((event as CustomEvent<number>).detail));
 }
 
+/// Tells `listener` the path of every request that has been answered as it should.
+export function on_answer(listener: (path: string) => void): void {
+  window.addEventListener(kAnswerEvent, (event) => listener((event as CustomEvent<string>).detail));
+}
+
+async function answer_of(url: string, options: RequestInit): Promise<Response> {
+  const response = await fetch(url, options).catch((error: unknown) => {
+    if (error instanceof DOMException && error.name === "AbortError") throw error;
+    throw new StudioError(kNoAnswer, kServer);
+  });
+  if (!response.ok) await fail(response, path_of(url));
+  window.dispatchEvent(new CustomEvent(kAnswerEvent, { detail: path_of(url) }));
+  return response;
+}
+
 /// @throws StudioError, or an AbortError where `signal` was used.
 export async function get(url: string, signal?: AbortSignal): Promise<Reply> {
   if (window.PATINATE_SESSION) {
@@ -51,11 +77,7 @@ export async function get(url: string, signal?: AbortSignal): Promise<Reply> {
   }
   count(1);
   try {
-    const response = await fetch(url, signal ? { signal } : {}).catch((error: unknown) => {
-      if (error instanceof DOMException && error.name === "AbortError") throw error;
-      throw new StudioError("The server does not answer. Is `patinate studio` still running, and the ssh tunnel open?");
-    });
-    if (!response.ok) await fail(response);
+    const response = await answer_of(url, signal ? { signal } : {});
     const bytes = await response.arrayBuffer();
     return { bytes, type: response.headers.get("Content-Type") ?? "", header: (name) => response.headers.get(name) };
   } finally {
@@ -71,10 +93,7 @@ export async function get_json<T>(url: string, signal?: AbortSignal): Promise<T>
 export async function post(url: string, body: unknown): Promise<Blob> {
   count(1);
   try {
-    const response = await fetch(url, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }).catch(() => {
-      throw new StudioError("The server does not answer. Is `patinate studio` still running, and the ssh tunnel open?");
-    });
-    if (!response.ok) await fail(response);
+    const response = await answer_of(url, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
     return await response.blob();
   } finally {
     count(-1);

@@ -1,11 +1,12 @@
 // The application: header, addresses (#/PLACE), keys, and one view at a time.
-import { get_place, is_static, on_busy } from "./api";
+import { get_place, is_static, kServer, on_answer, on_busy } from "./api";
 import type { HistoryPlace, PlaceBase, StepsPlace } from "./types";
 import { button, icon_button } from "./ui/controls";
 import { open_help } from "./ui/dialog";
 import { h, replace } from "./ui/dom";
 import { icon } from "./ui/icons";
-import { show_error } from "./ui/notices";
+import { key_of } from "./ui/keys";
+import { clear_notices, failure, notice_area, settle } from "./ui/notices";
 import { current_theme, on_theme, start_theme, toggle_theme } from "./ui/theme";
 import { CaptureView } from "./views/capture_view";
 import { HistoryView } from "./views/history_view";
@@ -32,7 +33,8 @@ export class App {
     show_theme();
     const home = h("a", { class: "brand", href: "#/", "aria-label": "patinate studio: all places" }, h("i", { class: "logo", "aria-hidden": "true" }), h("b", {}, "patinate"), h("span", {}, "studio"));
     replace(root, h("a", { class: "skip", href: "#main", onclick: (e: Event) => { e.preventDefault(); this.body.querySelector("canvas")?.focus(); } }, "To the picture"),
-      h("header", { class: "top" }, home, this.crumbs, h("div", { class: "spacer" }), theme, icon_button("help", "Help and keys", open_help, "?")), this.busy, this.body);
+      h("header", { class: "top" }, home, this.crumbs, h("div", { class: "spacer" }), theme, icon_button("help", "Help and keys", open_help, "?")), this.busy, notice_area, this.body);
+    on_answer((path) => { settle(kServer); settle(path); });
     on_busy((num) => this.busy.classList.toggle("on", num > 0));
     window.addEventListener("hashchange", () => void this.open());
     window.addEventListener("keydown", (event) => this.key(event));
@@ -46,6 +48,7 @@ export class App {
     const [place = "", mode = ""] = location.hash.replace(/^#\/?/, "").split("?").map(decodeURIComponent);
     this.view?.dispose();
     this.view = undefined;
+    clear_notices();
     replace(this.crumbs);
     const shown = is_static() ? window.PATINATE_SESSION?.place ?? "" : place;
     if (shown === "") {
@@ -62,8 +65,7 @@ export class App {
       this.show(this.make(info, mode));
     } catch (error) {
       if (number !== this.num_opened) return;
-      show_error(error);
-      replace(this.body, h("div", { class: "empty" }, h("p", {}, error instanceof Error ? error.message : ""), h("a", { href: "#/" }, "All places")));
+      replace(this.body, failure("This cannot be opened", error instanceof Error ? error.message : String(error)));
     }
   }
 
@@ -101,10 +103,10 @@ export class App {
     const is_slider = target.matches("input[type=range]") && event.key.startsWith("Arrow");
     const is_pressed = event.key === " " && target.matches("button, summary, a, input");
     if (is_slider || is_pressed || (event.key.startsWith("Arrow") && target.matches("[role=radio], [role=slider]"))) return;
-    const is_plain = !event.ctrlKey && !event.metaKey && !event.altKey;
-    if (is_plain && event.key === "?") open_help();
-    else if (is_plain && event.key === "t") toggle_theme();
-    else if (!this.view?.on_key?.(event)) return;
+    const key = key_of(event);
+    if (key === "?") open_help();
+    else if (key === "t") toggle_theme();
+    else if (!this.view?.on_key?.(key)) return;
     event.preventDefault();
   }
 }

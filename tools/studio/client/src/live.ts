@@ -17,6 +17,8 @@ export interface LiveEvents {
   /// Something went wrong that no command waits for.
   problem(message: string): void;
   connection(state: Connection, why?: string): void;
+  /// The server will not have it, or not any more: nothing comes after this.
+  refused(why: string): void;
 }
 
 export interface Watch {
@@ -25,6 +27,8 @@ export interface Watch {
   gammatons: number;
 }
 
+/// What errors are about when the connection is lost.
+export const kConnection = "connection";
 const kFirstRetry_ms = 400, kLastRetry_ms = 5000;
 
 type Waiting = { resolve: () => void; reject: (error: Error) => void };
@@ -37,6 +41,7 @@ export class Live {
   private retry_ms = kFirstRetry_ms;
   private timer: number | undefined;
   private is_closed = false;
+  private has_hello = false;
 
   constructor(readonly place: string, private readonly events: LiveEvents) {
     this.connect();
@@ -48,7 +53,8 @@ export class Live {
 
   /// One command. @throws StudioError what the server says, or that there is no connection.
   send(op: string, fields: Record<string, unknown> = {}): Promise<void> {
-    if (!this.is_open) return Promise.reject(new StudioError("There is no connection to the server; wait until it is back."));
+    if (this.is_closed) return Promise.reject(new StudioError("The scene does not run here any more; open it again.", kConnection));
+    if (!this.is_open) return Promise.reject(new StudioError("There is no connection to the server; wait until it is back.", kConnection));
     const id = this.next_id++;
     const done = new Promise<void>((resolve, reject) => this.waiting.set(id, { resolve, reject }));
     this.socket?.send(JSON.stringify({ op, id, ...fields }));
@@ -57,7 +63,7 @@ export class Live {
 
   set_watch(change: Partial<Watch>): void {
     Object.assign(this.watch, change);
-    if (this.is_open) void this.send("watch", { ...this.watch }).catch((error: Error) => this.events.problem(error.message));
+    if (this.is_open) void this.send("watch", { ...this.watch }).catch((error: Error) => { if (this.is_open) this.events.problem(error.message); });  // Who comes back says it again.
   }
 
   acknowledge(update: number): void {
@@ -77,6 +83,7 @@ export class Live {
     const socket = new WebSocket(`${scheme}//${location.host}${url_of("/api/live", { place: this.place })}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
+    this.has_hello = false;
     socket.onopen = () => {
       this.retry_ms = kFirstRetry_ms;
       this.events.connection("open");
@@ -103,8 +110,14 @@ export class Live {
     this.retry_ms = Math.min(2 * this.retry_ms, kLastRetry_ms);
   }
 
+  // No one tries again: what cannot be read stays so.
+  private end(why: string): void {
+    this.close();
+    this.events.refused(why);
+  }
+
   private fail_waiting(message: string): void {
-    for (const { reject } of this.waiting.values()) reject(new StudioError(message));
+    for (const { reject } of this.waiting.values()) reject(new StudioError(message, kConnection));
     this.waiting.clear();
   }
 
@@ -117,10 +130,14 @@ export class Live {
         this.waiting.delete(message["id"] as number);
         if (message.type === "done") waiting?.resolve();
         else if (waiting) waiting.reject(new StudioError(String(message["message"])));
+        else if (message["fatal"] === true || !this.has_hello) this.end(String(message["message"]));
         else this.events.problem(String(message["message"]));
         break;
       }
-      case "hello": this.events.hello(message as unknown as SceneState); break;
+      case "hello":
+        this.has_hello = true;
+        this.events.hello(message as unknown as SceneState);
+        break;
       case "scene": this.events.scene(message as unknown as Partial<SceneState>); break;
       case "status": this.events.status(message as unknown as Status); break;
       case "hash": this.events.hash(message as unknown as Parameters<LiveEvents["hash"]>[0]); break;

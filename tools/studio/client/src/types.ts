@@ -134,8 +134,12 @@ export interface MoreRule {
 
 export interface Overlay {
   name: string;
+  /// Byte b stands for high (b / 255)^2.
   high?: number;
   unit?: string;
+  /// What colours should stand for: 2 % of the texels where there is something lie above.
+  range?: [number, number];
+  most?: number;
 }
 
 /// hello, and what `scene` messages replace.
@@ -160,15 +164,15 @@ export interface SceneState {
   notes?: string[];
 }
 
+/** Of one material, as simulation.json has it. */
 export interface LedgerRow {
-  material: string;
   emitted: number;
-  surface: number;
-  carried: number;
-  left: number;
-  absorbed: number;
-  rested?: number;
   made: number;
+  on_surfaces: number;
+  carried: number;
+  absorbed: number;
+  rested: number;
+  left: number;
   used: number;
   residual: number;
 }
@@ -179,9 +183,12 @@ export interface Status {
   time: number;
   iterations_per_s: number;
   counters: Record<string, number>;
-  ledger: LedgerRow[];
+  ledger: Record<string, LedgerRow>;
   clients: number;
+  /// A stroke goes on: everything else stands still.
+  painting?: boolean;
   can_undo?: boolean;
+  can_redo?: boolean;
   exporting?: boolean;
   memory_mb: number;
 }

@@ -1,5 +1,6 @@
 // A control, map or the source coordinates as colours over the surface, with what the colours stand for.
 import type { Texture as ThreeTexture } from "three";
+import { range_of } from "../color/range";
 import { get_map, type FloatMap } from "../api";
 import { plane_legend, ramp_gradient } from "../color/ramp";
 import { float_texture, type SurfaceLook } from "../scene/material";
@@ -10,18 +11,21 @@ import { show_error } from "../ui/notices";
 
 const kMapSize = 2048;
 
-export function legend(title: string, low: string, high: string): HTMLElement {
-  return h("div", { class: "legend", role: "img", "aria-label": `${title}: from ${low} (dark) to ${high} (bright)` }, h("b", {}, title), h("i", { class: "ramp", style: `background:${ramp_gradient()}` }), h("span", {}, low), h("span", {}, high));
+export function legend(title: string, low: string, high: string, more = ""): HTMLElement {
+  return h("div", { class: "legend", role: "img", "aria-label": `${title}: from ${low} (dark) to ${high} (bright)${more && `; ${more}`}` }, h("b", {}, title), h("i", { class: "ramp", style: `background:${ramp_gradient()}` }), h("span", {}, low),
+    h("span", {}, high), more && h("small", {}, more));
 }
 
-function range_of(map: FloatMap): [number, number] {
-  let low = Infinity, high = -Infinity;
-  for (const v of map.values) {
-    if (!Number.isFinite(v)) continue;
-    if (v < low) low = v;
-    if (v > high) high = v;
-  }
-  return low < high ? [low, high] : [0, 1];
+/// As servers write units: "1" is a number of something.
+export function unit_text(unit: string | undefined): string {
+  return unit === undefined || unit === "" ? "" : unit === "1" ? "number" : unit;
+}
+
+/// @param most  The largest of all, which may lie above the range.
+export function range_legend(name: string, unit: string, low: number, high: number, most: number): HTMLElement {
+  const title = unit ? `${name} (${unit})` : name;
+  if (!(high > low)) return legend(title, "0", "0", "there is nothing yet");
+  return legend(title, low === 0 ? "0" : `${number_text(low)} and less`, most > high ? `${number_text(high)} and more` : number_text(high), most > high ? `the most is ${number_text(most)}` : "");
 }
 
 export class OverlayPanel {
@@ -56,14 +60,15 @@ export class OverlayPanel {
       this.texture?.dispose();
       this.texture = float_texture(map.width, map.height, map.channels, map.values, !is_coordinates);
       const control = this.place.controls?.find((c) => name === `control:${c.name}`);
-      const [low, high] = control ? [0, 1] : range_of(map);
+      const { low, high, most } = range_of(map.values);
       this.look.uniforms.overlay.value = this.texture;
       this.look.uniforms.overlay_range.value.set(low, high);
       this.look.uniforms.overlay_kind.value = is_coordinates ? 1 : 0;
       this.set_amount(this.amount || 1, true);
-      const unit = control?.unit && control.unit !== "1" ? ` ${control.unit}` : "";
+      // A control's map runs from 0 to 1; what they stand for is said beside it.
+      const real = (share: number): number => (control ? control.low + share * (control.high - control.low) : share);
       replace(this.legend_box, is_coordinates ? h("div", { class: "legend plane" }, h("b", {}, "place in the photograph"), plane_legend(84))
-        : legend(control?.name ?? name.replace(/^map:/, ""), `${number_text(control?.low ?? low)}${unit}`, `${number_text(control?.high ?? high)}${unit}`));
+        : range_legend(control?.name ?? name.replace(/^map:/, ""), unit_text(control?.unit), real(low), real(high), real(most)));
       this.redraw();
     } catch (error) {
       show_error(error);

@@ -45,7 +45,7 @@ ${kLabShader}${kRampShader}
 float surface_gloss;
 `;
 
-// overlay_kind: 0 numbers (below 0, or no number: none there), 1 source coordinates in [0, 1] as two colours.
+// overlay_kind: 0 numbers (below 0, or no number: none there), 1 source coordinates in [0, 1] as two colours, 2 roots of numbers.
 const kColor = /* glsl */ `
 vec4 now = texture2D(map, vMapUv);
 surface_gloss = now.a;
@@ -57,7 +57,8 @@ if (overlay_amount > 0.0) {
   if (overlay_kind == 1) {
     if (value.r >= 0.0) seen = mix(seen, clamp(linear_from_lab(vec3(66.0, 130.0 * (value.xy - 0.5))), 0.0, 1.0), overlay_amount);
   } else if (value.r >= -0.5 && value.r == value.r) {
-    seen = mix(seen, ramp_color((value.r - overlay_range.x) / (overlay_range.y - overlay_range.x)), overlay_amount);
+    float number = overlay_kind == 2 ? value.r * value.r : value.r;
+    seen = mix(seen, ramp_color((number - overlay_range.x) / (overlay_range.y - overlay_range.x)), overlay_amount);
   }
 }
 diffuseColor.rgb *= seen;

@@ -216,6 +216,13 @@ export class Viewer {
     return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
   }
 
+  /// How much a pixel is at a point of the scene.
+  mm_per_px(point = this.controls.target): number {
+    const { camera } = this;
+    const height = camera instanceof THREE.OrthographicCamera ? 2 / camera.zoom : 2 * camera.position.distanceTo(point) * Math.tan((camera.fov * Math.PI) / 360);
+    return height / Math.max(1, this.canvas.clientHeight);
+  }
+
   dispose(): void {
     this.is_disposed = true;
     window.clearTimeout(this.rest_timer);

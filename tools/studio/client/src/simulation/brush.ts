@@ -1,9 +1,10 @@
-// Painting: an emitter follows the surface under the pointer. While the button is down the scene runs; one stroke is one undo.
+// Painting: an emitter follows the surface under the pointer. While the button is down nothing else lives; one stroke is one undo.
 import * as THREE from "three";
 import type { Hit } from "../scene/viewer";
-import type { Emitter, Vec3 } from "../types";
+import type { Emitter } from "../types";
 import { throttle } from "../ui/dom";
 import { emitter_event, extent, rounded, size_of, type SceneContext } from "./context";
+import { way_between, type Spot } from "./way";
 
 const kMove_ms = 25;
 const kWheelFactor = 1.0015;
@@ -18,10 +19,15 @@ export class Brush {
   private is_on = false;
   private is_down = false;
   private began = 0;
-  private was_running = true;
-  private pointer: { x: number; y: number } | undefined;
+  /// Where the pointer was since the last frame.
+  private trail: { x: number; y: number }[] = [];
+  private is_asked = false;
+  /// Where the brush was last, on the surface.
+  private last: Spot | undefined;
+  /// Of the way that is not told yet.
+  private untold: Spot[] = [];
   private readonly ring: THREE.LineSegments;
-  private readonly move: (at: Vec3) => void;
+  private readonly tell_soon: () => void;
   private readonly send_emitter: (emitter: Emitter) => void;
   private readonly listeners = new AbortController();
 
@@ -30,7 +36,7 @@ export class Brush {
     this.ring.renderOrder = 10;
     this.ring.visible = false;
     context.viewer.scene.add(this.ring);
-    this.move = throttle(kMove_ms, (at) => this.tell("move", at));
+    this.tell_soon = throttle(kMove_ms, () => { if (this.is_down) this.tell("move"); });
     this.send_emitter = throttle(60, (emitter: Emitter) => this.context.event(emitter_event(emitter)));
     const { canvas } = context.viewer;
     const { signal } = this.listeners;
@@ -38,7 +44,7 @@ export class Brush {
     stage.addEventListener("pointerdown", (e) => { if (e.target === canvas) this.down(e); }, { capture: true, signal });
     stage.addEventListener("pointerdown", (e) => { if (!e.isPrimary) this.second_finger(); }, { capture: true, signal });
     canvas.addEventListener("pointermove", (e) => { if (e.isPrimary) this.hover(e); }, { signal });
-    for (const name of ["pointerup", "pointercancel"] as const) canvas.addEventListener(name, () => this.up(), { signal });
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"] as const) canvas.addEventListener(name, () => this.up(), { signal });
     canvas.addEventListener("pointerleave", () => { if (!this.is_down) this.show_ring(undefined); }, { signal });
     stage.addEventListener("wheel", (e) => this.wheel(e), { capture: true, passive: false, signal });
   }
@@ -89,33 +95,56 @@ export class Brush {
     }
     this.is_down = true;
     this.began = performance.now();
-    this.was_running = this.context.is_running;
-    this.tell("begin", at);
-    if (!this.was_running) void this.context.send("run");
+    this.trail = [];
+    this.last = { x: event.clientX, y: event.clientY, point: hit.point };
+    this.untold = [this.last];
+    this.tell("begin");
   }
 
-  // Once a frame: looking for the surface under the pointer costs milliseconds on large meshes.
-  private hover(event: { clientX: number; clientY: number }): void {
+  // Once a frame: looking for the surface under the pointer costs milliseconds on large meshes. All places since the last one count.
+  private hover(event: { clientX: number; clientY: number; getCoalescedEvents?: () => PointerEvent[] }): void {
     if (!this.is_on) return;
-    const is_asked = this.pointer !== undefined;
-    this.pointer = { x: event.clientX, y: event.clientY };
-    if (!is_asked) requestAnimationFrame(() => this.follow());
+    const all = this.is_down ? event.getCoalescedEvents?.() ?? [] : [];
+    for (const e of all.length > 0 ? all : [event]) this.trail.push({ x: e.clientX, y: e.clientY });
+    if (this.is_asked) return;
+    this.is_asked = true;
+    requestAnimationFrame(() => this.follow());
   }
 
   private follow(): void {
-    const at = this.pointer;
-    this.pointer = undefined;
+    this.is_asked = false;
+    const trail = this.trail.splice(0), at = trail[trail.length - 1];
     if (!at || !this.is_on) return;
-    const hit = this.context.viewer.pick(at.x, at.y);
-    this.show_ring(hit);
-    if (this.is_down && hit) this.move(rounded(hit.point));
+    this.show_ring(this.is_down ? this.paint_along(trail) : this.context.viewer.pick(at.x, at.y));
+    if (this.untold.length > 0) this.tell_soon();
+  }
+
+  // However rarely pictures come, the way has no gaps but those of the surface.
+  private paint_along(trail: { x: number; y: number }[]): Hit | undefined {
+    const { viewer } = this.context;
+    let hit: Hit | undefined;
+    const pick = (x: number, y: number): THREE.Vector3 | undefined => (hit = viewer.pick(x, y))?.point;
+    for (const { x, y } of trail) {
+      const to: Spot = { x, y, point: pick(x, y) };
+      const found = hit;
+      const from = this.last ?? to;
+      this.untold.push(...way_between(from, to, { spacing: this.width() / 2, mm_per_px: viewer.mm_per_px(from.point ?? to.point), pick }));
+      this.last = to;
+      hit = found;
+    }
+    return hit;
+  }
+
+  private width(): number {
+    const emitter = this.current();
+    return (emitter && (size_of(emitter)[0] || emitter.distance)) || 0.01 * extent(this.context.scene);
   }
 
   private up(): void {
     if (!this.is_down) return;
+    this.paint_along(this.trail.splice(0));
     this.is_down = false;
-    void this.context.send("stroke", { emitter: this.current()?.name, phase: "end" });
-    if (!this.was_running) void this.context.send("pause");
+    this.tell("end");
   }
 
   // Two fingers move the camera: the stroke of the first ends, and was none if it has only just begun.
@@ -125,10 +154,21 @@ export class Brush {
     if (performance.now() - this.began < kPinch_ms) void this.context.send("undo");
   }
 
-  private tell(phase: "begin" | "move", position: Vec3): void {
-    if (phase === "move" && !this.is_down) return;
+  // Where the surface ends under the brush it is lifted: `jump` says that a part of the way is not joined to the one before.
+  private tell(phase: "begin" | "move" | "end"): void {
     this.last_sent = performance.now();
-    void this.context.send("stroke", { emitter: this.current()?.name, position, phase });
+    const emitter = this.current()?.name;
+    const parts: Spot[][] = [[]];
+    for (const spot of this.untold.splice(0)) {
+      if (spot.is_jump) parts.push([]);
+      if (spot.point) parts[parts.length - 1]!.push(spot);
+    }
+    parts.forEach((part, i) => {
+      const is_last = i === parts.length - 1;
+      if (part.length === 0 && !(is_last && phase === "end")) return;
+      const positions = part.map((spot) => rounded(spot.point!));
+      void this.context.send("stroke", { emitter, positions, phase: is_last ? phase : "move", ...(i > 0 ? { jump: true } : {}) });
+    });
   }
 
   private wheel(event: WheelEvent): void {

@@ -4,7 +4,7 @@ import { MeshSurfaceSampler } from "three/addons/math/MeshSurfaceSampler.js";
 import type { TilePlane } from "../scene/texture_tiles";
 
 const kNumPlaces = 6000;
-const kLeast = 0.18, kMost = 0.75;  // Of the map: the first grows here, the last there.
+const kLeast = 0.18, kMost = 0.75;  // Amounts: the first grows here, the last there.
 const kNumLeaves = 5;
 const kSize = 1 / 90;               // Of the scene's diagonal.
 
@@ -74,15 +74,15 @@ export class Plantlets {
     }
   }
 
-  /// @param amounts  The map of the material; nothing: no plants.
-  update(amounts: TilePlane | undefined): void {
+  /// @param amounts  The map of the material; nothing: no plants. @param high  What a byte b stands for: high (b / 255)^2.
+  update(amounts: TilePlane | undefined, high = 1): void {
     this.num_shown = 0;
     for (const { instances, places } of this.fields) {
       let count = 0;
       if (amounts) {
         for (const { u, v, threshold, matrix } of places) {
           const x = Math.min(amounts.width - 1, Math.floor(u * amounts.width)), y = Math.min(amounts.height - 1, Math.floor(v * amounts.height));
-          if (amounts.data[y * amounts.width + x]! >= 255 * threshold) instances.setMatrixAt(count++, matrix);
+          if (high * (amounts.data[y * amounts.width + x]! / 255) ** 2 >= threshold) instances.setMatrixAt(count++, matrix);
         }
       }
       instances.count = count;

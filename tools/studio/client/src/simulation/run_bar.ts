@@ -24,10 +24,11 @@ export class RunBar {
       h("div", { class: "spacer" }), number(this.numbers.iteration, "iterations"), number(this.numbers.time, "passed"), number(this.numbers.rate, "iterations/s"), number(this.numbers.updates, "pictures/s"));
   }
 
+  /// @param is_running  Unless it paints: then it is to go on afterwards.
   show(status: Status, is_running: boolean, unit: string, num_updates: number): void {
     if (is_running !== this.is_running) this.run.replaceChildren(icon(is_running ? "pause" : "play"), h("span", {}, is_running ? "Pause" : "Run"));
     this.is_running = is_running;
-    this.show_state(is_running ? "running" : "paused");
+    this.show_state(status.painting ? "painting" : is_running ? "running" : "paused");
     this.numbers.iteration.textContent = String(status.iteration);
     this.numbers.time.textContent = `${number_text(status.time)} ${unit}`;
     this.numbers.rate.textContent = is_running && status.iterations_per_s > 0 ? number_text(status.iterations_per_s) : "-";

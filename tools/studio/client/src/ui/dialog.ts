@@ -13,6 +13,16 @@ export function open_dialog(title: string, body: Child[], actions: HTMLElement[]
   return dialog;
 }
 
+/// A question; `go` is what happens when the answer is yes.
+export function ask(title: string, text: string, yes: string, go: () => void): void {
+  const accept = button(yes, () => {
+    dialog.close();
+    go();
+  }, { kind: "primary" });
+  const dialog = open_dialog(title, [h("p", {}, text)], [button("Cancel", () => dialog.close()), accept]);
+  accept.focus();
+}
+
 /// A name for a file or folder. `go` may fail: its message is shown and the dialog stays.
 export function ask_path(title: string, label: string, value: string, extra: Child[], go: (path: string) => Promise<void>): void {
   const input = h("input", { type: "text", value, required: true, autocomplete: "off", spellcheck: "false" });
@@ -32,7 +42,7 @@ export function ask_path(title: string, label: string, value: string, extra: Chi
 
 const kKeys: [string, string][] = [
   ["Space", "play or pause"], ["F", "fit the view"], ["← →", "a frame back or on"], ["1 2 3", "one time, wipe, difference"],
-  ["P", "paint on the surface; then the wheel is the brush's distance, Shift and wheel its size, Ctrl and wheel comes closer"], ["G R S", "handles: move, rotate, scale"], ["Ctrl Z", "undo the last stroke"],
+  ["P", "paint on the surface; then the wheel is the brush's distance, Shift and wheel its size, Ctrl and wheel comes closer"], ["G R S", "handles: move, rotate, scale"], ["Ctrl Z", "undo the last stroke, or the way back to the start"], ["Ctrl Shift Z", "redo; Ctrl Y too"],
   ["Shift F", "full screen"], ["T", "dark or light"], ["Esc", "let go"], ["?", "this page"],
 ];
 

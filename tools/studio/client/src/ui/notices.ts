@@ -1,23 +1,40 @@
-// Short messages that go away, errors that stay until read, and the line that shows long work.
+// Messages in a strip of their own above the page, so that they cover nothing. Short ones go away; errors stay until they are read, or until
+// what they are about works again.
 import { icon_button } from "./controls";
 import { h } from "./dom";
 
 const stack = h("div", { class: "notices", role: "status", "aria-live": "polite" });
-document.body.append(stack);
+/// For the page.
+export const notice_area: HTMLElement = stack;
 
 const kStays_ms = 6000, kRead_ms = 70;  ///< At least, and for each letter.
 
-export function notice(text: string, kind: "info" | "error" = "info"): void {
-  if ([...stack.children].some((child) => child.firstChild?.textContent === text)) return;
-  const element = h("div", { class: `notice ${kind}`, role: kind === "error" ? "alert" : undefined }, h("span", {}, text), icon_button("close", "Dismiss", () => element.remove()));
-  stack.append(element);
+const all = (): HTMLElement[] => [...stack.children] as HTMLElement[];
+
+/// @param about  What it is about: a newer message about the same takes its place, settle() takes it away.
+export function notice(text: string, kind: "info" | "error" = "info", about = ""): void {
+  if (all().some((child) => child.firstChild?.textContent === text)) return;
+  const element = h("div", { class: `notice ${kind}`, role: kind === "error" ? "alert" : undefined, "data-about": about || undefined }, h("span", {}, text), icon_button("close", "Dismiss", () => element.remove()));
+  const before = about ? all().find((child) => child.dataset["about"] === about) : undefined;
+  if (before) before.replaceWith(element);
+  else stack.append(element);
   if (kind === "info") window.setTimeout(() => element.remove(), Math.max(kStays_ms, kRead_ms * text.length));
 }
 
-/// For the end of a promise: its error as a notice; what the user has cancelled is none.
-export function show_error(error: unknown): void {
+/// It works again: what was said about it is no longer true.
+export function settle(about: string): void {
+  for (const child of all()) if (about && child.dataset["about"] === about) child.remove();
+}
+
+/// Another page is shown: all that was said was about the one before.
+export function clear_notices(): void {
+  stack.replaceChildren();
+}
+
+/// For the end of a promise: its error as a notice; what the user has cancelled is none. @param about  Unless the error knows.
+export function show_error(error: unknown, about = ""): void {
   if (error instanceof DOMException && error.name === "AbortError") return;
-  notice(error instanceof Error ? error.message : String(error), "error");
+  notice(error instanceof Error ? error.message : String(error), "error", (error as { about?: string }).about || about);
 }
 
 export interface Progress {
@@ -43,4 +60,10 @@ export function progress(parent: HTMLElement, text: string, cancel?: () => void)
     },
     end: () => element.remove(),
   };
+}
+
+/// What cannot be shown, where it would be: why, and what can be done.
+export function failure(title: string, why: string): HTMLElement {
+  return h("div", { class: "failure", role: "alert" }, h("h2", {}, title), h("p", {}, why),
+    h("p", { class: "ways" }, h("button", { type: "button", class: "primary", onclick: () => location.reload() }, "Try again"), h("a", { href: "#/" }, "All places")));
 }

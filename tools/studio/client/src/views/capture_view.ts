@@ -52,8 +52,8 @@ export class CaptureView implements View {
     this.scans?.dispose();
   }
 
-  on_key(event: KeyboardEvent): boolean {
-    if (event.key !== "f" || !this.scans) return false;
+  on_key(key: string): boolean {
+    if (key !== "f" || !this.scans) return false;
     this.scans.fit();
     return true;
   }

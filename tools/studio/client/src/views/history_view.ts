@@ -77,13 +77,13 @@ export class HistoryView implements View {
     this.tell_tests();
   }
 
-  on_key(event: KeyboardEvent): boolean {
-    switch (event.key) {
+  on_key(key: string): boolean {
+    switch (key) {
       case " ": this.timebar.toggle(); return true;
       case "ArrowLeft": this.timebar.jump(-1); return true;
       case "ArrowRight": this.timebar.jump(1); return true;
       case "f": this.viewer.fit(); return true;
-      case "F": toggle_full_screen(this.element); return true;
+      case "shift+f": toggle_full_screen(this.element); return true;
       case "1": this.compare_by_key("one"); return true;
       case "2": this.compare_by_key("wipe"); return true;
       case "3": this.compare_by_key("difference"); return true;

@@ -32,9 +32,9 @@ export class MeshView implements View {
     }).catch(show_error).finally(() => work.end());
   }
 
-  on_key(event: KeyboardEvent): boolean {
-    if (event.key === "f") this.viewer.fit();
-    else if (event.key === "F") toggle_full_screen(this.element);
+  on_key(key: string): boolean {
+    if (key === "f") this.viewer.fit();
+    else if (key === "shift+f") toggle_full_screen(this.element);
     else return false;
     return true;
   }

@@ -3,7 +3,7 @@ import { get_place, get_places, preview_url, thumbnail_url } from "../api";
 import type { HistoryPlace, Places, PlaceSummary } from "../types";
 import { h, replace } from "../ui/dom";
 import { icon } from "../ui/icons";
-import { show_error } from "../ui/notices";
+import { failure } from "../ui/notices";
 import type { View } from "./view";
 
 const kThumbnailSize = 360;
@@ -41,8 +41,7 @@ export class PlacesView implements View {
   constructor() {
     window.patinate = { view: "places" };
     get_places(this.stop.signal).then((places) => this.show(places), (error: unknown) => {
-      show_error(error);
-      replace(this.element, h("p", { class: "empty" }, error instanceof Error ? error.message : ""));
+      if (!this.stop.signal.aborted) replace(this.element, failure("The folder cannot be listed", error instanceof Error ? error.message : String(error)));
     });
   }
 

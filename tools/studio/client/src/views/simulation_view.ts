@@ -1,7 +1,7 @@
 // A running scene: seen, steered and painted. The simulation runs in the server; here are its picture and its handles.
 import * as THREE from "three";
 import { get_mesh } from "../api";
-import { Live } from "../live";
+import { kConnection, Live } from "../live";
 import { lit_material, SurfaceLook } from "../scene/material";
 import { dress, read_glb } from "../scene/mesh_loader";
 import { Viewer } from "../scene/viewer";
@@ -21,9 +21,10 @@ import { RunBar } from "../simulation/run_bar";
 import { ShowPanel } from "../simulation/show_panel";
 import { StatusPanel } from "../simulation/status_panel";
 import type { PlaceBase, SceneState, Status } from "../types";
-import { button, icon_button, section } from "../ui/controls";
+import { button, icon_button, number_text, section } from "../ui/controls";
 import { h, throttle } from "../ui/dom";
-import { notice, progress, show_error, type Progress } from "../ui/notices";
+import { ask } from "../ui/dialog";
+import { failure, notice, progress, settle, show_error, type Progress } from "../ui/notices";
 import type { View } from "./view";
 import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
 
@@ -57,8 +58,9 @@ export class SimulationView implements View, SceneContext {
   private readonly status_panel = new StatusPanel();
   private readonly run_bar: RunBar;
   private readonly paint_button: HTMLButtonElement;
-  private readonly undo_button = icon_button("undo", "Undo the last stroke", () => void this.send("undo"), "Ctrl Z");
-  private readonly banner = h("div", { class: "banner", role: "alert", hidden: true });
+  private readonly undo_button = icon_button("undo", "Undo", () => void this.send("undo"), "Ctrl Z");
+  private readonly redo_button = icon_button("redo", "Redo", () => void this.send("redo"), "Ctrl Shift Z");
+  private is_lost = false;
   private work: Progress | undefined;
   private planes: Planes | undefined;
   private material: THREE.MeshStandardMaterial | undefined;
@@ -90,7 +92,7 @@ export class SimulationView implements View, SceneContext {
     this.run_bar = new RunBar({ run: () => this.toggle_run(), step: () => void this.send("step", { iterations: 1 }), reset: () => this.reset(), pace: (n) => this.set_pace(n) });
     this.paint_button = button("Paint", () => this.set_painting(!this.brush.is_active), { icon: "brush", hint: "Paint with an emitter on the surface", key: "P" });
     this.paint_button.setAttribute("aria-pressed", "false");
-    this.undo_button.disabled = true;
+    this.undo_button.disabled = this.redo_button.disabled = true;
     this.build();
     this.viewer.before_frame = () => this.planes?.before_frame();
     this.viewer.after_frame = () => this.planes?.after_frame((update) => this.live.acknowledge(update));
@@ -114,6 +116,7 @@ export class SimulationView implements View, SceneContext {
       notice: (text) => notice(text),
       problem: (message) => notice(message, "error"),
       connection: (state, why) => this.show_connection(state, why),
+      refused: (why) => this.refused(why),
     });
     this.tell_tests();
   }
@@ -126,8 +129,9 @@ export class SimulationView implements View, SceneContext {
     }
     try {
       await this.live.send(op, fields);
+      settle(`op ${op}`);
     } catch (error) {
-      show_error(error);
+      if (!this.is_disposed) show_error(error, `op ${op}`);
     } finally {
       if (is_steering) --this.num_steering;
     }
@@ -137,23 +141,23 @@ export class SimulationView implements View, SceneContext {
     void this.send("event", { event });
   }
 
-  on_key(event: KeyboardEvent): boolean {
-    if ((event.ctrlKey || event.metaKey) && event.key === "z") {
-      void this.send("undo");
-      return true;
-    }
+  on_key(key: string): boolean {
+    if (this.frame.bar.inert) return false;
     const modes: Record<string, HandleMode> = { g: "translate", r: "rotate", s: "scale" };
-    const mode = modes[event.key];
-    if (mode && !event.ctrlKey && !event.metaKey) {
+    const mode = modes[key];
+    if (mode) {
       this.emitters.mode.set(mode);
       this.handles.set_mode(mode);
       return true;
     }
-    switch (event.key) {
+    switch (key) {
+      case "ctrl+z": void this.send("undo"); return true;
+      case "ctrl+shift+z":
+      case "ctrl+y": void this.send("redo"); return true;
       case " ": this.toggle_run(); return true;
       case "ArrowRight": void this.send("step", { iterations: 1 }); return true;
       case "f": this.viewer.fit(); return true;
-      case "F": toggle_full_screen(this.element); return true;
+      case "shift+f": toggle_full_screen(this.element); return true;
       case "p": this.set_painting(!this.brush.is_active); return true;
       case "Escape":
         this.set_painting(false);
@@ -178,11 +182,11 @@ export class SimulationView implements View, SceneContext {
   private build(): void {
     const { tools, panel, bar, stage } = this.frame;
     view_tools(this.viewer, tools, this.element);
-    tools.append(h("span", { class: "divider" }), this.paint_button, this.undo_button);
-    stage.append(this.banner, h("div", { class: "legend-area" }, this.shown.legend_box));
+    tools.append(h("span", { class: "divider" }), this.paint_button, this.undo_button, this.redo_button);
+    stage.append(h("div", { class: "legend-area" }, this.shown.legend_box));
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
-    panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, "running scene")),
+    panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind)),
       ...this.emitters.elements, ...this.flow.elements, this.rules.element, this.looks.element, this.shown.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
@@ -208,7 +212,6 @@ export class SimulationView implements View, SceneContext {
     this.handles.show(scene);
     this.emitters.show(scene);
     for (const text of scene.notes ?? []) notice(text);
-    this.run_bar.show_state("paused");
     if (is_first) void this.load_mesh();
   }
 
@@ -254,7 +257,9 @@ export class SimulationView implements View, SceneContext {
       this.work?.end();
       this.work = undefined;
     } catch (error) {
+      if (this.is_disposed) return;
       this.work?.end();
+      this.work = undefined;
       show_error(error);
     }
   }
@@ -272,8 +277,12 @@ export class SimulationView implements View, SceneContext {
   }
 
   private reset(): void {
-    if (this.is_running) this.pace.stop();
-    void this.send("reset");
+    const { iteration = 0, time = 0 } = this.status ?? {};
+    const far = iteration > 0 ? `The scene is at iteration ${iteration}, after ${number_text(time)} ${this.scene.time_unit}. ` : "";
+    ask("Back to the start?", `${far}Everything that was painted, moved and set since the start goes; looks stay. Undo (Ctrl Z) brings it back.`, "Back to the start", () => {
+      if (this.is_running) this.pace.stop();
+      void this.send("reset");
+    });
   }
 
   private set_painting(is_on: boolean): void {
@@ -297,7 +306,7 @@ export class SimulationView implements View, SceneContext {
       this.plantlets?.update(undefined);
     } else if (!shown.overlay || shown.overlay === this.shown.plant(this.scene)) {
       this.plantlets ??= new Plantlets(this.model, extent(this.scene));
-      this.plantlets.update(this.planes?.overlay);
+      this.plantlets.update(this.planes?.overlay, this.shown.high(this.scene));
     }
     this.viewer.invalidate_shadows();
   }
@@ -308,7 +317,8 @@ export class SimulationView implements View, SceneContext {
     this.viewer.set_moving(this.is_running);
     this.run_bar.show(status, this.is_running, this.scene?.time_unit ?? "", this.planes?.num_updates ?? 0);
     this.status_panel.show(status);
-    this.undo_button.disabled = status.can_undo === false;
+    this.undo_button.disabled = status.can_undo !== true;
+    this.redo_button.disabled = status.can_redo !== true;
   }
 
   private show_progress(text: string, done: number, total: number): void {
@@ -328,11 +338,29 @@ export class SimulationView implements View, SceneContext {
   }
 
   private show_connection(state: "connecting" | "open" | "lost", why?: string): void {
-    if (state === "open") this.banner.hidden = true;
+    if (state === "open") {
+      this.is_lost = false;
+      settle(kConnection);
+    }
     if (state !== "lost") return;
-    this.banner.textContent = `The connection is lost; trying again. ${why ?? ""}`;
-    this.banner.hidden = false;
-    this.run_bar.show_state("no connection");
+    if (!this.is_lost) notice(`The connection is lost; trying again. ${why ?? ""}`, "error", kConnection);  // Once: who has closed it knows.
+    this.is_lost = true;
+    this.stand("no connection");
+  }
+
+  /// The server says why there is no scene, or none any more.
+  private refused(why: string): void {
+    this.work?.end();
+    this.work = undefined;
+    settle(kConnection);
+    if (this.model) notice(`The scene has stopped: ${why}`, "error", kConnection);
+    else this.frame.stage.append(failure("This scene cannot be opened", why));
+    for (const part of [this.frame.tools, this.frame.panel, this.frame.bar]) part.inert = this.model === undefined;
+    this.stand(this.model ? "stopped" : "cannot be opened");
+  }
+
+  private stand(state: string): void {
+    this.run_bar.show_state(state);
     if (this.pace.is_pacing) this.pace.stop();
     this.is_running = false;
     this.viewer.set_moving(false);
@@ -363,6 +391,7 @@ export class SimulationView implements View, SceneContext {
       set_pace: (iterations: number) => this.set_pace(iterations), toggle_run: () => this.toggle_run(),
       check_hash: () => this.check_hash(),
       send: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields),
+      send_shown: (op: string, fields: Record<string, unknown>) => this.send(op, fields),
     };
   }
 }

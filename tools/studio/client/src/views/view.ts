@@ -1,7 +1,7 @@
 // What the application shows between its header and the edge of the window.
 export interface View {
   element: HTMLElement;
-  /// @returns true where the key was meant for it.
-  on_key?(event: KeyboardEvent): boolean;
+  /// @param key  As key_of() names it. @returns true where it was meant for this view.
+  on_key?(key: string): boolean;
   dispose(): void;
 }

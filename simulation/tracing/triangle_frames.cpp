@@ -1,10 +1,10 @@
-#include "simulation/tracing/surface_frames.h"
+#include "simulation/tracing/triangle_frames.h"
 
 #include <Eigen/Geometry>
 
 namespace patinate {
 
-SurfaceFrames::SurfaceFrames(const SceneMesh& scene_mesh, const RayTracer& tracer) : center_(tracer.center()) {
+TriangleFrames::TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tracer) : center_(tracer.center()) {
   const Mesh& mesh = scene_mesh.mesh;
   const auto narrow = [](const Vec3& v) { return Float3{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())}; };
   frames_.reserve(mesh.triangles.size());
@@ -31,11 +31,11 @@ SurfaceFrames::SurfaceFrames(const SceneMesh& scene_mesh, const RayTracer& trace
   }
 }
 
-Vec3 SurfaceFrames::point(const SurfacePlace& at) const {
+Vec3 TriangleFrames::point(const SurfacePlace& at) const {
   return (1.0 - at.b1 - at.b2) * corner(at.triangle, 0) + at.b1 * corner(at.triangle, 1) + at.b2 * corner(at.triangle, 2);
 }
 
-Vec3 SurfaceFrames::shading_normal(const SurfacePlace& at) const {
+Vec3 TriangleFrames::shading_normal(const SurfacePlace& at) const {
   if (corner_normals_.empty()) return normal(at.triangle);
   const std::array<Float3, 3>& n = corner_normals_[static_cast<std::size_t>(at.triangle)];
   const Vec3 sum = (1.0 - at.b1 - at.b2) * wide(n[0]) + at.b1 * wide(n[1]) + at.b2 * wide(n[2]);

@@ -18,9 +18,9 @@ struct SurfacePlace {
 };
 
 /// Of each triangle as RayTracer has it (corners rounded to float), in plain floats. 72 bytes a triangle, and 36 for normals.
-class SurfaceFrames {
+class TriangleFrames {
  public:
-  SurfaceFrames(const SceneMesh& scene_mesh, const RayTracer& tracer);
+  TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tracer);
 
   [[nodiscard]] std::int64_t num_triangles() const { return static_cast<std::int64_t>(frames_.size()); }
   /// Asks for what is needed of a triangle soon; -1: nothing.

@@ -1,0 +1,22 @@
+/// \file
+/// Which times a history may have: so that every span, step and share of them is a number that can be computed with.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace patinate {
+
+inline constexpr double kFarthestTime = 1e18;    ///< On either side of 0, in the history's unit: longer than the universe in seconds.
+inline constexpr double kLeastTimeStep = 1e-12;  ///< In the history's unit, and as a share of the span from the first to the last time.
+
+struct TimeProblem {
+  std::size_t index = 0;  ///< Of the first time that is wrong.
+  std::string text;       ///< "has time 3, not later than 3, the one before; ...".
+};
+/// Nothing when all are within +-kFarthestTime and each is later than the one before by kLeastTimeStep at least.
+[[nodiscard]] std::optional<TimeProblem> find_time_problem(std::span<const double> times);
+
+}  // namespace patinate

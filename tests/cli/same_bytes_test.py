@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""Equal work gives equal bytes: another number of threads, another name of the output, other spellings of the paths.
+Usage: same_bytes_test.py PATINATE [unittest arguments]
+
+run.json is the file for what differs from run to run.
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
+WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_same_"))
+MOULD = ["synth", "mould", "--width", "64", "--height", "48", "--steps", "2", "--lights", "4", "--scan-spacing", "3"]
+
+
+def run(arguments, cwd=WORK):
+    result = subprocess.run([PATINATE, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+    if result.returncode != 0:
+        raise AssertionError(f"{arguments}: {result.stderr}")
+
+
+def setUpModule():
+    (WORK / "elsewhere").mkdir()
+    for arguments in (["synth", "crackle", "--width", "64", "--height", "48", "--num-frames", "8", "-o", "capture"], ["synth", "sculpture", "--resolution", "24", "-o", "urn"],
+                      ["synth", "ledge", "-o", "ledge"], [*MOULD, "-o", "mould"], ["ingest", "capture", "-o", "history"],
+                      ["transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64", "-o", "aged"],
+                      ["control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "facing.exr"],
+                      ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "20", "--history-every", "10", "-o", "rain"]):
+        run(arguments)
+
+
+def tearDownModule():
+    shutil.rmtree(WORK)
+
+
+def tree_of(path):
+    if path.is_file():
+        return {"": path.read_bytes()}
+    return {str(p.relative_to(path)): p.read_bytes() for p in sorted(path.rglob("*")) if p.is_file() and p.name != "run.json"}
+
+
+# Words that are paths begin with "@".
+COMMANDS = {
+    "ingest": ["ingest", "@capture", "--progress"],
+    "relit": ["ingest", "@mould"],
+    "transfer": ["transfer", "@history", "@urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64"],
+    "combine": ["combine", "@history", "@history"],
+    "evaluate": ["evaluate", "@aged", "--num-audits", "20"],
+    "evaluate_foreign": ["evaluate", "@aged/coordinates.exr", "--history", "@history", "--control", "thickness=@facing.exr", "--num-audits", "20"],
+    "compare": ["compare", "@history", "@aged", "--through", "@aged", "--num-resamples", "5"],
+    "factorise": ["factorise", "@history", "--num-intervals", "16", "--num-training", "48"],
+    "simulate": ["simulate", "@ledge/scene.json", "--resolution", "64", "--iterations", "20"],
+    "recompose": ["recompose", "@rain"],
+    "export_glb": ["export", "@aged", ".glb"],
+    "export_gif": ["export", "@aged", "--num-times", "3", ".gif"],
+    "export_sequence": ["export", "@aged", "--num-times", "3"],
+    "lookup": ["lookup", "@aged", "--time", "20", ".png"],
+    "render": ["render", "@aged", "--time", "20", "--width", "64", ".png"],
+    "control": ["control", "@urn/mesh.obj", "--kind", "facing", "--resolution", "64", ".exr"],
+    "accessibility": ["accessibility", "@mould/step00/scan.ply"],
+    "thickness": ["thickness", "@capture/backlight.png", ".exr"],
+    "register": ["register", "@mould/step00/scan.ply", "@mould/step01/scan.ply"],
+}
+
+
+class SameBytes(unittest.TestCase):
+    def check(self, name):
+        words = COMMANDS[name]
+        suffix = words[-1] if words[-1].startswith(".") else ""
+        words = words[:-1] if suffix else words
+        plain = [w.replace("@", "") for w in words]
+        spelled = [w.replace("@", str(WORK) + "/elsewhere/../") for w in words]
+        run([*plain, "--threads", 1, "-o", f"{name}_one{suffix}"])
+        run([*spelled, "--threads", 3, "--quiet", "-o", f"../{name}_another{suffix}"], WORK / "elsewhere")
+        one, another = tree_of(WORK / f"{name}_one{suffix}"), tree_of(WORK / f"{name}_another{suffix}")
+        self.assertEqual(sorted(one), sorted(another))
+        self.assertEqual([file for file in one if one[file] != another[file]], [])
+
+
+for command in COMMANDS:
+    setattr(SameBytes, f"test_{command}", lambda self, name=command: self.check(name))
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,216 @@
+#!/usr/bin/env python3
+"""What is done in patinate studio outlives it: recordings on the disk, and going through them again. Usage: studio_recording_test.py PATINATE [unittest arguments]"""
+import json
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from studio_client import Client, Server
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+
+
+class Recordings(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="patinate_recordings_"))
+        self.run_in("synth", "ledge", "--cells", "5", "-o", "ledge")
+        scene = json.loads((self.folder / "ledge/scene.json").read_text())
+        scene["atlas"]["resolution"] = 80
+        scene["run"] = {"iterations": 12, "history_every": 6}
+        for emitter in scene["emitters"]:
+            emitter["gammatons"] = 100
+        scene["events"] = [{"iteration": 5, "op": "ratio", "ratio": 0.6}]
+        self.scene = scene
+        (self.folder / "ledge/scene.json").write_text(json.dumps(scene))
+        self.servers, self.clients = [], []
+
+    def tearDown(self):
+        for client in self.clients:
+            client.close()
+        for server in self.servers:
+            server.close()
+        shutil.rmtree(self.folder)
+
+    def run_in(self, *arguments):
+        result = subprocess.run([PATINATE, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=300)
+        if result.returncode != 0:
+            raise AssertionError(f"{arguments}: {result.returncode}\n{result.stderr}")
+
+    def server(self):
+        self.servers.append(Server(PATINATE, self.folder))
+        return self.servers[-1]
+
+    def open(self, server, place="ledge/scene.json"):
+        self.clients.append(Client(server, place))
+        self.clients[-1].until(lambda: self.clients[-1].status)
+        return self.clients[-1]
+
+    def recordings(self):
+        return sorted(p.name for p in (self.folder / ".studio").glob("*.json")) if (self.folder / ".studio").exists() else []
+
+    def paint(self, client):
+        """Something of everything that is recorded. @returns the picture at its end."""
+        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
+        brush = client.scene["emitters"][-1]["name"]
+        client.step(4)
+        client.do("event", event={"op": "behaviour", "behaviour": {"slider": 0.6}})
+        client.do("stroke", emitter=brush, position=middle, phase="begin")
+        client.do("stroke", position=[middle[0] + 30, middle[1], middle[2]], phase="move")
+        client.do("stroke", position=[middle[0] + 30, middle[1] + 20, middle[2]], phase="end")
+        client.until(lambda: not client.status.get("painting"))
+        client.step(3)
+        client.do("looks", looks={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}})
+        client.do("event", event={"op": "rate", "target": "dirt", "rate": 0.3})
+        client.do("stroke", emitter=brush, position=middle, phase="begin")
+        client.do("stroke", position=[middle[0], middle[1] + 25, middle[2]], phase="end")
+        client.until(lambda: not client.status.get("painting"))
+        client.settle()
+        return client.surface(), client.status["iteration"]
+
+    def resume(self, client, iterations):
+        client.do("resume")
+        client.until(lambda: not client.status["running"] and client.status["iteration"] == iterations and client.notices)
+        client.settle()
+        return client.surface()
+
+    def test_a_killed_studio_goes_through_it_again_to_the_same_picture(self):
+        server = self.server()
+        client = self.open(server)
+        self.assertIsNone(client.scene["recording"])
+        picture, iterations = self.paint(client)
+        time.sleep(1.0)
+        server.process.send_signal(signal.SIGKILL)
+        server.process.wait()
+        again = self.open(self.server())
+        self.assertEqual(again.scene["recording"]["iterations"], iterations)
+        self.assertGreaterEqual(again.scene["recording"]["events"], 4)
+        again.settle()
+        self.assertNotEqual(again.surface(), picture)  # it is offered, not done
+        self.assertEqual(self.resume(again, iterations), picture)
+        self.assertEqual((again.scene["slider"], again.scene["looks"]["dirt"]["strength"]), (0.6, 0.7))
+        self.assertIsNone(again.scene["recording"])
+        self.assertEqual(again.ask("resume")["type"], "error")
+        again.do("save", path="resumed.json")
+        again.do("export", path="resumed_look", what=["textures"])
+        self.run_in("simulate", "resumed.json", "-o", "resumed")
+        self.assertEqual((self.folder / "resumed/color.png").read_bytes(), (self.folder / "resumed_look/color.png").read_bytes())
+
+    def test_it_is_on_the_disk_within_a_second_while_it_runs(self):
+        server = self.server()
+        client = self.open(server)
+        client.do("run")
+        client.do("event", event={"op": "ratio", "ratio": 0.25})
+        begin = time.monotonic()
+        while not self.recordings() and time.monotonic() - begin < 5:
+            client.listen(0.05)
+        self.assertLess(time.monotonic() - begin, 1.0)
+        kept = json.loads((self.folder / ".studio" / self.recordings()[0]).read_text())
+        self.assertEqual([e["ratio"] for e in kept["events"]], [0.25])
+
+    def test_it_goes_on_after_it_was_resumed(self):
+        server = self.server()
+        picture, iterations = self.paint(self.open(server))
+        time.sleep(1.0)
+        server.process.send_signal(signal.SIGKILL)
+        server.process.wait()
+        server = self.server()
+        client = self.open(server)
+        self.resume(client, iterations)
+        client.do("event", event={"op": "ratio", "ratio": 0.1})
+        client.step(3)
+        client.settle()
+        more = client.surface()
+        self.assertNotEqual(more, picture)
+        time.sleep(1.0)
+        server.process.send_signal(signal.SIGKILL)
+        server.process.wait()
+        self.assertEqual(self.resume(self.open(self.server()), iterations + 3), more)
+
+    def test_what_is_not_resumed_is_put_aside_when_something_new_begins(self):
+        server = self.server()
+        self.paint(self.open(server))
+        self.assertEqual(server.close(), 130)  # an orderly end keeps it too
+        old = (self.folder / ".studio" / self.recordings()[0]).read_text()
+        client = self.open(self.server())
+        self.assertIsNotNone(client.scene["recording"])
+        time.sleep(1.0)
+        self.assertEqual((self.folder / ".studio" / self.recordings()[0]).read_text(), old)  # looking at it changes nothing
+        client.do("event", event={"op": "ratio", "ratio": 0.1})
+        time.sleep(1.0)
+        previous = [name for name in self.recordings() if name.endswith(".previous.json")]
+        self.assertEqual((self.folder / ".studio" / previous[0]).read_text(), old)
+        self.assertEqual(len(self.recordings()), 2)
+        client.do("reset")
+        time.sleep(1.0)
+        self.assertEqual(self.recordings(), previous)
+
+    def test_a_scene_that_has_changed_since_leaves_a_scene_file_of_what_was_painted(self):
+        server = self.server()
+        client = self.open(server)
+        _, iterations = self.paint(client)
+        client.do("export", path="before_look", what=["textures"])
+        server.close()
+        changed = json.loads(json.dumps(self.scene))
+        changed["exchange"]["ratio"] = 0.2
+        (self.folder / "ledge/scene.json").write_text(json.dumps(changed))
+        client = self.open(self.server())
+        self.assertIsNone(client.scene["recording"])
+        note = next(n for n in client.scene["notes"] if "has changed since it was painted" in n)
+        name = note.split("scene file ")[1].rstrip(".")
+        kept = json.loads((self.folder / name).read_text())
+        self.assertEqual((kept["exchange"]["ratio"], kept["run"]["iterations"]), (self.scene["exchange"]["ratio"], iterations))
+        self.run_in("simulate", name, "-o", "before")
+        self.assertEqual((self.folder / "before/color.png").read_bytes(), (self.folder / "before_look/color.png").read_bytes())
+
+    def test_a_finished_simulation_is_gone_on_with_from_its_end(self):
+        self.run_in("simulate", "ledge/scene.json", "-o", "ran")
+        server = self.server()
+        client = self.open(server, "ran")
+        picture, iterations = self.paint(client)
+        self.assertEqual(iterations, 12 + 7)
+        time.sleep(1.0)
+        server.process.send_signal(signal.SIGKILL)
+        server.process.wait()
+        again = self.open(self.server(), "ran")
+        again.settle()
+        self.assertEqual(again.status["iteration"], 12)
+        self.assertEqual(self.resume(again, iterations), picture)
+
+    def test_a_recording_that_is_no_recording_is_named_and_left_alone(self):
+        server = self.server()
+        self.paint(self.open(server))
+        server.close()
+        file = self.folder / ".studio" / self.recordings()[0]
+        file.write_text(file.read_text()[:200])
+        client = self.open(self.server())
+        self.assertIsNone(client.scene["recording"])
+        self.assertTrue(any("cannot be read" in n for n in client.scene["notes"]), client.scene["notes"])
+        client.do("event", event={"op": "ratio", "ratio": 0.1})
+        time.sleep(1.0)
+        self.assertEqual(len(self.recordings()), 2)
+
+    def test_what_cannot_be_kept_is_said(self):
+        (self.folder / ".studio").write_text("a file in the way")
+        client = self.open(self.server())
+        client.do("event", event={"op": "ratio", "ratio": 0.1})
+        client.do("event", event={"op": "ratio", "ratio": 0.2})
+        time.sleep(0.6)
+        client.do("event", event={"op": "ratio", "ratio": 0.3})
+        client.until(lambda: client.notices, 10)
+        self.assertIn("cannot be kept", client.notices[0])
+
+    def test_recordings_are_no_places(self):
+        server = self.server()
+        self.paint(self.open(server))
+        time.sleep(1.0)
+        self.assertEqual([p["place"] for p in server.get_json("/api/places")["places"]], ["ledge/mesh.obj", "ledge/scene.json"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,46 @@
+#include "libcommon/core/json_text.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "libcommon/core/error.h"
+#include "tests/support/errors.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::error_of;
+using testing_support::has;
+
+std::string json_error(const std::string& text, const JsonTextLimits& limits = {}) {
+  return error_of<IoError>([&] { (void)parse_json("a.json", text, limits); });
+}
+
+// RFC 8259: "the names within an object SHOULD be unique"; which one counts is up to the reader, so two readers may differ.
+TEST(JsonText, AKeyGivenTwiceIsRefusedWithItsPointer) {
+  EXPECT_EQ(json_error(R"({"a": 1, "b": 2, "a": 3})"), "a.json: /a: is given twice; keep one of them");
+  EXPECT_EQ(json_error(R"([0, {"x": [{"k": 1}, {"k": 1, "k": 1}]}])"), "a.json: /1/x/1/k: is given twice; keep one of them");
+  EXPECT_EQ(json_error(R"({"a": {"a": 1}, "b": {"a": {}, "\u0061": []}})"), "a.json: /b/a: is given twice; keep one of them");
+  EXPECT_EQ(json_error(R"([{"a": 1}, {"a": 1, "b": {"a": 2}}, {"A": 1, "a": 2}])"), "");
+}
+
+TEST(JsonText, LimitsKeepReadersFromRecursingAndSearchingForEver) {
+  EXPECT_EQ(json_error(std::string(64, '[') + std::string(64, ']')), "");
+  EXPECT_TRUE(has(json_error(std::string(66, '[') + std::string(66, ']')), "nested more than 64 levels"));
+  EXPECT_TRUE(has(json_error(std::string(5'000'000, '[')), "nested more than 64 levels"));
+  std::string deep;
+  for (int i = 0; i < 50'000; ++i) deep += "{\"a\":";
+  EXPECT_TRUE(has(json_error(deep), "nested more than 64 levels"));
+  std::string wide = "{\"x\": {\"0\": 0";
+  for (int i = 1; i < 200'000; ++i) wide += ",\"" + std::to_string(i) + "\":0";
+  EXPECT_EQ(json_error(wide + "}}"), "a.json: /x: has more than 4096 members");
+  EXPECT_TRUE(has(json_error("[1e400]"), "too large for a computer"));
+  EXPECT_FALSE(has(json_error("[1e400]"), "json.exception"));
+  EXPECT_TRUE(has(json_error("// no\n1", {.may_have_comments = false}), "no valid JSON at line 1"));
+  EXPECT_EQ(json_error("// yes\n1"), "");
+}
+
+}  // namespace
+}  // namespace patinate

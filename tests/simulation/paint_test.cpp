@@ -1,0 +1,190 @@
+// A brush that paints alone: Simulation::paint() and the event `paint`.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "simulation/engine.h"
+#include "simulation/scene/scene_json.h"
+#include "tests/support/errors.h"
+#include "tests/support/plate_scene.h"
+
+namespace patinate {
+namespace {
+
+using testing_support::error_of;
+using testing_support::has;
+
+constexpr std::int64_t kBrushGammatons = 70;
+
+/// Iron in the rain that rusts, and a brush that waits.
+Scene painted_plate() {
+  Scene scene = testing_support::plate_scene(96);
+  scene.exchange.rates[2] = 0.02;
+  scene.rules.push_back(testing_support::rust_rule(0.5));
+  Emitter brush;
+  brush.name = "brush";
+  brush.shape = EmitterShape::Surface;
+  brush.gammatons = kBrushGammatons;
+  brush.size_mm = {20.0, 0.0};
+  brush.carries[0] = 2.0;
+  brush.is_on = false;
+  scene.emitters.push_back(brush);
+  return scene;
+}
+
+/// Left to right over the middle of the plate, with a rest.
+std::vector<BrushStop> stroke() {
+  std::vector<BrushStop> stops;
+  for (double x = -30.0; x <= 30.0; x += 5.0) stops.push_back({.position_mm = Vec3(x, 0, 0), .steps = x == 0.0 ? 4 : 1});
+  return stops;
+}
+
+void paint(Simulation& simulation, const std::vector<BrushStop>& stops, int num_threads = 0) {
+  for (const BrushStop& stop : stops) {
+    for (std::int64_t i = 0; i < stop.steps; ++i) simulation.paint("brush", stop.position_mm, {.on_progress = {}, .stop = {}, .num_threads = num_threads});
+  }
+}
+
+void run(Simulation& simulation, int num_iterations) {
+  for (int i = 0; i < num_iterations; ++i) simulation.step();
+}
+
+TEST(Paint, LeavesTimeRulesAndAllOtherGammatonsWhereTheyAre) {
+  Simulation simulation(painted_plate());
+  run(simulation, 30);
+  const Gammatons before = simulation.gammatons();
+  const std::int64_t rust = simulation.atlas().mass(2), water = simulation.atlas().mass(0);
+  const MassLedger ledger = simulation.ledger();
+  paint(simulation, stroke());
+  EXPECT_EQ(simulation.iteration(), 30);
+  EXPECT_EQ(simulation.num_paint_steps(), 16);
+  EXPECT_GT(simulation.atlas().mass(0), water);
+  EXPECT_EQ(simulation.ledger().account(2).made.value(), ledger.account(2).made.value());
+  EXPECT_EQ(simulation.atlas().mass(2) > rust, false);  // drops may take rust along; none is made
+  const Gammatons& after = simulation.gammatons();
+  for (std::size_t i = 0; i + kBrushGammatons < before.size(); ++i) {
+    ASSERT_EQ(after.state[i], before.state[i]) << i;
+    ASSERT_EQ(after.num_births[i], before.num_births[i]) << i;
+    ASSERT_EQ(after.position[i], before.position[i]) << i;
+    ASSERT_EQ(after.velocity[i], before.velocity[i]) << i;
+  }
+  const TraceCounters& c = simulation.counters();
+  EXPECT_EQ(c.emitted, c.absorbed + c.left + c.rested + c.alive);
+  EXPECT_EQ(simulation.audit(), "");
+}
+
+TEST(Paint, GivesTheSameBitsForAnyNumberOfThreads) {
+  Simulation one(painted_plate());
+  run(one, 10);
+  paint(one, stroke(), 1);
+  run(one, 10);
+  for (const int threads : {2, 7}) {
+    Simulation other(painted_plate());
+    run(other, 10);
+    paint(other, stroke(), threads);
+    run(other, 10);
+    EXPECT_TRUE(other.snapshot() == one.snapshot()) << threads << " threads";
+  }
+}
+
+TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
+  Simulation live(painted_plate(), {.parameter_maps = {"hits", "residence"}});
+  run(live, 12);
+  paint(live, stroke());
+  paint(live, stroke());
+  run(live, 8);
+  Scene scene = painted_plate();
+  for (int i = 0; i < 2; ++i) {
+    SceneEvent event;
+    event.iteration = 12;
+    event.op = SceneEvent::Op::Paint;
+    event.target = "brush";
+    event.stops = stroke();
+    scene.events.push_back(event);
+  }
+  Simulation replayed(scene, {.parameter_maps = {"hits", "residence"}});
+  run(replayed, 20);
+  EXPECT_EQ(replayed.atlas().hash(), live.atlas().hash());
+  EXPECT_EQ(replayed.parameter_map("residence").values, live.parameter_map("residence").values);
+  Simulation at_its_end(scene);
+  run(at_its_end, 12);
+  const std::uint64_t steps = static_cast<std::uint64_t>(at_its_end.num_paint_steps());
+  EXPECT_EQ(steps, 0u);
+  at_its_end.apply_due();  // a run that ends here has the strokes in its picture, and goes on to the same bytes
+  EXPECT_EQ(at_its_end.num_paint_steps(), 32);
+  run(at_its_end, 8);
+  EXPECT_EQ(at_its_end.atlas().hash(), live.atlas().hash());
+}
+
+TEST(Paint, StepsAtOnePlaceRollDiceOfTheirOwn) {
+  // With the same random numbers in every step the same of 70 drops would bounce, and be absorbed, again and again: absorbed ones are born anew, so births tell.
+  Scene scene = painted_plate();
+  scene.behaviour = {.bounce = 0.25, .floating = 0.25, .absorb = 0.5, .deceleration_bounce = 0.4, .deceleration_float = 0.3};
+  Simulation simulation(scene);
+  for (int i = 0; i < 40; ++i) simulation.paint("brush", Vec3(0, 0, 0));
+  const Gammatons& g = simulation.gammatons();
+  std::size_t never = 0;
+  for (std::size_t i = g.size() - kBrushGammatons; i < g.size(); ++i) never += g.num_births[i] <= 2 ? 1 : 0;
+  EXPECT_LE(never, 3u);  // of 70, with half of them absorbed at each of about 30 hits
+}
+
+TEST(Paint, ASnapshotBetweenStrokesGoesOnAsIfNothingHadHappened) {
+  Simulation whole(painted_plate());
+  run(whole, 5);
+  paint(whole, stroke());
+  const std::vector<std::byte> between = whole.snapshot();
+  paint(whole, stroke());
+  run(whole, 5);
+  Simulation resumed(painted_plate());
+  resumed.restore(between);
+  EXPECT_EQ(resumed.num_paint_steps(), 16);
+  paint(resumed, stroke());
+  run(resumed, 5);
+  EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
+}
+
+TEST(Paint, SnapshotsFromBeforeThereWasPaintingAreRead) {
+  Simulation simulation(painted_plate());
+  run(simulation, 5);
+  const std::vector<std::byte> now = simulation.snapshot();
+  // Magic "PPATSN02" at both ends, and no number of paint steps behind magic, resolution, number of materials and iteration.
+  std::vector<std::byte> old(now.begin(), now.begin() + 24);
+  old.insert(old.end(), now.begin() + 32, now.end());
+  for (std::byte* magic : {old.data(), old.data() + old.size() - 8}) std::memcpy(magic, "PPATSN02", 8);
+  Simulation restored(painted_plate());
+  restored.restore(old);
+  EXPECT_TRUE(restored.snapshot() == now);
+}
+
+TEST(Paint, NamesWhatCannotPaint) {
+  Simulation simulation(painted_plate());
+  EXPECT_TRUE(has(error_of([&] { simulation.paint("rain", Vec3(0, 0, 0)); }), "whole sky"));
+  EXPECT_TRUE(has(error_of([&] { simulation.paint("nobody", Vec3(0, 0, 0)); }), "no emitter called 'nobody'"));
+  EXPECT_TRUE(has(error_of([&] { simulation.paint("brush", Vec3(0, std::nan(""), 0)); }), "no number"));
+  EXPECT_EQ(simulation.num_paint_steps(), 0);
+}
+
+TEST(Paint, EventsAreReadWithTheirUnitAndRefusedWithAReason) {
+  const Scene scene = painted_plate();
+  SceneContext context;
+  context.materials = scene.materials;
+  context.mm_per_unit = 10.0;
+  const auto read = [&](const char* points) {
+    const Json events = Json::parse(std::string(R"([{"iteration": 3, "op": "paint", "target": "brush", "points": )") + points + "}]");
+    return read_events(JsonReader("scene.json", events, "/events"), context, scene);
+  };
+  const std::vector<SceneEvent> events = read("[[1, 2, 3], [0, 0, 0.5, 12]]");
+  ASSERT_EQ(events.size(), 1u);
+  ASSERT_EQ(events[0].stops.size(), 2u);
+  EXPECT_EQ(events[0].stops[0].position_mm, Vec3(10, 20, 30));
+  EXPECT_EQ(events[0].stops[0].steps, 1);
+  EXPECT_EQ(events[0].stops[1].steps, 12);
+  for (const char* points : {"[]", "[[1, 2]]", "[[1, 2, 3, 0]]", "[[1, 2, 3, 4, 5]]", "[[1, 2, \"x\"]]", "[[1, 2, 3, 1000000], [1, 2, 3]]", "7"}) {
+    EXPECT_TRUE(has(error_of([&] { (void)read(points); }), "/events/0/points")) << points;
+  }
+}
+
+}  // namespace
+}  // namespace patinate

@@ -1,0 +1,65 @@
+// Back and forth: strokes and returns to the start are undone and redone, with all that they have led to.
+#include "libcommon/core/error.h"
+#include "tools/studio/live_client.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{192} << 20;
+constexpr std::size_t kMostMoments = 20;
+
+}  // namespace
+
+LiveEngine::Moment LiveEngine::moment() { return {simulation_.snapshot(), record_.events(), slider_, picture_of_, opened_}; }
+
+void LiveEngine::go_to(const Moment& moment) {
+  replay_.reset();
+  simulation_.restore(moment.state);
+  record_.set_events(moment.events);
+  slider_ = moment.slider;
+  picture_of_ = moment.picture_of;
+  opened_ = moment.opened;
+  for (auto& [name, overlay] : overlays_) overlay.forget();
+  for (const auto& [id, client] : clients_) client->shown_state = -1;
+}
+
+/// Before something that can be undone.
+void LiveEngine::remember() {
+  past_.push_back(moment());
+  future_.clear();
+  forget_the_oldest();
+}
+
+void LiveEngine::undo() {
+  finish_stroke();
+  if (past_.empty()) throw InvalidInput("there is nothing to undo");
+  future_.push_back(moment());
+  go_to(past_.back());
+  past_.pop_back();
+  forget_the_oldest();
+}
+
+void LiveEngine::redo() {
+  finish_stroke();
+  if (future_.empty()) throw InvalidInput("there is nothing to redo");
+  past_.push_back(moment());
+  go_to(future_.back());
+  future_.pop_back();
+  forget_the_oldest();
+}
+
+/// Whatever memory it takes, the last one on either side stays.
+void LiveEngine::forget_the_oldest() {
+  const auto bytes = [&] {
+    std::size_t sum = 0;
+    for (const auto* moments : {&past_, &future_}) {
+      for (const Moment& m : *moments) sum += m.state.size();
+    }
+    return sum;
+  };
+  while (past_.size() > 1 && (past_.size() > kMostMoments || bytes() > kMostBytes)) past_.pop_front();
+  while (future_.size() > 1 && (future_.size() > kMostMoments || bytes() > kMostBytes)) future_.pop_front();
+}
+
+}  // namespace patinate

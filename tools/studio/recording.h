@@ -1,0 +1,77 @@
+/// \file
+/// What is done to a running scene, on the disk within a second: when the program has ended, however it did, it can be gone through again.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "libcommon/core/json.h"
+#include "simulation/scene/scene_io.h"
+#include "tools/studio/served_folder.h"
+
+namespace patinate {
+
+inline constexpr const char* kRecordingFolder = ".studio";  ///< Below the served folder.
+
+/// Tells scenes apart by all that they are made of. @throws IoError
+[[nodiscard]] std::string scene_content_key(const SceneFile& scene);
+
+/// What one file of kRecordingFolder says.
+struct Recording {
+  std::int64_t iterations = 0;          ///< Done when it was written.
+  std::shared_ptr<const Json> events;   ///< An array, as SceneRecord has them.
+  std::shared_ptr<const Json> looks;    ///< Members of "appearance" that were set.
+  std::string modified;                 ///< "2026-11-21T15:04:05Z"
+};
+
+/// The file of one place. Thread-safe: its writing has a thread of its own, so that no simulation waits for a disk.
+class RecordingFile {
+ public:
+  /// Looks for what an earlier run has left. @param place  Canonical, below the folder. @param key  scene_content_key() of the scene there.
+  RecordingFile(const ServedFolder& folder, const std::filesystem::path& place, std::string key);
+  /// Writes what waits.
+  ~RecordingFile();
+  RecordingFile(const RecordingFile&) = delete;
+  RecordingFile& operator=(const RecordingFile&) = delete;
+
+  /// What was there when this was made, and is of the same scene.
+  [[nodiscard]] const std::optional<Recording>& found() const { return found_; }
+  /// What to tell of one that is of another: of the scene before it was changed. "" = nothing.
+  [[nodiscard]] const std::string& note() const { return note_; }
+  /// Where the file's folder is.
+  [[nodiscard]] std::filesystem::path folder() const { return path_.parent_path(); }
+
+  /// Takes the place of what was kept before; returns at once. What was found is put aside first, unless it goes on.
+  /// @param scene  The scene file that ends where the studio is, with paths from folder().
+  void keep(std::int64_t iterations, const Json& events, const Json& looks, const Json& scene);
+  /// There is nothing to keep any more: what was kept is put aside.
+  void put_aside();
+  /// What was found is what goes on.
+  void go_on() { has_other_ = false; }
+  /// Why nothing is kept, once; "" = it is.
+  [[nodiscard]] std::string take_problem();
+
+ private:
+  void write(const std::stop_token& stop);
+  void move_aside();
+
+  std::filesystem::path path_;
+  std::string place_, key_, note_;
+  std::optional<Recording> found_;
+  bool has_other_ = false;  ///< The file is of an earlier run.
+  std::mutex mutex_;
+  std::condition_variable_any has_text_;
+  std::optional<std::string> waiting_;  ///< "" = put aside.
+  bool moves_first_ = false;
+  std::string problem_;
+  bool said_problem_ = false;
+  std::jthread writer_;
+};
+
+}  // namespace patinate

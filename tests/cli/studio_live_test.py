@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """A running scene in patinate studio, as a browser hears and drives it. Usage: studio_live_test.py PATINATE [unittest arguments]"""
-import hashlib
 import json
 import pathlib
 import shutil
@@ -11,104 +10,11 @@ import tempfile
 import time
 import unittest
 
-from studio_client import Server, WebSocket
+from studio_client import Client, Server, WebSocket
 from studio_pictures import png_pixels, xxh64
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
-
-
-class Client:
-    """Keeps the picture that it is sent; acknowledges updates unless told not to."""
-
-    def __init__(self, server, place="ledge/scene.json", acknowledges=True):
-        self.socket = WebSocket(server, f"/api/live?place={place}")
-        self.acknowledges, self.updates, self.answers, self.status, self.notices, self.errors, self.hashes = acknowledges, [], {}, None, [], [], []
-        self.scene, self.planes, self.gammatons, self.next_id = {}, {}, None, 0
-        self.until(lambda: self.scene)
-        self.start = json.loads(json.dumps(self.scene["looks"]))
-
-    def until(self, condition, seconds=60):
-        end = time.monotonic() + seconds
-        while not condition():
-            left = end - time.monotonic()
-            if left <= 0 or not self.listen(left):
-                raise AssertionError(f"nothing came; errors: {self.errors}, status: {self.status}")
-
-    def listen(self, seconds):
-        """Takes one message. False when none came."""
-        message = self.socket.receive(seconds)
-        if message is None:
-            return False
-        if isinstance(message, tuple):
-            self.take(*message)
-        elif message["type"] in ("hello", "scene"):
-            self.scene.update(message)
-        elif message["type"] == "status":
-            self.status = message
-        elif message["type"] == "hash":
-            self.hashes.append(message)
-        elif message["type"] in ("done", "error"):
-            self.answers[message["id"]] = message
-            if message["type"] == "error":
-                self.errors.append(message["message"])
-        elif message["type"] == "notice":
-            self.notices.append(message["text"])
-        return True
-
-    def take(self, header, payload):
-        if header["type"] == "gammatons":
-            self.gammatons = struct.unpack(f"<{header['count'] * 3}f", payload)
-            return
-        size = {"surface": 256, "relief": 256, "overlay": 64}[header["plane"]]
-        count, texel, columns = header["count"], size // 64, (header["width"] + 7) // 8
-        assert len(payload) == count * (4 + size), header
-        plane = self.planes.setdefault(header["plane"], bytearray(header["width"] * header["height"] * texel))
-        for k, tile in enumerate(struct.unpack(f"<{count}I", payload[:4 * count])):
-            data = payload[4 * count + k * size:4 * count + (k + 1) * size]
-            for row in range(8):
-                x, y = tile % columns * 8, tile // columns * 8 + row
-                if y < header["height"]:
-                    at, length = (y * header["width"] + x) * texel, min(8, header["width"] - x) * texel
-                    plane[at:at + length] = data[row * 8 * texel:row * 8 * texel + length]
-        if header["last"]:
-            self.updates.append(header)
-            if self.acknowledges:
-                self.socket.send({"op": "ack", "update": header["update"]})
-
-    def ask(self, op, **more):
-        """Sends a request and waits for its answer."""
-        self.next_id += 1
-        self.socket.send({"op": op, "id": self.next_id, **more})
-        self.until(lambda: self.next_id in self.answers)
-        return self.answers.pop(self.next_id)
-
-    def do(self, op, **more):
-        answer = self.ask(op, **more)
-        if answer["type"] != "done":
-            raise AssertionError(f"{op}: {answer}")
-
-    def step(self, iterations):
-        """Runs so many iterations and waits for the picture after the last."""
-        begin = self.status["iteration"] if self.status else 0
-        self.do("step", iterations=iterations)
-        self.until(lambda: self.status and not self.status["running"] and self.status["iteration"] >= begin + iterations)
-        self.settle()
-
-    def settle(self):
-        """Waits for a hash and the update that brings the picture to it."""
-        self.hashes.clear()
-        self.do("hash")
-        self.until(lambda: self.hashes)
-        count = len(self.updates)
-        self.until(lambda: len(self.updates) > count)
-        return self.hashes[-1]
-
-    def surface(self):
-        return hashlib.sha256(bytes(self.planes["surface"])).hexdigest()
-
-    def close(self):
-        self.socket.close()
 
 
 class Live(unittest.TestCase):

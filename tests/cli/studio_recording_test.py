@@ -42,8 +42,8 @@ class Recordings(unittest.TestCase):
         if result.returncode != 0:
             raise AssertionError(f"{arguments}: {result.returncode}\n{result.stderr}")
 
-    def server(self):
-        self.servers.append(Server(PATINATE, self.folder))
+    def server(self, folder="."):
+        self.servers.append(Server(PATINATE, (self.folder / folder).resolve()))
         return self.servers[-1]
 
     def open(self, server, place="ledge/scene.json"):
@@ -52,7 +52,7 @@ class Recordings(unittest.TestCase):
         return self.clients[-1]
 
     def recordings(self):
-        return sorted(p.name for p in (self.folder / ".studio").glob("*.json")) if (self.folder / ".studio").exists() else []
+        return sorted(p.name for p in (self.folder / ".studio").glob("[!.]*.json"))  # those that are being written begin with a dot
 
     def paint(self, client):
         """Something of everything that is recorded. @returns the picture at its end."""
@@ -149,6 +149,66 @@ class Recordings(unittest.TestCase):
         client.do("reset")
         time.sleep(1.0)
         self.assertEqual(self.recordings(), previous)
+        self.assertEqual((self.folder / ".studio" / previous[0]).read_text(), old)  # and not what was gone back from
+        self.assertIsNotNone(client.scene["recording"])
+
+    def test_what_was_undone_is_not_kept_and_what_was_redone_is(self):
+        client = self.open(self.server())
+        self.paint(client)
+        for op, strokes in (("undo", 1), ("redo", 2)):
+            client.do(op)
+            client.settle()
+            time.sleep(1.0)
+            main = next(name for name in self.recordings() if not name.endswith(".previous.json"))
+            kept = json.loads((self.folder / ".studio" / main).read_text())
+            self.assertEqual([e["op"] for e in kept["events"]].count("paint"), strokes)
+            self.assertEqual(kept["iterations"], client.status["iteration"])
+
+    def test_what_is_done_meanwhile_ends_it_and_it_can_be_resumed_from_the_start(self):
+        server = self.server()
+        first = self.open(server)
+        first.step(300)
+        first.do("event", event={"op": "ratio", "ratio": 0.3})
+        first.settle()
+        picture = first.surface()
+        server.close()
+        client = self.open(self.server())
+        client.socket.send({"op": "resume", "id": "a"})
+        client.socket.send({"op": "event", "id": "b", "event": {"op": "ratio", "ratio": 0.9}})  # long before its iteration 300
+        client.until(lambda: "b" in client.answers)
+        self.assertEqual((client.answers["a"]["type"], client.answers["b"]["type"]), ("done", "done"))
+        client.until(lambda: client.scene["recording"] and not client.status["running"])
+        self.assertEqual(client.notices, [])
+        self.assertLess(client.status["iteration"], 300)
+        self.assertEqual(self.resume(client, 300), picture)
+
+    def test_two_programs_that_serve_one_folder_keep_both(self):
+        clients = [self.open(self.server()), self.open(self.server())]
+        for ratio, client in zip((0.1, 0.2), clients):
+            client.do("event", event={"op": "ratio", "ratio": ratio})
+            time.sleep(1.0)
+        kept = {name.endswith(".previous.json"): json.loads((self.folder / ".studio" / name).read_text())["events"][0]["ratio"] for name in self.recordings()}
+        self.assertEqual(kept, {True: 0.1, False: 0.2})
+
+    def test_a_finished_result_that_is_served_itself_stays_as_it_was_made(self):
+        self.run_in("simulate", "ledge/scene.json", "-o", "ran")
+        server = self.server("ran")
+        self.assertIsNone(server.said["recordings"])
+        client = self.open(server, ".")
+        self.assertTrue(any("not kept on the disk" in n for n in client.scene["notes"]), client.scene["notes"])
+        client.do("event", event={"op": "ratio", "ratio": 0.1})
+        time.sleep(1.0)
+        self.assertFalse((self.folder / "ran/.studio").exists())
+
+    def test_a_link_out_of_the_folder_is_not_followed(self):
+        outside = pathlib.Path(tempfile.mkdtemp(prefix="patinate_outside_"))
+        self.addCleanup(shutil.rmtree, outside)
+        (self.folder / ".studio").symlink_to(outside)
+        client = self.open(self.server())
+        client.do("event", event={"op": "ratio", "ratio": 0.1})
+        client.until(lambda: client.notices, 10)
+        self.assertIn("is a link", client.notices[0])
+        self.assertEqual(list(outside.iterdir()), [])
 
     def test_a_scene_that_has_changed_since_leaves_a_scene_file_of_what_was_painted(self):
         server = self.server()
@@ -207,6 +267,7 @@ class Recordings(unittest.TestCase):
 
     def test_recordings_are_no_places(self):
         server = self.server()
+        self.assertEqual(server.said["recordings"], str(self.folder.resolve() / ".studio"))
         self.paint(self.open(server))
         time.sleep(1.0)
         self.assertEqual([p["place"] for p in server.get_json("/api/places")["places"]], ["ledge/mesh.obj", "ledge/scene.json"])

@@ -12,6 +12,7 @@
 #include "tools/patinate/commands.h"
 #include "tools/patinate/output_file.h"
 #include "tools/studio/access.h"
+#include "tools/studio/recording.h"
 #include "tools/studio/server.h"
 #include "tools/studio/session.h"
 #include "tools/studio/studio.h"
@@ -67,11 +68,12 @@ int save_session(CommandRun& run, const fs::path& folder, const SessionArgument&
   return 0;
 }
 
-void tell_address(CommandRun& run, int port, const std::string& token) {
+void tell_address(CommandRun& run, int port, const std::string& token, const fs::path& recordings) {
   const std::string number = std::to_string(port), address = "http://127.0.0.1:" + number + "/?token=" + token;
   const std::string tunnel = "ssh -L " + number + ":127.0.0.1:" + number + " " + this_machine();
-  run.report(Json{{"address", address}, {"port", port}, {"token", token}, {"tunnel", tunnel}},
-             "Open        " + address + "\nElsewhere   " + tunnel + "   then open the same address there\nEnd         Ctrl-C");
+  const std::string kept = recordings.empty() ? "nowhere: the folder is a finished result, or part of one" : "in " + recordings.string();
+  run.report(Json{{"address", address}, {"port", port}, {"token", token}, {"tunnel", tunnel}, {"recordings", recordings.empty() ? Json(nullptr) : Json(recordings.string())}},
+             "Open        " + address + "\nElsewhere   " + tunnel + "   then open the same address there\n" + (run.line.common().quiet ? "" : "Recorded    " + kept + "\n") + "End         Ctrl-C");
 }
 
 }  // namespace
@@ -98,6 +100,7 @@ int cmd_studio(CommandRun& run) {
   ServedFolder served(folder);
   std::vector<fs::path> readable{served.path()};
   readable.insert(readable.end(), also_read.begin(), also_read.end());
+  const fs::path recordings = recording_folder(served);
   const ReadLimit limit(readable);  // also of what histories, scenes and meshes name
   HttpServer server({.port = port.port});
   const std::string token = random_token();
@@ -107,7 +110,7 @@ int cmd_studio(CommandRun& run) {
                   has_quit = true;
                   server.stop();
                 });
-  tell_address(run, server.port(), token);
+  tell_address(run, server.port(), token, recordings);
   server.run({.admit = [&](const HttpRequest& request) { return studio.admit(request); },
               .answer = [&](const HttpRequest& request, const std::stop_token& gone) { return studio.answer(request, gone); },
               .open = [&](const HttpRequest& request, const std::shared_ptr<WebSocketPeer>& peer) { return studio.open(request, peer); }},

@@ -78,7 +78,13 @@ LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOpt
   said_ = std::make_shared<Json>(scene_json());
 }
 
-LiveEngine::~LiveEngine() { keep(true); }
+LiveEngine::~LiveEngine() {
+  try {
+    keep(true);
+  } catch (const std::exception&) {
+    // There is nobody left to tell; what was kept before is whole.
+  }
+}
 
 void LiveEngine::join(int client, std::shared_ptr<WebSocketPeer> peer) {
   Json hello = *said_;
@@ -98,6 +104,7 @@ void LiveEngine::leave(int client) {
   is_running_ = false;
   num_steps_left_ = 0;
   overlays_.clear();
+  keep(true);
 }
 
 void LiveEngine::send_all(const std::string& text) {
@@ -212,12 +219,12 @@ void LiveEngine::step(const std::stop_token& stop) {
 }
 
 bool LiveEngine::advance(const std::stop_token& stop) {
+  keep(false);  // before an iteration, which may take long
   if (stroke_) {
     paint();  // weather and time stand still meanwhile
   } else if (is_running_) {
     step(stop);
   }
-  keep(false);
   measure_overlays();
   if (std::any_of(clients_.begin(), clients_.end(), [&](const auto& c) { return is_due(*c.second); })) {
     refresh();

@@ -92,6 +92,7 @@ class LiveEngine {
   [[nodiscard]] Json recording_json() const;
   void keep(bool is_last);
   void resume();
+  void stop_replay();
   [[nodiscard]] bool go_through(const std::stop_token& stop);
   // live_finished.cpp
   void open_finished();
@@ -167,7 +168,7 @@ class LiveEngine {
   double iterations_per_s_ = 0.0;
   std::unique_ptr<RecordingFile> recording_;
   std::optional<Replay> replay_;
-  bool is_resumed_ = false;          ///< What was found has been taken.
+  bool is_resumed_ = false;          ///< What was found has been gone through.
   bool is_keeping_ = false;          ///< There is a file of this run.
   std::uint64_t kept_version_ = 0;   ///< Of the record, when it was written last.
   std::int64_t kept_iteration_ = 0;

@@ -14,7 +14,7 @@ constexpr std::size_t kMostMoments = 20;
 LiveEngine::Moment LiveEngine::moment() { return {simulation_.snapshot(), record_.events(), slider_, picture_of_, opened_}; }
 
 void LiveEngine::go_to(const Moment& moment) {
-  replay_.reset();
+  stop_replay();
   simulation_.restore(moment.state);
   record_.set_events(moment.events);
   slider_ = moment.slider;

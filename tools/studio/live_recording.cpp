@@ -1,5 +1,7 @@
 // What is done is on the disk within a second, and an earlier run's can be gone through again.
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "libcommon/core/error.h"
 #include "tools/studio/live_client.h"
@@ -17,13 +19,17 @@ constexpr double kKeepIterationsSeconds = 5.0;  ///< Where nothing was done and 
 
 void LiveEngine::open_recording() {
   if (options_.place.empty()) return;
+  if (recording_folder(folder_).empty()) {
+    file_.notes.push_back("The folder that is served is a finished result and stays as it was made, so what is done here is not kept on the disk. Serve the folder around it.");
+    return;
+  }
   recording_ = std::make_unique<RecordingFile>(folder_, options_.place, scene_content_key(file_));
   if (!recording_->note().empty()) file_.notes.push_back(recording_->note());
 }
 
 /// What can be resumed, for clients.
 Json LiveEngine::recording_json() const {
-  if (!recording_ || !recording_->found() || is_resumed_) return nullptr;
+  if (!recording_ || !recording_->found() || replay_ || is_resumed_) return nullptr;
   const Recording& found = *recording_->found();
   return {{"iterations", found.iterations}, {"events", found.events->size()}, {"saved", found.modified}};
 }
@@ -31,7 +37,7 @@ Json LiveEngine::recording_json() const {
 /// While it is gone through nothing is written: what is on the disk is more.
 void LiveEngine::keep(bool is_last) {
   if (!recording_ || replay_) return;
-  if (const std::string problem = recording_->take_problem(); !problem.empty()) send_all(Json{{"type", "notice"}, {"text", problem}}.dump(-1, ' ', false, Json::error_handler_t::replace));
+  if (const std::string problem = clients_.empty() ? std::string() : recording_->take_problem(); !problem.empty()) send_all(Json{{"type", "notice"}, {"text", problem}}.dump(-1, ' ', false, Json::error_handler_t::replace));
   const bool has_changed = record_.version() != kept_version_, has_run = iteration() != kept_iteration_;
   if (!has_changed && !has_run) return;
   const bool is_due = is_last || !is_running_ || std::chrono::duration<double>(Clock::now() - kept_at_).count() > (has_changed ? kKeepSeconds : kKeepIterationsSeconds);
@@ -48,7 +54,7 @@ void LiveEngine::keep(bool is_last) {
 }
 
 void LiveEngine::resume() {
-  if (!recording_ || !recording_->found() || is_resumed_) throw InvalidInput("there is no recording of an earlier run to resume");
+  if (!recording_ || !recording_->found() || replay_ || is_resumed_) throw InvalidInput("there is no recording of an earlier run to resume");
   finish_stroke();
   const Recording& found = *recording_->found();
   Replay replay;
@@ -60,7 +66,6 @@ void LiveEngine::resume() {
                        (picture_of_ == 0 || replay.events.empty());
   if (record_.num_events() > 0 || iteration() > 0) remember();
   if (!goes_on) go_to({.state = start_, .events = {}, .slider = start_slider_, .picture_of = 0, .opened = ""});
-  is_resumed_ = true;
   if (!found.looks->empty()) set_looks(*found.looks);
   replay_ = std::move(replay);
   num_steps_left_ = 0;
@@ -68,6 +73,14 @@ void LiveEngine::resume() {
   opened_.clear();
   counted_from_ = Clock::now();
   counted_iterations_ = 0;
+}
+
+/// Something else is done: it does not go on by itself, and can be resumed from the start.
+void LiveEngine::stop_replay() {
+  if (!replay_) return;
+  replay_.reset();
+  is_running_ = false;
+  num_steps_left_ = 0;
 }
 
 /// Recorded events that happened here. @returns whether there is an iteration to do.
@@ -96,8 +109,8 @@ bool LiveEngine::go_through(const std::stop_token& stop) {
   if (iteration() < replay.until) return true;
   const bool is_whole = replay.num_done == replay.events.size();
   if (is_whole) recording_->go_on();
-  replay_.reset();
-  is_running_ = false;
+  stop_replay();
+  is_resumed_ = true;
   has_news_ = true;
   send_all(Json{{"type", "notice"}, {"text", "This is where the recording ended, after " + std::to_string(iteration()) + " iterations"}}.dump());
   return false;

@@ -38,7 +38,7 @@ bool LiveEngine::can_paint(const std::string& emitter) const {
 
 void LiveEngine::begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way) {
   refuse_picture();
-  replay_.reset();
+  stop_replay();
   finish_stroke();
   if (!can_paint(emitter)) throw InvalidInput("/emitter: found \"" + emitter + "\"; expected an emitter of shape surface");
   remember();

@@ -1,13 +1,15 @@
 #include "tools/studio/recording.h"
 
-#include <array>
-#include <ctime>
+#include <sys/stat.h>
+
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/job/result_folder.h"
 #include "tools/studio/place.h"
 
 namespace patinate {
@@ -30,7 +32,27 @@ fs::path beside(const fs::path& path, const std::string& word) {
   return other.replace_extension("." + word + ".json");
 }
 
+/// Tells a file from another one that has taken its place: "" = there is none.
+std::string identity_of(const fs::path& path) {
+  struct ::stat status {};
+  if (::stat(path.c_str(), &status) != 0) return {};
+  return std::to_string(status.st_dev) + " " + std::to_string(status.st_ino) + " " + std::to_string(status.st_mtim.tv_sec) + " " + std::to_string(status.st_mtim.tv_nsec);
+}
+
+/// @throws IoError unless it is all that resuming needs.
+Recording read_recording(JsonReader& json, const Json& root, const fs::path& path) {
+  double last = 0.0;
+  for (JsonReader event : json.member("events").elements()) last = static_cast<double>(event.member("iteration").integer(at_least(last)));
+  (void)json.member("looks").keys();
+  return {.iterations = json.member("iterations").integer(at_least(last)),
+          .events = std::make_shared<const Json>(root.at("events")),
+          .looks = std::make_shared<const Json>(root.at("looks")),
+          .modified = modified_text(path)};
+}
+
 }  // namespace
+
+fs::path recording_folder(const ServedFolder& folder) { return result_around(folder.path()).empty() ? folder.path() / ".studio" : fs::path(); }
 
 std::string scene_content_key(const SceneFile& scene) {
   ContentHash hash;
@@ -41,24 +63,19 @@ std::string scene_content_key(const SceneFile& scene) {
 }
 
 RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, std::string key)
-    : path_(folder.path() / kRecordingFolder / file_name(folder.name_of(place))), place_(folder.name_of(place)), key_(std::move(key)) {
+    : path_(recording_folder(folder) / file_name(folder.name_of(place))), place_(folder.name_of(place)), key_(std::move(key)) {
   std::error_code error;
   if (fs::is_regular_file(path_, error)) {
-    has_other_ = true;
     try {
-      Json root = load_json(path_);
+      found_file_ = identity_of(path_);
+      const Json root = load_json(path_);
       JsonReader json(path_.string(), root);
       json.expect_format(kFormat, 1);
-      const std::string of = json.member("scene_key").string();
-      Recording recording;
-      recording.iterations = json.member("iterations").integer(at_least(0));
-      recording.events = std::make_shared<const Json>(root.at("events"));
-      recording.looks = std::make_shared<const Json>(root.at("looks"));
-      recording.modified = modified_text(path_);
-      if (of == key_) {
-        found_ = std::move(recording);
+      if (json.member("scene_key").string() == key_) {
+        found_ = read_recording(json, root, path_);
       } else {
         const fs::path scene = beside(path_, "before_change");
+        (void)json.member("scene").keys();
         save_json(scene, root.at("scene"));
         note_ = "The scene has changed since it was painted last; what was painted then is the scene file " + folder.name_of(scene) + ".";
         move_aside();
@@ -78,7 +95,6 @@ void RecordingFile::keep(std::int64_t iterations, const Json& events, const Json
   std::string text = root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   {
     const std::scoped_lock lock(mutex_);
-    moves_first_ = moves_first_ || std::exchange(has_other_, false);
     waiting_ = std::move(text);
   }
   has_text_.notify_one();
@@ -92,9 +108,20 @@ void RecordingFile::put_aside() {
   has_text_.notify_one();
 }
 
+void RecordingFile::go_on() {
+  const std::scoped_lock lock(mutex_);
+  own_file_ = found_file_;
+}
+
 std::string RecordingFile::take_problem() {
   const std::scoped_lock lock(mutex_);
   return problem_.empty() || std::exchange(said_problem_, true) ? std::string() : problem_;
+}
+
+bool RecordingFile::is_own() {
+  const std::string there = identity_of(path_);
+  const std::scoped_lock lock(mutex_);
+  return there == own_file_;
 }
 
 void RecordingFile::move_aside() {
@@ -102,27 +129,57 @@ void RecordingFile::move_aside() {
   fs::rename(path_, beside(path_, "previous"), error);  // there may be none
 }
 
+/// Two programs that serve one folder so keep both: the one that writes puts what the other has written aside.
+void RecordingFile::replace(const std::string& text) {
+  const fs::path folder = path_.parent_path();
+  if (fs::is_symlink(folder)) throw CannotComplete(folder.string() + ": is a link; make it a folder, or remove it");
+  fs::create_directories(folder);
+  if (!identity_of(path_).empty() && !is_own()) {
+    move_aside();
+    has_put_aside_ = true;
+  }
+  write_atomically(path_, text);
+  const std::string written = identity_of(path_);
+  const std::scoped_lock lock(mutex_);
+  own_file_ = written;
+}
+
+/// What was put aside for this one is worth more than what somebody has just gone back from.
+void RecordingFile::clear() {
+  if (!is_own()) return;
+  std::error_code error;
+  if (has_put_aside_) {
+    fs::remove(path_, error);
+  } else {
+    move_aside();
+  }
+}
+
 void RecordingFile::write(const std::stop_token& stop) {
   while (true) {
     std::string text;
-    bool moves_first = false;
     {
       std::unique_lock lock(mutex_);
       has_text_.wait(lock, stop, [&] { return waiting_.has_value(); });
       if (!waiting_) return;  // the end
       text = std::move(*waiting_);
       waiting_.reset();
-      moves_first = std::exchange(moves_first_, false);
     }
-    if (moves_first || text.empty()) move_aside();
-    if (text.empty()) continue;
+    std::string why;
     try {
-      fs::create_directories(path_.parent_path());
-      write_atomically(path_, text);
+      if (text.empty()) {
+        clear();
+      } else {
+        replace(text);
+      }
+    } catch (const fs::filesystem_error& e) {
+      why = e.path1().string() + ": " + e.code().message();
     } catch (const std::exception& e) {
-      const std::scoped_lock lock(mutex_);
-      problem_ = std::string("What is done here cannot be kept on the disk: ") + e.what();
+      why = e.what();
     }
+    if (why.empty()) continue;
+    const std::scoped_lock lock(mutex_);
+    problem_ = "What is done here cannot be kept on the disk: " + why;
   }
 }
 

@@ -17,12 +17,13 @@
 
 namespace patinate {
 
-inline constexpr const char* kRecordingFolder = ".studio";  ///< Below the served folder.
+/// Where recordings are kept: `.studio` in the served folder; "" where that is a finished result, or a part of one, which stays as it was made.
+[[nodiscard]] std::filesystem::path recording_folder(const ServedFolder& folder);
 
 /// Tells scenes apart by all that they are made of. @throws IoError
 [[nodiscard]] std::string scene_content_key(const SceneFile& scene);
 
-/// What one file of kRecordingFolder says.
+/// What one file of recording_folder() says.
 struct Recording {
   std::int64_t iterations = 0;          ///< Done when it was written.
   std::shared_ptr<const Json> events;   ///< An array, as SceneRecord has them.
@@ -33,7 +34,8 @@ struct Recording {
 /// The file of one place. Thread-safe: its writing has a thread of its own, so that no simulation waits for a disk.
 class RecordingFile {
  public:
-  /// Looks for what an earlier run has left. @param place  Canonical, below the folder. @param key  scene_content_key() of the scene there.
+  /// Looks for what an earlier run has left. @param folder  With a recording_folder(). @param place  Canonical, below the folder.
+  /// @param key  scene_content_key() of the scene there.
   RecordingFile(const ServedFolder& folder, const std::filesystem::path& place, std::string key);
   /// Writes what waits.
   ~RecordingFile();
@@ -47,28 +49,32 @@ class RecordingFile {
   /// Where the file's folder is.
   [[nodiscard]] std::filesystem::path folder() const { return path_.parent_path(); }
 
-  /// Takes the place of what was kept before; returns at once. What was found is put aside first, unless it goes on.
+  /// Takes the place of what was kept before; returns at once. What is of an earlier run, or of another program, is put aside first, unless it goes on.
   /// @param scene  The scene file that ends where the studio is, with paths from folder().
   void keep(std::int64_t iterations, const Json& events, const Json& looks, const Json& scene);
-  /// There is nothing to keep any more: what was kept is put aside.
+  /// There is nothing to keep any more: what was kept is put aside, or removed where another has been put aside for it.
   void put_aside();
   /// What was found is what goes on.
-  void go_on() { has_other_ = false; }
+  void go_on();
   /// Why nothing is kept, once; "" = it is.
   [[nodiscard]] std::string take_problem();
 
  private:
   void write(const std::stop_token& stop);
+  void replace(const std::string& text);
+  void clear();
+  [[nodiscard]] bool is_own();
   void move_aside();
 
   std::filesystem::path path_;
   std::string place_, key_, note_;
   std::optional<Recording> found_;
-  bool has_other_ = false;  ///< The file is of an earlier run.
+  std::string found_file_;      ///< Which file that was.
+  bool has_put_aside_ = false;  ///< One of an earlier run, or of another program; of the writing thread.
   std::mutex mutex_;
   std::condition_variable_any has_text_;
-  std::optional<std::string> waiting_;  ///< "" = put aside.
-  bool moves_first_ = false;
+  std::optional<std::string> waiting_;  ///< "" = there is nothing to keep.
+  std::string own_file_;                ///< Which file this has written last.
   std::string problem_;
   bool said_problem_ = false;
   std::jthread writer_;

@@ -488,8 +488,12 @@ test("an export has a GLB that the Khronos validator accepts", async () => {
   if (existsSync(join(validator, "node_modules"))) execFileSync(process.execPath, [join(validator, "validate.mjs"), glb]);
 });
 
-test("when the server was killed and started again, the page comes back", async () => {
+test("when the server was killed and started again, the page comes back, and what was painted with it", async () => {
   const { port } = server;
+  const surface = async () => (await in_page(() => window.patinate.check_hash())).server.surface;
+  const painted = await surface(), end = await iteration();
+  assert.equal(await page.locator(".notice.offer").count(), 0);
+  await page.waitForTimeout(1000);  // By then it is on the disk.
   await server.kill();
   await page.waitForSelector(".notice[data-about=connection]");
   assert.match(await page.locator(".notice[data-about=connection]").textContent(), /connection is lost/);
@@ -500,6 +504,14 @@ test("when the server was killed and started again, the page comes back", async 
   await other.close();
   await page.waitForSelector(".notice[data-about=connection]", { state: "detached" });
   await until(page, () => window.patinate.status()?.iteration === 0);
+  const offered = page.locator(".notice.offer");
+  await offered.waitFor();
+  assert.match(await offered.textContent(), new RegExp(`Resume what was painted \\(${end} iterations, saved `));
+  assert.notEqual(await surface(), painted, "it is offered, not done");
+  await offered.getByRole("button", { name: "Resume" }).click();
+  await until(page, (at) => window.patinate.status().iteration === at && !window.patinate.status().running, end);
+  assert.equal(await offered.count(), 0);
+  assert.equal(await surface(), painted);
   await run_for(5);
   await same_planes();
 });

@@ -11,7 +11,7 @@ const client = resolve(process.argv[2] ?? "tools/studio/client");
 const { build } = createRequire(join(client, "package.json"))("esbuild");
 const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
 after(() => rm(folder, { recursive: true }));
-const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "simulation/way"];
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "simulation/way", "simulation/recorded"];
 await build({ stdin: { contents: modules.map((m) => `export * from "./src/${m}";`).join("\n"), resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
 const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
 
@@ -146,6 +146,19 @@ test("a map's colours span what most of it has, and its few largest numbers do n
   assert.equal(u.range_of(new Float32Array([NaN, Infinity, 3])).high, 3);
   const many = u.range_of(Float32Array.from({ length: 600001 }, (_, i) => i));
   assert.ok(Math.abs(many.high / 588000 - 1) < 0.001 && many.most === 600000, JSON.stringify(many));
+});
+
+test("what can be resumed says how far it went and when it was saved, in the time of who reads it", () => {
+  const recording = { iterations: 120, events: 7, saved: "2026-11-21T15:04:05Z" };
+  const here = new Date(Date.UTC(2026, 10, 21, 15, 4, 5)), two = (n) => String(n).padStart(2, "0");
+  const text = u.recording_text(recording, "sv");  // Swedish writes hours and minutes as they are.
+  assert.match(text, /^Resume what was painted \(120 iterations, saved .*2026.*\)$/);
+  assert.ok(text.includes(`${two(here.getHours())}:${two(here.getMinutes())}`), text);
+  assert.match(u.recording_text({ ...recording, iterations: 1 }), /\(1 iteration, /);
+  assert.equal(u.recording_text({ ...recording, iterations: 0, saved: "" }), "Resume what was painted (0 iterations)");
+  assert.ok(u.is_same_recording(recording, { ...recording }));
+  assert.ok(!u.is_same_recording(recording, { ...recording, saved: "2026-11-22T15:04:05Z" }));
+  assert.ok(!u.is_same_recording(recording, undefined));
 });
 
 test("a brush's way has no gaps but those of the surface", () => {

@@ -162,6 +162,16 @@ export interface SceneState {
   relief_mm: [number, number];
   bounds_mm: [Vec3, Vec3];
   notes?: string[];
+  /// What can be resumed; null where nothing can, or it is being gone through.
+  recording?: Recording | null;
+}
+
+/// What an earlier run of the program has left of a scene.
+export interface Recording {
+  iterations: number;
+  events: number;
+  /// "2026-11-21T15:04:05Z".
+  saved: string;
 }
 
 /** Of one material, as simulation.json has it. */

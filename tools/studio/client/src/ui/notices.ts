@@ -1,6 +1,6 @@
 // Messages in a strip of their own above the page, so that they cover nothing. Short ones go away; errors stay until they are read, or until
 // what they are about works again.
-import { icon_button } from "./controls";
+import { button, icon_button } from "./controls";
 import { h } from "./dom";
 
 const stack = h("div", { class: "notices", role: "status", "aria-live": "polite" });
@@ -11,14 +11,29 @@ const kStays_ms = 6000, kRead_ms = 70;  ///< At least, and for each letter.
 
 const all = (): HTMLElement[] => [...stack.children] as HTMLElement[];
 
+// A newer message about the same takes the place of the older one.
+function put(element: HTMLElement, about: string): void {
+  const before = about ? all().find((child) => child.dataset["about"] === about) : undefined;
+  if (before) before.replaceWith(element);
+  else stack.append(element);
+}
+
 /// @param about  What it is about: a newer message about the same takes its place, settle() takes it away.
 export function notice(text: string, kind: "info" | "error" = "info", about = ""): void {
   if (all().some((child) => child.firstChild?.textContent === text)) return;
   const element = h("div", { class: `notice ${kind}`, role: kind === "error" ? "alert" : undefined, "data-about": about || undefined }, h("span", {}, text), icon_button("close", "Dismiss", () => element.remove()));
-  const before = about ? all().find((child) => child.dataset["about"] === about) : undefined;
-  if (before) before.replaceWith(element);
-  else stack.append(element);
+  put(element, about);
   if (kind === "info") window.setTimeout(() => element.remove(), Math.max(kStays_ms, kRead_ms * text.length));
+}
+
+/// Something that can be done, with a button for it. It stays until that is pressed, it is dismissed, or settle() says that it cannot be done any more.
+export function offer(text: string, action: string, about: string, go: () => void, dismiss: () => void): void {
+  const end = (then: () => void) => (): void => {
+    element.remove();
+    then();
+  };
+  const element = h("div", { class: "notice info offer", "data-about": about }, h("span", {}, text), button(action, end(go)), icon_button("close", "Dismiss", end(dismiss)));
+  put(element, about);
 }
 
 /// It works again: what was said about it is no longer true.

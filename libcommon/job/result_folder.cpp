@@ -10,7 +10,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array kManifests{"history.json", "transfer.json", "simulation.json", "registration.json", "unlight.json", "recomposed.json", "sequence.json"};
+constexpr std::array kManifests{"history.json", "transfer.json", "simulation.json", "registration.json", "unlight.json", "recomposed.json", "sequence.json",
+                                "factorization.json", "evaluation.json", "evaluations.csv"};
 
 }  // namespace
 

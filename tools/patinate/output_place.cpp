@@ -1,12 +1,11 @@
 #include "tools/patinate/output_place.h"
 
 #include <algorithm>
-#include <array>
 #include <system_error>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
-#include "tools/patinate/path_kind.h"
+#include "libcommon/job/result_folder.h"
 
 namespace patinate {
 
@@ -68,16 +67,6 @@ std::vector<fs::path> places_of_output(const fs::path& output) {
   return places;
 }
 
-/// A folder that patinate made as a whole, and would make again as a whole.
-bool is_made_by_us(const fs::path& folder) {
-  constexpr std::array kMade{PathKind::History, PathKind::Transfer, PathKind::Simulation, PathKind::Factorization, PathKind::Fit};
-  try {
-    return std::find(kMade.begin(), kMade.end(), kind_of(folder)) != kMade.end();
-  } catch (const Error&) {
-    return false;
-  }
-}
-
 [[noreturn]] void refuse(const fs::path& output, const std::string& why) {
   throw UsageError("-o: found `" + output.string() + "`, " + why + "; expected another place");
 }
@@ -95,9 +84,8 @@ void require_apart(const fs::path& output, const std::vector<GivenInput>& inputs
       if (is_inside(place, places.front())) refuse(output, "which holds an input (" + input.argument + ") and would be replaced");
     }
   }
-  for (fs::path folder = places.front().parent_path(); folder != folder.parent_path(); folder = folder.parent_path()) {
-    if (is_made_by_us(folder)) refuse(output, "which lies inside " + folder.string() + ", made by patinate as a whole");
-  }
+  const fs::path result = result_around(places.front().parent_path());
+  if (!result.empty()) refuse(output, "which lies inside " + result.string() + ", a finished result, which stays as it was made");
 }
 
 }  // namespace patinate

@@ -212,7 +212,7 @@ class Live(unittest.TestCase):
         client = self.client()
         client.step(12)
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
-        water = next(row for row in client.status["ledger"] if row["material"] == "water")
+        water = client.status["ledger"]["water"]
         client.do("run")
         client.do("stroke", emitter="brush", position=middle, phase="begin")
         client.until(lambda: client.status["painting"])
@@ -225,7 +225,7 @@ class Live(unittest.TestCase):
         client.do("stroke", emitter="brush", phase="end")
         client.until(lambda: not client.status["painting"] and client.status["iteration"] > at + 5)  # it was running, and goes on
         client.do("pause")
-        self.assertGreater(next(row for row in client.status["ledger"] if row["material"] == "water")["emitted"], water["emitted"])
+        self.assertGreater(client.status["ledger"]["water"]["emitted"], water["emitted"])
 
     def test_a_stroke_has_no_gaps_however_rarely_its_places_come(self):
         client = self.client()

@@ -103,7 +103,6 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
 
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,
                                                 const std::string& key) {
-  refuse_inside_result(output);
   if (!line.common().dry_run) return check_output_file(output, existing_key, key, job_options());
   report_dry_run(explain_output_file(output, existing_key, key, job_options()));
   return std::nullopt;

@@ -57,8 +57,10 @@ std::vector<fs::path> places_of_output(const fs::path& output) {
     pattern.replace(udim, 6, "*");
   } else if (end != std::string::npos) {
     pattern.replace(percent, end + 1 - percent, "*");
+  } else if (output.has_extension()) {
+    pattern = output.stem().string() + ".????" + output.extension().string();  // Tiles: 1001 and so on.
   } else {
-    pattern = output.stem().string() + ".????" + output.extension().string();  // Tiles.
+    return places;  // A folder, or no image.
   }
   const fs::path folder = place_of(output).parent_path();
   std::error_code error;

@@ -7,6 +7,7 @@ run.json is the file for what differs from run to run.
 import os
 import pathlib
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -31,6 +32,8 @@ def setUpModule():
                       ["control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "facing.exr"],
                       ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "20", "--history-every", "10", "-o", "rain"]):
         run(arguments)
+    # Another tool's map: every pixel of 64 x 48 where it is.
+    (WORK / "same.nnf").write_bytes(b"".join(struct.pack("<ii", x, y) for y in range(48) for x in range(64)))
 
 
 def tearDownModule():
@@ -50,7 +53,7 @@ COMMANDS = {
     "transfer": ["transfer", "@history", "@urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64"],
     "combine": ["combine", "@history", "@history"],
     "evaluate": ["evaluate", "@aged", "--audits", "20"],
-    "evaluate_foreign": ["evaluate", "@aged/coordinates.exr", "--history", "@history", "--control", "thickness=@facing.exr", "--audits", "20"],
+    "evaluate_foreign": ["evaluate", "@same.nnf", "--history", "@history", "--control", "@history/controls/thickness.exr", "--audits", "20"],
     "compare": ["compare", "@history", "@aged", "--through", "@aged", "--num-resamples", "5"],
     "factorise": ["factorise", "@history", "--num-intervals", "16", "--num-training", "48"],
     "simulate": ["simulate", "@ledge/scene.json", "--resolution", "64", "--iterations", "20"],

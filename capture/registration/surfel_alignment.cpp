@@ -8,7 +8,6 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
-#include "libcommon/geometry/point_tree.h"
 
 namespace patinate {
 
@@ -22,38 +21,6 @@ constexpr double kNarrowest = 2.0;          ///< to so many times what the point
 constexpr double kLeastCosine = 0.5;  ///< Normals of partners: 60 degrees.
 constexpr int kFewestPairs = 12;
 constexpr double kSureShare = 0.999;  ///< Of a margin: rounding.
-
-constexpr int kPointsPerLeaf = 8;
-
-/// Keeps the nearest point below a distance, of several at the same the one with the smallest index, and how far the next one is.
-class NearestBelow final : public flann::ResultSet<double> {
- public:
-  /// @param index  A point that is known already, or -1. @param squared  Its squared distance, or that to stay below.
-  NearestBelow(double below_squared, int index, double squared)
-      : squared_(squared), second_(below_squared), index_(index) {}
-  [[nodiscard]] bool full() const override { return true; }
-  [[nodiscard]] double worstDist() const override { return second_; }
-  void addPoint(double found, std::size_t i) override {
-    const int at = static_cast<int>(i);
-    if (at == index_) return;
-    if (found < squared_ || (found == squared_ && (index_ < 0 || at < index_))) {
-      if (index_ >= 0) second_ = squared_;
-      squared_ = found;
-      index_ = at;
-    } else if (found < second_) {
-      second_ = found;
-    }
-  }
-  [[nodiscard]] SurfelSet::Found found() const {
-    if (index_ < 0) return {};
-    return {index_, 0.5 * (std::sqrt(second_) - std::sqrt(squared_))};
-  }
-
- private:
-  double squared_;
-  double second_;
-  int index_;
-};
 
 double quantile_of(std::vector<double>& values, double share) {
   if (values.empty()) return 0.0;
@@ -82,17 +49,14 @@ SurfelSet::SurfelSet(std::vector<Surfel> surfels, double distance, bool is_orien
     variances.push_back(s.variance);
   }
   median_variance_ = median_of(variances);
-  if (!positions.empty()) tree_ = std::make_shared<const PointTree>(std::move(positions), kPointsPerLeaf);
+  if (!positions.empty()) points_ = std::make_shared<const NearestPoints>(std::move(positions));
 }
 
 SurfelSet::Found SurfelSet::nearest(const Vec3& p, double radius, int hint) const {
   if (surfels_.empty()) return {};
-  const double below = radius * radius;
-  const double squared = hint >= 0 ? ((*this)[hint].position - p).squaredNorm() : below;
-  const bool is_known = hint >= 0 && squared <= below;
-  NearestBelow found(below, is_known ? hint : -1, is_known ? squared : below);
-  tree_->search(p, found);
-  return found.found();
+  const NearestPoints::Nearest found = points_->nearest_below(p, radius, hint);
+  if (found.index < 0) return {};
+  return {found.index, 0.5 * (std::sqrt(found.squared_second) - std::sqrt(found.squared_distance))};
 }
 
 void PairSums::add(const PairSums& other) {

@@ -9,11 +9,10 @@
 
 #include "capture/registration/surfels.h"
 #include "libcommon/core/run_control.h"
+#include "libcommon/geometry/nearest_points.h"
 #include "libcommon/geometry/rigid_transform.h"
 
 namespace patinate {
-
-class PointTree;
 
 /// Surfels of one scan with what finds the nearest of them. Lengths are in any unit; rotations are best about the origin.
 class SurfelSet {
@@ -39,7 +38,7 @@ class SurfelSet {
   double distance_;
   bool is_oriented_;
   double median_variance_;
-  std::shared_ptr<const PointTree> tree_;
+  std::shared_ptr<const NearestPoints> points_;
 };
 
 /// How far partners may lie apart while the scans are brought together.

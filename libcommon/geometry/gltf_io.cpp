@@ -2,12 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <new>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -15,10 +12,9 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
 #include "libcommon/core/read_limit.h"
+#include "libcommon/geometry/gltf_json.h"
 #include "libcommon/geometry/mesh_builder.h"
-#include "libcommon/geometry/mesh_files.h"
 #include "libcommon/geometry/mesh_formats.h"
 
 namespace patinate {
@@ -27,8 +23,6 @@ namespace {
 
 using Matrix4 = Eigen::Matrix4d;
 
-constexpr std::uint64_t kMaxBytes = 0xffffffffu;  // tinygltf counts bytes in 32 bits
-constexpr int kMaxJsonDepth = 128;
 
 bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
   return true;
@@ -46,7 +40,7 @@ tinygltf::FsCallbacks files_beside(std::string* outside) {
   callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
   callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* problem, const std::string& path, void*) {
     try {
-      const std::string bytes = read_file(path, kMaxBytes);
+      const std::string bytes = read_file(path, kLargestGltf);
       out->assign(bytes.begin(), bytes.end());
       return true;
     } catch (const IoError& e) {
@@ -58,14 +52,6 @@ tinygltf::FsCallbacks files_beside(std::string* outside) {
   return callbacks;
 }
 
-std::uint32_t little_endian_u32(std::string_view bytes, std::size_t offset) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[offset + i])) << (8 * i);
-  }
-  return value;
-}
-
 /// tinygltf's errors as one line.
 std::string one_line(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
@@ -73,60 +59,11 @@ std::string one_line(std::string text) {
   return text;
 }
 
-/// Checks what tinygltf takes on trust: the chunk lengths of a GLB. Gives its JSON.
-std::string_view json_of_glb(const std::string& file, std::string_view bytes) {
-  if (bytes.size() < 20 || bytes.substr(0, 4) != "glTF")
-    throw IoError(file, "is not a GLB file, or truncated in its header");
-  const std::uint64_t length = little_endian_u32(bytes, 8), json_length = little_endian_u32(bytes, 12);
-  if (length > bytes.size()) {
-    throw IoError(file,
-                  "truncated: holds " + std::to_string(bytes.size()) + " of " + std::to_string(length) + " bytes");
-  }
-  if (20 + json_length > length || bytes.substr(16, 4) != "JSON")
-    throw IoError(file, "its first chunk is not valid JSON");
-  const std::uint64_t binary = 20 + json_length;
-  if (binary != length && (binary + 8 > length || binary + 8 + little_endian_u32(bytes, binary) > length)) {
-    throw IoError(file, "truncated: its binary chunk is longer than the file");
-  }
-  return bytes.substr(20, json_length);
-}
-
-/// Broken escapes stay as they are, as tinygltf leaves them.
-std::string percent_decoded(const std::string& uri) {
-  std::string out;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    unsigned code = 0;
-    const char* digits = uri.data() + i + 1;
-    const bool is_escape = uri[i] == '%' && i + 2 < uri.size() && std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2;
-    out += is_escape ? static_cast<char>(code) : uri[i];
-    if (is_escape) i += 2;
-  }
-  return out;
-}
-
-void check_depth(const std::string& file, std::string_view json) {
-  int depth = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    const char c = json[i];
-    if (in_string && c == '\\') {
-      ++i;
-    } else if (c == '"') {
-      in_string = !in_string;
-    } else if (!in_string && (c == '{' || c == '[')) {
-      if (++depth > kMaxJsonDepth)
-        throw IoError(file, "its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " deep");
-    } else if (!in_string && (c == '}' || c == ']')) {
-      --depth;
-    }
-  }
-}
-
 tinygltf::Model load_model(const std::filesystem::path& path) {
   const std::string file = path.string();
-  const std::string bytes = read_file(path, kMaxBytes);
+  const std::string bytes = read_file(path, kLargestGltf);
   const bool is_binary = bytes.compare(0, 4, "glTF") == 0;
-  check_depth(file, is_binary ? json_of_glb(file, bytes) : std::string_view(bytes));
+  (void)gltf_json(file, bytes);  // checked
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(&ignore_image, nullptr);
   std::string outside;
@@ -430,23 +367,5 @@ class GltfReader {
 }  // namespace
 
 Mesh read_gltf(const std::filesystem::path& path) { return GltfReader(path).read(); }
-
-std::vector<std::string> mesh_buffer_files(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension != ".gltf" && extension != ".glb") return {};
-  const std::string bytes = read_file(path, kMaxBytes);
-  const std::string_view text = bytes.compare(0, 4, "glTF") == 0 ? json_of_glb(path.string(), bytes) : std::string_view(bytes);
-  check_depth(path.string(), text);
-  const Json root = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  std::vector<std::string> files;
-  if (!root.is_object() || !root.contains("buffers") || !root["buffers"].is_array()) return files;
-  for (const Json& buffer : root["buffers"]) {
-    if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
-    const std::string uri = buffer["uri"].get<std::string>();
-    if (!uri.starts_with("data:")) files.push_back(percent_decoded(uri));
-  }
-  return files;
-}
 
 }  // namespace patinate

@@ -201,7 +201,7 @@ struct ImageRowWriter::Impl {
   Impl(const std::filesystem::path& target, int w, int h, const RowFormat& format)
       : path(target), width(w), height(h), num_channels(format.channels.size()), depth(format.depth), takes_codes(is_coded_image(target)), place(target), file(place.temporary()), output(create_output(target)) {
     const OIIO::ImageSpec spec = takes_codes ? code_spec(width, height, static_cast<int>(num_channels), format.key) : exr_spec(width, height, format.channels, depth, format.key);
-    if (file.has_failed() || !output->set_ioproxy(&file) || !output->open(path.string(), spec)) fail();
+    if (file.has_failed() || !output->set_ioproxy(static_cast<OIIO::Filesystem::IOProxy*>(file.proxy())) || !output->open(path.string(), spec)) fail();
   }
 
   [[noreturn]] void fail() {

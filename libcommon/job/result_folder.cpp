@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
+#include <string>
+#include <string_view>
 #include <system_error>
 
 namespace patinate {
@@ -10,14 +13,33 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array kManifests{"history.json", "transfer.json", "simulation.json", "registration.json", "unlight.json", "recomposed.json", "sequence.json"};
+struct Manifest {
+  std::string_view file;
+  std::string_view says;  ///< What stands in its first lines: "unlight.json" and "report.json" may be something else, of the user's.
+};
+constexpr std::array kManifests{Manifest{"history.json", "patinate.history"},           Manifest{"transfer.json", "patinate.transfer"},
+                                Manifest{"simulation.json", "patinate.simulation"},     Manifest{"registration.json", "patinate.registration"},
+                                Manifest{"unlight.json", "patinate.unlit"},             Manifest{"recomposed.json", "patinate.recomposed"},
+                                Manifest{"sequence.json", "time_unit"},        Manifest{"factorization.json", "patinate.factorization"},
+                                Manifest{"evaluation.json", "patinate.evaluation"},     Manifest{"report.json", "patinate.fit"},
+                                Manifest{"report.json", "patinate.compare"}};
+
+bool says(const fs::path& file, std::string_view word) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;
+  std::ifstream in(file, std::ios::binary);
+  std::string head(4096, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
+  return head.find('"' + std::string(word) + '"') != std::string::npos;
+}
 
 }  // namespace
 
 fs::path result_around(fs::path folder) {
-  for (std::error_code error; !folder.empty(); folder = folder.parent_path()) {
+  for (; !folder.empty(); folder = folder.parent_path()) {
     const bool is_result = folder.extension() == ".partial" ||
-                           std::any_of(kManifests.begin(), kManifests.end(), [&](const char* manifest) { return fs::is_regular_file(folder / manifest, error); });
+                           std::any_of(kManifests.begin(), kManifests.end(), [&](const Manifest& manifest) { return says(folder / manifest.file, manifest.says); });
     if (is_result) return folder;
     if (folder == folder.root_path()) break;
   }

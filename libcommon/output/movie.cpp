@@ -207,7 +207,7 @@ class Gif final : public Movie {
     if (!file_) {
       file_ = OIIO::ImageOutput::create("gif");
       spec_ = spec;
-      check(file_ && file_->set_ioproxy(&disk_) && file_->open(path_.string(), spec, OIIO::ImageOutput::Create));
+      check(file_ && file_->set_ioproxy(static_cast<OIIO::Filesystem::IOProxy*>(disk_.proxy())) && file_->open(path_.string(), spec, OIIO::ImageOutput::Create));
     } else {
       if (spec.width != spec_.width || spec.height != spec_.height) {
         throw InvalidInput(shown_path_ + ": a picture of a movie differs from the first in size");
@@ -228,7 +228,13 @@ class Gif final : public Movie {
     const std::string comment = std::string(kKeyPrefix) + key_;
     bytes.pop_back();
     bytes += std::string("\x21\xfe") + static_cast<char>(comment.size()) + comment + std::string(1, '\0') + ";";
-    write_atomically(path_, bytes);
+    bool is_written = true;
+    try {
+      write_atomically(path_, bytes);
+    } catch (const CannotComplete&) {
+      is_written = false;  // said with the name that the user gave
+    }
+    check(is_written);
   }
 
  private:

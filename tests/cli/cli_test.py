@@ -184,7 +184,7 @@ class CommandLine(CommandCase):
                                  ("lies inside", ["lookup", "aged", "--time", "1", "-o", "link/coordinates.exr"]),
                                  ("lies inside", ["lookup", "aged", "--time", "1", "-o", "history/frames/0000.exr"]),
                                  ("lies inside", ["render", "history", "-o", "history/picture.png"]),
-                                 ("is an input (TRANSFER)", ["export", "aged", "-o", "aged"]),
+                                 ("is an input (SUBJECT)", ["export", "aged", "-o", "aged"]),
                                  ("is an input (MESH)", ["transfer", "history", "urn/mesh.obj", "--control", "facing", "-o", "urn/mesh.obj"]),
                                  ("holds an input (MESH)", ["transfer", "history", "aged/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"]),
                                  ("holds an input", ["transfer", "history", "urn/mesh.obj", "--control", "facing", "-o", "."])):
@@ -378,9 +378,9 @@ class Outputs(CommandCase):
 
     def test_nothing_is_made_inside_a_finished_result(self):
         shutil.copytree(self.shared / "history", self.folder / "history")
-        self.fails(CANNOT, "a finished result", "export", "history", "-o", "history/frames/more")
-        self.fails(CANNOT, "a finished result", "lookup", self.shared / "aged", "--time", "1", "-o", "history/x.png")
-        self.fails(CANNOT, "a finished result", "ingest", self.shared / "capture", "-o", "history/again", "--force")
+        self.fails(USAGE, "a finished result", "export", "history", "-o", "history/frames/more")
+        self.fails(USAGE, "a finished result", "lookup", self.shared / "aged", "--time", "1", "-o", "history/x.png")
+        self.fails(USAGE, "a finished result", "ingest", self.shared / "capture", "-o", "history/again", "--force")
         self.succeeds("ingest", self.shared / "capture", "-o", "made/")
         self.succeeds("ingest", self.shared / "capture", "-o", "made/")  # the result itself is another matter: up to date
 

@@ -130,7 +130,7 @@ class Hostile(unittest.TestCase):
             self.take("history")
             link("capture/frames/0001.png")
             self.refuses(3, words, "ingest", "capture", "-o", "x")
-            link("aged/mesh.obj")
+            link("aged/coordinates.exr")
             self.refuses(3, words, "lookup", "aged", "--time", 1, "-o", "x.png")
             # Where something is written, what lies there is looked at first.
             for name in ("out.png", "out.glb", "out.mp4", "out.gif"):
@@ -245,9 +245,9 @@ class Hostile(unittest.TestCase):
             self.refuses(3, "/time/per_iteration: found", "simulate", "scene.json", "-o", "x")
         self.take("capture")
         self.changed("capture/capture.json", lambda c: c["frames"].update(interval=5e-324))
-        self.refuses(3, "interval", "ingest", "capture", "-o", "x")
+        self.refuses(3, "time", "ingest", "capture", "-o", "x")
         self.changed("capture/capture.json", lambda c: c["frames"].update(interval=1e308))
-        self.refuses(3, "interval", "ingest", "capture", "-o", "x")
+        self.refuses(3, "time", "ingest", "capture", "-o", "x")
 
     def test_cameras_and_scales_beyond_measure(self):
         self.take("history", "urn", "capture")

@@ -7,6 +7,7 @@ run.json is the file for what differs from run to run.
 import os
 import pathlib
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -31,6 +32,8 @@ def setUpModule():
                       ["control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "facing.exr"],
                       ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "20", "--history-every", "10", "-o", "rain"]):
         run(arguments)
+    # Another tool's map: every pixel of 64 x 48 where it is.
+    (WORK / "same.nnf").write_bytes(b"".join(struct.pack("<ii", x, y) for y in range(48) for x in range(64)))
 
 
 def tearDownModule():
@@ -49,8 +52,8 @@ COMMANDS = {
     "relit": ["ingest", "@mould"],
     "transfer": ["transfer", "@history", "@urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64"],
     "combine": ["combine", "@history", "@history"],
-    "evaluate": ["evaluate", "@aged", "--num-audits", "20"],
-    "evaluate_foreign": ["evaluate", "@aged/coordinates.exr", "--history", "@history", "--control", "thickness=@facing.exr", "--num-audits", "20"],
+    "evaluate": ["evaluate", "@aged", "--audits", "20"],
+    "evaluate_foreign": ["evaluate", "@same.nnf", "--history", "@history", "--control", "@history/controls/thickness.exr", "--audits", "20"],
     "compare": ["compare", "@history", "@aged", "--through", "@aged", "--num-resamples", "5"],
     "factorise": ["factorise", "@history", "--num-intervals", "16", "--num-training", "48"],
     "simulate": ["simulate", "@ledge/scene.json", "--resolution", "64", "--iterations", "20"],
@@ -74,9 +77,13 @@ class SameBytes(unittest.TestCase):
         words = words[:-1] if suffix else words
         plain = [w.replace("@", "") for w in words]
         spelled = [w.replace("@", str(WORK) + "/elsewhere/../") for w in words]
-        run([*plain, "--threads", 1, "-o", f"{name}_one{suffix}"])
-        run([*spelled, "--threads", 3, "--quiet", "-o", f"../{name}_another{suffix}"], WORK / "elsewhere")
-        one, another = tree_of(WORK / f"{name}_one{suffix}"), tree_of(WORK / f"{name}_another{suffix}")
+        # Folders go by two names; files stand in two folders, since the node of a GLB bears the file's name.
+        outputs = [WORK / "one" / (name + suffix), WORK / "another" / (name + suffix if suffix else name + "_again")]
+        for output in outputs:
+            output.parent.mkdir(exist_ok=True)
+        run([*plain, "--threads", 1, "-o", outputs[0]])
+        run([*spelled, "--threads", 3, "--quiet", "-o", pathlib.Path("..") / outputs[1].relative_to(WORK)], WORK / "elsewhere")
+        one, another = tree_of(outputs[0]), tree_of(outputs[1])
         self.assertEqual(sorted(one), sorted(another))
         self.assertEqual([file for file in one if one[file] != another[file]], [])
 

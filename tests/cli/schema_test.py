@@ -162,7 +162,7 @@ class Schemas(unittest.TestCase):
         for number, change in enumerate(COMMON + [put("unit", "inch"), drop("unit"), put("materials", []), put("materials", ["a"] * 2), drop("objects"), put("objects", []), put("emitters", []),
                                                   put("emitters", 0, "shape", "cone"), put("emitters", 0, "speed", 0), put("emitters", 0, "spread_deg", 181), put("emitters", 0, "gammatons", 0),
                                                   put("emitters", 0, "carries", "water", -1), put("exchange", "ratio", 2), put("exchange", "splat", 2), put("atlas", "resolution", 8), put("atlas", "uvs", "own"),
-                                                  put("behaviour", {"slider": 1.5}), put("tracing", "reach", 0), put("time", "unit", "y"), put("run", "iterations", 0), put("objects", 0, "scale", 0),
+                                                  put("behaviour", {"slider": 1.5}), put("tracing", "reach", 0), put("time", "unit", "y"), put("run", "iterations", -1), put("objects", 0, "scale", 0),
                                                   put("events", [{"iteration": 1, "op": "dance"}]), put("events", [{"iteration": 1, "op": "rule", "target": "evaporation", "alpha": -1}]), put("appearance", {"dirt": {"strenth": 1}}), put("gravity", [0, 1])]):
             content = copy.deepcopy(scene)
             change(content)

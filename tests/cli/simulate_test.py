@@ -239,7 +239,7 @@ class Simulate(unittest.TestCase):
     def test_rules_change_while_it_runs(self):
         def made_by(name, rules, events):
             self.write(f"ledge/{name}.json", dict(self.scene, materials=["water", "dirt", "organic"], rules=rules, events=events, run={"iterations": 24}))
-            said = json.loads(self.run_in(["simulate", f"ledge/{name}.json", "-o", name, "--json"], check=True).stdout)
+            said = json.loads(self.run_in(["simulate", f"ledge/{name}.json", "-o", f"made_{name}", "--json"], check=True).stdout)
             return said["atlas_hash"], said["ledger"]["organic"]["made"]
         new = {"driver": "min(water, dirt)", "makes": {"organic": 1}}
         early = {"iteration": 8, "op": "rule", "target": "growth"}

@@ -30,7 +30,7 @@ class Live(unittest.TestCase):
             emitter["gammatons"] = 150
         scene["events"] = [{"iteration": 5, "op": "ratio", "ratio": 0.6}]
         (cls.folder / "ledge/scene.json").write_text(json.dumps(scene))
-        for name in ("painted", "looked", "returned", "only_painted"):
+        for name in ("painted", "looked", "returned", "only_painted", "refused"):
             (cls.folder / f"ledge/{name}.json").write_text(json.dumps(scene))
         (cls.folder / "ledge/broken.json").write_text(json.dumps({**scene, "objects": [{"name": "wall", "mesh": "missing.obj"}]}))
         cls.run_in("simulate", "ledge/scene.json", "-o", "ran")
@@ -212,7 +212,7 @@ class Live(unittest.TestCase):
         client = self.client()
         client.step(12)
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
-        water = next(row for row in client.status["ledger"] if row["material"] == "water")
+        water = client.status["ledger"]["water"]
         client.do("run")
         client.do("stroke", emitter="brush", position=middle, phase="begin")
         client.until(lambda: client.status["painting"])
@@ -225,7 +225,7 @@ class Live(unittest.TestCase):
         client.do("stroke", emitter="brush", phase="end")
         client.until(lambda: not client.status["painting"] and client.status["iteration"] > at + 5)  # it was running, and goes on
         client.do("pause")
-        self.assertGreater(next(row for row in client.status["ledger"] if row["material"] == "water")["emitted"], water["emitted"])
+        self.assertGreater(client.status["ledger"]["water"]["emitted"], water["emitted"])
 
     def test_a_stroke_has_no_gaps_however_rarely_its_places_come(self):
         client = self.client()
@@ -451,11 +451,11 @@ class Live(unittest.TestCase):
         client.do("watch", overlay=None, gammatons=0, planes=["surface", "relief"])
 
     def test_wrong_requests_get_a_sentence_and_change_nothing(self):
-        client = self.client()
+        client = self.client("ledge/refused.json")  # which no other test has done anything to, so that there is nothing to undo
         client.settle()
         for request in ({"op": "fly"}, {}, {"op": "event"}, {"op": "event", "event": {"op": "ratio", "ratio": 7}}, {"op": "event", "event": {"op": "move", "target": "nobody", "position": [0, 0, 0]}},
                         {"op": "event", "event": {"iteration": 3, "op": "ratio", "ratio": 0.5}}, {"op": "event", "event": [1]}, {"op": "event", "event": {"op": "rule", "target": "nothing", "alpha": 1}}, {"op": "event", "event": {"op": "rule", "target": "evaporation", "driver": "gold"}}, {"op": "step", "iterations": -1}, {"op": "step", "iterations": "x"},
-                        {"op": "stroke", "phase": "move"}, {"op": "stroke", "phase": "begin", "emitter": "rain", "position": [0, 0, 0]}, {"op": "undo"}, {"op": "looks", "looks": {"gold": {}}},
+                        {"op": "stroke", "phase": "move"}, {"op": "stroke", "phase": "begin", "emitter": "rain", "position": [0, 0, 0]}, {"op": "undo"}, {"op": "redo"}, {"op": "resume"}, {"op": "looks", "looks": {"gold": {}}},
                         {"op": "looks", "looks": {"dirt": {"color": "/etc/passwd"}}}, {"op": "looks", "looks": {"dirt": {"strength": -1}}}, {"op": "looks", "looks": 3},
                         {"op": "watch", "overlay": "gold"}, {"op": "watch", "planes": ["x"]}, {"op": "watch", "gammatons": 1e12}, {"op": "ack", "update": 1 << 60}, {"op": "save"}, {"op": "save", "path": 3},
                         {"op": "export", "path": "x", "what": ["everything"]}, {"op": "export", "path": "../x", "what": []}):
@@ -466,6 +466,7 @@ class Live(unittest.TestCase):
             client.socket.send(garbage)
         self.assertEqual(client.scene["exchange"]["ratio"], 0.4)
         client.step(1)
+        self.assertEqual((client.status["can_undo"], client.status["can_redo"]), (False, False))
 
     def test_what_cannot_run_says_why(self):
         for place, words in (("ledge/broken.json", "missing.obj"), ("ledge/mesh.obj", "only scenes"), ("nothing", "no place"), ("../x", "no place")):

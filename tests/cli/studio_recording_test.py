@@ -182,6 +182,39 @@ class Recordings(unittest.TestCase):
         self.assertLess(client.status["iteration"], 300)
         self.assertEqual(self.resume(client, 300), picture)
 
+    def test_what_is_refused_meanwhile_does_not_end_it(self):
+        server = self.server()
+        first = self.open(server)
+        first.step(300)
+        first.do("event", event={"op": "ratio", "ratio": 0.3})
+        first.settle()
+        picture = first.surface()
+        server.close()
+        client = self.open(self.server())
+        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
+        refused = ({"op": "event", "event": {"op": "ratio", "ratio": 7}}, {"op": "stroke", "phase": "begin", "emitter": "rain", "position": middle}, {"op": "redo"}, {"op": "resume"})
+        for i, request in enumerate(({"op": "resume"}, *refused)):  # long before its iteration 300
+            client.socket.send({**request, "id": f"r{i}"})
+        client.until(lambda: client.notices and client.status["iteration"] == 300)
+        self.assertEqual([client.answers[f"r{i}"]["type"] for i in range(5)], ["done"] + 4 * ["error"])
+        client.settle()
+        self.assertEqual(client.surface(), picture)
+
+    def test_what_was_done_a_moment_before_ctrl_c_is_kept(self):
+        for end in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            server = self.server()
+            client = self.open(server)
+            client.do("run")
+            for ratio in (0.1, 0.2, 0.3):  # the last ones follow the first sooner than anything is written again
+                client.do("event", event={"op": "ratio", "ratio": ratio})
+                client.do("event", event={"op": "behaviour", "behaviour": {"slider": ratio}})
+            server.process.send_signal(end)
+            self.assertEqual(server.process.wait(timeout=30), 130)
+            name = next(n for n in self.recordings() if not n.endswith(".previous.json"))
+            kept = json.loads((self.folder / ".studio" / name).read_text())
+            self.assertEqual([e["ratio"] for e in kept["events"] if e["op"] == "ratio"][-1], 0.3)
+            self.assertEqual(kept["events"][-1]["behaviour"], {"slider": 0.3})
+
     def test_two_programs_that_serve_one_folder_keep_both(self):
         clients = [self.open(self.server()), self.open(self.server())]
         for ratio, client in zip((0.1, 0.2), clients):

@@ -108,7 +108,7 @@ class Transfer(unittest.TestCase):
         planned = run("transfer", "../history", "../urn/mesh.obj", *known, "--texel-size", "0.5", "--dry-run", "-o", "aged", cwd=self.folder)
         self.assertEqual(planned.returncode, 0, planned.stderr)
         self.assertRegex(planned.stderr, r"automatic resolution: (\d+) x \1 texels, so that they show")
-        result = run("transfer", "../history", "../urn/mesh.obj", *known, "--texel-size", "100", "-o", "aged", cwd=self.folder)
+        result = run("transfer", "../history", "../urn/mesh.obj", *known, "--texel-size", "20", "-o", "aged", cwd=self.folder)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("automatic resolution: 256 x 256 texels", result.stderr)
         self.assertEqual(json.loads((self.folder / "aged/run.json").read_text())["options"]["resolution"], {"value": 256, "from": "chosen"})

@@ -1,6 +1,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <optional>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,7 @@
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/commands.h"
+#include "tools/patinate/interruption.h"
 #include "tools/patinate/output_file.h"
 #include "tools/studio/access.h"
 #include "tools/studio/recording.h"
@@ -23,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kInterrupted = 130;
+constexpr std::chrono::seconds kLongestEnd{10};  ///< An iteration of a large scene ends, and what was painted last is written.
 
 struct StudioPort {
   int port = 0;
@@ -105,6 +107,7 @@ int cmd_studio(CommandRun& run) {
   HttpServer server({.port = port.port});
   const std::string token = random_token();
   bool has_quit = false;
+  take_time_to_end(kLongestEnd);
   Studio studio(std::move(served), {.version = PATINATE_VERSION, .token = token, .port = server.port(), .hosts = hosts, .num_threads = run.line.common().threads},
                 [&] {
                   has_quit = true;
@@ -115,7 +118,7 @@ int cmd_studio(CommandRun& run) {
               .answer = [&](const HttpRequest& request, const std::stop_token& gone) { return studio.answer(request, gone); },
               .open = [&](const HttpRequest& request, const std::shared_ptr<WebSocketPeer>& peer) { return studio.open(request, peer); }},
              run.control("studio").stop);
-  return has_quit ? 0 : kInterrupted;
+  return has_quit ? 0 : kInterruptedExitCode;
 }
 
 }  // namespace patinate

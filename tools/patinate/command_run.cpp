@@ -9,7 +9,6 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/printable.h"
 #include "libcommon/job/partial_folder.h"
-#include "libcommon/job/result_folder.h"
 #include "tools/patinate/message_stream.h"
 #include "tools/patinate/option_sources.h"
 #include "tools/patinate/output_file.h"
@@ -89,20 +88,8 @@ std::vector<std::string> CommandRun::command_line() const {
   return words;
 }
 
-namespace {
-
-void refuse_inside_result(const std::filesystem::path& output) {
-  std::filesystem::path path = std::filesystem::absolute(output).lexically_normal();
-  if (!path.has_filename()) path = path.parent_path();  // "out/" is out
-  const std::filesystem::path result = result_around(path.parent_path());
-  if (!result.empty()) throw CannotComplete(output.string() + ": would lie in " + result.string() + ", a finished result, which stays as it was made; give a path outside of it");
-}
-
-}  // namespace
-
 std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
   require_no_file_name(plan.output);
-  refuse_inside_result(plan.output);
   if (line.common().dry_run) {
     report_dry_run(explain_job(plan, job_options()));
     return std::nullopt;
@@ -116,7 +103,6 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
 
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,
                                                 const std::string& key) {
-  refuse_inside_result(output);
   if (!line.common().dry_run) return check_output_file(output, existing_key, key, job_options());
   report_dry_run(explain_output_file(output, existing_key, key, job_options()));
   return std::nullopt;

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <thread>
@@ -16,7 +17,13 @@ namespace patinate {
 
 namespace {
 
-constexpr std::timespec kPatience{.tv_sec = 0, .tv_nsec = 25'000'000};
+std::atomic<std::chrono::nanoseconds> patience{std::chrono::milliseconds(25)};
+
+std::timespec patience_as_timespec() {
+  const std::chrono::nanoseconds all = patience.load();
+  const auto whole = std::chrono::duration_cast<std::chrono::seconds>(all);
+  return {.tv_sec = static_cast<std::time_t>(whole.count()), .tv_nsec = static_cast<long>((all - whole).count())};
+}
 
 [[noreturn]] void end_at_once() {
   abandon_atomic_files();
@@ -32,6 +39,8 @@ int report_interruption() {
   print_error("interrupted; nothing half-written is left, and the same command finishes the work");
   return kInterruptedExitCode;
 }
+
+void take_time_to_end(std::chrono::nanoseconds longest) { patience = longest; }
 
 void stop_on_signals(const std::stop_source& asked) {
   sigset_t signals;
@@ -51,7 +60,8 @@ void stop_on_signals(const std::stop_source& asked) {
     while (sigwait(&signals, &signal) != 0) {
     }
     source.request_stop();
-    (void)sigtimedwait(&signals, nullptr, &kPatience);
+    const std::timespec longest = patience_as_timespec();
+    (void)sigtimedwait(&signals, nullptr, &longest);
     end_at_once();
   }).detach();
 }

@@ -1,12 +1,11 @@
 #include "tools/patinate/output_place.h"
 
 #include <algorithm>
-#include <array>
 #include <system_error>
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
-#include "tools/patinate/path_kind.h"
+#include "libcommon/job/result_folder.h"
 
 namespace patinate {
 
@@ -58,24 +57,16 @@ std::vector<fs::path> places_of_output(const fs::path& output) {
     pattern.replace(udim, 6, "*");
   } else if (end != std::string::npos) {
     pattern.replace(percent, end + 1 - percent, "*");
+  } else if (output.has_extension()) {
+    pattern = output.stem().string() + ".????" + output.extension().string();  // Tiles: 1001 and so on.
   } else {
-    pattern = output.stem().string() + ".????" + output.extension().string();  // Tiles.
+    return places;  // A folder, or no image.
   }
   const fs::path folder = place_of(output).parent_path();
   std::error_code error;
   if (!fs::is_directory(folder, error)) return places;
   for (const fs::path& file : list_files(folder, pattern)) places.push_back(place_of(file));
   return places;
-}
-
-/// A folder that patinate made as a whole, and would make again as a whole.
-bool is_made_by_us(const fs::path& folder) {
-  constexpr std::array kMade{PathKind::History, PathKind::Transfer, PathKind::Simulation, PathKind::Factorization, PathKind::Fit};
-  try {
-    return std::find(kMade.begin(), kMade.end(), kind_of(folder)) != kMade.end();
-  } catch (const Error&) {
-    return false;
-  }
 }
 
 [[noreturn]] void refuse(const fs::path& output, const std::string& why) {
@@ -95,9 +86,8 @@ void require_apart(const fs::path& output, const std::vector<GivenInput>& inputs
       if (is_inside(place, places.front())) refuse(output, "which holds an input (" + input.argument + ") and would be replaced");
     }
   }
-  for (fs::path folder = places.front().parent_path(); folder != folder.parent_path(); folder = folder.parent_path()) {
-    if (is_made_by_us(folder)) refuse(output, "which lies inside " + folder.string() + ", made by patinate as a whole");
-  }
+  const fs::path result = result_around(places.front().parent_path());
+  if (!result.empty()) refuse(output, "which lies inside " + result.string() + ", a finished result, which stays as it was made");
 }
 
 }  // namespace patinate

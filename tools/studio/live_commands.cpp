@@ -208,11 +208,11 @@ void LiveEngine::set_looks(const Json& changes) {
 
 void LiveEngine::apply(const Json& event_mm) {
   refuse_picture();
-  stop_replay();
-  catch_up();  // what was painted before this was painted as things were then
   const Json event = event_of_file(event_mm, file_.mm_per_unit, simulation_.iteration());
   const SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
+  catch_up();  // what was painted before this was painted as things were then
   simulation_.apply(parsed);
+  stop_replay();
   record_.add_event(event);
   future_.clear();
   if (stroke_ && !can_paint(stroke_->emitter)) finish_stroke();

@@ -32,8 +32,8 @@ void LiveEngine::remember() {
 }
 
 void LiveEngine::undo() {
-  finish_stroke();
   if (past_.empty()) throw InvalidInput("there is nothing to undo");
+  finish_stroke();
   future_.push_back(moment());
   go_to(past_.back());
   past_.pop_back();
@@ -41,8 +41,8 @@ void LiveEngine::undo() {
 }
 
 void LiveEngine::redo() {
-  finish_stroke();
   if (future_.empty()) throw InvalidInput("there is nothing to redo");
+  finish_stroke();
   past_.push_back(moment());
   go_to(future_.back());
   future_.pop_back();

@@ -43,6 +43,15 @@ LiveScene::LiveScene(const fs::path& path, PlaceKind kind, const ServedFolder& f
 
 LiveScene::~LiveScene() = default;
 
+void LiveScene::end() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+  std::map<int, std::shared_ptr<WebSocketPeer>> gone;
+  const std::lock_guard lock(mutex_);
+  gone.swap(peers_);
+  tasks_.clear();
+}
+
 void LiveScene::tell_all(const std::string& text) {
   const std::lock_guard lock(mutex_);
   for (const auto& [id, peer] : peers_) peer->send_text(text);
@@ -175,6 +184,11 @@ class LiveConnection : public WebSocketListener {
 };
 
 }  // namespace
+
+/// A scene and its clients' connections hold each other, so none would end by itself.
+LiveScenes::~LiveScenes() {
+  for (const Entry& entry : entries_) entry.scene->end();
+}
 
 std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceKind kind, const std::shared_ptr<WebSocketPeer>& peer) {
   std::vector<std::shared_ptr<LiveScene>> ended;  // they join their threads without the lock

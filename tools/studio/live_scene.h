@@ -26,6 +26,8 @@ class LiveScene {
   /// @param path  A scene file, or the folder of a finished simulation. @param folder  Outlives this.
   LiveScene(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads);
   ~LiveScene();
+  /// Waits until what was done is kept, and lets go of its clients, whose connections hold it. Nothing is heard afterwards.
+  void end();
 
   void join(int client, const std::shared_ptr<WebSocketPeer>& peer);
   void leave(int client);
@@ -59,6 +61,10 @@ class LiveScenes {
  public:
   /// @param folder  Outlives this.
   LiveScenes(const ServedFolder& folder, int num_threads) : folder_(folder), num_threads_(num_threads) {}
+  /// Ends them all, also those that are watched.
+  ~LiveScenes();
+  LiveScenes(const LiveScenes&) = delete;
+  LiveScenes& operator=(const LiveScenes&) = delete;
 
   /// A new client of a place. @returns who hears its messages.
   [[nodiscard]] std::shared_ptr<WebSocketListener> open(const std::filesystem::path& path, PlaceKind kind, const std::shared_ptr<WebSocketPeer>& peer);

@@ -38,9 +38,9 @@ bool LiveEngine::can_paint(const std::string& emitter) const {
 
 void LiveEngine::begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way) {
   refuse_picture();
+  if (!can_paint(emitter)) throw InvalidInput("/emitter: found \"" + emitter + "\"; expected an emitter of shape surface");
   stop_replay();
   finish_stroke();
-  if (!can_paint(emitter)) throw InvalidInput("/emitter: found \"" + emitter + "\"; expected an emitter of shape surface");
   remember();
   stroke_.emplace();
   stroke_->emitter = emitter;

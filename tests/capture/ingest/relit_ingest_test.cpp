@@ -203,7 +203,9 @@ TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
   // Nothing stands under the name of a picture that is none, in the finished folder or in what it says of itself.
   for (const auto& entry : fs::recursive_directory_iterator(temp / "history")) {
     const std::string extension = entry.path().extension().string();
-    if (extension == ".exr" || extension == ".png") EXPECT_GT(probe_image(entry.path()).width, 1) << entry.path();
+    if (extension == ".exr" || extension == ".png") {
+      EXPECT_GT(probe_image(entry.path()).width, 1) << entry.path();
+    }
   }
   const Json files = load_json(temp / "history/job.json").at("items").at("step-0001").at("files");
   ASSERT_EQ(files.size(), 1u) << files;

@@ -6,6 +6,7 @@
 #include "libcommon/core/random.h"
 #include "libcommon/history/history.h"
 #include "libcommon/history/history_sampling.h"
+#include "libcommon/history/history_times.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
@@ -27,10 +28,10 @@ HistoryReader history_at(const std::filesystem::path& folder, const std::vector<
 TEST(FrameLocator, EqualsTheSearchForUnevenStamps) {
   const std::vector<std::vector<double>> stamps{{3.0},
                                                 {0.0, 1.0, 2.0, 3.0},
-                                                {-5.0, 0.0, 1e-9, 2e-9, 7.0, 1e6},
+                                                {-5.0, 0.0, 1e-5, 2e-5, 7.0, 1e6},
                                                 {0.1, 0.2, 0.30000000000000004, 0.7, 1.9, 2.0, 2.1},
-                                                {0.0, std::numeric_limits<double>::denorm_min()},
-                                                {-1e308, 0.0, 1.5e308}};
+                                                {0.0, kLeastTimeStep},
+                                                {-kFarthestTime, 0.0, kFarthestTime}};
   for (const std::vector<double>& times : stamps) {
     const testing_support::TempFolder folder;
     const HistoryReader history = history_at(folder.path(), times);

@@ -68,9 +68,14 @@ TEST_F(ServedFolderTest, NewPathsAreNewAndInside) {
 
 TEST_F(ServedFolderTest, NothingNewGetsIntoAFinishedResult) {
   const ServedFolder folder(temp_ / "served");
-  for (const char* manifest : {"history.json", "transfer.json", "simulation.json", "registration.json", "unlight.json", "recomposed.json", "sequence.json"}) {
+  constexpr const char* kManifests[][2] = {{"history.json", R"({"format": "patinate.history"})"},           {"transfer.json", R"({"format": "patinate.transfer"})"},
+                                           {"simulation.json", R"({"format": "patinate.simulation"})"},     {"registration.json", R"({"format": "patinate.registration"})"},
+                                           {"unlight.json", R"({"format": "patinate.unlit"})"},             {"recomposed.json", R"({"format": "patinate.recomposed"})"},
+                                           {"sequence.json", R"({"time_unit": "d"})"},                      {"factorization.json", R"({"format": "patinate.factorization"})"},
+                                           {"evaluation.json", R"({"format": "patinate.evaluation"})"},     {"report.json", R"({"format": "patinate.fit"})"}};
+  for (const auto& [manifest, text] : kManifests) {
     fs::create_directories(temp_ / "served/made/deeper");
-    std::ofstream(temp_ / "served/made" / manifest) << "{}";
+    std::ofstream(temp_ / "served/made" / manifest) << text;
     for (const char* name : {"made/x.json", "made/deeper/x"}) EXPECT_THROW((void)folder.new_path(name), InvalidInput) << manifest << " " << name;
     const ServedFolder inner(temp_ / "served/made/deeper");  // also where the result itself is what is served, or a part of it
     EXPECT_THROW((void)inner.new_path("x"), InvalidInput) << manifest;
@@ -78,7 +83,9 @@ TEST_F(ServedFolderTest, NothingNewGetsIntoAFinishedResult) {
   }
   fs::create_directories(temp_ / "served/half.partial");
   EXPECT_THROW((void)folder.new_path("half.partial/x"), InvalidInput);
-  std::ofstream(temp_ / "served/inside/capture.json") << "{}";  // a capture is its user's
+  // Captures and what a user writes for `unlight` are the user's.
+  std::ofstream(temp_ / "served/inside/capture.json") << R"({"format": "patinate.capture"})";
+  std::ofstream(temp_ / "served/inside/unlight.json") << R"({"format": "patinate.unlight"})";
   EXPECT_NO_THROW((void)folder.new_path("inside/x"));
 }
 

@@ -16,22 +16,20 @@ import { LooksPanel } from "../simulation/looks_panel";
 import { Pace } from "../simulation/pace";
 import { Planes } from "../simulation/planes";
 import { Plantlets } from "../simulation/plantlets";
-import { is_same_recording, recording_text } from "../simulation/recorded";
+import { ResumeOffer } from "../simulation/resume_offer";
 import { RulesPanel } from "../simulation/rules_panel";
 import { RunBar } from "../simulation/run_bar";
 import { ShowPanel } from "../simulation/show_panel";
 import { StatusPanel } from "../simulation/status_panel";
-import type { PlaceBase, Recording, SceneState, Status } from "../types";
+import type { PlaceBase, SceneState, Status } from "../types";
 import { button, icon_button, number_text, section } from "../ui/controls";
 import { h, throttle } from "../ui/dom";
 import { ask } from "../ui/dialog";
-import { failure, notice, offer, progress, settle, show_error, type Progress } from "../ui/notices";
+import { failure, notice, progress, settle, show_error, type Progress } from "../ui/notices";
 import type { View } from "./view";
 import { facts_table, light_controls, toggle_full_screen, view_tools, workspace } from "./workspace";
 
 const kPlantlets_ms = 500;
-/// What the offer to go on with an earlier run is about.
-const kRecording = "recording";
 
 interface Hashes {
   surface: string;
@@ -64,7 +62,6 @@ export class SimulationView implements View, SceneContext {
   private readonly undo_button = icon_button("undo", "Undo", () => void this.send("undo"), "Ctrl Z");
   private readonly redo_button = icon_button("redo", "Redo", () => void this.send("redo"), "Ctrl Shift Z");
   private is_lost = false;
-  private dismissed: Recording | undefined;
   private work: Progress | undefined;
   private planes: Planes | undefined;
   private material: THREE.MeshStandardMaterial | undefined;
@@ -75,6 +72,7 @@ export class SimulationView implements View, SceneContext {
   private num_steering = 0;
   private is_disposed = false;
   private readonly pace = new Pace({ run: () => void this.send("run"), pause: () => void this.send("pause"), step: (iterations) => void this.send("step", { iterations }) });
+  private readonly resume_offer = new ResumeOffer(() => this.resume(), () => this.is_disposed);
   private hash_expected: Hashes | undefined;
   private hash_waiting: ((pair: HashPair) => void)[] = [];
   private readonly grow = throttle(kPlantlets_ms, () => this.update_plantlets());
@@ -216,7 +214,7 @@ export class SimulationView implements View, SceneContext {
     this.handles.show(scene);
     this.emitters.show(scene);
     for (const text of scene.notes ?? []) notice(text);
-    this.offer_recording();
+    this.resume_offer.show(scene.recording);
     if (is_first) void this.load_mesh();
   }
 
@@ -233,26 +231,7 @@ export class SimulationView implements View, SceneContext {
     }
     if (change.objects && !this.has_object_nodes) this.reload_mesh();
     if (change.objects) this.viewer.invalidate_shadows();
-    if (change.recording !== undefined) this.offer_recording();
-  }
-
-  // What an earlier run has left, until somebody takes it.
-  private offer_recording(): void {
-    const { recording } = this.scene;
-    if (!recording) settle(kRecording);
-    if (!recording || is_same_recording(recording, this.dismissed)) return;
-    offer("An earlier run of the program has left what was done here.", recording_text(recording), kRecording, () => void this.resume(), () => { this.dismissed = recording; });
-  }
-
-  private async resume(): Promise<void> {
-    if (this.pace.is_pacing) this.pace.stop();
-    try {
-      await this.live.send("resume");
-    } catch (error) {
-      if (this.is_disposed) return;
-      show_error(error, "op resume");
-      this.offer_recording();  // It is still there.
-    }
+    if (change.recording !== undefined) this.resume_offer.show(change.recording);
   }
 
   private async load_mesh(): Promise<void> {
@@ -299,6 +278,11 @@ export class SimulationView implements View, SceneContext {
     if (was_running) this.pace.stop();
     this.pace.iterations = iterations;
     if (was_running) this.pace.start();
+  }
+
+  private resume(): Promise<void> {
+    if (this.is_running) this.pace.stop();
+    return this.live.send("resume");
   }
 
   private reset(): void {

@@ -18,11 +18,7 @@ constexpr int kWidth = 24, kHeight = 16, kLastDay = 8;
 AgedSurface green_plate(const std::vector<double>& values) {
   AgedSurface frames{.name = "plate", .time_unit = TimeUnit::Days, .texel_size_mm = 1.0, .times = {}, .colors = {}, .mask = ImageU8(kWidth, kHeight), .controls = {}};
   for (std::uint8_t& v : frames.mask.values()) v = 255;
-  SurfaceControl x;
-  x.parameter.name = "x";
-  x.parameter.high = kWidth - 1.0;
-  x.parameter.unit = "px";
-  x.values = ImageF(kWidth, kHeight);
+  SurfaceControl x{.parameter = {.name = "x", .low = 0.0, .high = kWidth - 1.0, .unit = "px"}, .values = ImageF(kWidth, kHeight)};
   for (int day = 0; day <= kLastDay; ++day) {
     frames.times.push_back(day);
     ImageF color(kWidth, kHeight, 3);

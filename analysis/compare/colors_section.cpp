@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "analysis/compare/aging.h"
+#include "analysis/figures/aging.h"
 #include "analysis/compare/sections.h"
-#include "analysis/compare/sliced_distance.h"
+#include "analysis/figures/sliced_distance.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {

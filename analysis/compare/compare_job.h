@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "analysis/compare/compared_pair.h"
+#include "analysis/figures/compared_pair.h"
 #include "libcommon/job/job.h"
 
 namespace patinate {

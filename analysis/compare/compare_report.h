@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/compare/compared_pair.h"
+#include "analysis/figures/compared_pair.h"
 #include "analysis/report/report_parts.h"
 
 namespace patinate {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "analysis/compare/aging.h"
+#include "analysis/figures/aging.h"
 #include "analysis/compare/sections.h"
 
 namespace patinate {

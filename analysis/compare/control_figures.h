@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "analysis/compare/color_stack.h"
-#include "analysis/compare/control_classes.h"
-#include "analysis/compare/sliced_distance.h"
+#include "analysis/figures/color_stack.h"
+#include "analysis/figures/control_classes.h"
+#include "analysis/figures/sliced_distance.h"
 
 namespace patinate {
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/compare/block_values.h"
+#include "analysis/figures/block_values.h"
 #include "analysis/compare/sections.h"
 #include "analysis/cracks/crack_network.h"
 #include "libcommon/core/text.h"

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/compare/aging.h"
-#include "analysis/compare/pixel_difference.h"
+#include "analysis/figures/aging.h"
+#include "analysis/figures/pixel_difference.h"
 #include "analysis/compare/sections.h"
-#include "analysis/compare/time_warp.h"
+#include "analysis/figures/time_warp.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/color_ramp.h"
 

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "analysis/compare/compared_pair.h"
+#include "analysis/figures/compared_pair.h"
 #include "analysis/report/report_parts.h"
 
 namespace patinate {

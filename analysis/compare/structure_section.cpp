@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "analysis/compare/sections.h"
-#include "analysis/compare/spatial.h"
+#include "analysis/figures/spatial.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "analysis/compare/spatial.h"
+#include "analysis/figures/spatial.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"

@@ -3,7 +3,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "analysis/compare/texture_series.h"
+#include "analysis/figures/texture_series.h"
 #include "analysis/factorization/factorization_work.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"

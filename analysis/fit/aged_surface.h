@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/compare/color_stack.h"
+#include "analysis/figures/color_stack.h"
 #include "libcommon/core/run_control.h"
 #include "libcommon/history/history.h"
 

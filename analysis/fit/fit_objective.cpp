@@ -5,11 +5,11 @@
 #include <iterator>
 #include <numeric>
 
-#include "analysis/compare/aging.h"
+#include "analysis/figures/aging.h"
 #include "analysis/compare/control_figures.h"
-#include "analysis/compare/pixel_difference.h"
+#include "analysis/figures/pixel_difference.h"
 #include "analysis/compare/sections.h"
-#include "analysis/compare/sliced_distance.h"
+#include "analysis/figures/sliced_distance.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 

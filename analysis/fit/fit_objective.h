@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "analysis/compare/compared_pair.h"
+#include "analysis/figures/compared_pair.h"
 #include "analysis/fit/aged_surface.h"
 
 namespace patinate {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "analysis/compare/aging.h"
-#include "analysis/compare/block_bootstrap.h"
-#include "analysis/compare/spatial.h"
+#include "analysis/figures/aging.h"
+#include "analysis/figures/block_bootstrap.h"
+#include "analysis/figures/spatial.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "analysis/compare/texture_series.h"
+#include "analysis/figures/texture_series.h"
 #include "analysis/statistics/color_classes.h"
 #include "libcommon/core/run_control.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/ingest/capture_project.h"
-#include "capture/ingest/scan_control.h"
+#include "capture/project/capture_project.h"
+#include "capture/project/scan_control.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"

@@ -7,7 +7,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
-#include "transfer/age.h"
+#include "transfer/job/age.h"
 
 using namespace patinate;
 

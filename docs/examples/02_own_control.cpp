@@ -10,8 +10,8 @@
 #include "libcommon/history/history.h"
 #include "libcommon/image/image_io.h"
 #include "transfer/lookup/transfer_reader.h"
-#include "transfer/transfer.h"
-#include "transfer/transfer_io.h"
+#include "transfer/synthesis/transfer.h"
+#include "transfer/files/transfer_io.h"
 
 using namespace patinate;
 

@@ -18,8 +18,8 @@
 #include "libcommon/output/render.h"
 #include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/time_map.h"
-#include "transfer/transfer.h"
-#include "transfer/transfer_io.h"
+#include "transfer/synthesis/transfer.h"
+#include "transfer/files/transfer_io.h"
 
 using namespace patinate;
 

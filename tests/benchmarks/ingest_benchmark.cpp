@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "capture/ingest/ingest.h"
+#include "capture/timelapse/ingest.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json.h"
 #include "libcommon/image/image_io.h"

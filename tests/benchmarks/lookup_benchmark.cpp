@@ -21,7 +21,7 @@
 #include "transfer/lookup/texture_files.h"
 #include "transfer/lookup/time_map.h"
 #include "transfer/lookup/transfer_reader.h"
-#include "transfer/transfer_job.h"
+#include "transfer/job/transfer_job.h"
 
 namespace patinate {
 namespace {

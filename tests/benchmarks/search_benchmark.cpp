@@ -18,7 +18,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/window_search.h"
-#include "transfer/transfer.h"
+#include "transfer/synthesis/transfer.h"
 
 namespace patinate {
 namespace {

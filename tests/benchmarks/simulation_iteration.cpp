@@ -8,8 +8,8 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/mesh_io.h"
-#include "simulation/engine.h"
-#include "simulation/scene/scene_io.h"
+#include "simulation/engine/engine.h"
+#include "simulation/files/scene_io.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 

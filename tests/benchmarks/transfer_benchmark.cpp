@@ -14,9 +14,9 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/appearance/appearance_cache.h"
+#include "transfer/exemplar/appearance_cache.h"
 #include "transfer/lookup/transfer_reader.h"
-#include "transfer/transfer.h"
+#include "transfer/synthesis/transfer.h"
 
 namespace patinate {
 namespace {

@@ -18,7 +18,7 @@ import unittest
 import zlib
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
-# Sanitizers report on stderr, so under them the libraries are not silenced there (tools/patinate/message_stream.h).
+# Sanitizers report on stderr, so under them the libraries are not silenced there (tools/patinate/command_line/message_stream.h).
 IS_SANITIZED = b"__asan_init" in pathlib.Path(PATINATE).read_bytes()
 CANNOT, USAGE, INPUT, INTERRUPTED = 1, 2, 3, 130
 

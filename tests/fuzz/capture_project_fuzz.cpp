@@ -1,5 +1,5 @@
-#include "capture/ingest/capture_project.h"
-#include "capture/ingest/relit_project.h"
+#include "capture/project/capture_project.h"
+#include "capture/project/relit_project.h"
 #include "libcommon/image/image_io.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -3,7 +3,7 @@
 
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/support/filter_command.h"
-#include "tools/patinate/option_sources.h"
+#include "tools/patinate/command_line/option_sources.h"
 
 using namespace patinate;
 

@@ -1,7 +1,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/ingest/frame_times.h"
+#include "capture/project/frame_times.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

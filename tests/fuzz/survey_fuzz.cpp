@@ -1,7 +1,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/ingest/repair.h"
+#include "capture/timelapse/repair.h"
 #include "capture/stability/survey.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "capture/ingest/capture_project.h"
-#include "capture/ingest/ingest.h"
+#include "capture/project/capture_project.h"
+#include "capture/timelapse/ingest.h"
 #include "libcommon/controls/control_kinds.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_io.h"
@@ -16,7 +16,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 #include "transfer/lookup/transfer_reader.h"
-#include "transfer/transfer_job.h"
+#include "transfer/job/transfer_job.h"
 
 namespace patinate {
 namespace {

@@ -1,4 +1,4 @@
-#include "simulation/aged_frames.h"
+#include "simulation/job/aged_frames.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "simulation/engine.h"
+#include "simulation/engine/engine.h"
 
 #include <gtest/gtest.h>
 

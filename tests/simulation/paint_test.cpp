@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
-#include "simulation/engine.h"
-#include "simulation/scene/scene_json.h"
+#include "simulation/engine/engine.h"
+#include "simulation/files/scene_json.h"
 #include "tests/support/errors.h"
 #include "tests/support/plate_scene.h"
 

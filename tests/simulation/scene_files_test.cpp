@@ -1,4 +1,4 @@
-#include "simulation/scene/scene_files.h"
+#include "simulation/files/scene_files.h"
 
 #include <gtest/gtest.h>
 

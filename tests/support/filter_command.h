@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "libcommon/core/options.h"
-#include "tools/patinate/command_line.h"
+#include "tools/patinate/command_line/command_line.h"
 
 namespace patinate::testing_support {
 

@@ -1,4 +1,4 @@
-#include "tools/patinate/failure.h"
+#include "tools/patinate/command_line/failure.h"
 
 #include <gtest/gtest.h>
 

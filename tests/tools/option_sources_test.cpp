@@ -1,4 +1,4 @@
-#include "tools/patinate/option_sources.h"
+#include "tools/patinate/command_line/option_sources.h"
 
 #include <gtest/gtest.h>
 

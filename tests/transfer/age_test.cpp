@@ -1,4 +1,4 @@
-#include "transfer/age.h"
+#include "transfer/job/age.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/scale.h"
+#include "transfer/guidance/scale.h"
 
 namespace patinate {
 namespace {

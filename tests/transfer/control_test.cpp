@@ -5,8 +5,8 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/random.h"
-#include "transfer/control_matching.h"
-#include "transfer/control_spec.h"
+#include "transfer/guidance/control_matching.h"
+#include "transfer/guidance/control_spec.h"
 
 namespace patinate {
 namespace {

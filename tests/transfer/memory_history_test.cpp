@@ -7,12 +7,12 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/age.h"
+#include "transfer/job/age.h"
 #include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/time_map.h"
-#include "transfer/map_audit.h"
-#include "transfer/transfer_controls.h"
-#include "transfer/transfer_io.h"
+#include "transfer/synthesis/map_audit.h"
+#include "transfer/synthesis/transfer_controls.h"
+#include "transfer/files/transfer_io.h"
 
 namespace patinate {
 namespace {

@@ -11,9 +11,9 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/source_levels.h"
+#include "transfer/synthesis/source_levels.h"
 #include "transfer/synthesis/audit.h"
-#include "transfer/transfer.h"
+#include "transfer/synthesis/transfer.h"
 
 namespace patinate {
 namespace {

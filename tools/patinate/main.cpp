@@ -7,10 +7,10 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/failure.h"
-#include "tools/patinate/interruption.h"
-#include "tools/patinate/message_stream.h"
-#include "tools/patinate/verbs.h"
+#include "tools/patinate/command_line/failure.h"
+#include "tools/patinate/command_line/interruption.h"
+#include "tools/patinate/command_line/message_stream.h"
+#include "tools/patinate/command_line/verbs.h"
 
 namespace patinate {
 namespace {

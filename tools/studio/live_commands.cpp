@@ -5,7 +5,7 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
-#include "simulation/scene/scene_json.h"
+#include "simulation/files/scene_json.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/outside_json.h"
 #include "tools/studio/scene_text.h"

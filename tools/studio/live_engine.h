@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "libcommon/core/json.h"
-#include "simulation/engine.h"
+#include "simulation/engine/engine.h"
 #include "simulation/rules/rule_io.h"
-#include "simulation/scene/scene_io.h"
+#include "simulation/files/scene_io.h"
 #include "tools/studio/overlay_plane.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/scene_record.h"

@@ -1,7 +1,7 @@
 // A finished simulation, opened where it ended.
 #include "libcommon/core/error.h"
-#include "simulation/simulation_job.h"
-#include "simulation/simulation_output.h"
+#include "simulation/job/simulation_job.h"
+#include "simulation/job/simulation_output.h"
 #include "tools/studio/live_engine.h"
 
 namespace patinate {

@@ -6,8 +6,8 @@
 
 #include "libcommon/core/error.h"
 #include "libcommon/image/image_io.h"
-#include "simulation/simulation_job.h"
-#include "simulation/simulation_output.h"
+#include "simulation/job/simulation_job.h"
+#include "simulation/job/simulation_output.h"
 #include "tools/studio/live_client.h"
 
 namespace patinate {

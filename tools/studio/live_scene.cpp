@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
-#include "simulation/simulation_job.h"
+#include "simulation/job/simulation_job.h"
 #include "tools/studio/live_client.h"
 
 namespace patinate {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "simulation/engine.h"
+#include "simulation/engine/engine.h"
 #include "tools/studio/tile_planes.h"
 
 namespace patinate {

@@ -12,8 +12,8 @@
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history.h"
-#include "simulation/simulation_job.h"
-#include "transfer/transfer_io.h"
+#include "simulation/job/simulation_job.h"
+#include "transfer/files/transfer_io.h"
 
 namespace patinate {
 

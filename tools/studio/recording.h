@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "libcommon/core/json.h"
-#include "simulation/scene/scene_io.h"
+#include "simulation/files/scene_io.h"
 #include "tools/studio/served_folder.h"
 
 namespace patinate {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
-#include "simulation/scene/scene_files.h"
+#include "simulation/files/scene_files.h"
 
 namespace patinate {
 

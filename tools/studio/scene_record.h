@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "libcommon/core/json.h"
-#include "simulation/scene/scene_io.h"
+#include "simulation/files/scene_io.h"
 
 namespace patinate {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/error.h"
-#include "simulation/scene/scene_json.h"
+#include "simulation/files/scene_json.h"
 
 namespace patinate {
 

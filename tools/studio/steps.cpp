@@ -3,8 +3,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "capture/ingest/capture_project.h"
-#include "capture/ingest/relit_project.h"
+#include "capture/project/capture_project.h"
+#include "capture/project/relit_project.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"

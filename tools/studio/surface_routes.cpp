@@ -7,7 +7,7 @@
 #include "libcommon/geometry/mesh_io.h"
 #include "libcommon/image/color.h"
 #include "libcommon/image/filters.h"
-#include "simulation/scene/scene_io.h"
+#include "simulation/files/scene_io.h"
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/picture_bytes.h"
 #include "tools/studio/registered_scans.h"

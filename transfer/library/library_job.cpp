@@ -8,7 +8,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 #include "transfer/library/library_images.h"
-#include "transfer/transfer_io.h"
+#include "transfer/files/transfer_io.h"
 
 namespace patinate {
 

@@ -10,9 +10,9 @@
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/image_rows.h"
-#include "transfer/flow_io.h"
+#include "transfer/files/flow_io.h"
 #include "transfer/lookup/source_turn.h"
-#include "transfer/transfer_io.h"
+#include "transfer/files/transfer_io.h"
 
 namespace patinate {
 

@@ -7,7 +7,7 @@
 #include "libcommon/atlas/atlas_mesh.h"
 #include "libcommon/atlas/sheet.h"
 #include "libcommon/history/history.h"
-#include "transfer/transfer_io.h"
+#include "transfer/files/transfer_io.h"
 
 namespace patinate {
 

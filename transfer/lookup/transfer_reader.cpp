@@ -8,10 +8,10 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
-#include "transfer/flow_io.h"
+#include "transfer/files/flow_io.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/lookup/time_map.h"
-#include "transfer/transfer_controls.h"
+#include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate {
 

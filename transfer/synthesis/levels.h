@@ -11,7 +11,7 @@
 #include "libcommon/atlas/texel_neighborhood.h"
 #include "libcommon/atlas/texel_set.h"
 #include "libcommon/core/run_control.h"
-#include "transfer/appearance/appearance_space.h"
+#include "transfer/exemplar/appearance_space.h"
 
 namespace patinate {
 

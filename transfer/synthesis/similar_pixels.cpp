@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "libcommon/core/parallel.h"
-#include "transfer/appearance/principal_components.h"
+#include "transfer/exemplar/principal_components.h"
 
 namespace patinate {
 

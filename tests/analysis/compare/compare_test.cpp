@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/compare/compare_job.h"
-#include "analysis/compare/control_classes.h"
+#include "analysis/figures/control_classes.h"
 #include "analysis/report/report_parts.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "analysis/compare/block_bootstrap.h"
-#include "analysis/compare/sliced_distance.h"
+#include "analysis/figures/block_bootstrap.h"
+#include "analysis/figures/sliced_distance.h"
 #include "libcommon/core/random.h"
 #include "tests/analysis/compare/stacks.h"
 

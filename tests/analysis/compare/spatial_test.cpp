@@ -1,4 +1,4 @@
-#include "analysis/compare/spatial.h"
+#include "analysis/figures/spatial.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <functional>
 
-#include "analysis/compare/color_stack.h"
+#include "analysis/figures/color_stack.h"
 
 namespace patinate::testing_support {
 

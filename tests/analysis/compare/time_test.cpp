@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "analysis/compare/aging.h"
-#include "analysis/compare/pixel_difference.h"
-#include "analysis/compare/time_warp.h"
+#include "analysis/figures/aging.h"
+#include "analysis/figures/pixel_difference.h"
+#include "analysis/figures/time_warp.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/analysis/compare/stacks.h"

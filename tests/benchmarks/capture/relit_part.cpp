@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/ingest/relit_ingest.h"
+#include "capture/relit/relit_ingest.h"
 #include "datasets_synthetic/mould_io.h"
 #include "tests/benchmarks/capture/capture_parts.h"
 #include "tests/benchmarks/timing.h"

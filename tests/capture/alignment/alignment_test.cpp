@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "capture/ingest/ingest.h"
+#include "capture/timelapse/ingest.h"
 #include "datasets_synthetic/crackle_io.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "capture/ingest/ingest.h"
+#include "capture/timelapse/ingest.h"
 #include "datasets_synthetic/crackle_io.h"
 #include "libcommon/image/image_io.h"
 #include "tests/support/temp_folder.h"

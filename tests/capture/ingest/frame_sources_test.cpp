@@ -1,4 +1,4 @@
-#include "capture/ingest/frame_sources.h"
+#include "capture/project/frame_sources.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/ingest/ingest.h"
+#include "capture/timelapse/ingest.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/image_io.h"

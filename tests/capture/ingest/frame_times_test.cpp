@@ -1,4 +1,4 @@
-#include "capture/ingest/frame_times.h"
+#include "capture/project/frame_times.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "capture/ingest/ingest.h"
+#include "capture/timelapse/ingest.h"
 #include "libcommon/core/run_control.h"
 #include "libcommon/history/history.h"
 

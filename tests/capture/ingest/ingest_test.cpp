@@ -1,4 +1,4 @@
-#include "capture/ingest/ingest.h"
+#include "capture/timelapse/ingest.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "capture/ingest/progress_control.h"
+#include "capture/project/progress_control.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "capture/ingest/relit_ingest.h"
+#include "capture/relit/relit_ingest.h"
 
 #include <gtest/gtest.h>
 

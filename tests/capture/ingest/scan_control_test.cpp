@@ -1,4 +1,4 @@
-#include "capture/ingest/scan_control.h"
+#include "capture/project/scan_control.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "capture/ingest/ingest.h"
+#include "capture/timelapse/ingest.h"
 #include "libcommon/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_io.h"

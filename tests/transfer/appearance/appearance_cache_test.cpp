@@ -1,5 +1,5 @@
 // What is kept of an analysis never shows: every result is the one of an analysis that is made anew.
-#include "transfer/appearance/appearance_cache.h"
+#include "transfer/exemplar/appearance_cache.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -22,9 +22,9 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/appearance/appearance_io.h"
+#include "transfer/exemplar/appearance_io.h"
 #include "transfer/library/library_job.h"
-#include "transfer/transfer.h"
+#include "transfer/synthesis/transfer.h"
 
 namespace patinate {
 namespace {

@@ -1,4 +1,4 @@
-#include "transfer/appearance/principal_components.h"
+#include "transfer/exemplar/principal_components.h"
 
 #include <gtest/gtest.h>
 

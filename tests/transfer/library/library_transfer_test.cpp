@@ -12,8 +12,8 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/library/library_job.h"
 #include "transfer/lookup/transfer_reader.h"
-#include "transfer/transfer_controls.h"
-#include "transfer/transfer_job.h"
+#include "transfer/synthesis/transfer_controls.h"
+#include "transfer/job/transfer_job.h"
 
 namespace patinate {
 namespace {

@@ -12,10 +12,10 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/flow_io.h"
+#include "transfer/files/flow_io.h"
 #include "transfer/lookup/texture_files.h"
 #include "transfer/lookup/transfer_reader.h"
-#include "transfer/transfer_job.h"
+#include "transfer/job/transfer_job.h"
 
 namespace patinate {
 namespace {

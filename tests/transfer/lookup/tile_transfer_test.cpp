@@ -10,7 +10,7 @@
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/lookup/transfer_reader.h"
-#include "transfer/transfer_job.h"
+#include "transfer/job/transfer_job.h"
 
 namespace patinate {
 namespace {

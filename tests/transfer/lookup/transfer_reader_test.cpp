@@ -9,7 +9,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/transfer_job.h"
+#include "transfer/job/transfer_job.h"
 
 namespace patinate {
 namespace {

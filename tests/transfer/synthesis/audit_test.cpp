@@ -13,9 +13,9 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/map_audit.h"
+#include "transfer/synthesis/map_audit.h"
 #include "transfer/synthesis/window_search.h"
-#include "transfer/transfer_io.h"
+#include "transfer/files/transfer_io.h"
 
 namespace patinate {
 namespace {

@@ -1,0 +1,47 @@
+/// \file
+/// How certain a figure of a surface is: blocks of it drawn again and again. Neighbouring texels are alike, so that texels drawn one by one would
+/// promise too much.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "analysis/figures/color_stack.h"
+
+namespace patinate {
+
+/// A surface cut into a grid of blocks over the bounding box of its texels.
+struct BlockGrid {
+  int columns = 0;
+  int rows = 0;
+  std::vector<std::uint16_t> block_of = {};  ///< Of every texel of the stack: row * columns + column.
+  std::vector<std::uint16_t> used = {};      ///< Blocks that hold texels, ascending.
+
+  [[nodiscard]] std::size_t num_blocks() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+  /// 1 for all / for the black or white squares of the chess board.
+  [[nodiscard]] std::vector<int> all() const { return std::vector<int>(num_blocks(), 1); }
+  [[nodiscard]] std::vector<int> half(bool is_second) const;
+};
+/// @param blocks  Per side, [1, 256].
+[[nodiscard]] BlockGrid make_blocks(const ColorStack& stack, int blocks);
+
+/// A figure of two surfaces whose blocks count so many times: one value or a curve; empty when it is not defined.
+using BlockFigure = std::function<std::vector<double>(const std::vector<int>& weights_a, const std::vector<int>& weights_b)>;
+
+struct BootstrapOptions {
+  int resamples = 200;
+  std::uint64_t seed = 0;
+  std::uint32_t purpose = 0;  ///< Keeps the draws of several figures apart.
+  bool is_paired = false;     ///< The same blocks are drawn in both surfaces: they show the same places.
+};
+
+/// Standard errors of a figure's values [Efron 1979; blocks: Kunsch 1989, Hall 1985]: standard deviations over surfaces made of as many
+/// blocks drawn with replacement. The 95 % interval is value +- 1.96 of it, not below what the figure can be.
+/// @returns nothing with fewer than 4 blocks or 10 resamples, or when the figure is undefined in more than a tenth of them.
+/// Same bits for any number of threads.
+[[nodiscard]] std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b, const BlockFigure& figure,
+                                                                       const BootstrapOptions& options, const RunControl& control = {});
+
+}  // namespace patinate

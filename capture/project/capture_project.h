@@ -1,0 +1,96 @@
+/// \file
+/// A capture project (`patinate.capture`, docs/capture.md): which photographs make a history, and when they were taken.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/alignment/alignment.h"
+#include "capture/project/frame_sources.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/run_control.h"
+#include "libcommon/geometry/camera.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/image.h"
+
+namespace patinate {
+
+/// Photographs on a back-light.
+struct TransmissionPhotos {
+  /// How they lie over the frames: taken from the same pose, or to be found by what both show, or by points that are given.
+  enum class Align { None, Auto, Points };
+  std::filesystem::path photo;
+  std::optional<std::filesystem::path> blank;  ///< The back-light without the layer, from the pose of `photo`.
+  Align align = Align::None;
+  std::vector<PointPair> points;               ///< For Points: four or more, in `photo` and in the frames.
+};
+
+/// A control map that was measured elsewhere.
+struct GivenControl {
+  std::string name;
+  std::filesystem::path file;  ///< One channel, as large as the photographs or as the history.
+  std::string unit;
+};
+
+/// Part of the photographs, in their pixels.
+struct PixelRectangle {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+/// Geometry under the fixed camera.
+struct ScanSource {
+  std::filesystem::path mesh;
+  double mm_per_unit = 1.0;  ///< Of the mesh and of the camera's translation: the project's `unit`.
+  Camera camera_mm;          ///< Of the photographs, before roi and scale; in a world of mm.
+};
+
+/// `kind: "fixed"`: a fixed camera under constant light. Every path is usable as it stands.
+struct CaptureProject {
+  std::filesystem::path file;          ///< The project file itself.
+  std::string name;
+  TimeUnit time_unit = TimeUnit::Seconds;
+  std::string time_source;             ///< As FrameSources says it.
+  Response response;                   ///< Of codes; camera RAW and float images are light already.
+  bool has_raw_frames = false;
+  std::vector<CapturePhoto> frames;    ///< Strictly increasing time; excluded ones are left out.
+  int photo_width = 0;                 ///< Size of every photograph.
+  int photo_height = 0;
+  PixelRectangle roi;                  ///< Inside the photographs; all of them when none is given.
+  double scale = 1.0;                  ///< (0, 1]; applied after the roi.
+  std::optional<TransmissionPhotos> transmission;
+  std::optional<ScanSource> scan;
+  std::vector<GivenControl> controls;
+  std::optional<std::filesystem::path> mask;
+  std::optional<double> texel_size_mm; ///< Surface length of a pixel of the photographs.
+
+  /// Size of the history: the roi times scale, rounded, at least 1.
+  [[nodiscard]] int width() const;
+  [[nodiscard]] int height() const;
+};
+
+/// Reads and checks a project: every file is there, is an image, and has the right size; pixels are not decoded.
+/// @throws IoError / InvalidInput naming the file and what is wrong.
+[[nodiscard]] CaptureProject read_capture_project(const std::filesystem::path& file);
+
+/// Cuts the roi out and scales it (area averages). An image of the history's size is taken as it is.
+/// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.
+[[nodiscard]] ImageF to_history_size(const ImageF& image, const CaptureProject& project, const std::filesystem::path& file);
+/// A frame's photograph in linear colour, before roi and scale. @throws IoError
+[[nodiscard]] ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo);
+/// Linear value from which on a channel of read_whole_photo() is saturated: code 254 of 255; infinity for float images.
+[[nodiscard]] float saturation_level(const CaptureProject& project, const CapturePhoto& photo);
+/// A frame as the history shows it: linear colour, roi, scale. @throws IoError
+[[nodiscard]] ImageF read_photo(const CaptureProject& project, const CapturePhoto& photo);
+/// The same of a photograph that is no frame. @throws IoError
+[[nodiscard]] ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file);
+/// What all frames show: the given mask without what is transparent in any frame; empty when everything is inside.
+/// @throws IoError naming the file if nothing is left.
+[[nodiscard]] ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& control = {});
+
+}  // namespace patinate

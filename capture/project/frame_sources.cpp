@@ -1,0 +1,247 @@
+#include "capture/project/frame_sources.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "capture/project/frame_times.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
+#include "libcommon/image/decoder_process.h"
+#include "libcommon/image/image_io.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMaxFrames = 1'000'000;
+
+struct SourceImage {
+  fs::path file;
+  int image = 0;
+  std::optional<double> time;  ///< Given, in the project's unit.
+};
+
+/// Opens every file once.
+class Files {
+ public:
+  const ImageInfo& info(const fs::path& file) {
+    const auto found = infos_.find(file);
+    return found != infos_.end() ? found->second : infos_.emplace(file, probe_image(file)).first->second;
+  }
+  /// Images in the file; 1 for one that cannot be read, which may be among those that are left out.
+  int num_images(const fs::path& file) {
+    try {
+      return info(file).num_frames;
+    } catch (const IoError&) {
+      return 1;
+    }
+  }
+
+ private:
+  std::map<fs::path, ImageInfo> infos_;
+};
+
+/// start + i * interval as a person would write it: 25 * 19.4 is 485, not 484.99999999999994.
+double time_at(double start, double interval, std::size_t i) {
+  constexpr int kDigits = 12;
+  constexpr double kNear = 1e-6;  // In intervals: far more than rounding, far less than a frame.
+  const double time = start + rounded(static_cast<double>(i) * interval, kDigits);
+  const double plain = rounded(time, kDigits);
+  return std::abs(plain - time) <= kNear * interval ? plain : time;
+}
+
+void set_interval_times(JsonReader& json, std::vector<SourceImage>& images) {
+  const double interval = json.member("interval").number(above(0));
+  const double start = json.has("start") ? json.member("start").number() : 0.0;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const double time = time_at(start, interval, i);
+    const bool is_later = i == 0 || *images[i - 1].time < time;
+    if (!is_later || !std::isfinite(time)) {
+      json.member("interval")
+          .fail("an interval by which the times of " + std::to_string(images.size()) + " frames from " + number_text(start) +
+                " on can differ");
+    }
+    images[i].time = time;
+  }
+}
+
+std::vector<SourceImage> images_of_pattern(JsonReader& json, Files& files) {
+  const fs::path pattern = json.member("pattern").path();
+  const std::vector<fs::path> found = list_files(pattern.parent_path(), pattern.filename().string());
+  if (found.empty()) json.member("pattern").fail("a pattern that matches files; " + pattern.string() + " matches none");
+  std::vector<SourceImage> images;
+  for (const fs::path& file : found) {
+    const int count = files.num_images(file);
+    for (int i = 0; i < count; ++i) images.push_back({file, i, std::nullopt});
+    if (images.size() > kMaxFrames) json.member("pattern").fail("at most " + std::to_string(kMaxFrames) + " images");
+  }
+  return images;
+}
+
+std::vector<SourceImage> images_of_list(const JsonReader& json, Files& files) {
+  std::vector<SourceImage> images;
+  for (JsonReader& entry : json.elements(kMaxFrames)) {
+    SourceImage image{entry.member("photo").path(), 0, std::nullopt};
+    const int count = files.num_images(image.file);
+    if (entry.has("image")) {
+      image.image = static_cast<int>(entry.member("image").integer(between(0, count - 1)));
+    } else if (count != 1) {
+      throw IoError(image.file.string(), "holds " + std::to_string(count) + " images; say which one with `image`");
+    }
+    if (entry.has("time")) {
+      const JsonReader time = entry.member("time");
+      image.time = time.number();
+      if (!images.empty() && images.back().time && !(*images.back().time < *image.time)) {
+        time.fail("a time later than that of the frame before (" + number_text(*images.back().time) + ")");
+      }
+    }
+    entry.finish();
+    images.push_back(image);
+    if (images.back().time.has_value() != images.front().time.has_value()) entry.fail("a `time` for every frame, or for none");
+  }
+  if (images.empty()) json.fail("at least one frame");
+  return images;
+}
+
+/// Which of the images `from`, `to`, `every` (of a pattern) and `exclude` leave.
+std::vector<bool> chosen(JsonReader& json, JsonReader* pattern, std::size_t num_images) {
+  const double last = static_cast<double>(num_images) - 1;
+  std::int64_t from = 0, to = static_cast<std::int64_t>(num_images) - 1, every = 1;
+  if (pattern != nullptr && pattern->has("from")) from = pattern->member("from").integer(between(0, last));
+  if (pattern != nullptr && pattern->has("to")) to = pattern->member("to").integer(between(static_cast<double>(from), last));
+  if (pattern != nullptr && pattern->has("every")) every = pattern->member("every").integer(at_least(1));
+  std::set<std::int64_t> excluded;
+  if (json.has("exclude")) {
+    for (const JsonReader& index : json.member("exclude").elements(kMaxFrames)) {
+      excluded.insert(index.integer(between(0, last)));
+    }
+  }
+  std::vector<bool> is_chosen(num_images, false);
+  for (std::int64_t i = from; i <= to; i += every) is_chosen[static_cast<std::size_t>(i)] = !excluded.contains(i);
+  if (std::find(is_chosen.begin(), is_chosen.end(), true) == is_chosen.end()) {
+    json.member("exclude").fail("at least one frame left");
+  }
+  return is_chosen;
+}
+
+/// For images without times. @throws IoError
+std::string find_times(std::vector<SourceImage>& images, Files& files, const JsonReader& json, TimeUnit unit) {
+  const auto many = std::find_if(images.begin(), images.end(), [&](const SourceImage& i) { return files.info(i.file).num_frames > 1; });
+  if (many != images.end()) {
+    const double rate = files.info(many->file).frame_rate;
+    const bool is_one_file = std::all_of(images.begin(), images.end(), [&](const SourceImage& i) { return i.file == many->file; });
+    if (!is_one_file || !is_movie(many->file) || !(rate > 0.0)) {
+      throw IoError(json.file(), "frames: no times; " + many->file.filename().string() +
+                                     " does not say when its images were taken; give `interval`, or a list with times");
+    }
+    for (SourceImage& image : images) image.time = rounded(image.image / rate / seconds_per(unit), 12);
+    return "frame rate";
+  }
+  std::vector<fs::path> photos;
+  std::vector<std::string> dates;
+  for (const SourceImage& image : images) {
+    photos.push_back(image.file);
+    dates.push_back(files.info(image.file).date_time);
+  }
+  try {
+    const FrameTimes found = find_frame_times(photos, dates, unit);
+    for (std::size_t i = 0; i < images.size(); ++i) images[i].time = found.times[i];
+    return found.source;
+  } catch (const InvalidInput& e) {
+    throw IoError(json.file(), e.what());
+  }
+}
+
+/// One stream for each file with many images.
+class Streams {
+ public:
+  Streams(const std::vector<SourceImage>& images, Files& files) {
+    std::map<fs::path, std::vector<int>> wanted;
+    for (const SourceImage& image : images) {
+      if (files.info(image.file).num_frames > 1) wanted[image.file].push_back(image.image);
+    }
+    for (auto& [file, numbers] : wanted) {
+      std::sort(numbers.begin(), numbers.end());
+      streams_[file] = std::make_shared<FrameStream>(file, numbers);
+    }
+  }
+  [[nodiscard]] std::shared_ptr<FrameStream> of(const fs::path& file) const {
+    const auto found = streams_.find(file);
+    return found == streams_.end() ? nullptr : found->second;
+  }
+
+ private:
+  std::map<fs::path, std::shared_ptr<FrameStream>> streams_;
+};
+
+void check_sizes(const std::vector<SourceImage>& images, Files& files, FrameSources& sources) {
+  const fs::path& first = images.front().file;
+  sources.width = files.info(first).width;
+  sources.height = files.info(first).height;
+  for (const SourceImage& image : images) {
+    const ImageInfo& info = files.info(image.file);
+    sources.is_raw = sources.is_raw || info.is_raw;
+    if (info.width == sources.width && info.height == sources.height) continue;
+    throw IoError(image.file.string(), "is " + size_text(info.width, info.height) + " pixels, but " + first.filename().string() +
+                                           " is " + size_text(sources.width, sources.height) +
+                                           "; all photographs must have one size");
+  }
+}
+
+}  // namespace
+
+std::string CapturePhoto::name() const {
+  return file.filename().string() + (stream ? ", image " + std::to_string(image) : "");
+}
+
+FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
+  JsonReader frames = json.member("frames");
+  if (!frames.is_array() && !frames.is_object()) frames.fail("a list of frames, or {\"pattern\": ...}");
+  const bool is_list = frames.is_array();
+  Files files;
+  std::vector<SourceImage> images = is_list ? images_of_list(frames, files) : images_of_pattern(frames, files);
+  FrameSources sources;
+  if (is_list && images.front().time) sources.time_source = "list";
+  if (!is_list && frames.has("interval")) {
+    set_interval_times(frames, images);
+    sources.time_source = "interval";
+  } else if (!is_list && frames.has("start")) {
+    frames.member("start").fail("no `start` without `interval`");
+  }
+  const std::vector<bool> is_chosen = chosen(json, is_list ? nullptr : &frames, images.size());
+  if (!is_list) frames.finish();
+  std::vector<SourceImage> kept;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (is_chosen[i]) kept.push_back(std::move(images[i]));
+  }
+  check_sizes(kept, files, sources);
+  if (sources.time_source.empty()) sources.time_source = find_times(kept, files, json, unit);
+  const Streams streams(kept, files);
+  for (const SourceImage& image : kept) {
+    const ImageInfo& info = files.info(image.file);
+    const bool has_alpha = std::find(info.channels.begin(), info.channels.end(), "A") != info.channels.end();
+    sources.photos.push_back({.time = *image.time,
+                              .file = image.file,
+                              .has_alpha = has_alpha,
+                              .has_codes = info.is_integer && !info.is_raw,
+                              .is_raw = info.is_raw,
+                              .image = image.image,
+                              .stream = streams.of(image.file)});
+  }
+  std::stable_sort(sources.photos.begin(), sources.photos.end(),
+                   [](const CapturePhoto& a, const CapturePhoto& b) { return a.time < b.time; });
+  std::vector<double> times;
+  for (const CapturePhoto& photo : sources.photos) times.push_back(photo.time);
+  if (const auto problem = find_time_problem(times)) throw IoError(json.file(), "frames: " + sources.photos[problem->index].file.filename().string() + " " + problem->text);
+  return sources;
+}
+
+}  // namespace patinate

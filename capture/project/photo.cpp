@@ -1,0 +1,98 @@
+#include <algorithm>
+#include <limits>
+#include <mutex>
+
+#include "capture/project/capture_project.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/image/filters.h"
+#include "libcommon/image/image_io.h"
+
+namespace patinate {
+
+namespace {
+
+/// 255 where at least half of a history pixel is inside.
+void keep_inside(const ImageF& coverage, ImageU8& mask) {
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) {
+      if (coverage.at(x, y) < 0.5f) mask.at(x, y) = 0;
+    }
+  }
+}
+
+bool is_blank(const ImageU8& mask) {
+  const auto values = mask.values();
+  return std::all_of(values.begin(), values.end(), [](std::uint8_t v) { return v == 0; });
+}
+
+ImageF coverage_of(const ImageU8& mask) {
+  ImageF coverage(mask.width(), mask.height());
+  std::transform(mask.values().begin(), mask.values().end(), coverage.values().begin(),
+                 [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
+  return coverage;
+}
+
+}  // namespace
+
+ImageF to_history_size(const ImageF& image, const CaptureProject& project, const std::filesystem::path& file) {
+  if (image.width() == project.photo_width && image.height() == project.photo_height) {
+    const PixelRectangle& roi = project.roi;
+    const ImageF part = crop(image, roi.x, roi.y, roi.width, roi.height);
+    RunControl one_thread;  // Frames run side by side already.
+    one_thread.num_threads = 1;
+    return downscale_area(part, project.width(), project.height(), one_thread);
+  }
+  if (image.width() == project.width() && image.height() == project.height()) return image;
+  throw IoError(file.string(), "is " + std::to_string(image.width()) + " x " + std::to_string(image.height()) +
+                                   " pixels; expected " + std::to_string(project.photo_width) + " x " +
+                                   std::to_string(project.photo_height) + ", as the frames");
+}
+
+ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo) {
+  return photo.stream ? color_of(photo.stream->read(photo.image), project.response) : read_color(photo.file, project.response);
+}
+
+float saturation_level(const CaptureProject& project, const CapturePhoto& photo) {
+  constexpr float kCode = 253.5f / 255.0f;
+  if (photo.is_raw) return kCode;
+  return photo.has_codes ? project.response.linear_from_code(kCode) : std::numeric_limits<float>::infinity();
+}
+
+ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file) {
+  return to_history_size(read_color(file, project.response), project, file);
+}
+
+ImageF read_photo(const CaptureProject& project, const CapturePhoto& photo) {
+  return to_history_size(read_whole_photo(project, photo), project, photo.file);
+}
+
+ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& control) {
+  ImageU8 mask(project.width(), project.height(), 1, 255);
+  bool is_given = false;
+  if (project.mask) {
+    keep_inside(to_history_size(coverage_of(read_mask(*project.mask)), project, *project.mask), mask);
+    if (is_blank(mask)) {
+      throw IoError(project.mask->string(), "leaves nothing inside; a mask must not be 0 everywhere (in the roi)");
+    }
+    is_given = true;
+  }
+  std::mutex mutex;  // The order in which frames are taken off the mask does not matter.
+  parallel_for(static_cast<std::int64_t>(project.frames.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
+    const CapturePhoto& photo = project.frames[static_cast<std::size_t>(begin)];
+    if (!photo.has_alpha) return;
+    const ImageF values = photo.stream ? channel_of(photo.stream->read(photo.image), "A") : read_channels(photo.file, {"A"});
+    const ImageF alpha = to_history_size(values, project, photo.file);
+    const std::lock_guard lock(mutex);
+    keep_inside(alpha, mask);
+  });
+  if (is_blank(mask)) {
+    throw IoError(project.file.string(), "no pixel is opaque in every frame (and inside the mask); the object must stay in place");
+  }
+  const auto values = mask.values();
+  const bool is_everything = std::all_of(values.begin(), values.end(), [](std::uint8_t v) { return v != 0; });
+  if (is_everything && !is_given) return {};
+  return mask;
+}
+
+}  // namespace patinate

@@ -1,0 +1,175 @@
+#include "capture/project/progress_control.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/parallel.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/filters.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr float kLeastChange = 0.02f;      ///< Five 8-bit codes: below, it may be the camera.
+constexpr float kLeastChangeShare = 0.1f;  ///< Of the 99th percentile.
+constexpr double kAgedRank = 0.9;  ///< Among the changing pixels, by the largest change.
+
+/// Brings frames to the size and smoothness at which they are compared.
+class Smoother {
+ public:
+  Smoother(const ImageF& first, const ImageU8& mask, const ProgressOptions& options)
+      : width_(first.width()), height_(first.height()), mask_(mask) {
+    const double sigma = options.smoothing_px.value_or(std::max(1.5, 0.01 * std::min(width_, height_)));
+    const int factor = std::max(1, static_cast<int>(sigma / 1.5));  // Detail finer than the Gaussian is not needed.
+    low_width_ = (width_ + factor - 1) / factor;
+    low_height_ = (height_ + factor - 1) / factor;
+    low_sigma_ = sigma * low_width_ / width_;
+    ImageF inside(width_, height_);
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x) inside.at(x, y) = is_inside(mask, x, y) ? 1.0f : 0.0f;
+    }
+    coverage_ = downscale_area(inside, low_width_, low_height_);
+    low_mask_ = ImageU8(low_width_, low_height_);
+    std::transform(coverage_.values().begin(), coverage_.values().end(), low_mask_.values().begin(),
+                   [](float c) { return static_cast<std::uint8_t>(c > 0.0f ? 255 : 0); });
+  }
+
+  [[nodiscard]] const ImageU8& low_mask() const { return low_mask_; }
+
+  [[nodiscard]] ImageF smooth(ImageF frame, const RunControl& control) const {
+    if (frame.width() != width_ || frame.height() != height_ || frame.channels() != 3) {
+      throw InvalidInput("progress: the frames differ in size");
+    }
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x) {
+        for (float& v : frame.pixel(x, y)) v = is_inside(mask_, x, y) ? srgb_from_linear(v) : 0.0f;
+      }
+    }
+    ImageF low = downscale_area(frame, low_width_, low_height_, control);
+    for (int y = 0; y < low_height_; ++y) {
+      for (int x = 0; x < low_width_; ++x) {
+        for (float& v : low.pixel(x, y)) v = low_mask_.at(x, y) != 0 ? v / coverage_.at(x, y) : 0.0f;
+      }
+    }
+    return gaussian_blur(low, low_mask_, low_sigma_, control);
+  }
+
+  [[nodiscard]] ImageF enlarge(const ImageF& low) const { return resize_bilinear(low, width_, height_); }
+
+ private:
+  int width_, height_;
+  const ImageU8& mask_;
+  int low_width_ = 1, low_height_ = 1;
+  double low_sigma_ = 0.0;
+  ImageF coverage_;
+  ImageU8 low_mask_;
+};
+
+float median(float a, float b, float c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
+
+/// Calls `use(i, d)` with d = change of frame i against the first, for every frame in order.
+void for_each_change(int num_frames, const std::function<ImageF(int)>& read_smooth, const RunControl& control,
+                     const std::function<void(int, const ImageF&)>& use) {
+  const ImageF first = read_smooth(0);
+  std::deque<ImageF> window{first, first};  // Frames i - 1, i, i + 1.
+  for (int i = 0; i < num_frames; ++i) {
+    control.throw_if_stopped();
+    if (i + 1 < num_frames) window.push_back(read_smooth(i + 1));
+    const bool is_inner = i > 0 && i + 1 < num_frames;
+    ImageF change(first.width(), first.height());
+    for (int y = 0; y < change.height(); ++y) {
+      for (int x = 0; x < change.width(); ++x) {
+        float sum = 0.0f;
+        for (int c = 0; c < 3; ++c) {
+          const float now = window[1].at(x, y, c);
+          const float value = is_inner ? median(window[0].at(x, y, c), now, window[2].at(x, y, c)) : now;
+          sum += (value - first.at(x, y, c)) * (value - first.at(x, y, c));
+        }
+        change.at(x, y) = std::sqrt(sum);
+      }
+    }
+    use(i, change);
+    window.pop_front();
+    control.report(static_cast<double>(i + 1) / num_frames);
+  }
+}
+
+/// Trapezoid weights of sum 1.
+std::vector<double> time_weights(const std::vector<double>& times) {
+  std::vector<double> weights(times.size(), 0.0);
+  for (std::size_t i = 0; i + 1 < times.size(); ++i) {
+    if (!(times[i] < times[i + 1])) throw InvalidInput("progress: times must be strictly increasing");
+    const double half = 0.5 * (times[i + 1] - times[i]) / (times.back() - times.front());
+    weights[i] += half;
+    weights[i + 1] += half;
+  }
+  return weights;
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, ProgressOptions& o) {
+  v.visit({"progress_sigma", "Gaussian over the frames for the progress map; 1 % of the shorter side when not given", "px",
+           between(0, 10000)},
+          o.smoothing_px);
+}
+
+ProgressMap progress_from_history(const std::vector<double>& times, const std::function<ImageF(int)>& read_frame,
+                                  const ImageU8& mask, const ProgressOptions& options, const RunControl& control) {
+  check_ranges(options);
+  if (times.empty()) throw InvalidInput("progress: there are no frames");
+  const ImageF first = read_frame(0);
+  if (!mask.empty() && !first.same_size(mask)) throw InvalidInput("progress: the mask and the frames differ in size");
+  const std::vector<double> weights = time_weights(times);
+  const Smoother smoother(first, mask, options);
+  const int num_frames = static_cast<int>(times.size());
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  const auto read_smooth = [&](int i) { return smoother.smooth(read_frame(i), quiet); };
+
+  ImageF most(smoother.low_mask().width(), smoother.low_mask().height());
+  for_each_change(num_frames, read_smooth, control.part(0.0, 0.5), [&](int, const ImageF& change) {
+    std::transform(most.values().begin(), most.values().end(), change.values().begin(), most.values().begin(),
+                   [](float a, float b) { return std::max(a, b); });
+  });
+  const float threshold = std::max(kLeastChange, kLeastChangeShare * percentiles(most, smoother.low_mask(), 0.99, 0.99).low);
+  ImageU8 changing(most.width(), most.height());
+  double num_inside = 0, num_changing = 0;
+  for (int y = 0; y < most.height(); ++y) {
+    for (int x = 0; x < most.width(); ++x) {
+      if (smoother.low_mask().at(x, y) == 0) continue;
+      ++num_inside;
+      if (!(most.at(x, y) > threshold)) continue;
+      ++num_changing;
+      changing.at(x, y) = 255;
+    }
+  }
+  ProgressMap map{ImageF(first.width(), first.height()), 0.0, 1.0, 0.0, num_changing / num_inside};
+  if (num_changing == 0) {
+    control.report(1.0);
+    return map;
+  }
+  map.aged_change = static_cast<double>(percentiles(most, changing, kAgedRank, kAgedRank).low);
+  ImageF aged(most.width(), most.height());
+  for_each_change(num_frames, read_smooth, control.part(0.5, 1.0), [&](int i, const ImageF& change) {
+    const float weight = static_cast<float>(weights[static_cast<std::size_t>(i)]);
+    const float scale = static_cast<float>(1.0 / map.aged_change);
+    std::transform(aged.values().begin(), aged.values().end(), change.values().begin(), aged.values().begin(),
+                   [&](float sum, float d) { return sum + weight * std::min(1.0f, d * scale); });
+  });
+  const Percentiles range = percentiles(aged, changing, 0.01, 0.99);
+  map.low = static_cast<double>(range.low);
+  map.high = static_cast<double>(range.high);
+  map.values = smoother.enlarge(aged);
+  return map;
+}
+
+ProgressMap progress_from_history(const History& history, const ProgressOptions& options, const RunControl& control) {
+  return progress_from_history(history.times(), [&](int frame) { return history.read_frame(frame); }, history.read_mask(), options, control);
+}
+
+}  // namespace patinate

@@ -1,0 +1,269 @@
+#include "capture/relit/relit_ingest.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "capture/relit/relit_work.h"
+#include "libcommon/controls/accessibility.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/filters.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/job/job_inputs.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kStageVersion = 1;
+constexpr double kStepWeight = 4.0;  ///< For progress: light is taken out more slowly than a scan is placed.
+constexpr const char* kAccessibility = "accessibility";
+
+fs::path report_file(const char* name, std::size_t index, const char* extension) {
+  char text[64];
+  std::snprintf(text, sizeof(text), "%s_%04zu%s", name, index, extension);
+  return fs::path("report") / text;
+}
+
+std::string transform_text(const std::optional<RigidTransform>& transform) {
+  if (!transform) return "none";
+  std::string text;
+  const Eigen::Matrix4d matrix = transform->matrix();
+  for (Eigen::Index r = 0; r < 3; ++r) {
+    for (Eigen::Index c = 0; c < 4; ++c) text += number_text(matrix(r, c)) + " ";
+  }
+  return text;
+}
+
+std::string vector_text(const Vec3& v) { return number_text(v.x()) + " " + number_text(v.y()) + " " + number_text(v.z()); }
+
+std::string rig_text(const RelitProject& project) {
+  std::string text = project.camera_mm.text();
+  for (const Light& light : project.lights) {
+    text += light.kind == Light::Kind::Near ? "\nnear " + vector_text(light.position) : "\ndirectional " + vector_text(light.direction);
+    text += " " + vector_text(light.intensity);
+  }
+  if (project.patch) {
+    text += "\npatch " + vector_text(project.patch->albedo);
+    for (const Vec2& corner : project.patch->polygon) text += " " + number_text(corner.x()) + " " + number_text(corner.y());
+  }
+  return text;
+}
+
+/// Content of a step's files, and what the project says about it.
+std::string step_key(const RelitProject& project, const RelitStep& step) {
+  ContentHash hash;
+  hash.add(number_text(project.mm_per_unit)).add(project.response.text());
+  const auto add_file = [&](const char* role, const std::optional<fs::path>& file) {
+    hash.add(role);
+    if (file) hash.add_file(*file);
+  };
+  add_file("scan", step.scan);
+  for (const fs::path& photo : step.photos) add_file("photo", photo);
+  add_file("ambient", step.ambient);
+  if (step.ready) {
+    add_file("albedo", step.ready->albedo);
+    add_file("position", step.ready->position);
+    add_file("normal", step.ready->normal);
+  }
+  hash.add(transform_text(step.reference_from_scan)).add(transform_text(step.initial));
+  return hash.hex();
+}
+
+/// What the frame of a step depends on, but for the step itself.
+std::string common_key(const RelitWork& work) {
+  ContentHash hash;
+  hash.add("relit").add(kStageVersion).add(rig_text(work.project)).add(work.step_keys[work.project.reference]);
+  hash.add(std::int64_t{work.options.accept_failed});
+  for (const auto& [name, value] : option_values(work.options.registration)) hash.add(name).add(value);
+  for (const auto& [name, value] : option_values(work.options.unlight)) hash.add(name).add(value);
+  return hash.hex();
+}
+
+std::vector<JobDependency> dependencies(const RelitWork& work) {
+  const RelitProject& project = work.project;
+  std::vector<JobDependency> list{{"version of ingest", std::to_string(kStageVersion)},
+                                  {"name", project.name},
+                                  {"time_unit", time_unit_text(project.time_unit)},
+                                  {"response", project.response.text()},
+                                  {"unit", number_text(project.mm_per_unit) + " mm"},
+                                  {"camera, lights and patch", ContentHash().add(rig_text(project)).hex()},
+                                  {"reference", std::to_string(project.reference)}};
+  for (std::size_t i = 0; i < project.steps.size(); ++i) {
+    list.push_back({work.step_name(i), work.step_keys[i]});
+    list.push_back({"time of " + work.step_name(i), number_text(project.steps[i].time)});
+  }
+  const auto add_options = [&list](const auto& options) {
+    for (const auto& [name, value] : option_values(options)) {
+      std::string flag = "--" + name;
+      std::replace(flag.begin(), flag.end(), '_', '-');
+      list.push_back({flag, value});
+    }
+  };
+  add_options(work.options.registration);
+  add_options(work.options.unlight);
+  add_options(work.options.scan);
+  add_options(work.options.fill);
+  add_options(work.options.progress);
+  list.push_back({"--accept-failed", work.options.accept_failed ? "true" : "false"});
+  return list;
+}
+
+/// Masks and fills the frames that are in the history, and names everything. @returns the mask.
+ImageU8 write_frames(HistoryWriter& writer, const RelitWork& work, const fs::path& folder, const std::vector<std::size_t>& kept, const RunControl& control) {
+  std::vector<double> times;
+  for (std::size_t i : kept) times.push_back(work.project.steps[i].time);
+  const ImageU8& surface = work.reference(folder).view.seen;
+  const auto read_validity = [&](int k) {
+    ImageU8 validity = read_mask(folder / relit_validity_file(kept[static_cast<std::size_t>(k)]));
+    for (std::uint8_t& v : validity.values()) v = static_cast<std::uint8_t>(v != 0 ? Validity::Valid : Validity::OutOfView);
+    return validity;
+  };
+  const auto read_frame = [&](int k) { return read_color(folder / HistoryWriter::frame_file(static_cast<int>(kept[static_cast<std::size_t>(k)]))); };
+  const FillPlan plan = plan_fill(times, read_validity, work.options.fill, control.part(0.0, 0.3));
+  ImageU8 inside = plan.inside;
+  std::int64_t num_inside = 0;
+  for (std::int64_t p = 0; p < inside.num_pixels(); ++p) {
+    if (surface.data()[p] == 0) inside.data()[p] = 0;
+    num_inside += inside.data()[p] != 0;
+  }
+  if (num_inside == 0) {
+    throw IoError(work.project.file.string(), "no texel is determined in every step: each is hidden, in shadow or saturated in some; leave steps out (\"exclude\": true)");
+  }
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const int index = static_cast<int>(kept[k]);
+    writer.add_written_frame(index, times[k]);
+    // The mask of the history says what is no surface; a frame's own only what it does not show of that.
+    ImageU8 mask = read_validity(static_cast<int>(k));
+    bool is_whole = true;
+    for (std::int64_t p = 0; p < mask.num_pixels(); ++p) {
+      mask.data()[p] = mask.data()[p] != 0 || inside.data()[p] == 0 ? 255 : 0;
+      is_whole = is_whole && mask.data()[p] != 0;
+    }
+    if (!is_whole) {
+      fs::create_directories((folder / HistoryWriter::frame_mask_file(index)).parent_path());
+      write_codes(folder / HistoryWriter::frame_mask_file(index), mask);
+      writer.add_written_frame_mask(index);
+    }
+    for (const std::string& extra : relit_frame_extras(work)) writer.add_written_frame_extra(index, extra);
+    if (plan.needs_fill[k] == 0) continue;
+    const ImageF filled = fill_frame(static_cast<int>(k), times, plan, read_validity, read_frame);
+    fs::create_directories((folder / HistoryWriter::filled_frame_file(index)).parent_path());
+    write_exr(folder / HistoryWriter::filled_frame_file(index), filled, {"R", "G", "B"}, ExrDepth::Half);
+    writer.add_filled_frame(index);
+    control.report(0.3 + 0.7 * static_cast<double>(k + 1) / static_cast<double>(kept.size()));
+  }
+  return inside;
+}
+
+void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path& folder, const ImageU8& mask, const RunControl& control) {
+  if (!work.project.has_shape()) {
+    std::vector<double> times;
+    for (const HistoryFrame& f : writer.manifest().frames) times.push_back(f.time);
+    if (times.size() < 2) return;
+    const auto read_frame = [&](int i) { return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file); };
+    const ProgressMap map = progress_from_history(times, read_frame, mask, work.options.progress, control);
+    writer.write_control("progress", map.values, map.low, map.high, "relative");
+    return;
+  }
+  const AccessibilityOptions shares;
+  const ImageF curvature = read_gray(folder / relit_curvature_file());
+  const Percentiles found = percentiles(curvature, mask, shares.low_percent / 100.0, shares.high_percent / 100.0);
+  const double width = load_json(folder / relit_reference_file()).at("width_mm").get<double>();
+  const ValueRange range = widened_accessibility_range({static_cast<double>(found.low), static_cast<double>(found.high)}, width);
+  writer.write_control(kAccessibility, curvature, range.low, range.high, "1/mm");
+  for (const char* name : {"position", "normal", "height", "texel_size"}) writer.add_written_map(name);
+  writer.set_texel_size_mm(static_cast<double>(percentiles(read_gray(folder / HistoryWriter::map_file("texel_size")), mask, 0.5, 0.5).low));
+}
+
+void join(const RelitWork& work, const fs::path& folder, const RunControl& control) {
+  HistoryWriter writer(folder, work.manifest());
+  std::vector<RelitStepFacts> facts;
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < work.project.steps.size(); ++i) {
+    facts.push_back(relit_step_facts(load_json(folder / relit_facts_file(i))));
+    if (facts.back().frame) kept.push_back(i);
+  }
+  const ImageU8 mask = write_frames(writer, work, folder, kept, control.part(0.0, 0.7));
+  writer.write_mask(mask);
+  write_controls(writer, work, folder, mask, control.part(0.7, 0.95));
+  write_relit_report(work, folder, facts);
+  writer.finish();
+  control.report(1.0);
+}
+
+}  // namespace
+
+fs::path relit_reference_file() { return "report/reference.json"; }
+fs::path relit_curvature_file() { return "report/curvature.exr"; }
+fs::path relit_pose_file(std::size_t index) { return report_file("pose", index, ".json"); }
+fs::path relit_validity_file(std::size_t index) { return report_file("validity", index, ".png"); }
+fs::path relit_facts_file(std::size_t index) { return report_file("facts", index, ".json"); }
+fs::path relit_picture_file(const std::string& what, std::size_t index) { return report_file(what.c_str(), index, ".png"); }
+
+void describe(OptionVisitor& v, RelitOptions& o) {
+  v.visit({"accept_failed", "Leave steps that cannot be registered out of the history instead of stopping (relit captures)"}, o.accept_failed);
+  describe(v, o.unlight);
+}
+
+std::string RelitWork::step_name(std::size_t index) const { return "steps/" + std::to_string(project.steps[index].number); }
+
+HistoryManifest RelitWork::manifest() const {
+  HistoryManifest m;
+  m.name = project.name;
+  m.origin = "captured";
+  m.width = project.width();
+  m.height = project.height();
+  m.time_unit = project.time_unit;
+  m.key = key;
+  return m;
+}
+
+JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& options, const fs::path& output) {
+  check_ranges(options);
+  check_ranges(options.scan);
+  check_ranges(options.registration);
+  auto work = std::make_shared<RelitWork>(project, options);
+  for (const RelitStep& step : project.steps) work->step_keys.push_back(step_key(project, step));
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = kHistoryManifestFile;
+  plan.depends_on = dependencies(*work);
+  plan.may_grow = true;
+  plan.parallel_items = false;
+  ContentHash hash;
+  hash.add("ingest relit");
+  for (const JobDependency& d : plan.depends_on) hash.add(d.key);
+  plan.key = work->key = hash.hex();
+  const std::string common = common_key(*work);
+  ContentHash reference_key;
+  reference_key.add("reference").add(common);
+  for (const auto& [name, value] : option_values(options.scan)) reference_key.add(name).add(value);
+  JobItem reference{.name = "reference", .outputs = {relit_reference_file()}, .run = [work](const fs::path& folder, const RunControl& control) { run_relit_reference(*work, folder, control); },
+                    .key = reference_key.hex()};
+  if (project.has_shape()) {
+    reference.outputs.push_back(relit_curvature_file());
+    for (const char* name : {"position", "normal", "height", "texel_size"}) reference.outputs.push_back(HistoryWriter::map_file(name));
+  }
+  plan.items.push_back(std::move(reference));
+  for (std::size_t i = 0; i < project.steps.size(); ++i) {
+    const fs::path name = relit_pose_file(i).stem();
+    plan.items.push_back({.name = name.string(), .outputs = {relit_pose_file(i)},
+                          .run = [work, i](const fs::path& folder, const RunControl& control) { run_relit_pose(*work, i, folder, control); },
+                          .key = ContentHash().add("pose").add(common).add(work->step_keys[i]).hex(), .stage = 1});
+    plan.items.push_back({.name = "step-" + name.string().substr(5), .outputs = {relit_facts_file(i)},
+                          .run = [work, i](const fs::path& folder, const RunControl& control) { run_relit_step(*work, i, folder, control); },
+                          .key = ContentHash().add("step").add(common).add(work->step_keys[i]).hex(), .stage = 2, .weight = kStepWeight,
+                          .optional_outputs = relit_frame_outputs(*work, i)});
+  }
+  plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
+  return plan;
+}
+
+}  // namespace patinate

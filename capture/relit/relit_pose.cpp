@@ -1,0 +1,60 @@
+// How the scan of a step lies in the reference's frame.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "capture/relit/relit_work.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+RelitRegistration facts_of(const PairRegistration& r) {
+  const double degrees = 180.0 / std::numbers::pi;
+  RelitRegistration facts{.rms_mm = r.rms_residual, .overlap = r.overlap, .num_pairs = r.num_pairs, .is_found_by_search = r.is_found_by_search,
+                          .stddev_deg = degrees * std::sqrt(std::max(0.0, r.covariance.topLeftCorner<3, 3>().trace())),
+                          .stddev_mm = std::sqrt(std::max(0.0, r.covariance.bottomRightCorner<3, 3>().trace()))};
+  for (const FreeMotion& motion : r.free_motions) facts.free_motions.push_back(text_of(motion));
+  return facts;
+}
+
+RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& control) {
+  const RelitProject& project = work.project;
+  const RelitStep& step = project.steps[index];
+  if (step.reference_from_scan) return {"given", true, *step.reference_from_scan};
+  if (index == project.reference || !step.has_shape()) return {"reference", true, RigidTransform{}};
+  const PointCloud target = read_step_scan(project, project.steps[project.reference]), source = read_step_scan(project, step);
+  const PairRegistration found = [&] {
+    try {
+      return register_pair(target, source, step.initial.value_or(RigidTransform{}), work.options.registration, control);
+    } catch (const IoError&) {
+      throw;
+    } catch (const InvalidInput& e) {
+      throw IoError(project.file.string(), work.step_name(index) + ": " + e.what());
+    }
+  }();
+  RelitPose pose{std::string(name_of(found.status)), found.status == RegistrationStatus::Converged, found.target_from_source, facts_of(found)};
+  if (pose.is_accepted || work.options.accept_failed) return pose;
+  std::string open;
+  for (const FreeMotion& motion : found.free_motions) open += (open.empty() ? "; free: " : ", ") + text_of(motion);
+  throw CannotComplete(work.step_name(index) + ": its scan cannot be registered: " + pose.status + " (overlap " + short_number_text(std::round(100.0 * found.overlap)) +
+                       " %, RMS " + short_number_text(rounded(found.rms_residual, 3)) + " mm" + open + "); give it `initial` or `transform`, or leave it out with --accept-failed");
+}
+
+}  // namespace
+
+void run_relit_pose(const RelitWork& work, std::size_t index, const fs::path& folder, const RunControl& control) {
+  const RelitPose pose = find_pose(work, index, control);
+  fs::create_directories((folder / relit_pose_file(index)).parent_path());
+  save_json(folder / relit_pose_file(index), to_json(pose));
+  control.report(1.0);
+}
+
+RelitPose read_relit_pose(std::size_t index, const fs::path& folder) { return relit_pose(load_json(folder / relit_pose_file(index))); }
+
+}  // namespace patinate

@@ -1,0 +1,178 @@
+#include "capture/relit/relit_view.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "libcommon/core/parallel.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::int64_t kRowChunk = 4;
+constexpr double kWhole = 1e-3;          ///< A place so near to a pixel's centre is that pixel: rounding of float maps, not motion.
+constexpr double kSameSurface = 6.0;     ///< Neighbouring pixels of one surface are not farther apart, in texel sizes.
+constexpr double kGrazing = 1e-3;
+
+Vec3 vector_at(const ImageF& image, int x, int y) {
+  const std::span<const float> v = image.pixel(x, y);
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+void put(ImageF& image, int x, int y, const Vec3& v) {
+  for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
+}
+
+/// Where the pixels half a step to each side meet the plane of the triangle.
+double texel_size(const Camera& camera, const Vec2& pixel, const Vec3& position, const Vec3& normal) {
+  const Vec3& eye = camera.center();
+  const auto on_plane = [&](const Vec2& offset) {
+    const std::optional<CameraRay> ray = camera.ray(pixel + offset);
+    if (!ray) return position;
+    const double slope = ray->direction.dot(normal), least = std::copysign(kGrazing, slope);
+    return Vec3(eye + (position - eye).dot(normal) / (std::abs(slope) < kGrazing ? least : slope) * ray->direction);
+  };
+  const Vec3 across = on_plane(Vec2(0.5, 0.0)) - on_plane(Vec2(-0.5, 0.0)), down = on_plane(Vec2(0.0, 0.5)) - on_plane(Vec2(0.0, -0.5));
+  return std::sqrt(across.cross(down).norm());
+}
+
+/// Whether a pixel and the eight around it see one surface near `p`.
+bool is_whole(const ScanView& view, int x, int y, const Vec3& p) {
+  const double reach = kSameSurface * static_cast<double>(view.texel_size_mm.at(x, y));
+  for (int j = -1; j <= 1; ++j) {
+    for (int i = -1; i <= 1; ++i) {
+      if (!view.seen.contains(x + i, y + j) || view.seen.at(x + i, y + j) == 0) return false;
+      if (!((vector_at(view.position_mm, x + i, y + j) - p).norm() < reach)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera, const RunControl& control) {
+  const int width = camera.parameters().width, height = camera.parameters().height;
+  ScanView view;
+  view.seen = ImageU8(width, height);
+  view.position_mm = view.normal = ImageF(width, height, 3);
+  view.texel_size_mm = ImageF(width, height);
+  std::vector<std::int64_t> behind(static_cast<std::size_t>(height), 0);
+  parallel_for(height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < width; ++x) {
+        const Vec2 pixel(x, y);
+        const std::optional<CameraRay> ray = camera.ray(pixel);
+        const std::optional<RayHit> hit = ray ? scene.first_hit(ray->origin, ray->direction) : std::nullopt;
+        if (!hit) continue;
+        const std::size_t t = static_cast<std::size_t>(hit->triangle);
+        const std::array<double, 3> weights{1.0 - hit->b1 - hit->b2, hit->b1, hit->b2};
+        Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
+        for (std::size_t k = 0; k < 3; ++k) {
+          position += weights[k] * mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])];
+          normal += weights[k] * mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])];
+        }
+        const Vec3 face = area_vector(mesh, hit->triangle).normalized();
+        normal = normal.norm() > 1e-9 ? Vec3(normal.normalized()) : face;
+        // The side that is seen is the outside, however the triangle is wound.
+        const double sign = face.dot(ray->direction) > 0.0 ? -1.0 : 1.0;
+        behind[static_cast<std::size_t>(y)] += sign < 0.0;
+        view.seen.at(x, y) = 255;
+        put(view.position_mm, x, y, position);
+        put(view.normal, x, y, normal.dot(face) < 0.0 ? Vec3(-sign * normal) : Vec3(sign * normal));
+        view.texel_size_mm.at(x, y) = static_cast<float>(texel_size(camera, pixel, position, face));
+      }
+    }
+  });
+  view.num_seen = std::count_if(view.seen.values().begin(), view.seen.values().end(), [](std::uint8_t v) { return v != 0; });
+  view.num_from_behind = std::accumulate(behind.begin(), behind.end(), std::int64_t{0});
+  return view;
+}
+
+Mesh with_scan_normals(Mesh mesh, int num_rounds) {
+  if (!mesh.normals.empty() && mesh.normal_triangles.size() == mesh.triangles.size()) return mesh;
+  mesh.normals = vertex_normals(mesh);
+  mesh.normal_triangles = mesh.triangles;
+  for (int round = 0; round < num_rounds; ++round) {
+    std::vector<Vec3> sums(mesh.normals.size(), Vec3::Zero());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const double area = area_vector(mesh, static_cast<int>(t)).norm();
+      Vec3 sum = Vec3::Zero();
+      for (int corner : mesh.triangles[t]) sum += mesh.normals[static_cast<std::size_t>(corner)];
+      for (int corner : mesh.triangles[t]) sums[static_cast<std::size_t>(corner)] += area * sum;
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      if (sums[i].norm() > 0.0) mesh.normals[i] = sums[i].normalized();
+    }
+  }
+  return mesh;
+}
+
+StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera, const RigidTransform& step_from_reference,
+                       const RunControl& control) {
+  const int width = reference.seen.width(), height = reference.seen.height();
+  StepPlaces places{ImageF(width, height, 2), ImageU8(width, height), 0, 0.0};
+  ImageF offsets(width, height, 1, -1.0f);
+  parallel_for(height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < width; ++x) {
+        if (reference.seen.at(x, y) == 0) continue;
+        const Vec3 p = step_from_reference.apply(vector_at(reference.position_mm, x, y));
+        const std::optional<Vec2> at = camera.project(p);
+        if (!at) continue;
+        const double u = std::abs(at->x() - std::round(at->x())) < kWhole ? std::round(at->x()) : at->x();
+        const double v = std::abs(at->y() - std::round(at->y())) < kWhole ? std::round(at->y()) : at->y();
+        const int column = static_cast<int>(std::lround(std::clamp(u, -2.0, width + 2.0))), row = static_cast<int>(std::lround(std::clamp(v, -2.0, height + 2.0)));
+        if (!step.seen.contains(column, row) || step.seen.at(column, row) == 0) continue;
+        const Vec3 away = p - vector_at(step.position_mm, column, row);
+        offsets.at(x, y) = static_cast<float>(std::abs(away.dot(vector_at(step.normal, column, row))));
+        if (!is_whole(step, column, row, p)) continue;
+        places.place_px.at(x, y, 0) = static_cast<float>(u);
+        places.place_px.at(x, y, 1) = static_cast<float>(v);
+        places.seen.at(x, y) = 255;
+      }
+    }
+  });
+  std::vector<float> found;
+  std::copy_if(offsets.values().begin(), offsets.values().end(), std::back_inserter(found), [](float v) { return v >= 0.0f; });
+  places.num_on_scan = static_cast<std::int64_t>(found.size());
+  if (!found.empty()) {
+    const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
+    std::nth_element(found.begin(), middle, found.end());
+    places.offset_mm = static_cast<double>(*middle);
+  }
+  return places;
+}
+
+PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float saturation) {
+  const int width = places.seen.width(), height = places.seen.height(), channels = photo.channels();
+  PlacedPhoto out{ImageF(width, height, channels), ImageU8(width, height)};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (places.seen.at(x, y) == 0) continue;
+      const double u = static_cast<double>(places.place_px.at(x, y, 0)), v = static_cast<double>(places.place_px.at(x, y, 1));
+      const int x0 = static_cast<int>(std::floor(u)), y0 = static_cast<int>(std::floor(v));
+      bool is_valid = true;
+      std::array<double, 3> sum{};
+      for (int j = 0; j < 2 && is_valid; ++j) {
+        for (int i = 0; i < 2 && is_valid; ++i) {
+          const double weight = (i == 0 ? 1.0 - (u - x0) : u - x0) * (j == 0 ? 1.0 - (v - y0) : v - y0);
+          if (!(weight > 0.0)) continue;
+          is_valid = photo.contains(x0 + i, y0 + j);
+          for (int c = 0; c < channels && is_valid; ++c) {
+            const float value = photo.at(x0 + i, y0 + j, c);
+            is_valid = value < saturation;
+            sum[static_cast<std::size_t>(c)] += weight * static_cast<double>(value);
+          }
+        }
+      }
+      if (!is_valid) continue;
+      for (int c = 0; c < channels; ++c) out.values.at(x, y, c) = static_cast<float>(sum[static_cast<std::size_t>(c)]);
+      out.valid.at(x, y) = 255;
+    }
+  }
+  return out;
+}
+
+}  // namespace patinate

@@ -1,0 +1,146 @@
+/// \file
+/// What the steps of a relit ingest share. Inside of ingest only.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/relit/relit_ingest.h"
+#include "capture/relit/relit_view.h"
+#include "capture/unlighting/unlight.h"
+#include "libcommon/core/json.h"
+#include "libcommon/geometry/point_cloud.h"
+
+namespace patinate {
+
+/// What relit_reference.cpp finds and every step needs.
+struct RelitReference {
+  ScanView view;                    ///< Nothing seen when the project has no shape.
+  std::vector<Vec3> patch_target;   ///< One a light: what the patch should show; empty without a patch.
+  bool is_patch_absolute = false;   ///< The target follows from the patch's albedo; else it is what the reference step shows.
+};
+
+/// What registering a step's scan found.
+struct RelitRegistration {
+  double rms_mm = 0.0;
+  double overlap = 0.0;
+  int num_pairs = 0;
+  bool is_found_by_search = false;
+  double stddev_deg = 0.0, stddev_mm = 0.0;       ///< Of the pose.
+  std::vector<std::string> free_motions = {};     ///< As text_of() says them.
+};
+
+/// How a step's scan lies in the reference's frame.
+struct RelitPose {
+  std::string status;      ///< "reference", "given", or what registration says.
+  bool is_accepted = true;
+  RigidTransform reference_from_scan;
+  std::optional<RelitRegistration> registration = {};  ///< Where it was registered.
+};
+
+/// What became of a lamp's samples: shares of the surface by SampleState; Outside is not counted.
+struct RelitLight {
+  std::array<double, kNumSampleStates> shares = {};
+  double residual = 0.0;
+};
+
+/// What solving a step's photographs found.
+struct RelitSolution {
+  std::vector<RelitLight> lights = {};
+  double residual = 0.0;
+  double noise_scale = 0.0;
+  std::vector<std::string> notes = {};
+};
+
+/// The frame of a step that is in the history.
+struct RelitFrame {
+  std::optional<double> overlap = {}, offset_mm = {};  ///< How its scan lies on the reference's; of a project with a shape.
+  std::vector<Vec3> gains = {};                        ///< By the patch, a photograph each.
+  std::optional<RelitSolution> solution = {};          ///< Nothing of ready-made albedo.
+  double seen_share = 0.0, determined_share = 0.0;
+};
+
+/// Everything that is said of a step.
+struct RelitStepFacts {
+  int step = 0;
+  double time = 0.0;
+  RelitPose pose;
+  std::optional<RelitFrame> frame = {};  ///< None: the step is left out of the history.
+};
+/// As relit.json and the files of the steps have them.
+[[nodiscard]] Json to_json(const RelitStepFacts& facts);
+/// The inverse; of files of our own only.
+[[nodiscard]] RelitStepFacts relit_step_facts(const Json& json);
+/// The same of a pose alone.
+[[nodiscard]] Json to_json(const RelitPose& pose);
+[[nodiscard]] RelitPose relit_pose(const Json& json);
+
+struct RelitWork {
+  RelitWork(RelitProject the_project, RelitOptions the_options) : project(std::move(the_project)), options(the_options) {}
+
+  RelitProject project;
+  RelitOptions options;
+  std::vector<std::string> step_keys = {};  ///< Content of every step's files.
+  std::string key = "";
+
+  /// The history without frames and controls.
+  [[nodiscard]] HistoryManifest manifest() const;
+  /// "steps/2", for errors and reports.
+  [[nodiscard]] std::string step_name(std::size_t index) const;
+  /// Loaded once a run from what the reference item has written.
+  [[nodiscard]] const RelitReference& reference(const std::filesystem::path& folder) const;
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::optional<RelitReference> reference_;
+};
+
+// Files of the finished history that are of no use to its readers: what a later run with more steps goes on from, and pictures.
+[[nodiscard]] std::filesystem::path relit_reference_file();
+[[nodiscard]] std::filesystem::path relit_curvature_file();
+[[nodiscard]] std::filesystem::path relit_pose_file(std::size_t index);
+[[nodiscard]] std::filesystem::path relit_validity_file(std::size_t index);
+[[nodiscard]] std::filesystem::path relit_facts_file(std::size_t index);
+/// report/albedo_0003.png. @param what  "albedo", "light", "samples" or "stddev".
+[[nodiscard]] std::filesystem::path relit_picture_file(const std::string& what, std::size_t index);
+
+/// A step's scan in mm, or the surface of its ready-made maps; its mesh with normals. @throws IoError naming the file.
+[[nodiscard]] PointCloud read_step_scan(const RelitProject& project, const RelitStep& step);
+[[nodiscard]] Mesh read_step_mesh(const RelitProject& project, const RelitStep& step);
+
+/// A step's photographs, linear.
+struct StepPhoto {
+  ImageF values;           ///< H x W x 3, the ambient light not subtracted.
+  float saturation = 0.0f; ///< Value from which on a channel is saturated.
+};
+[[nodiscard]] StepPhoto read_step_photo(const RelitProject& project, const std::filesystem::path& file);
+/// The ambient light's photograph; zeros without one.
+[[nodiscard]] ImageF read_step_ambient(const RelitProject& project, const RelitStep& step);
+/// photo - ambient.
+void subtract_ambient(ImageF& photo, const ImageF& ambient);
+
+/// Mean over the patch's pixels. @throws IoError naming the photograph if it is saturated or black there.
+[[nodiscard]] Vec3 patch_mean(const RelitProject& project, const StepPhoto& photo, const ImageF& ambient, const std::filesystem::path& file);
+/// What the patch shows in the reference step's photographs, and what it should show. @param view  Of the reference.
+void find_patch_target(const RelitProject& project, RelitReference& reference);
+
+/// Stage 0: the reference view, its curvature, the patch.
+void run_relit_reference(const RelitWork& work, const std::filesystem::path& folder, const RunControl& control);
+/// Stage 1: the pose of one step.
+void run_relit_pose(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
+[[nodiscard]] RelitPose read_relit_pose(std::size_t index, const std::filesystem::path& folder);
+/// Stage 2: the frame of one step, with its mask, its extras, its facts and its pictures.
+void run_relit_step(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
+/// What run_relit_step() writes beside its facts, of a step that is in the history (--accept-failed leaves some out).
+[[nodiscard]] std::vector<std::filesystem::path> relit_frame_outputs(const RelitWork& work, std::size_t index);
+[[nodiscard]] std::vector<std::string> relit_frame_extras(const RelitWork& work);
+/// The page and relit.json.
+void write_relit_report(const RelitWork& work, const std::filesystem::path& folder, const std::vector<RelitStepFacts>& facts);
+
+}  // namespace patinate

@@ -1,0 +1,129 @@
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "capture/timelapse/repair_steps.h"
+#include "capture/stability/stabilise.h"
+#include "libcommon/core/json.h"
+#include "libcommon/image/filters.h"
+#include "libcommon/image/image_io.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+RunControl one_thread() {
+  RunControl control;  // Frames run side by side already.
+  control.num_threads = 1;
+  return control;
+}
+
+/// Motion of pixels in the roi as a map from roi pixels to pixels of the whole photograph.
+Eigen::Affine2d photo_from_roi(const PixelRectangle& roi, const Eigen::Affine2d& motion) {
+  return Eigen::Translation2d(roi.x, roi.y) * motion;
+}
+
+bool is_moved(const Eigen::Affine2d& motion) { return motion.matrix() != Eigen::Affine2d::Identity().matrix(); }
+
+/// 255 -> 1, 0 -> 0.
+ImageF as_shares(const ImageU8& set) {
+  ImageF shares(set.width(), set.height());
+  std::transform(set.values().begin(), set.values().end(), shares.values().begin(), [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
+  return shares;
+}
+
+/// A part of the photograph (the roi) where the first frame has it. @param seen  Becomes what the photograph shows of it.
+ImageF in_place(const ImageF& whole, const PixelRectangle& roi, const Eigen::Affine2d& motion, ImageU8& seen) {
+  if (is_moved(motion)) return resample_frame(whole, photo_from_roi(roi, motion), roi.width, roi.height, seen, one_thread());
+  seen = ImageU8(roi.width, roi.height, 1, 255);
+  return crop(whole, roi.x, roi.y, roi.width, roi.height);
+}
+
+}  // namespace
+
+bool has_validity(const IngestWork& work) {
+  return work.options.repair.highlights == HighlightRule::Mask || (work.options.repair.stabilise && work.project.frames.size() > 1);
+}
+
+fs::path validity_file(int index) {
+  char name[48];
+  std::snprintf(name, sizeof(name), "survey/validity-%04d.png", index);
+  return name;
+}
+
+const RepairTables& repair_tables(const IngestWork& work, const fs::path& folder) {
+  const std::lock_guard lock(work.repairs->mutex);
+  RepairTables& t = *work.repairs;
+  if (t.is_loaded) return t;
+  const RepairOptions& options = work.options.repair;
+  if ((options.stabilise || options.deflicker) && work.project.frames.size() > 1) {
+    const Json json = load_json(folder / kSurveyFile);
+    for (const Json& m : json.value("motions", Json::array())) {
+      Eigen::Affine2d motion = Eigen::Affine2d::Identity();
+      for (std::size_t k = 0; k < 6; ++k) motion(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = m.at(k).get<double>();
+      t.motions.push_back(motion);
+    }
+    for (const Json& f : json.value("factors", Json::array())) t.factors.push_back(f.get<std::array<double, 3>>());
+  }
+  if (!options.flat_field.empty()) {
+    const fs::path file = folder / kFlatFieldFile;
+    t.flat_field = read_channels(file, {"R", "G", "B"});
+  }
+  t.is_loaded = true;
+  return t;
+}
+
+void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity) {
+  constexpr float kShare = 0.1f;
+  const ImageF low = downscale_area(shares, validity.width(), validity.height(), one_thread());
+  for (std::int64_t p = 0; p < validity.num_pixels(); ++p) {
+    if (low.data()[p] > kShare) validity.data()[p] = std::min(validity.data()[p], static_cast<std::uint8_t>(code));
+  }
+}
+
+ImageU8 mask_in_place(const ImageU8& mask, const Eigen::Affine2d& motion) {
+  if (!is_moved(motion)) return mask;
+  constexpr float kInside = 0.25f;
+  ImageU8 unused, result(mask.width(), mask.height());
+  const ImageF there = resample_frame(as_shares(mask), motion, mask.width(), mask.height(), unused, one_thread());
+  std::transform(there.values().begin(), there.values().end(), result.values().begin(), [](float v) { return static_cast<std::uint8_t>(v > kInside ? 255 : 0); });
+  return result;
+}
+
+ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) {
+  const RepairOptions& options = work.options.repair;
+  const CaptureProject& project = work.project;
+  const PixelRectangle& roi = project.roi;
+  const CapturePhoto& photo = project.frames[static_cast<std::size_t>(index)];
+  const RepairTables& t = repair_tables(work, folder);
+  const Eigen::Affine2d motion = t.motions.empty() ? Eigen::Affine2d::Identity() : t.motions[static_cast<std::size_t>(index)];
+  const ImageF whole = read_whole_photo(project, photo);
+  ImageU8 seen;
+  ImageF color = in_place(whole, roi, motion, seen);
+  if (!t.flat_field.empty()) {
+    // The lamp stands with the camera: its fall-off moves with the photograph.
+    ImageU8 unused;
+    apply_gain(color, is_moved(motion) ? resample_frame(t.flat_field, motion, roi.width, roi.height, unused, one_thread()) : t.flat_field);
+  }
+  if (!t.factors.empty()) {
+    const auto& factor = t.factors[static_cast<std::size_t>(index)];
+    for (std::int64_t i = 0; i < 3 * color.num_pixels(); ++i) color.data()[i] *= static_cast<float>(factor[static_cast<std::size_t>(i % 3)]);
+  }
+  if (has_validity(work)) {
+    ImageU8 validity(project.width(), project.height(), 1, static_cast<std::uint8_t>(Validity::Valid));
+    if (options.highlights == HighlightRule::Mask) {
+      const ImageU8 saturated = find_saturated(whole, saturation_level(project, photo), options.highlight_options);
+      ImageU8 unused;
+      const ImageF there = in_place(as_shares(saturated), roi, motion, unused);
+      mark_invalid(there, Validity::Saturated, validity);
+    }
+    for (std::uint8_t& v : seen.values()) v = v != 0 ? 0 : 255;
+    mark_invalid(as_shares(seen), Validity::OutOfView, validity);
+    write_codes(folder / validity_file(index), validity);
+  }
+  return downscale_area(color, project.width(), project.height(), one_thread());
+}
+
+}  // namespace patinate

@@ -1,0 +1,121 @@
+#include "capture/timelapse/ingest.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "capture/timelapse/ingest_work.h"
+#include "capture/timelapse/repair_steps.h"
+#include "capture/timelapse/scan_step.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/hash.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kJoinWeight = 1.5;  ///< For progress: masks, filling and controls take longer than the frames together.
+
+/// Takes what the transmission photograph does not show off the mask: there is no thickness to guide by.
+void keep_reached(const ImageU8& reached, const CaptureProject& project, ImageU8& mask) {
+  if (mask.empty()) mask = ImageU8(project.width(), project.height(), 1, 255);
+  bool is_any_left = false;
+  for (std::int64_t i = 0; i < mask.num_pixels(); ++i) {
+    if (reached.data()[i] == 0) mask.data()[i] = 0;
+    is_any_left = is_any_left || mask.data()[i] != 0;
+  }
+  if (is_any_left) return;
+  throw IoError(project.transmission->photo.string(), "shows nothing of what is inside the mask, as it is aligned");
+}
+
+void join(const IngestWork& work, const fs::path& folder, const RunControl& control) {
+  HistoryWriter writer(folder, work.manifest());
+  for (std::size_t i = 0; i < work.project.frames.size(); ++i) {
+    writer.add_written_frame(static_cast<int>(i), work.project.frames[i].time);
+  }
+  ImageU8 given = read_capture_mask(work.project, control.part(0.0, 0.15));
+  const TransmissionLight transmission = read_transmission_light(work, folder, control.part(0.15, 0.25));
+  if (!transmission.reached.empty()) keep_reached(transmission.reached, work.project, given);
+  keep_scanned(work, folder, given);
+  const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.25, 0.5));
+  if (!mask.empty()) writer.write_mask(mask);
+  write_scan(writer, work, folder, mask);
+  write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.5, 1.0));
+  writer.finish();
+  control.report(1.0);
+}
+
+JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
+  const fs::path file = HistoryWriter::frame_file(index);
+  JobItem item{.name = "frame-" + file.stem().string(),
+               .outputs = {file},
+               .run = {},
+               .key = ingest_frame_key(*work, static_cast<std::size_t>(index)),
+               .stage = ingest_stages(*work).frames};
+  if (has_validity(*work)) item.outputs.push_back(validity_file(index));
+  item.run = [work, index](const fs::path& folder, const RunControl& control) {
+    const CapturePhoto& frame = work->project.frames[static_cast<std::size_t>(index)];
+    HistoryWriter(folder, work->manifest()).write_frame(index, frame.time, develop_frame(*work, index, folder));
+    control.report(1.0);
+  };
+  return item;
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, IngestOptions& o) {
+  v.visit({"progress", "Make the `progress` control (how early each pixel ages) also beside measured controls"}, o.add_progress);
+  describe(v, o.thickness);
+  describe(v, o.progress);
+  describe(v, o.repair);
+  describe(v, o.scan);
+}
+
+HistoryManifest IngestWork::manifest() const {
+  HistoryManifest m;
+  m.name = project.name;
+  m.origin = "captured";
+  m.width = project.width();
+  m.height = project.height();
+  if (project.texel_size_mm) m.texel_size_mm = *project.texel_size_mm * project.roi.width / project.width();
+  m.time_unit = project.time_unit;
+  m.key = key;
+  return m;
+}
+
+JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options, const fs::path& output) {
+  check_ranges(options);
+  auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
+  work->repairs = std::make_shared<RepairTables>();
+  const bool is_measured = project.transmission || project.scan || !project.controls.empty();
+  if (!is_measured && project.frames.size() > 1) work->has_progress = true;
+  const bool is_progress_given = std::any_of(project.controls.begin(), project.controls.end(),
+                                             [](const GivenControl& c) { return c.name == kProgressName; });
+  if (work->has_progress && is_progress_given) {
+    throw InvalidInput(project.file.string() +
+                       ": a control `progress` is given and another one asked for; rename the given one");
+  }
+  load_scan(*work);
+  work->photo_keys = ingest_photo_keys(project);
+  JobPlan plan;
+  plan.output = output;
+  plan.manifest = kHistoryManifestFile;
+  plan.depends_on = ingest_dependencies(*work);
+  plan.may_grow = true;
+  // Names of files have no part in the key: the same photographs elsewhere give the same history.
+  ContentHash hash;
+  hash.add("ingest");
+  for (const JobDependency& d : plan.depends_on) hash.add(d.key);
+  plan.key = work->key = hash.hex();
+  add_scan_item(plan.items, work);
+  add_survey_items(plan.items, work);
+  for (std::size_t i = 0; i < project.frames.size(); ++i) plan.items.push_back(frame_item(work, static_cast<int>(i)));
+  plan.join_weight = kJoinWeight * static_cast<double>(std::max<std::size_t>(1, project.frames.size()));
+  plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
+  return plan;
+}
+
+}  // namespace patinate

@@ -1,0 +1,109 @@
+#include <cstdint>
+#include <map>
+
+#include "capture/timelapse/ingest_work.h"
+#include "capture/timelapse/repair_steps.h"
+#include "capture/timelapse/scan_step.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Raised whenever the same input gives other output.
+constexpr std::int64_t kStageVersion = 1;
+
+std::string roi_text(const PixelRectangle& roi) {
+  return std::to_string(roi.x) + " " + std::to_string(roi.y) + " " + std::to_string(roi.width) + " " + std::to_string(roi.height);
+}
+
+/// "photos/day07.jpg" for what lies in or below the project's folder.
+std::string name_of(const CaptureProject& project, const fs::path& file) {
+  const fs::path relative = file.lexically_relative(project.file.parent_path());
+  return relative.empty() ? file.string() : relative.string();
+}
+
+template <class Options>
+void add_options(std::vector<JobDependency>& list, const Options& options) {
+  for (const auto& [name, value] : option_values(options)) {
+    std::string flag = "--" + name;
+    for (char& c : flag) c = c == '_' ? '-' : c;
+    list.push_back({flag, value});
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> ingest_photo_keys(const CaptureProject& project) {
+  std::map<fs::path, std::string> movies;  // Hashed once.
+  std::vector<std::string> keys;
+  for (const CapturePhoto& frame : project.frames) {
+    if (!frame.stream) {
+      keys.push_back(hash_file(frame.file));
+      continue;
+    }
+    std::string& key = movies[frame.file];
+    if (key.empty()) key = hash_file(frame.file);
+    keys.push_back(ContentHash().add(key).add(std::int64_t{frame.image}).hex());
+  }
+  return keys;
+}
+
+std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
+  const CaptureProject& project = work.project;
+  ContentHash hash;
+  hash.add("ingest frame").add(kStageVersion).add(work.photo_keys[index]);
+  hash.add(project.response.text()).add(roi_text(project.roi)).add(project.scale);
+  hash.add(repair_frame_key(work));
+  return hash.hex();
+}
+
+std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
+  const CaptureProject& project = work.project;
+  // The part that a file plays is in its key: a mask in a control's place is another input.
+  const auto file_key = [](const char* part, const fs::path& file) { return ContentHash().add(part).add_file(file).hex(); };
+  std::vector<JobDependency> list{{"version of ingest", std::to_string(kStageVersion)},
+                                  {"name", project.name},
+                                  {"time_unit", time_unit_text(project.time_unit)},
+                                  {"texel_size_mm", project.texel_size_mm ? number_text(*project.texel_size_mm) : "null"},
+                                  {"response", project.response.text()},
+                                  {"roi", roi_text(project.roi)},
+                                  {"scale", number_text(project.scale)}};
+  for (std::size_t i = 0; i < project.frames.size(); ++i) {
+    const CapturePhoto& frame = project.frames[i];
+    const std::string name =
+        name_of(project, frame.file) + (frame.stream ? ", image " + std::to_string(frame.image) : std::string());
+    list.push_back({name, work.photo_keys[i]});
+    list.push_back({"time of " + name, number_text(project.frames[i].time)});
+  }
+  if (project.mask) list.push_back({"mask " + name_of(project, *project.mask), file_key("mask", *project.mask)});
+  for (const GivenControl& c : project.controls) {
+    list.push_back({"control " + c.name, ContentHash().add(c.name).add(c.unit).add_file(c.file).hex()});
+  }
+  if (project.transmission) {
+    const TransmissionPhotos& t = *project.transmission;
+    list.push_back({"transmission " + name_of(project, t.photo), file_key("transmission", t.photo)});
+    if (t.blank) list.push_back({"blank " + name_of(project, *t.blank), file_key("blank", *t.blank)});
+    std::string align = t.align == TransmissionPhotos::Align::None ? "none" : "auto";
+    if (t.align == TransmissionPhotos::Align::Points) {
+      align = "points";
+      for (const PointPair& p : t.points) {
+        for (double v : {p.in_image.x(), p.in_image.y(), p.in_reference.x(), p.in_reference.y()}) align += " " + number_text(v);
+      }
+    }
+    list.push_back({"align", align});
+    add_options(list, work.options.thickness);
+  }
+  add_scan_dependencies(list, work);
+  if (work.has_progress) {
+    list.push_back({"control progress", "made from the frames"});
+    add_options(list, work.options.progress);
+  }
+  add_repair_dependencies(list, work);
+  return list;
+}
+
+}  // namespace patinate

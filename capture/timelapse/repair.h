@@ -1,0 +1,55 @@
+/// \file
+/// Time-lapses as they are: surveying a project's photographs, repairing them on request, and masking what shows the lamp.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/project/capture_project.h"
+#include "capture/stability/deflicker.h"
+#include "capture/stability/fill.h"
+#include "capture/stability/flat_field.h"
+#include "capture/stability/highlights.h"
+#include "capture/stability/survey.h"
+#include "libcommon/core/options.h"
+
+namespace patinate {
+
+enum class HighlightRule { Mask, Keep };
+
+struct RepairOptions {
+  bool stabilise = false;       ///< Lay moved photographs over the first one.
+  bool deflicker = false;       ///< Take changes of exposure out.
+  std::string flat_field = "";  ///< "" = none, "estimate", or the path of a photograph of a uniform surface.
+  HighlightRule highlights = HighlightRule::Mask;
+  SurveyOptions survey = {};
+  DeflickerOptions deflicker_options = {};
+  FlatFieldOptions flat_field_options = {};
+  HighlightOptions highlight_options = {};
+  FillOptions fill = {};
+};
+void describe(OptionVisitor& v, RepairOptions& o);
+
+/// The file of a history that says what the survey found.
+inline constexpr const char* kSurveyFile = "survey.json";
+
+/// One thing that survey.json names.
+struct SurveyFinding {
+  std::string photo;    ///< As survey.json has it: name, without its folder.
+  double time = 0.0;
+  bool is_shifted = false;
+  std::string problem;  ///< finding_text().
+};
+/// What survey.json of a history says.
+struct SurveyReport {
+  std::vector<SurveyFinding> findings;
+  bool is_stabilised = false;
+  bool is_deflickered = false;
+  double masked_share = 0.0;    ///< Of all pixels of all frames: saturated, highlight, out of view.
+  double outside_share = 0.0;   ///< Of the pixels: not known in every frame, so outside the history's mask.
+};
+/// @throws IoError. A history without the file gives an empty report.
+[[nodiscard]] SurveyReport read_survey_report(const std::filesystem::path& history);
+
+}  // namespace patinate

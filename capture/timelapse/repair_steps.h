@@ -1,0 +1,61 @@
+/// \file
+/// The steps of an ingest that survey and repair. Inside of ingest only.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "capture/timelapse/ingest_work.h"
+#include "libcommon/job/job.h"
+
+namespace patinate {
+
+/// Stages of the items: all of one are finished before the next starts. Frames that wait for no repair come first, so that a broken
+/// photograph costs none of the others.
+struct IngestStages {
+  int frames, survey, decisions;
+};
+[[nodiscard]] IngestStages ingest_stages(const IngestWork& work);
+
+/// What the repairs of all frames need, loaded once.
+struct RepairTables {
+  std::mutex mutex;
+  bool is_loaded = false;
+  std::vector<Eigen::Affine2d> motions;         ///< Pixels of the roi; empty when frames are left where they are.
+  std::vector<std::array<double, 3>> factors;   ///< Empty when the exposure is left.
+  ImageF flat_field;                            ///< Gain over the roi; empty when there is none.
+};
+[[nodiscard]] const RepairTables& repair_tables(const IngestWork& work, const std::filesystem::path& folder);
+
+/// The lamp's fall-off as a gain over the roi.
+inline constexpr const char* kFlatFieldFile = "survey/flat_field.exr";
+
+/// Whether frames carry a validity of their own.
+[[nodiscard]] bool has_validity(const IngestWork& work);
+/// Items that look at neighbouring photographs, and those that decide the repairs from what they found.
+void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work);
+/// survey/validity-0007.png.
+[[nodiscard]] std::filesystem::path validity_file(int index);
+/// What of the repairs a frame depends on besides its own photograph; "" = nothing.
+[[nodiscard]] std::string repair_frame_key(const IngestWork& work);
+/// Adds what the history depends on.
+void add_repair_dependencies(std::vector<JobDependency>& list, const IngestWork& work);
+
+/// A frame as the history shows it, repaired; writes its validity where frames have one.
+[[nodiscard]] ImageF develop_frame(const IngestWork& work, int index, const std::filesystem::path& folder);
+
+/// Gives pixels of `validity` a code where more than a tenth of them, by area, is covered.
+/// @param shares  Of the roi's size: 1 = covered.
+void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity);
+/// A mask that stands with the camera, where the first frame has it.
+[[nodiscard]] ImageU8 mask_in_place(const ImageU8& mask, const Eigen::Affine2d& motion);
+
+/// When all frames are written: fills what can be filled, writes the frames' masks, and completes survey.json.
+/// @param mask  What is inside so far; may be empty. @returns The history's mask; may be empty.
+[[nodiscard]] ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder, const ImageU8& mask,
+                                  const RunControl& control);
+
+}  // namespace patinate

@@ -1,0 +1,294 @@
+#include "simulation/engine/engine.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "simulation/engine/engine_state.h"
+
+namespace patinate {
+
+namespace {
+
+/// Adds what a stretch of work took.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum) {}
+  ~Stopwatch() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+CargoEnd cargo_end(DeathReason reason) {
+  switch (reason) {
+    case DeathReason::Absorbed: return CargoEnd::Absorbed;
+    case DeathReason::Rested: return CargoEnd::Rested;
+    case DeathReason::Left: break;
+  }
+  return CargoEnd::Left;
+}
+
+void check_parameter_map(const std::string& name, const std::vector<std::string>& materials) {
+  const std::vector<std::string> known = parameter_map_names(materials);
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  std::string list;
+  for (const std::string& one : known) list += (list.empty() ? "" : ", ") + one;
+  throw InvalidInput("there is no parameter map '" + name + "'; use one of " + list + did_you_mean(name, known));
+}
+
+ParameterMapChoice choice_of(const std::vector<std::string>& names, const std::vector<std::string>& materials) {
+  ParameterMapChoice choice;
+  for (const std::string& name : names) {
+    if (name == "hits") choice.hits = true;
+    if (name == "last_hit") choice.last_hit = true;
+    if (name == "residence") choice.residence = true;
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+      if (name == materials[m] + ".deposited") choice.deposited[m] = true;
+    }
+  }
+  return choice;
+}
+
+Scene checked(Scene scene) {
+  check_scene(scene);
+  return scene;
+}
+
+SimulationOptions checked(SimulationOptions options, const Scene& scene) {
+  for (const std::string& name : options.parameter_maps) check_parameter_map(name, scene.materials);
+  return options;
+}
+
+}  // namespace
+
+std::vector<std::array<std::uint16_t, kMaxMaterials>> originals_of(const Scene& scene) {
+  std::vector<std::array<std::uint16_t, kMaxMaterials>> originals;
+  for (const SceneObject& object : scene.objects) {
+    std::array<std::uint16_t, kMaxMaterials> quanta{};
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) quanta[m] = static_cast<std::uint16_t>(std::lround(object.preset.amounts[m] * kAmountOne));
+    originals.push_back(quanta);
+  }
+  return originals;
+}
+
+Simulation::State::State(Scene given, SimulationOptions given_options, const RunControl& control)
+    : scene(checked(std::move(given))),
+      options(checked(std::move(given_options), scene)),
+      scene_mesh(make_scene_mesh(scene)),
+      surface(scene_mesh, scene.resolution, control.part(0.0, 0.6)),
+      atlas(surface, static_cast<int>(scene.materials.size()), originals_of(scene)),
+      tracer(scene_mesh, surface),
+      gammatons(make_gammatons(scene)),
+      exchanger(static_cast<int>(scene.materials.size()), scene.seed),
+      composer(scene, scene_mesh, surface, options.color_form, control.part(0.6, 0.9)),
+      changed_in(surface.grid().num_tiles(), -1) {
+  for (const SceneObject& object : scene.objects) start_places.emplace_back(object);
+  cargo.mass.resize(gammatons.size());
+  check_emitters(scene, scene_mesh, tracer.rays());
+  notes = describe_meshes(scene_mesh);
+  const ParameterMapChoice choice = choice_of(options.parameter_maps, scene.materials);
+  maps = std::make_unique<ParameterMaps>(surface.grid(), choice);
+  rules = make_rules(control);
+  control.report(1.0);
+}
+
+void Simulation::State::begin_lives_and_end_them() {
+  for (const std::uint32_t g : trace.born) {
+    const Emitter& emitter = scene.emitters[gammatons.emitter[g]];
+    ledger.birth(g, MassLedger::cargo_of(emitter.carries), cargo);
+  }
+  for (const Death& death : trace.died) ledger.end(death.gammaton, cargo_end(death.reason), cargo);
+  counters += trace.counters;
+  counters.alive = trace.counters.alive;
+}
+
+void Simulation::State::mark(std::span<const TileIndex> tiles) {
+  for (const TileIndex t : tiles) changed_in[t] = static_cast<std::int32_t>(iteration);
+}
+
+Simulation::Simulation(Scene scene, SimulationOptions options, const RunControl& control)
+    : state_(std::make_unique<State>(std::move(scene), std::move(options), control)) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+const Scene& Simulation::scene() const { return state_->scene; }
+std::int64_t Simulation::iteration() const { return state_->iteration; }
+std::int64_t Simulation::num_paint_steps() const { return state_->num_paint_steps; }
+double Simulation::time() const { return static_cast<double>(state_->iteration) * state_->scene.time_per_iteration; }
+const std::vector<std::string>& Simulation::notes() const { return state_->notes; }
+const MaterialAtlas& Simulation::atlas() const { return state_->atlas; }
+const TraceCounters& Simulation::counters() const { return state_->counters; }
+const SimulationTimes& Simulation::times() const { return state_->times; }
+const MassLedger& Simulation::ledger() const { return state_->ledger; }
+const Gammatons& Simulation::gammatons() const { return state_->gammatons; }
+const Mesh& Simulation::mesh() const { return state_->scene_mesh.mesh; }
+double Simulation::texel_size_mm() const { return state_->surface.median_texel_size_mm(); }
+
+std::size_t Simulation::memory() const {
+  const State& s = *state_;
+  constexpr std::size_t kGammaton = sizeof(GammatonState) + 1 + 2 + 4 + 4 + 2 * sizeof(double) + 2 * sizeof(Vec3) + sizeof(s.cargo.mass[0]);
+  return s.atlas.memory() + s.composer.memory() + std::size_t{s.surface.grid().num_texels()} * (sizeof(std::int32_t) + sizeof(std::uint16_t)) + s.gammatons.size() * kGammaton;
+}
+
+std::string Simulation::audit(const RunControl& control) const {
+  return patinate::audit(state_->ledger, state_->atlas, state_->cargo, state_->scene.materials, control);
+}
+
+void Simulation::apply(const SceneEvent& event, const RunControl& control) {
+  State& s = *state_;
+  if (event.op == SceneEvent::Op::Paint) {
+    for (const BrushStop& stop : event.stops) {
+      for (std::int64_t i = 0; i < stop.steps; ++i) paint(event.target, stop.position_mm, control);
+    }
+    return;
+  }
+  Scene changed = s.scene;
+  const bool moves_objects = apply_event(event, changed);
+  check_scene(changed);
+  if (event.op == SceneEvent::Op::Rule) s.set_rules(changed.rules);
+  if (moves_objects) {
+    SceneMesh moved = s.scene_mesh;
+    place_objects(moved, changed);
+    s.scene_mesh = std::move(moved);
+    s.tracer.set_mesh(s.scene_mesh);
+  }
+  s.scene = std::move(changed);
+}
+
+void Simulation::step(const RunControl& control) {
+  State& s = *state_;
+  apply_due(control);
+  {
+    const Stopwatch watch(s.times.trace);
+    s.tracer.trace(s.gammatons, s.scene, s.iteration, s.trace, control);
+  }
+  s.begin_lives_and_end_them();
+  ExchangeReport report;
+  {
+    const Stopwatch watch(s.times.exchange);
+    report = s.exchanger.exchange(s.trace.contacts, s.scene.exchange, s.iteration, s.cargo, s.atlas, s.maps.get(), control);
+    s.ledger.add(report);
+    s.mark(report.dirty_tiles);
+  }
+  {
+    const Stopwatch watch(s.times.respond);
+    s.tracer.respond(s.gammatons, s.scene, s.iteration, s.trace, nullptr, control);
+  }
+  s.begin_lives_and_end_them();
+  {
+    const Stopwatch watch(s.times.rules);
+    s.apply_rules(report.dirty_tiles, control);
+  }
+  ++s.iteration;
+}
+
+std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const {
+  std::vector<TileIndex> tiles;
+  for (TileIndex t = 0; t < state_->surface.grid().num_tiles(); ++t) {
+    if (state_->changed_in[t] >= since) tiles.push_back(t);
+  }
+  return tiles;
+}
+
+const Composer& Simulation::compose(const RunControl& control) {
+  State& s = *state_;
+  const Stopwatch watch(s.times.compose);
+  s.composed_tiles = s.composer.compose(s.atlas, dirty_since(s.composed_at), control);
+  s.composed_at = s.iteration;
+  return s.composer;
+}
+
+std::span<const TileIndex> Simulation::composed_tiles() const { return state_->composed_tiles; }
+
+void Simulation::set_looks(std::vector<MaterialLook> looks) {
+  state_->composer.set_looks(looks);
+  state_->scene.looks = std::move(looks);
+}
+
+namespace {
+
+/// A value of every texel in the user's order of pixels.
+template <class Value>
+ImageF image_of(const SurfaceAtlas& surface, Value&& value) {
+  const TileGrid& grid = surface.grid();
+  ImageF image(grid.width, grid.height, 1);
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      const TexelIndex t = grid.index(x, y);
+      if (surface.is_covered(t)) image.at(x, y) = static_cast<float>(value(t));
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+ImageF Simulation::amounts(int material) const {
+  return image_of(state_->surface, [&](TexelIndex t) { return double{static_cast<double>(state_->atlas.amount(material, t))} / kAmountOne; });
+}
+
+ImageF Simulation::original_amounts(int material) const {
+  return image_of(state_->surface, [&](TexelIndex t) { return static_cast<double>(state_->atlas.original(material, t)) / kAmountOne; });
+}
+
+void Simulation::set_amounts(int material, const ImageF& amounts) {
+  State& s = *state_;
+  const TileGrid& grid = s.surface.grid();
+  if (amounts.width() != grid.width || amounts.height() != grid.height) {
+    throw InvalidInput("the amounts are " + size_text(amounts.width(), amounts.height()) + " texels; the atlas has " + size_text(grid.width, grid.height));
+  }
+  for (const float a : amounts.values()) {
+    if (!(a >= 0.0f && a < 4.0f)) throw InvalidInput("an amount is " + number_text(static_cast<double>(a)) + "; use [0, 4)");
+  }
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      const TexelIndex t = grid.index(x, y);
+      const auto quanta = static_cast<std::uint16_t>(std::min<long>(kMaxAmount, std::lround(static_cast<double>(amounts.at(x, y)) * kAmountOne)));
+      if (!s.surface.is_covered(t) || s.atlas.amount(material, t) == quanta) continue;
+      s.atlas.writable_tile(material, TileGrid::tile_of(t))[t % TileGrid::kTileTexels] = quanta;
+      s.changed_in[TileGrid::tile_of(t)] = static_cast<std::int32_t>(s.iteration);
+    }
+  }
+}
+
+ParameterMap Simulation::parameter_map(const std::string& name) const {
+  const State& s = *state_;
+  const ParameterMaps& maps = *s.maps;
+  check_parameter_map(name, s.scene.materials);
+  const auto paged = [&](const auto* values, double scale) {
+    if (!values) throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
+    return image_of(s.surface, [&](TexelIndex t) { return static_cast<double>(values->value(t)) * scale; });
+  };
+  if (name == "hits") return {name, paged(maps.hits(), 1.0), "1"};
+  if (name == "last_hit") return {name, paged(maps.choice().last_hit ? maps.last_hit() : nullptr, s.scene.time_per_iteration), "time"};
+  if (name == "residence") return {name, paged(maps.residence(), s.scene.time_per_iteration), "time"};
+  for (std::size_t m = 0; m < s.scene.materials.size(); ++m) {
+    const auto material = static_cast<int>(m);
+    if (name == s.scene.materials[m] + ".final") return {name, amounts(material), "amount"};
+    if (name != s.scene.materials[m] + ".deposited") continue;
+    const auto* values = maps.deposited(material);
+    if (!values) break;
+    // Mass over area: an amount.
+    return {name, image_of(s.surface, [&](TexelIndex t) { return static_cast<double>(values->value(t)) / (double{kAmountOne} * s.surface.weight(t)); }), "amount"};
+  }
+  throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
+}
+
+ImageU8 Simulation::coverage() const {
+  const TileGrid& grid = state_->surface.grid();
+  ImageU8 mask(grid.width, grid.height, 1);
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) mask.at(x, y) = state_->surface.is_covered(grid.index(x, y)) ? 255 : 0;
+  }
+  return mask;
+}
+
+}  // namespace patinate

@@ -1,0 +1,74 @@
+// A brush alone, while everything else stands still.
+#include <algorithm>
+
+#include "libcommon/core/error.h"
+#include "simulation/engine/engine_state.h"
+
+namespace patinate {
+
+namespace {
+
+/// Random numbers of paint steps follow those of all iterations; the tracer has room for 24 bits above the lowest 32.
+constexpr std::int64_t kPaintKey = std::int64_t{1} << 52;
+
+GammatonRange gammatons_of(const Scene& scene, std::size_t emitter) {
+  GammatonRange range{0, 0};
+  for (std::size_t k = 0; k <= emitter; ++k) {
+    range.begin = range.end;
+    range.end += scene.emitters[k].gammatons;
+  }
+  return range;
+}
+
+/// An emitter that is on, for a while.
+class SwitchedOn {
+ public:
+  explicit SwitchedOn(Emitter& emitter) : emitter_(emitter), was_on_(emitter.is_on) { emitter_.is_on = true; }
+  ~SwitchedOn() { emitter_.is_on = was_on_; }
+  SwitchedOn(const SwitchedOn&) = delete;
+  SwitchedOn& operator=(const SwitchedOn&) = delete;
+
+ private:
+  Emitter& emitter_;
+  bool was_on_;
+};
+
+}  // namespace
+
+std::size_t Simulation::State::brush_index(const std::string& emitter) const {
+  const auto found = std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == emitter; });
+  if (found == scene.emitters.end()) throw InvalidInput("the scene has no emitter called '" + emitter + "'");
+  if (found->shape == EmitterShape::Sky) throw InvalidInput("the emitter '" + emitter + "' is the whole sky; only one that stands somewhere can paint");
+  return static_cast<std::size_t>(found - scene.emitters.begin());
+}
+
+void Simulation::apply_due(const RunControl& control) {
+  State& s = *state_;
+  while (s.next_event < s.scene.events.size() && s.scene.events[s.next_event].iteration <= s.iteration) {
+    const SceneEvent event = s.scene.events[s.next_event++];
+    apply(event, control);
+  }
+}
+
+void Simulation::paint(const std::string& emitter, const Vec3& position_mm, const RunControl& control) {
+  State& s = *state_;
+  const std::size_t k = s.brush_index(emitter);
+  if (!position_mm.allFinite()) throw InvalidInput("a brush cannot paint at a place that is no number");
+  s.scene.emitters[k].position_mm = position_mm;
+  const SwitchedOn on(s.scene.emitters[k]);
+  const GammatonRange moving = gammatons_of(s.scene, k);
+  const std::int64_t key = kPaintKey + s.num_paint_steps;
+  s.tracer.trace(s.gammatons, s.scene, key, s.trace, control, moving);
+  s.begin_lives_and_end_them();
+  const ExchangeReport report = s.exchanger.exchange(s.trace.contacts, s.scene.exchange, {s.iteration, key}, s.cargo, s.atlas, s.maps.get(), control);
+  s.ledger.add(report);
+  s.mark(report.dirty_tiles);
+  s.rules->wake(report.dirty_tiles);  // they age what is there, once time goes on
+  s.tracer.respond(s.gammatons, s.scene, key, s.trace, nullptr, control, moving);
+  s.begin_lives_and_end_them();
+  const TraceCounters& c = s.counters;
+  s.counters.alive = c.emitted - c.absorbed - c.left - c.rested;  // of all, those that stand still too
+  ++s.num_paint_steps;
+}
+
+}  // namespace patinate

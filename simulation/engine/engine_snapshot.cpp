@@ -1,0 +1,268 @@
+#include <algorithm>
+
+#include "libcommon/core/error.h"
+#include "simulation/engine/byte_stream.h"
+#include "simulation/engine/engine_state.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::uint64_t kMagic = 0x33304E5354415050ull;  // "PPATSN03": raised with every change of what follows
+constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;  // "PPATSN02": without num_paint_steps
+
+/// Emitters, places, behaviour, exchange and rules: what events change.
+void write_scene(ByteWriter& out, const Scene& scene) {
+  for (const SceneObject& o : scene.objects) {
+    for (const Vec3& v : {o.translate_mm, o.rotate_deg}) {
+      for (const double x : v) out.value(x);
+    }
+    out.value(o.scale);
+  }
+  out.value(static_cast<std::uint64_t>(scene.emitters.size()));
+  for (const Emitter& e : scene.emitters) {
+    out.value(static_cast<std::int32_t>(e.shape));
+    for (const Vec3& v : {e.position_mm, e.direction}) {
+      for (const double x : v) out.value(x);
+    }
+    for (const double x : {e.size_mm[0], e.size_mm[1], e.spread_deg, e.speed_mm_s, e.distance_mm}) out.value(x);
+    for (const double x : e.carries) out.value(x);
+    out.value(static_cast<std::uint8_t>(e.is_on));
+  }
+  const Behaviour& b = scene.behaviour;
+  for (const double x : {b.bounce, b.floating, b.absorb, b.deceleration_bounce, b.deceleration_float, scene.exchange.ratio}) out.value(x);
+  for (const double x : scene.exchange.rates) out.value(x);
+  out.value(static_cast<std::uint64_t>(scene.rules.size()));
+  for (const Rule& rule : scene.rules) {
+    out.text(rule.name);
+    out.text(rule.driver);
+    out.value(rule.alpha);
+    for (const double x : rule.makes) out.value(x);
+    for (const double x : rule.uses) out.value(x);
+  }
+}
+
+std::vector<Rule> read_rules(ByteReader& in) {
+  const auto count = in.value<std::uint64_t>();
+  if (count > kMaxRules) throw InvalidInput("the snapshot is damaged");
+  std::vector<Rule> rules(static_cast<std::size_t>(count));
+  for (Rule& rule : rules) {
+    rule.name = in.text();
+    rule.driver = in.text();
+    in.value(rule.alpha);
+    for (double& x : rule.makes) in.value(x);
+    for (double& x : rule.uses) in.value(x);
+  }
+  return rules;
+}
+
+/// @returns how many emitters the snapshot has: the scene's first ones.
+std::size_t read_scene_values(ByteReader& in, Scene& scene) {
+  const auto vector = [&](Vec3& v) {
+    for (double& x : v) in.value(x);
+  };
+  for (SceneObject& o : scene.objects) {
+    vector(o.translate_mm);
+    vector(o.rotate_deg);
+    in.value(o.scale);
+  }
+  const auto num_emitters = in.value<std::uint64_t>();
+  if (num_emitters < 1 || num_emitters > scene.emitters.size()) throw InvalidInput("the snapshot is of another scene");
+  for (Emitter& e : std::span(scene.emitters).first(static_cast<std::size_t>(num_emitters))) {
+    const auto shape = in.value<std::int32_t>();
+    if (shape < 0 || shape >= static_cast<std::int32_t>(kEmitterShapeNames.size())) throw InvalidInput("the snapshot is damaged");
+    e.shape = static_cast<EmitterShape>(shape);
+    vector(e.position_mm);
+    vector(e.direction);
+    for (double* x : {&e.size_mm[0], &e.size_mm[1], &e.spread_deg, &e.speed_mm_s, &e.distance_mm}) in.value(*x);
+    for (double& x : e.carries) in.value(x);
+    e.is_on = in.value<std::uint8_t>() != 0;
+  }
+  Behaviour& b = scene.behaviour;
+  for (double* x : {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio}) in.value(*x);
+  for (double& x : scene.exchange.rates) in.value(x);
+  scene.rules = read_rules(in);
+  return static_cast<std::size_t>(num_emitters);
+}
+
+void write_atlas(ByteWriter& out, const MaterialAtlas& atlas) {
+  for (int m = 0; m < atlas.num_materials(); ++m) {
+    for (std::uint32_t p = 0; p < atlas.surface().grid().num_pages(); ++p) {
+      const std::span<const std::uint16_t> page = atlas.page(m, p);
+      out.value(static_cast<std::uint8_t>(!page.empty()));
+      if (!page.empty()) out.array(page);
+    }
+  }
+}
+
+void read_atlas(ByteReader& in, MaterialAtlas& atlas) {
+  for (int m = 0; m < atlas.num_materials(); ++m) {
+    for (std::uint32_t p = 0; p < atlas.surface().grid().num_pages(); ++p) {
+      if (in.value<std::uint8_t>() == 0) continue;
+      const std::span<std::uint16_t> first = atlas.writable_tile(m, p * TileGrid::kPageTiles);
+      in.fill(std::span<std::uint16_t>(first.data(), TileGrid::kPageTexels));  // the tiles of a page lie one after another
+    }
+  }
+}
+
+/// f(values) for each map that is kept.
+template <class Maps, class F>
+void for_each_map(Maps& maps, F&& f) {
+  if (auto* values = maps.hits()) f(*values);
+  if (auto* values = maps.last_hit()) f(*values);
+  if (auto* values = maps.residence()) f(*values);
+  for (int m = 0; m < kMaxMaterials; ++m) {
+    if (auto* values = maps.deposited(m)) f(*values);
+  }
+}
+
+void write_ledger(ByteWriter& out, const MassLedger& ledger) {
+  for (int m = 0; m < kMaxMaterials; ++m) {
+    const MassAccount& a = ledger.account(m);
+    for (const MassSum* sum : {&a.emitted, &a.on_surfaces, &a.carried, &a.left, &a.absorbed, &a.rested, &a.made, &a.used}) {
+      out.value(sum->high());
+      out.value(sum->low());
+    }
+  }
+}
+
+void read_ledger(ByteReader& in, MassLedger& ledger) {
+  for (int m = 0; m < kMaxMaterials; ++m) {
+    MassAccount& a = ledger.account(m);
+    for (MassSum* sum : {&a.emitted, &a.on_surfaces, &a.carried, &a.left, &a.absorbed, &a.rested, &a.made, &a.used}) {
+      const auto high = in.value<std::int64_t>();
+      const auto low = in.value<std::uint32_t>();
+      *sum = MassSum::from_parts(high, low);
+    }
+  }
+}
+
+/// What a gammaton may name is there. @throws InvalidInput
+void check_gammatons(const Gammatons& g, std::size_t num, const Scene& scene, int num_triangles) {
+  bool is_right = g.state.size() == num && g.is_front.size() == num && g.emitter.size() == num && g.num_births.size() == num &&
+                  g.triangle.size() == num && g.b1.size() == num && g.b2.size() == num && g.position.size() == num && g.velocity.size() == num;
+  for (std::size_t i = 0; is_right && i < num; ++i) {
+    const bool has_place = g.state[i] == GammatonState::Floating || g.state[i] == GammatonState::InContact;
+    is_right = g.state[i] <= GammatonState::InContact && g.emitter[i] < scene.emitters.size() && g.triangle[i] >= (has_place ? 0 : -1) &&
+               g.triangle[i] < num_triangles && g.b1[i] >= 0.0 && g.b2[i] >= 0.0 && g.b1[i] + g.b2[i] <= 1.0 + 1e-9 && g.position[i].allFinite() &&
+               g.velocity[i].allFinite();
+  }
+  if (!is_right) throw InvalidInput("the snapshot is damaged, or of another scene");
+}
+
+/// Gammatons of emitters that the snapshot does not have: they wait, as in any scene whose last emitters are off from the start.
+void add_waiting(const Scene& scene, Gammatons& gammatons) {
+  const std::size_t known = gammatons.size();
+  Gammatons all = make_gammatons(scene);
+  std::vector<void*> arrays;
+  all.for_each_array([&](const char*, auto& array) { arrays.push_back(&array); });
+  std::size_t i = 0;
+  gammatons.for_each_array([&](const char*, auto& array) {
+    const auto& from = *static_cast<std::remove_reference_t<decltype(array)>*>(arrays[i++]);
+    array.insert(array.end(), from.begin() + static_cast<std::ptrdiff_t>(known), from.end());
+  });
+}
+
+}  // namespace
+
+std::vector<std::byte> Simulation::snapshot() const {
+  const State& s = *state_;
+  ByteWriter out;
+  out.value(kMagic);
+  out.value(static_cast<std::int32_t>(s.scene.resolution));
+  out.value(static_cast<std::int32_t>(s.scene.materials.size()));
+  out.value(s.iteration);
+  out.value(s.num_paint_steps);
+  out.value(static_cast<std::uint64_t>(s.next_event));
+  write_scene(out, s.scene);
+  write_atlas(out, s.atlas);
+  Gammatons& gammatons = const_cast<Gammatons&>(s.gammatons);  // for_each_array gives both readers and writers their arrays
+  gammatons.for_each_array([&](const char*, const auto& array) {
+    if constexpr (std::is_same_v<decltype(array), const std::vector<Vec3>&>) {
+      out.array(std::span<const double>(array.empty() ? nullptr : array.front().data(), 3 * array.size()));
+    } else {
+      out.array(array);
+    }
+  });
+  out.array(s.cargo.mass);
+  for_each_map(*s.maps, [&](const auto& values) {
+    for (std::uint32_t p = 0; p < values.num_pages(); ++p) {
+      out.value(static_cast<std::uint8_t>(!values.page(p).empty()));
+      if (!values.page(p).empty()) out.array(values.page(p));
+    }
+  });
+  write_ledger(out, s.ledger);
+  out.value(s.counters);
+  out.value(kMagic);
+  return out.take();
+}
+
+void Simulation::restore(std::span<const std::byte> bytes) {
+  State& s = *state_;
+  ByteReader in(bytes);
+  const auto expect = [&](auto value) {
+    if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");
+  };
+  const auto magic = in.value<std::uint64_t>();
+  if (magic != kMagic && magic != kMagicBeforePaint) throw InvalidInput("the snapshot is of another version or scene");
+  expect(static_cast<std::int32_t>(s.scene.resolution));
+  expect(static_cast<std::int32_t>(s.scene.materials.size()));
+  if (bytes.size() < sizeof(magic) || !std::equal(bytes.end() - sizeof(magic), bytes.end(), std::as_bytes(std::span(&magic, 1)).begin())) {
+    throw InvalidInput("the snapshot is cut short");
+  }
+  const auto iteration = in.value<std::int64_t>();
+  const auto num_paint_steps = magic == kMagic ? in.value<std::int64_t>() : 0;
+  const auto next_event = in.value<std::uint64_t>();
+  Scene scene = s.scene;
+  const std::size_t num_emitters = read_scene_values(in, scene);
+  check_scene(scene);
+  if (iteration < 0 || num_paint_steps < 0 || next_event > scene.events.size()) throw InvalidInput("the snapshot is damaged, or of another scene");
+  MaterialAtlas atlas(s.surface, s.atlas.num_materials(), originals_of(s.scene));
+  read_atlas(in, atlas);
+  Gammatons gammatons;
+  gammatons.for_each_array([&](const char*, auto& array) {
+    if constexpr (std::is_same_v<decltype(array), std::vector<Vec3>&>) {
+      std::vector<double> numbers;
+      in.array(numbers);
+      for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) array.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+    } else {
+      in.array(array);
+    }
+  });
+  std::int64_t num_gammatons = 0;
+  for (const Emitter& e : std::span(scene.emitters).first(num_emitters)) num_gammatons += e.gammatons;
+  check_gammatons(gammatons, static_cast<std::size_t>(num_gammatons), scene, s.surface.num_triangles());
+  Cargo cargo;
+  in.array(cargo.mass);
+  if (cargo.mass.size() != gammatons.size()) throw InvalidInput("the snapshot is damaged, or of another scene");
+  add_waiting(scene, gammatons);
+  cargo.mass.resize(gammatons.size());
+  auto maps = std::make_unique<ParameterMaps>(s.surface.grid(), s.maps->choice());
+  for_each_map(*maps, [&](auto& values) {
+    for (std::uint32_t p = 0; p < values.num_pages(); ++p) {
+      if (in.value<std::uint8_t>() != 0) in.fill(values.writable_page(p));
+    }
+  });
+  MassLedger ledger;
+  read_ledger(in, ledger);
+  const auto counters = in.value<TraceCounters>();
+  expect(magic);
+  in.finish();
+  s.set_rules(scene.rules);
+  s.scene = std::move(scene);
+  s.atlas = std::move(atlas);
+  s.ledger = ledger;
+  s.counters = counters;
+  s.gammatons = std::move(gammatons);
+  s.cargo = std::move(cargo);
+  s.maps = std::move(maps);
+  s.iteration = iteration;
+  s.num_paint_steps = num_paint_steps;
+  s.next_event = static_cast<std::size_t>(next_event);
+  place_objects(s.scene_mesh, s.scene);
+  s.tracer.set_mesh(s.scene_mesh);
+  s.composed_at = -1;  // an earlier iteration, perhaps: nothing that was composed holds
+  s.wake_everything();
+}
+
+}  // namespace patinate

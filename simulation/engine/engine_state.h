@@ -1,0 +1,81 @@
+/// \file
+/// What Simulation holds. For engine*.cpp only.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "simulation/engine/engine.h"
+#include "simulation/rules/rules.h"
+#include "simulation/tracing/motion.h"
+#include "simulation/tracing/scene_checks.h"
+#include "simulation/transport/exchange.h"
+#include "simulation/transport/parameter_maps.h"
+
+namespace patinate {
+
+/// Where an object stands.
+struct ObjectPlace {
+  explicit ObjectPlace(const SceneObject& o) : translate_mm(o.translate_mm), rotate_deg(o.rotate_deg), scale(o.scale) {}
+  void put(SceneObject& o) const {
+    o.translate_mm = translate_mm;
+    o.rotate_deg = rotate_deg;
+    o.scale = scale;
+  }
+  Vec3 translate_mm, rotate_deg;
+  double scale;
+};
+
+struct Simulation::State {
+  State(Scene given, SimulationOptions given_options, const RunControl& control);
+
+  /// Books births and deaths of the last trace() or respond().
+  void begin_lives_and_end_them();
+  void mark(std::span<const TileIndex> tiles);
+  [[nodiscard]] std::unique_ptr<RuleEngine> make_rules(const RunControl& control) const;
+  /// Other rules from now on; maps that they need are made of the objects where they stood at the start.
+  /// @throws InvalidInput; nothing is changed then.
+  void set_rules(std::span<const Rule> changed);
+  /// @param touched  Tiles whose amounts the exchange has changed.
+  void apply_rules(std::span<const TileIndex> touched, const RunControl& control);
+  /// The emitter of this name that may paint. @throws InvalidInput
+  [[nodiscard]] std::size_t brush_index(const std::string& emitter) const;
+  /// After amounts have come from elsewhere: every tile is looked at again.
+  void wake_everything();
+
+  Scene scene;
+  SimulationOptions options;
+  SceneMesh scene_mesh;
+  SurfaceAtlas surface;
+  MaterialAtlas atlas;
+  GammatonTracer tracer;
+  Gammatons gammatons;
+  Cargo cargo;
+  Exchanger exchanger;
+  std::unique_ptr<ParameterMaps> maps;
+  MassLedger ledger;
+  std::vector<ObjectPlace> start_places;  ///< By object.
+  std::unique_ptr<RuleEngine> rules;
+  Composer composer;
+  TraceResult trace;
+  TraceCounters counters;
+  SimulationTimes times;
+  std::vector<std::int32_t> changed_in;  ///< By tile: the last iteration that changed it; -1 = none.
+  std::int64_t iteration = 0;
+  std::int64_t num_paint_steps = 0;
+  std::int64_t composed_at = -1;         ///< Tiles changed in this iteration or later are not composed yet.
+  std::vector<TileIndex> composed_tiles;  ///< By the last compose().
+  std::size_t next_event = 0;
+  std::vector<std::string> notes;
+};
+
+/// Amount quanta at the start, by object and material.
+[[nodiscard]] std::vector<std::array<std::uint16_t, kMaxMaterials>> originals_of(const Scene& scene);
+/// Changes a scene as the event says. @returns whether objects have moved. @throws InvalidInput for an unknown target.
+bool apply_event(const SceneEvent& event, Scene& scene);
+
+}  // namespace patinate

@@ -1,0 +1,76 @@
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/text.h"
+#include "simulation/files/assets.h"
+#include "simulation/files/scene_json.h"
+
+namespace patinate {
+
+namespace {
+
+const Json& library() {
+  static const Json json = Json::parse(kMaterialLibrary, nullptr, true, true);
+  return json;
+}
+
+}  // namespace
+
+ColorSource read_color_source(const JsonReader& json, const SceneContext& context) {
+  ColorSource source;
+  if (json.is_string()) {
+    source.image = context.read_picture(json, 3);
+  } else {
+    const std::vector<double> rgb = json.numbers(3, between(0, 1));
+    source.color = {rgb[0], rgb[1], rgb[2]};
+  }
+  return source;
+}
+
+MaterialLook read_look(JsonReader json, MaterialLook defaults, const SceneContext& context) {
+  MaterialLook look = std::move(defaults);
+  const auto number = [&](const char* name, double& value, const Range& range) {
+    if (json.has(name)) value = json.member(name).number(range);
+  };
+  if (json.has("color")) look.color = read_color_source(json.member("color"), context);
+  number("strength", look.strength, between(0, 1000));
+  number("variation", look.variation, between(0, 1));
+  number("specular", look.specular, between(-1, 1));
+  number("specular_variation", look.specular_variation, between(0, 1));
+  number("height", look.height_mm, between(-1e6, 1e6));
+  number("height_variation", look.height_variation, between(0, 1));
+  json.finish();
+  return look;
+}
+
+Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_others) {
+  Preset preset;
+  if (json.has("composition")) {
+    JsonReader composition = json.member("composition");
+    for (std::size_t i = 0; i < context.materials.size(); ++i) {
+      if (composition.has(context.materials[i])) preset.amounts[i] = composition.member(context.materials[i]).number(between(0, 3));
+    }
+    if (!may_have_others) composition.finish();
+  }
+  if (json.has("color")) preset.color = read_color_source(json.member("color"), context);
+  if (json.has("specular")) preset.specular = json.member("specular").number(between(0, 1));
+  json.finish();
+  return preset;
+}
+
+std::map<std::string, MaterialLook> library_looks(const SceneContext& context) {
+  std::map<std::string, MaterialLook> looks;
+  for (const auto& [name, value] : library().at("appearance").items()) {
+    looks[name] = read_look(JsonReader("materials.json", value, "/appearance/" + name), {}, context);
+  }
+  return looks;
+}
+
+std::map<std::string, Preset> library_presets(const SceneContext& context) {
+  std::map<std::string, Preset> presets;
+  for (const auto& [name, value] : library().at("presets").items()) {
+    presets[name] = read_preset(JsonReader("materials.json", value, "/presets/" + name), context, true);
+  }
+  return presets;
+}
+
+}  // namespace patinate

@@ -1,0 +1,46 @@
+#include "simulation/job/aged_frames.h"
+
+#include <utility>
+
+namespace patinate {
+
+namespace {
+
+SimulationOptions with_maps(SimulationOptions options, const SceneFile& file) {
+  options.parameter_maps = file.controls;
+  return options;
+}
+
+}  // namespace
+
+AgedFrames::AgedFrames(const SceneFile& file, SimulationOptions options, const RunControl& control) : simulation_(file.scene, with_maps(std::move(options), file), control.part(0.0, 0.1)) {
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  const auto num_materials = static_cast<int>(file.scene.materials.size());
+  while (true) {
+    simulation_.apply_due(quiet);
+    if (file.is_frame(simulation_.iteration())) {
+      times_.push_back(file.frame_time(simulation_.iteration()));
+      amounts_.emplace_back();
+      for (int m = 0; m < num_materials; ++m) amounts_.back().push_back(simulation_.amounts(m));
+    }
+    if (simulation_.iteration() >= file.iterations) break;
+    control.throw_if_stopped();
+    simulation_.step(quiet);
+    control.report(0.1 + 0.9 * static_cast<double>(simulation_.iteration()) / static_cast<double>(file.iterations));
+  }
+  for (const std::string& name : file.controls) controls_.push_back(parameter_control(simulation_, name));
+}
+
+std::vector<ImageF> AgedFrames::compose(const std::vector<MaterialLook>& looks, const RunControl& control) {
+  simulation_.set_looks(looks);
+  std::vector<ImageF> frames;
+  for (const std::vector<ImageF>& amounts : amounts_) {
+    control.throw_if_stopped();
+    for (std::size_t m = 0; m < amounts.size(); ++m) simulation_.set_amounts(static_cast<int>(m), amounts[m]);
+    frames.push_back(simulation_.compose(control).color_linear());
+  }
+  return frames;
+}
+
+}  // namespace patinate

@@ -1,0 +1,319 @@
+#include "simulation/job/simulation_job.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_files.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/job/job_inputs.h"
+#include "libcommon/job/job_record.h"
+#include "simulation/files/scene_files.h"
+#include "simulation/job/simulation_output.h"
+#include "simulation/transport/ledger_json.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kStageVersion = 2;        ///< Raised when the same scene gives other amounts.
+const fs::path kSceneFolder = "scene";
+constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
+
+/// Everything that the items of one job share: the running simulation goes from item to item in memory, and a file stands in for it
+/// after a kill.
+struct SimulationWork {
+  SceneFile file;
+  SceneCopy copy;
+  SimulationOptions options;
+  std::string key;
+  std::unique_ptr<Simulation> simulation;
+
+  [[nodiscard]] static fs::path checkpoint_file() { return fs::path(kJobWorkFolder) / "checkpoint.bin"; }
+  [[nodiscard]] static fs::path checkpoint(const fs::path& folder) { return folder / checkpoint_file(); }
+
+  /// The simulation after at most `begin` iterations, from memory, the checkpoint or the start.
+  Simulation& at(std::int64_t begin, std::int64_t end, const fs::path& folder, const RunControl& control) {
+    if (simulation && simulation->iteration() >= begin && simulation->iteration() <= end) return *simulation;
+    simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
+    std::error_code error;
+    if (begin > 0 && fs::is_regular_file(checkpoint(folder), error)) {
+      try {
+        const std::string bytes = read_file(checkpoint(folder), std::uint64_t{1} << 36);
+        simulation->restore(std::as_bytes(std::span(bytes)));
+      } catch (const InvalidInput&) {  // half-written or foreign: from the start, which takes longer and gives the same
+        simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
+      }
+      if (simulation->iteration() > end) simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
+    }
+    return *simulation;
+  }
+
+  void save(const fs::path& folder) const {
+    const std::vector<std::byte> bytes = simulation->snapshot();
+    fs::create_directories(checkpoint(folder).parent_path());
+    write_atomically(checkpoint(folder), std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  }
+};
+
+[[nodiscard]] int frame_index(const SceneFile& file, std::int64_t iteration) {
+  return static_cast<int>((iteration + file.history_every - 1) / file.history_every);
+}
+
+/// Iterations at which items end: every frame, and between frames that are far apart.
+[[nodiscard]] std::vector<std::int64_t> item_ends(const SceneFile& file) {
+  std::vector<std::int64_t> ends{0};
+  while (ends.back() < file.iterations) {
+    const std::int64_t next_frame = (ends.back() / file.history_every + 1) * file.history_every;
+    ends.push_back(std::min({ends.back() + kMostIterationsAnItem, next_frame, file.iterations}));
+  }
+  return ends;
+}
+
+HistoryManifest history_manifest(const SimulationWork& work, const Simulation& simulation) {
+  HistoryManifest m;
+  m.name = work.file.name;
+  m.origin = "simulated";
+  m.width = m.height = work.file.scene.resolution;
+  m.texel_size_mm = simulation.texel_size_mm();
+  m.time_unit = work.file.time_unit;
+  m.key = work.key;
+  return m;
+}
+
+/// The scene as it was simulated, so that the folder needs nothing outside.
+JobItem scene_item(const std::shared_ptr<SimulationWork>& work) {
+  JobItem item;
+  item.name = "scene";
+  item.outputs = {kSceneFolder / work->copy.name};
+  for (const SceneCopy::File& file : work->copy.files) item.outputs.push_back(kSceneFolder / file.to);
+  item.run = [work](const fs::path& folder, const RunControl& control) {
+    write_scene_copy(work->copy, folder / kSceneFolder);
+    control.report(1.0);
+  };
+  return item;
+}
+
+JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begin, std::int64_t end, int stage) {
+  JobItem item;
+  std::string number = std::to_string(end);
+  number.insert(0, number.size() < 8 ? 8 - number.size() : 0, '0');
+  item.name = "iterations-" + number;
+  item.stage = stage;
+  const bool has_frame = work->file.is_frame(end);
+  if (has_frame) item.outputs = {fs::path("history") / HistoryWriter::frame_file(frame_index(work->file, end))};
+  item.run = [work, begin, end, has_frame](const fs::path& folder, const RunControl& control) {
+    Simulation& simulation = work->at(begin, end, folder, control);
+    const std::int64_t first = simulation.iteration();
+    RunControl quiet = control;
+    quiet.on_progress = {};
+    while (simulation.iteration() < end) {
+      simulation.step(quiet);
+      control.report(0.1 + 0.8 * static_cast<double>(simulation.iteration() - first) / static_cast<double>(end - first));
+    }
+    simulation.apply_due(quiet);  // a stroke takes no time: it is in the picture of its iteration
+    if (has_frame) {
+      HistoryWriter writer(folder / "history", history_manifest(*work, simulation));
+      writer.write_frame(frame_index(work->file, end), work->file.frame_time(end), simulation.compose(quiet).color_linear());
+    }
+    work->save(folder);
+    control.report(1.0);
+  };
+  return item;
+}
+
+Json counters_json(const TraceCounters& c) {
+  return {{"emitted", c.emitted}, {"absorbed", c.absorbed}, {"left", c.left},         {"rested", c.rested},
+          {"alive", c.alive},     {"segments", c.segments}, {"contacts", c.contacts}};
+}
+
+void write_history(const SimulationWork& work, const Simulation& simulation, const fs::path& folder,
+                   const std::vector<ParameterControl>& controls) {
+  HistoryWriter writer(folder / "history", history_manifest(work, simulation));
+  for (const std::int64_t end : item_ends(work.file)) {
+    if (work.file.is_frame(end)) writer.add_written_frame(frame_index(work.file, end), work.file.frame_time(end));
+  }
+  for (const ParameterControl& c : controls) {
+    ImageF physical = c.values;
+    for (float& v : physical.values()) v = static_cast<float>(static_cast<double>(v) * c.high);
+    writer.write_control(c.name, physical, c.low, c.high, c.unit);
+  }
+  writer.write_mask(simulation.coverage());
+  writer.finish();
+}
+
+/// What of the copy is told apart when the folder is opened again.
+Json scene_files_json(const fs::path& folder, const SceneCopy& copy) {
+  Json files = Json::object();
+  files[copy.name.generic_string()] = hash_file(folder / kSceneFolder / copy.name);
+  for (const SceneCopy::File& file : copy.files) files[file.to.generic_string()] = file.key;
+  return files;
+}
+
+void join(SimulationWork& work, const fs::path& folder, const RunControl& control) {
+  const SceneFile& file = work.file;
+  Simulation& simulation = work.at(file.iterations, file.iterations, folder, control.part(0.0, 0.1));
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  while (simulation.iteration() < file.iterations) simulation.step(quiet);  // only when a checkpoint was lost
+  simulation.apply_due(quiet);
+  if (const std::string wrong = simulation.audit(quiet); !wrong.empty()) throw CannotComplete("the books do not balance: " + wrong);
+  write_atlas_file(folder, simulation);
+  write_state_file(folder, simulation);
+  control.report(0.4);
+  write_composed_files(folder, file.name, simulation, work.key, control.part(0.4, 0.8));
+  Json controls_list = Json::array();
+  std::vector<ParameterControl> controls;
+  fs::create_directories(folder / "controls");
+  for (const std::string& name : file.controls) {
+    controls.push_back(parameter_control(simulation, name));
+    const ParameterControl& c = controls.back();
+    const fs::path path = fs::path("controls") / (name + ".exr");
+    write_exr(folder / path, c.values, {"Y"}, ExrDepth::Float);
+    controls_list.push_back({{"name", name}, {"file", path.string()}, {"range", {c.low, c.high}}, {"unit", c.unit}});
+  }
+  write_history(work, simulation, folder, controls);
+  Json json{{"format", "patinate.simulation"},
+            {"version", 1},
+            {"name", file.name},
+            {"scene", (kSceneFolder / work.copy.name).generic_string()},
+            {"scene_files", scene_files_json(folder, work.copy)},
+            {"iterations", file.iterations},
+            {"time", file.frame_time(file.iterations)},
+            {"time_unit", time_unit_text(file.time_unit)},
+            {"resolution", file.scene.resolution},
+            {"seed", file.scene.seed},
+            {"texel_size_mm", simulation.texel_size_mm()},
+            {"materials", file.scene.materials},
+            {"color_form", kColorFormNames[static_cast<std::size_t>(work.options.color_form)]},
+            {"counters", counters_json(simulation.counters())},
+            {"ledger", ledger_json(simulation.ledger(), file.scene.materials)},
+            {"atlas_hash", simulation.atlas().hash()},
+            {"controls", controls_list},
+            {"key", work.key}};
+  if (!work.copy.left_out.empty()) json["outside"] = work.copy.left_out;
+  save_json(folder / "simulation.json", json);
+  control.report(1.0);
+}
+
+JobInputs simulation_inputs(const SceneFile& file, const SimulationOptions& options) {
+  JobInputs inputs("simulate", kStageVersion);
+  ContentHash scene;
+  scene.add(load_json(file.file).dump());
+  inputs.add_content("scene", file.file.filename().string(), scene.hex());
+  for (const auto& [role, path] : file.inputs) {
+    inputs.add_file(role, path, folder_of(file.file));
+    if (!role.starts_with("mesh of ")) continue;
+    for (const std::string& buffer : mesh_buffer_files(path)) inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
+  }
+  inputs.add_value("--iterations", std::to_string(file.iterations));
+  inputs.add_value("--history-every", std::to_string(file.history_every));
+  inputs.add_value("--seed", std::to_string(file.scene.seed));
+  inputs.add_value("--resolution", std::to_string(file.scene.resolution));
+  inputs.add_value("--color-form", std::string(kColorFormNames[static_cast<std::size_t>(options.color_form)]));
+  std::string controls;
+  for (const std::string& name : file.controls) controls += (controls.empty() ? "" : ", ") + name;
+  inputs.add_value("--controls", controls);
+  return inputs;
+}
+
+}  // namespace
+
+JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const fs::path& output) {
+  const JobInputs inputs = simulation_inputs(scene, options);
+  auto work = std::make_shared<SimulationWork>();
+  work->file = std::move(scene);
+  work->options = options;
+  work->options.parameter_maps = work->file.controls;
+  work->key = inputs.key();
+  work->copy = plan_scene_copy(work->file.file, load_json(work->file.file), output / kSceneFolder);
+  JobPlan plan = inputs.plan(output, "simulation.json");
+  plan.parallel_items = false;
+  plan.shared_work = {SimulationWork::checkpoint_file()};
+  std::int64_t begin = 0;
+  int stage = 0;
+  plan.items.push_back(scene_item(work));
+  for (const std::int64_t end : item_ends(work->file)) {
+    plan.items.push_back(make_item(work, begin, end, ++stage));
+    begin = end;
+  }
+  plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
+  return plan;
+}
+
+namespace {
+
+/// Of the scene that the folder holds.
+std::string changed_files(const SimulationManifest& manifest) {
+  std::string names;
+  for (const auto& [name, key] : manifest.scene_files) {
+    const fs::path file = manifest.scene.parent_path() / name;
+    std::error_code error;
+    if (!fs::is_regular_file(file, error) || hash_file(file) != key) names += (names.empty() ? "" : ", ") + (kSceneFolder / name).generic_string();
+  }
+  return names;
+}
+
+}  // namespace
+
+SimulationManifest read_simulation_manifest(const fs::path& path) {
+  const fs::path folder = manifest_folder(path, "simulation.json");
+  if (!fs::is_directory(folder)) throw IoError(path.string(), "is no simulation folder");
+  const fs::path file = folder / "simulation.json";
+  const Json root = load_json(file);
+  JsonReader json(file.string(), root);
+  json.expect_format("patinate.simulation", 1);
+  SimulationManifest m;
+  m.name = json.member("name").string();
+  m.scene = json.member("scene").path();
+  if (json.has("scene_files")) {
+    JsonReader files = json.member("scene_files");
+    for (const std::string& name : files.keys()) m.scene_files.emplace_back(name, files.member(name).string());
+  }
+  m.iterations = json.member("iterations").integer(at_least(0));
+  m.time = json.member("time").number(at_least(0));
+  m.time_unit = json.member("time_unit").string();
+  m.resolution = static_cast<int>(json.member("resolution").integer(between(16, 16384)));
+  for (const JsonReader& name : json.member("materials").elements(kMaxMaterials)) m.materials.push_back(name.string());
+  if (json.has("seed")) m.seed = static_cast<std::uint64_t>(json.member("seed").integer(at_least(0)));
+  m.color_form = static_cast<ColorForm>(json.member("color_form").choice(kColorFormNames));
+  for (JsonReader& c : json.member("controls").elements(100)) {
+    const JsonReader name = c.member("name");
+    m.controls.push_back(name.string());
+    if (!is_file_name(m.controls.back())) name.fail("a name of " + file_name_text());
+  }
+  m.key = json.member("key").string();
+  return m;
+}
+
+void SimulationManifest::apply_to(SceneFile& file) const {
+  file.scene.resolution = resolution;
+  if (seed) file.scene.seed = *seed;
+  file.iterations = iterations;
+  file.controls = controls;
+}
+
+std::string changed_inputs(const fs::path& path, const SceneFile& scene) {
+  const fs::path folder = manifest_folder(path, "simulation.json");
+  const SimulationManifest manifest = read_simulation_manifest(folder);
+  if (!manifest.scene_files.empty()) return changed_files(manifest);
+  const JobRecord record = read_job_record(folder, manifest.key);
+  if (record.key.empty()) return "what it was made from";
+  std::string names;
+  for (const JobChange& change : changes_between(record.depends_on, simulation_inputs(scene, {}).list())) {
+    if (change.name.starts_with("--")) continue;
+    names += (names.empty() ? "" : ", ") + change.name;
+  }
+  return names;
+}
+
+}  // namespace patinate

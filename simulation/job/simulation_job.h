@@ -1,0 +1,48 @@
+/// \file
+/// A simulation as a job: killed, it goes on from its last checkpoint; the folder is whole or absent.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/job/job.h"
+#include "simulation/engine/engine.h"
+#include "simulation/files/scene_io.h"
+
+namespace patinate {
+
+/// The folder of formats.md: simulation.json, scene/ (the scene with what it names), state.bin, atlas.exr, color.png, normal.png, height.exr, specular.png, model.glb, controls/, history/.
+/// Items are stretches of iterations that end at frames of the history (and after 200 iterations at the latest); what is done in one
+/// lies in a checkpoint, so that a killed run loses at most one stretch.
+[[nodiscard]] JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const std::filesystem::path& output);
+
+/// What `simulation.json` says about a finished folder.
+struct SimulationManifest {
+  std::string name;
+  std::filesystem::path scene;  ///< The scene file: the folder's own; in folders of earlier versions the one that the user gave.
+  std::vector<std::pair<std::string, std::string>> scene_files;  ///< Files of the folder's own scene, from its folder, and keys of their bytes; empty when it has none.
+  std::int64_t iterations = 0;
+  double time = 0.0;
+  std::string time_unit;
+  std::vector<std::string> materials;
+  int resolution = 0;
+  std::optional<std::uint64_t> seed;  ///< That was used; folders of earlier versions do not say.
+  ColorForm color_form = ColorForm::Normalised;
+  std::vector<std::string> controls;
+  std::string key;
+
+  /// The scene as it was run: with what the command line said in place of the file.
+  void apply_to(SceneFile& file) const;
+};
+/// @param path  A simulation folder, or its simulation.json. @throws IoError
+[[nodiscard]] SimulationManifest read_simulation_manifest(const std::filesystem::path& path);
+/// What of a finished folder's inputs is not as it was ("scene.json", "urn/mesh.obj"), "" if all is; lengths of the run do not count.
+/// Of a folder that holds its scene, what of that is not as it was written.
+/// @param path  The folder, or its simulation.json. @param scene  Its scene file, read again.
+[[nodiscard]] std::string changed_inputs(const std::filesystem::path& path, const SceneFile& scene);
+
+}  // namespace patinate

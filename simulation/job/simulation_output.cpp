@@ -1,0 +1,113 @@
+#include "simulation/job/simulation_output.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/output/glb.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kHighShare = 0.995;
+constexpr const char* kStateFile = "state.bin";
+
+std::vector<std::string> atlas_channels(const Simulation& simulation) {
+  std::vector<std::string> channels;
+  for (const std::string& name : simulation.scene().materials) channels.push_back("amount." + name);
+  for (const std::string& name : simulation.scene().materials) channels.push_back("original." + name);
+  return channels;
+}
+
+/// The value below which a share of the covered texels that are not 0 lie.
+double high_value(const ImageF& values, const ImageU8& coverage) {
+  std::vector<float> covered;
+  for (std::int64_t i = 0; i < values.num_pixels(); ++i) {
+    if (coverage.data()[i] != 0 && values.data()[i] > 0.0f) covered.push_back(values.data()[i]);
+  }
+  if (covered.empty()) return 1.0;
+  const auto at = covered.begin() + static_cast<std::ptrdiff_t>(kHighShare * static_cast<double>(covered.size() - 1));
+  std::nth_element(covered.begin(), at, covered.end());
+  return static_cast<double>(*at);
+}
+
+}  // namespace
+
+void write_composed_files(const fs::path& folder, const std::string& name, Simulation& simulation, const std::string& key,
+                          const RunControl& control) {
+  const Composer& look = simulation.compose(control.part(0.0, 0.4));
+  write_codes(folder / "color.png", look.color_srgb8());
+  write_codes(folder / "specular.png", look.specular8());
+  write_codes(folder / "normal.png", look.normal8());
+  write_exr(folder / "height.exr", look.height_mm(), {"Y"}, ExrDepth::Float);
+  control.report(0.7);
+  GlbVariant variant{.name = "aged", .base_colors = {look.color_linear()}};
+  variant.normals = {look.normal8()};
+  variant.speculars = {look.specular8()};
+  write_glb(folder / "model.glb", simulation.mesh(), {variant}, {.name = name, .metres_per_unit = 0.001, .roughness = 0.8, .key = key},
+            control.part(0.7, 1.0));
+}
+
+void write_atlas_file(const fs::path& folder, const Simulation& simulation) {
+  const int n = static_cast<int>(simulation.scene().materials.size());
+  const int side = simulation.scene().resolution;
+  ImageF image(side, side, 2 * n);
+  for (int m = 0; m < n; ++m) {
+    const ImageF amount = simulation.amounts(m);
+    const ImageF original = simulation.original_amounts(m);
+    for (std::int64_t i = 0; i < amount.num_pixels(); ++i) {
+      image.data()[i * 2 * n + m] = amount.data()[i];
+      image.data()[i * 2 * n + n + m] = original.data()[i];
+    }
+  }
+  write_exr(folder / "atlas.exr", image, atlas_channels(simulation), ExrDepth::Float);
+}
+
+void read_atlas_file(const fs::path& folder, Simulation& simulation) {
+  const fs::path file = folder / "atlas.exr";
+  const ImageF image = read_channels(file, atlas_channels(simulation));
+  const int side = simulation.scene().resolution;
+  if (image.width() != side || image.height() != side) {
+    throw IoError(file.string(), "is " + size_text(image.width(), image.height()) + " texels; the scene's atlas has " + size_text(side, side));
+  }
+  const int n = static_cast<int>(simulation.scene().materials.size());
+  for (int m = 0; m < n; ++m) {
+    ImageF amount(side, side, 1);
+    for (std::int64_t i = 0; i < amount.num_pixels(); ++i) amount.data()[i] = image.data()[i * 2 * n + m];
+    simulation.set_amounts(m, amount);
+  }
+}
+
+void write_state_file(const fs::path& folder, const Simulation& simulation) {
+  const std::vector<std::byte> bytes = simulation.snapshot();
+  write_atomically(folder / kStateFile, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+bool read_state_file(const fs::path& folder, Simulation& simulation) {
+  const fs::path file = folder / kStateFile;
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;
+  const std::string bytes = read_file(file, std::uint64_t{1} << 36);
+  try {
+    simulation.restore(std::as_bytes(std::span(bytes)));
+  } catch (const InvalidInput& e) {
+    throw IoError(file.string(), e.what());
+  }
+  return true;
+}
+
+ParameterControl parameter_control(const Simulation& simulation, const std::string& name) {
+  ParameterMap map = simulation.parameter_map(name);
+  ParameterControl control{.name = name, .values = std::move(map.values), .low = 0.0, .high = 1.0, .unit = map.unit};
+  control.high = high_value(control.values, simulation.coverage());
+  for (float& v : control.values.values()) v = std::clamp(static_cast<float>(static_cast<double>(v) / control.high), 0.0f, 1.0f);
+  return control;
+}
+
+}  // namespace patinate

@@ -1,0 +1,41 @@
+/// \file
+/// The files of a simulation folder, except its history.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "libcommon/core/run_control.h"
+#include "simulation/engine/engine.h"
+#include "simulation/files/scene_io.h"
+
+namespace patinate {
+
+/// color.png, specular.png, normal.png, height.exr (mm) and model.glb, as `simulation` is composed now.
+/// @throws CannotComplete
+void write_composed_files(const std::filesystem::path& folder, const std::string& name, Simulation& simulation, const std::string& key,
+                          const RunControl& control = {});
+/// atlas.exr: channels amount.MATERIAL and original.MATERIAL, float, 1 = kAmountOne quanta; every quantum is told apart.
+void write_atlas_file(const std::filesystem::path& folder, const Simulation& simulation);
+
+/// A parameter map as a control: [0, 1], with what 0 and 1 stand for. Counts end at the 99.5th percentile of the covered texels, so that
+/// single texels do not flatten the rest.
+struct ParameterControl {
+  std::string name;
+  ImageF values;  ///< H x W x 1 in [0, 1].
+  double low = 0.0;
+  double high = 1.0;
+  std::string unit;
+};
+[[nodiscard]] ParameterControl parameter_control(const Simulation& simulation, const std::string& name);
+
+/// Takes the amounts of a finished folder's atlas.exr over into a simulation of the same scene.
+/// @throws IoError if the file is missing or does not fit the scene.
+void read_atlas_file(const std::filesystem::path& folder, Simulation& simulation);
+
+/// state.bin: Simulation::snapshot(), from which the simulation goes on.
+void write_state_file(const std::filesystem::path& folder, const Simulation& simulation);
+/// @returns false if there is none. @throws IoError if it does not fit the simulation; nothing is changed then.
+[[nodiscard]] bool read_state_file(const std::filesystem::path& folder, Simulation& simulation);
+
+}  // namespace patinate

@@ -1,0 +1,129 @@
+/// \file
+/// The arguments of one command: positional arguments, options, described options structs, and the options that every command
+/// has. Errors are UsageError, with a did-you-mean.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/json.h"
+#include "libcommon/core/options.h"
+#include "tools/patinate/command_line/argument.h"
+
+namespace patinate {
+
+/// What every command takes.
+struct CommonOptions {
+  int threads = 0;
+  std::int64_t seed = 1;
+  bool json = false;
+  bool quiet = false;
+  bool verbose = false;
+  bool force = false;
+  bool dry_run = false;
+};
+void describe(OptionVisitor& v, CommonOptions& o);
+
+/// Declare arguments, then parse(). Variables keep their value (the default) when an argument is not given. Option names
+/// come without dashes; `a_b` is given as `--a-b` or `--a_b`.
+class CommandLine {
+ public:
+  CommandLine(std::string verb, std::string brief);
+  ~CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+
+  /// In the order in which they are declared. A path is an input, and must exist.
+  void positional(const std::string& name, const std::string& help, std::string& value);
+  void positional(const std::string& name, const std::string& help, std::filesystem::path& value);
+  /// One or more; must be the last positional.
+  void positional_list(const std::string& name, const std::string& help, std::vector<std::filesystem::path>& values);
+  /// `-o`, required.
+  void output(const std::string& name, const std::string& help, std::filesystem::path& value);
+  void option(const std::string& name, const std::string& value_name, const std::string& help, std::string& value);
+  void option(const std::string& name, const std::string& value_name, const std::string& help,
+              std::filesystem::path& value);
+  void option(const std::string& name, const std::string& value_name, const std::string& help,
+              std::optional<double>& value);
+  /// Numbers separated by commas.
+  void numbers(const std::string& name, const std::string& value_name, const std::string& help,
+               std::vector<double>& values);
+  /// May be given several times.
+  void repeated(const std::string& name, const std::string& value_name, const std::string& help,
+                std::vector<std::string>& values);
+  void flag(const std::string& name, const std::string& help, bool& value);
+  /// Every field of a described options struct. The struct must outlive this.
+  template <class Options>
+  void options(Options& o) {
+    described(std::make_unique<Described<Options>>(o));
+  }
+
+  /// Marks the argument that was declared last as required, or a positional one as not required.
+  void required(bool is_required = true);
+  /// Nothing else is accepted for the argument that was declared last.
+  void choices(const std::vector<std::string>& words);
+  /// What shells offer for the argument that was declared last; anything is accepted.
+  void suggestions(const std::vector<std::string>& words);
+  /// A second name of the option that was declared last.
+  void alias(const std::string& name);
+  /// What --help says for the default of an option where that is no fixed value.
+  void default_text(const std::string& name, const std::string& text);
+  /// What an option that was left open has come to, for run.json.
+  void decided(const std::string& name, const std::string& value);
+  /// Options of which one is given at most: one on the command line puts those of a configuration file out of force.
+  void alternatives(const std::vector<std::string>& names);
+  /// Options of every command that mean nothing to this one.
+  void without(const std::vector<std::string>& names);
+  /// A list of --help with a title, one name and what it means a line.
+  void list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
+  /// A line under "Examples" of --help, without "patinate".
+  void example(const std::string& arguments);
+
+  [[nodiscard]] const CommonOptions& common() const { return common_; }
+  [[nodiscard]] CommandDeclaration declaration() const;
+
+  /// Reads the words of the command line, then calls `supply`, which may supply() options that they leave open, then sets all
+  /// variables.
+  /// @returns false when --help was asked for (see help()).
+  /// @throws UsageError naming the argument, what was found and what is expected; IoError for what a file supplied.
+  [[nodiscard]] bool parse(const std::vector<std::string>& arguments, const std::function<void()>& supply = {});
+  /// Gives an option its values unless it, or an alternative of it, has some already.
+  /// @param key  "spatial_sigma"; those that this command does not have are ignored.
+  /// @param source  Comes before what is said about a wrong value: "PATINATE_SEED", "run.toml: line 3".
+  void supply(const std::string& key, const std::vector<std::string>& values, const std::string& source);
+  [[nodiscard]] std::string help() const { return help_text(declaration()); }
+  /// The option was given, not left at its default.
+  [[nodiscard]] bool is_given(const std::string& name) const;
+  /// The --config file; "" when there is none.
+  [[nodiscard]] std::string config() const;
+  /// Every option in force: {"spatial_sigma": {"value": 20, "from": "default"}, ...}. Call after parse().
+  [[nodiscard]] Json effective_options() const;
+
+ private:
+  Argument& add(Argument argument);
+  Argument& add(ArgumentKind kind, ValueType type, const std::string& name, const std::string& value_name,
+                const std::string& help, std::function<void(const std::string&)> set);
+  void described(std::unique_ptr<DescribedOptions> options);
+  void read_words(const std::vector<std::string>& arguments, bool& wants_help);
+  void read_positionals(std::vector<std::string> rest);
+  void assign();
+  void assign(Argument& argument);
+  [[nodiscard]] Argument* find(const std::string& key) const;
+
+  std::string verb_;
+  std::string brief_;
+  std::vector<std::string> examples_;
+  std::vector<HelpList> lists_;
+  std::vector<std::unique_ptr<Argument>> arguments_;
+  std::vector<std::unique_ptr<DescribedOptions>> described_;
+  std::vector<std::vector<std::string>> alternatives_;
+  CommonOptions common_;
+};
+
+}  // namespace patinate

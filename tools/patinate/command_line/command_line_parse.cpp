@@ -1,0 +1,178 @@
+// CommandLine: from words to values.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "tools/patinate/command_line/command_line.h"
+#include "tools/patinate/command_line/option_values.h"
+#include "tools/patinate/command_line/output_place.h"
+#include "tools/patinate/command_line/path_kind.h"
+
+namespace patinate {
+
+namespace {
+
+/// Every spelling of an option, as CLI11 wants them: "--a-b,--a_b".
+std::string spellings(const ArgumentInfo& argument) {
+  if (argument.name == "-o") return "-o,--output";
+  std::string text = argument.name;
+  const std::string with_underscores = "--" + argument.key();
+  if (with_underscores != argument.name) text += "," + with_underscores;
+  if (!argument.alias.empty()) text += "," + argument.alias;
+  return text;
+}
+
+/// The text of an option as a JSON value of its type.
+Json typed(const ArgumentInfo& argument, const std::string& text) {
+  if (argument.kind == ArgumentKind::Flag) return text == "true";
+  const std::optional<double> number = parse_number(text);
+  if (argument.type == ValueType::Integer && number) return static_cast<std::int64_t>(*number);
+  if (argument.type == ValueType::Number && number) return *number;
+  if (argument.type != ValueType::Numbers) return text;
+  Json list = Json::array();
+  for (const std::string& part : split(text, ',')) list.push_back(parse_number(part).value_or(0.0));
+  return list;
+}
+
+Json value_in_force(const ArgumentInfo& argument, const std::vector<std::string>& found) {
+  if (argument.kind == ArgumentKind::Repeated) return found;
+  if (!found.empty()) return typed(argument, found.front());
+  if (argument.kind == ArgumentKind::Flag) return argument.has_no_form;
+  return argument.default_text.empty() ? Json(nullptr) : typed(argument, argument.default_text);
+}
+
+/// @throws UsageError if what is made would take the place of what is read.
+void require_output_apart(const std::vector<std::unique_ptr<Argument>>& arguments) {
+  std::string output;
+  std::vector<GivenInput> inputs;
+  for (const auto& argument : arguments) {
+    for (const std::string& text : argument->found) {
+      if (argument->name == "-o") output = text;
+      else if (argument->kind != ArgumentKind::Flag) inputs.push_back({argument->name, text, argument->type == ValueType::Path});
+    }
+  }
+  if (!output.empty()) require_apart(output, inputs);
+}
+
+}  // namespace
+
+bool CommandLine::parse(const std::vector<std::string>& arguments, const std::function<void()>& supply) {
+  bool wants_help = false;
+  read_words(arguments, wants_help);
+  if (wants_help) return false;
+  if (supply) supply();
+  assign();
+  return true;
+}
+
+void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wants_help) {
+  CLI::App app;
+  app.set_help_flag();
+  app.allow_extras();  // so that we name the unknown option before anything that it leaves missing
+  app.add_flag("-h,--help", wants_help);
+  std::vector<std::string> option_names{"--help"};
+  for (const auto& argument : arguments_) {
+    if (argument->is_positional()) continue;
+    option_names.push_back(argument->name == "-o" ? "--output" : argument->name);
+    if (argument->kind == ArgumentKind::Flag) {
+      app.add_flag_function(spellings(*argument), [&a = *argument](std::int64_t) { a.found = {"true"}; });
+      if (!argument->has_no_form) continue;
+      option_names.push_back("--no-" + argument->name.substr(2));
+      app.add_flag_function(option_names.back(), [&a = *argument](std::int64_t) { a.found = {"false"}; });
+    } else {
+      app.add_option(spellings(*argument), argument->found)->take_all()->allow_extra_args(false);
+    }
+  }
+  try {
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::Error& e) {
+    throw UsageError(std::string(e.what()) + "; see `patinate " + verb_ + " --help`");
+  }
+  if (wants_help) return;
+  std::vector<std::string> rest = app.remaining();
+  const auto end_of_options = std::find(rest.begin(), rest.end(), "--");
+  for (auto word = rest.begin(); word != end_of_options; ++word) {
+    if (word->size() < 2 || (*word)[0] != '-') continue;
+    const std::string name = word->substr(0, word->find('='));
+    throw UsageError(name + ": `" + verb_ + "` has no such option" +
+                     (name.starts_with("--") ? did_you_mean(name, option_names) : ""));
+  }
+  std::erase(rest, "--");
+  read_positionals(std::move(rest));
+}
+
+void CommandLine::read_positionals(std::vector<std::string> rest) {
+  auto next = rest.begin();
+  for (const auto& argument : arguments_) {
+    if (argument->kind == ArgumentKind::Positional && next != rest.end()) argument->found = {*next++};
+    if (argument->kind == ArgumentKind::PositionalList) argument->found.assign(next, rest.end()), next = rest.end();
+  }
+  if (next != rest.end()) throw UsageError(*next + ": one argument too many; see `patinate " + verb_ + " --help`");
+}
+
+void CommandLine::supply(const std::string& key, const std::vector<std::string>& values, const std::string& source) {
+  Argument* argument = find(key);
+  if (argument == nullptr || argument->is_positional() || !argument->found.empty()) return;
+  for (const auto& group : alternatives_) {
+    if (std::find(group.begin(), group.end(), key) == group.end()) continue;
+    // Two of one source stay, and are named as a contradiction.
+    const auto is_given_before = [&](const std::string& name) {
+      const Argument* other = find(name);
+      return other != nullptr && !other->found.empty() && other->source.substr(0, other->source.find(':')) != source.substr(0, source.find(':'));
+    };
+    if (std::any_of(group.begin(), group.end(), is_given_before)) return;
+  }
+  argument->found = values;
+  argument->source = source;
+}
+
+void CommandLine::assign(Argument& argument) try {
+  if (argument.kind == ArgumentKind::Option && argument.found.size() > 1) {
+    throw UsageError(argument.name + ": is given " + std::to_string(argument.found.size()) + " times; give it once");
+  }
+  for (const std::string& value : argument.found) {
+    if (value.empty() && argument.kind != ArgumentKind::Flag) throw UsageError(argument.name + ": is empty; give a value");
+    argument.set(value);
+  }
+} catch (const UsageError& e) {
+  if (argument.source.empty()) throw;
+  const std::string message = argument.source + ": " + e.what();
+  if (argument.source.find(':') == std::string::npos) throw UsageError(message);
+  throw InvalidInput(message);  // It stands in a file.
+}
+
+void CommandLine::assign() {
+  for (const auto& argument : arguments_) {
+    if (argument->is_required && argument->found.empty()) {
+      throw UsageError(argument->name + ": is missing (" + argument->help + "); see `patinate " + verb_ + " --help`");
+    }
+  }
+  for (const auto& argument : arguments_) assign(*argument);
+  for (const auto& argument : arguments_) {
+    if (!argument->is_positional() || argument->type != ValueType::Path) continue;
+    for (const std::string& path : argument->found) require_exists(path);
+  }
+  require_output_apart(arguments_);
+  for (const auto& options : described_) {
+    assign_choices(*options, [&](const std::string& name) {
+      for (const auto& argument : arguments_) {
+        if (argument->name == name && !argument->found.empty()) return argument->found.front();
+      }
+      return std::string();
+    });
+  }
+}
+
+Json CommandLine::effective_options() const {
+  Json result = Json::object();
+  for (const auto& argument : arguments_) {
+    if (argument->is_positional()) continue;
+    const std::string from = !argument->source.empty() ? argument->source : argument->found.empty() ? "default" : "command line";
+    result[argument->key()] = Json{{"value", value_in_force(*argument, argument->found)}, {"from", from}};
+  }
+  return result;
+}
+
+}  // namespace patinate

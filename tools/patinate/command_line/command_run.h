@@ -1,0 +1,88 @@
+/// \file
+/// One run of a command: its arguments, progress, cancelling and its result.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/json.h"
+#include "libcommon/core/run_control.h"
+#include "libcommon/job/job.h"
+#include "libcommon/job/job_report.h"
+#include "tools/patinate/command_line/command_line.h"
+
+namespace patinate {
+
+class ProgressLine;
+
+/// A command declares its arguments on `line`, calls parse(), works with control(), and ends with one of the reports.
+class CommandRun {
+ public:
+  /// @param arguments  What follows the verb.
+  CommandRun(std::string verb, std::string brief, std::vector<std::string> arguments, std::stop_token stop);
+  ~CommandRun();
+
+  CommandLine line;
+
+  /// The first word that is no option, "" if the arguments begin with one: for commands whose options depend on it.
+  [[nodiscard]] std::string first_positional() const;
+  /// Makes parse() return false: the command then has only declared its arguments on `line`.
+  void only_declare() { is_only_declared_ = true; }
+  /// Options come from the command line, else the environment, else the file of --config.
+  /// @returns false when --help was printed: the command then returns at once.
+  [[nodiscard]] bool parse();
+  /// Progress under a label of one or two words, the stop token, --threads.
+  [[nodiscard]] RunControl control(const std::string& label);
+  [[nodiscard]] JobOptions job_options() const { return {.force = line.common().force}; }
+  /// Seconds since the command began.
+  [[nodiscard]] double seconds() const;
+  /// "patinate", the verb and its arguments, for run.json.
+  [[nodiscard]] std::vector<std::string> command_line() const;
+
+  /// Makes the folder of a plan, with its run.json. With --dry-run says what would be done instead.
+  /// @returns nothing after a dry run: the command then returns 0.
+  [[nodiscard]] std::optional<JobStatus> make_folder(const JobPlan& plan, const std::string& label);
+  /// Whether a single-file output is to be made; as check_output_file(). With --dry-run says what would be done instead.
+  /// @returns nothing after a dry run: the command then returns 0.
+  [[nodiscard]] std::optional<JobStatus> check_file(const std::filesystem::path& output, const std::string& existing_key,
+                                                    const std::string& key);
+
+  /// A line on stderr, unless --quiet.
+  void note(const std::string& text);
+  /// A line on stderr with --verbose.
+  void detail(const std::string& text);
+  /// What is wrong with an input, one line each on stderr as errors are.
+  void note_problems(const std::vector<std::string>& problems);
+  /// The end of a command that makes `output`: a line on stderr, or with --json an object with `output`, `status` and the
+  /// members of `more` on stdout.
+  void report_output(JobStatus status, const std::filesystem::path& output);
+  void report_output(JobStatus status, const std::filesystem::path& output, const Json& more);
+  /// The end of a dry run: what the command would do, and why.
+  void report_dry_run(const JobReport& job);
+  /// The end of a command that tells something: `text` or, with --json, `json`, on stdout.
+  void report(const Json& json, const std::string& text);
+  /// Text on stdout as it is. @throws CannotComplete if it cannot be written.
+  void print(const std::string& text);
+
+ private:
+  void supply_options();
+  /// With --verbose says how long the part of the work took that the last control() began.
+  void end_stage();
+
+  std::string verb_;
+  std::vector<std::string> arguments_;
+  std::stop_token stop_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  bool is_only_declared_ = false;
+  std::shared_ptr<ProgressLine> progress_;
+  std::vector<std::string> unknown_variables_;
+  std::string stage_;  ///< Label of the part of the work that goes on; "" = none.
+  double stage_begin_ = 0.0;
+};
+
+}  // namespace patinate

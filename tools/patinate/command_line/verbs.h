@@ -1,0 +1,29 @@
+/// \file
+/// The table from verb to command.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/patinate/command_line/argument.h"
+#include "tools/patinate/command_line/command_run.h"
+
+namespace patinate {
+
+struct Verb {
+  const char* name;
+  const char* brief;
+  int (*run)(CommandRun&);
+  /// First positional arguments on which the options depend; nullptr ends the list.
+  const char* kinds[6] = {nullptr};
+};
+
+[[nodiscard]] std::span<const Verb> verbs();
+/// What a command says about itself. Where options depend on the first argument, those of all kinds.
+[[nodiscard]] CommandDeclaration declaration_of(const Verb& verb);
+[[nodiscard]] std::vector<CommandDeclaration> all_declarations();
+/// What `patinate --help` prints.
+[[nodiscard]] std::string overview();
+
+}  // namespace patinate

@@ -1,0 +1,63 @@
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "transfer/library/library_job.h"
+
+namespace patinate {
+
+namespace {
+
+/// NAME=A,B,...: a control of the library and the one of each history that becomes it. @throws UsageError
+LibraryControl parse_library_control(const std::string& text, std::size_t num_histories) {
+  const auto fail = [&](const std::string& problem) { throw UsageError("--control " + text + ": " + problem + "; use NAME=A,B,... with a control of each history, in their order"); };
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) fail("the library's name for it is missing");
+  LibraryControl control{.name = text.substr(0, equals), .sources = split(text.substr(equals + 1), ',')};
+  for (const std::string& source : control.sources) {
+    if (source.empty()) fail("a control has no name");
+  }
+  if (control.sources.size() != num_histories) fail("names " + std::to_string(control.sources.size()) + " controls for " + std::to_string(num_histories) + " histories");
+  return control;
+}
+
+Json parts_json(const LibraryLayout& layout) {
+  Json parts = Json::array();
+  for (const LibraryPart& part : layout.parts) parts.push_back({{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}});
+  return parts;
+}
+
+}  // namespace
+
+int cmd_combine(CommandRun& run) {
+  LibraryTask task;
+  std::filesystem::path output;
+  std::vector<std::string> control_texts;
+  run.line.positional_list("HISTORY", "Two histories or more (or simulations); in the library they have the indices 0, 1, ...", task.histories);
+  run.line.output("LIBRARY", "Folder to make: one history, in which they lie side by side", output);
+  run.line.repeated("control", "SPEC", "NAME=A,B,...: a control of the library made of control A of the first history, B of the second ...; controls that all have under one name come by themselves", control_texts);
+  run.line.options(task.options);
+  run.line.without({"seed"});
+  run.line.example("combine copper clay --clock span -o library");
+  run.line.example("combine crackle copper --control age=thickness,progress -o library");
+  if (!run.parse()) return 0;
+  for (const std::string& text : control_texts) task.controls.push_back(parse_library_control(text, task.histories.size()));
+  for (std::filesystem::path& history : task.histories) {
+    history = history_place(history);
+    if (kind_of(history) != PathKind::History) throw InvalidInput(history.string() + ": is no history; only those can be combined");
+  }
+  const std::shared_ptr<const OpenLibrary> library = open_library(std::move(task));
+  const LibraryLayout& layout = library->layout;
+  for (const std::string& note : layout.notes) run.note(note);
+  const std::optional<JobStatus> status = run.make_folder(plan_library(library, output), "combine");
+  if (!status) return 0;
+  Json controls = Json::array();
+  for (const LibraryControl& c : layout.controls) controls.push_back(c.name);
+  controls.push_back(kLibraryControl);
+  run.report_output(*status, output, Json{{"histories", parts_json(layout)}, {"width", layout.width}, {"height", layout.height}, {"frames", layout.frames.size()}, {"controls", controls}});
+  return 0;
+}
+
+}  // namespace patinate

@@ -1,0 +1,76 @@
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/evaluated_maps.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/repeating_command.h"
+#include "transfer/exemplar/appearance_cache.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder or manifest is a transfer, or a mistake; other files are coordinate maps.
+bool is_transfer(const fs::path& path) {
+  if (!fs::is_directory(path) && lower_extension(path) != ".json") return false;
+  require_transfer(path);
+  return true;
+}
+
+/// What repeats it: options that are not the default, and nothing that changes no byte.
+std::string command_of(const EvaluationTask& task, const std::vector<fs::path>& maps, const ForeignMapOptions& foreign) {
+  std::string text = "patinate evaluate";
+  for (const fs::path& map : maps) text += " " + input_word(map);
+  if (!foreign.history.empty()) text += " --history " + input_word(foreign.history);
+  if (!foreign.control.empty()) text += " --control " + shell_word(named_control(foreign.control));
+  if (!foreign.picture.empty()) text += " --picture " + input_word(foreign.picture);
+  text += changed_options(option_values(task.options), option_values(EvaluationOptions{}));
+  if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
+  return text + kAnyOutput;
+}
+
+}  // namespace
+
+int cmd_evaluate(CommandRun& run) {
+  EvaluationTask task;
+  std::vector<fs::path> maps;
+  ForeignMapOptions foreign;
+  fs::path output;
+  CacheOptions cache;
+  run.line.positional_list("MAP", "Transfers, or coordinate maps of other tools (EXR, TIFF, 16-bit PNG, .nnf)", maps);
+  run.line.output("REPORT", "Folder to make: evaluation.html, evaluation.json", output);
+  run.line.option("history", "HISTORY", "For maps of other tools: what was copied from", foreign.history);
+  run.line.option("control", "SPEC", "For maps of other tools: [SOURCE=]MAP, what the tool followed, in the values of the history's control (0 to 1)", foreign.control);
+  run.line.option("picture", "IMAGE", "For one map of another tool: the picture that it made, at the history's last frame", foreign.picture);
+  run.line.options(task.options);
+  run.line.options(cache);
+  run.line.example("evaluate copper_hydrant copper_bust -o evaluation");
+  run.line.example("evaluate ours theirs.exr --history rust --control height=target.png -o evaluation");
+  if (!run.parse()) return 0;
+  task.seed = static_cast<std::uint64_t>(run.line.common().seed);
+  task.command = command_of(task, maps, foreign);
+  for (const fs::path& map : maps) {
+    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache) : foreign_item(map, foreign, task.options, task.seed, cache));
+  }
+  const std::optional<JobStatus> status = run.make_folder(plan_evaluation(std::move(task), output), "evaluate");
+  if (!status) return 0;
+
+  const Json report = load_json(output / kEvaluationFile);
+  for (const Json& map : report.at("maps")) {
+    run.note(map.at("name").get<std::string>() + ":");
+    for (const Json& f : map.at("figures")) {
+      if (f.at("value").is_null()) continue;
+      std::string line = "  " + f.at("title").get<std::string>() + ": " + short_number_text(rounded(f.at("value").get<double>(), 3)) + " " + f.at("unit").get<std::string>();
+      if (f.contains("split")) line += " (source against itself: " + short_number_text(rounded(f.at("split").get<double>(), 3)) + ")";
+      run.note(line);
+    }
+  }
+  run.report_output(*status, output, Json{{"maps", report.at("maps")}});
+  return 0;
+}
+
+}  // namespace patinate

@@ -1,0 +1,62 @@
+#include <nlohmann/json.hpp>
+
+#include "analysis/factorization/factorization_job.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/repeating_command.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
+std::string command_of(const FactorizationTask& task) {
+  std::string text = "patinate factorise " + input_word(task.history) + changed_options(option_values(task.options), option_values(FactorizationOptions{}));
+  for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
+  return text + kAnyOutput;
+}
+
+}  // namespace
+
+int cmd_factorise(CommandRun& run) {
+  FactorizationTask task;
+  fs::path output;
+  run.line.positional("HISTORY", "A history or a simulation", task.history);
+  run.line.output("FOLDER", "Folder to make: factorization.json, report.html, maps/, and history/, the history without noise", output);
+  run.line.numbers("times", "T,T,...", "Times that the denoised history gets beside its own, in its unit; beyond its ends they are extrapolated, and marked so", task.times);
+  run.line.options(task.options);
+  run.line.without({"seed"});
+  run.line.example("factorise copper -o copper_factors");
+  run.line.example("factorise copper --times 600,700 -o copper_factors");
+  run.line.example("transfer copper_factors/history bust.glb --control rate=accessibility -o aged");
+  if (!run.parse()) return 0;
+  task.command = command_of(task);
+  task.history = history_place(task.history);
+  if (kind_of(task.history) != PathKind::History) throw InvalidInput(task.history.string() + ": is no history; only those can be factorised");
+  const std::optional<JobStatus> status = run.make_folder(plan_factorization(std::move(task), output), "factorise");
+  if (!status) return 0;
+
+  const Json made = load_json(output / kFactorizationManifestFile);
+  const std::string unit = made.at("time_unit").get<std::string>();
+  const auto text = [](const Json& v) { return short_number_text(rounded(v.get<double>(), 3)); };
+  for (const Json& f : made.at("frames")) {
+    const std::string time = "time " + short_number_text(f.at("time").get<double>()) + " " + unit + ": ";
+    if (f.contains("extrapolated")) {
+      run.note(time + "EXTRAPOLATED, seen by nobody; the curve covers " + text(Json(100.0 * f.at("covered_share").get<double>())) + " % of what changes, elsewhere its end holds (history/masks)");
+    } else if (f.contains("rmse")) {
+      run.detail(time + "root mean square " + text(f.at("rmse")) + ", CIEDE2000 " + text(f.at("ciede2000_mean")) + ", 95th percentile " + text(f.at("ciede2000_p95")));
+    }
+  }
+  for (const Json& f : made.at("figures")) {
+    const std::string name = f.at("name").get<std::string>();
+    run.note(f.at("value").is_null() ? name + ": undefined, " + f.at("undefined").get<std::string>() : name + ": " + text(f.at("value")) + " " + f.at("unit").get<std::string>());
+  }
+  run.report_output(*status, output, Json{{"frames", made.at("frames")}, {"figures", made.at("figures")}});
+  return 0;
+}
+
+}  // namespace patinate

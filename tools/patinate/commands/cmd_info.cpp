@@ -1,0 +1,257 @@
+#include <nlohmann/json.hpp>
+
+#include "analysis/factorization/factorization_job.h"
+#include "analysis/fit/fit_job.h"
+#include "capture/project/capture_project.h"
+#include "capture/project/relit_project.h"
+#include "libcommon/atlas/uv_layout.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/geometry/topology.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
+#include "simulation/job/simulation_job.h"
+#include "tools/patinate/services/capture_results.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/command_line/failure.h"
+#include "tools/patinate/services/curves.h"
+#include "tools/patinate/command_line/facts.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/stats.h"
+#include "transfer/files/transfer_io.h"
+
+namespace patinate {
+
+namespace {
+
+Facts history_facts(const std::filesystem::path& path) {
+  const HistoryReader history(path);
+  const HistoryManifest& m = history.manifest();
+  const std::string unit = time_unit_text(m.time_unit);
+  Facts facts("history");
+  facts.add("name", m.name);
+  facts.add("origin", m.origin);
+  facts.add("size", Json{m.width, m.height}, size_text(m.width, m.height));
+  Json times = Json::array(), controls = Json::array(), extrapolated = Json::array();
+  std::string unseen;
+  for (const HistoryFrame& frame : m.frames) {
+    times.push_back(frame.time);
+    if (!frame.is_extrapolated) continue;
+    extrapolated.push_back(frame.time);
+    unseen += (unseen.empty() ? "" : ", ") + short_number_text(frame.time);
+  }
+  facts.add("times", times,
+            std::to_string(m.frames.size()) + " frames, " + short_number_text(m.frames.front().time) + " to " +
+                short_number_text(m.frames.back().time) + " " + unit);
+  if (!extrapolated.empty()) facts.add("extrapolated", extrapolated, unseen + " " + unit + ": seen by nobody");
+  facts.add("time_unit", unit, "");
+  if (m.texel_size_mm) facts.add("texel_size_mm", *m.texel_size_mm, short_number_text(*m.texel_size_mm));
+  std::string shown;
+  for (const ControlParameter& c : m.controls) {
+    controls.push_back(Json{{"name", c.name}, {"range", {c.low, c.high}}, {"unit", c.unit}});
+    shown += (shown.empty() ? "" : "; ") + c.name + ", " + short_number_text(c.low) + " to " + short_number_text(c.high) + " " + c.unit;
+  }
+  facts.add("controls", controls, shown.empty() ? "none" : shown);
+  facts.add("mask", m.mask.has_value(), m.mask ? "yes" : "no");
+  Json library = Json::array();
+  std::string parts;
+  for (const LibraryPart& part : m.parts) {
+    parts += (parts.empty() ? "" : "; ") + std::to_string(library.size()) + " " + part.name + ", " + size_text(part.width, part.height);
+    library.push_back(Json{{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}});
+  }
+  if (!library.empty()) facts.add("library", library, parts);
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts transfer_facts(const std::filesystem::path& path) {
+  const TransferManifest m = read_transfer_manifest(path);
+  Facts facts("transfer");
+  facts.add("history", m.history.string());
+  facts.add("atlas", Json{m.width, m.height}, size_text(m.width, m.height) + (m.is_unwrapped ? ", unwrapped" : ""));
+  std::string tiles;
+  for (const TransferTile& tile : m.tiles) tiles += (tiles.empty() ? "" : ", ") + tile.name;
+  if (!tiles.empty()) facts.add("tiles", m.sheet().names, tiles);
+  std::string shown;
+  Json controls = Json::array();
+  for (const RecordedControl& c : m.controls) {
+    shown += (shown.empty() ? "" : "; ") + c.text();
+    controls.push_back(c.text());
+  }
+  facts.add("controls", controls, shown);
+  facts.add("energy", m.energy.energy, short_number_text(m.energy.energy));
+  facts.add("control_error_mean", m.energy.control_error_mean, short_number_text(m.energy.control_error_mean));
+  facts.add("coherent_share", m.energy.coherent_share, short_number_text(m.energy.coherent_share));
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts simulation_facts(const std::filesystem::path& path) {
+  const SimulationManifest m = read_simulation_manifest(path);
+  Facts facts("simulation");
+  facts.add("name", m.name);
+  facts.add("scene", m.scene.string());
+  facts.add("iterations", m.iterations);
+  facts.add("time", m.time, short_number_text(m.time) + " " + m.time_unit);
+  facts.add("atlas", Json{m.resolution, m.resolution}, size_text(m.resolution, m.resolution));
+  const auto joined = [](const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+    return text.empty() ? std::string("none") : text;
+  };
+  facts.add("materials", m.materials, joined(m.materials));
+  facts.add("controls", m.controls, joined(m.controls));
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts factorization_facts(const std::filesystem::path& path) {
+  const FactorizationManifest m = read_factorization(path);
+  Facts facts("factorization");
+  facts.add("name", m.name);
+  facts.add("size", Json{m.width, m.height}, size_text(m.width, m.height));
+  const TemporalCurve& curve = m.models.front().curve;
+  facts.add("clock", Json{curve.low, curve.high}, short_number_text(rounded(curve.low, 4)) + " to " + short_number_text(rounded(curve.high, 4)) + " " + time_unit_text(m.time_unit) + ", " + (m.models.size() == 1 ? "one for all channels" : "red; others for green and blue"));
+  facts.add("frames", m.num_frames);
+  facts.add("extrapolated", m.num_extrapolated, m.num_extrapolated == 0 ? "none" : std::to_string(m.num_extrapolated) + ", seen by nobody");
+  for (const auto& [name, value] : m.figures) facts.add(name, value);
+  facts.add("history", m.history.string());
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts fit_facts(const std::filesystem::path& path) {
+  const FitManifest m = read_fit_manifest(path);
+  Facts facts("fit");
+  facts.add("model", m.model);
+  facts.add("history", m.history);
+  facts.add("objective", Json{m.objective_before, m.objective_after}, short_number_text(rounded(m.objective_before, 4)) + " before, " + short_number_text(rounded(m.objective_after, 4)) + " after");
+  facts.add("evaluations", static_cast<std::int64_t>(m.evaluations));
+  facts.add("converged", m.is_converged, m.is_converged ? "yes" : "no");
+  for (std::size_t i = 0; i < m.parameters.size(); ++i) {
+    facts.add(m.parameters[i], Json{{"initial", m.initial[i]}, {"best", m.best[i]}, {"verdict", m.verdicts[i]}},
+              short_number_text(rounded(m.initial[i], 4)) + " -> " + short_number_text(rounded(m.best[i], 4)) + "; " + m.verdicts[i]);
+  }
+  facts.add("key", m.key);
+  return facts;
+}
+
+Facts relit_facts(const RelitProject& project) {
+  Facts facts("capture");
+  facts.add("name", project.name);
+  facts.add("capture_kind", "relit", "a scan and one photograph per light at every step");
+  facts.add("photographs", Json{project.width(), project.height()}, size_text(project.width(), project.height()));
+  facts.add("lights", static_cast<std::int64_t>(project.lights.size()));
+  Json times = Json::array();
+  for (const RelitStep& step : project.steps) times.push_back(step.time);
+  const std::string unit = time_unit_text(project.time_unit);
+  facts.add("times", times,
+            std::to_string(project.steps.size()) + " steps, " + short_number_text(project.steps.front().time) + " to " +
+                short_number_text(project.steps.back().time) + " " + unit);
+  facts.add("time_unit", unit, "");
+  return facts;
+}
+
+Facts capture_facts(const std::filesystem::path& path) {
+  if (is_relit_capture(capture_file(path))) return relit_facts(read_relit_project(capture_file(path)));
+  const CaptureProject project = read_capture_project(capture_file(path));
+  const std::string unit = time_unit_text(project.time_unit);
+  Facts facts("capture");
+  facts.add("name", project.name);
+  facts.add("photographs", Json{project.photo_width, project.photo_height}, size_text(project.photo_width, project.photo_height));
+  facts.add("size", Json{project.width(), project.height()}, size_text(project.width(), project.height()));
+  Json times = Json::array();
+  for (const CapturePhoto& frame : project.frames) times.push_back(frame.time);
+  facts.add("times", times,
+            std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) + " to " +
+                short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source + ")");
+  facts.add("time_unit", unit, "");
+  facts.add("transmission", project.transmission.has_value(), project.transmission ? "yes" : "no");
+  return facts;
+}
+
+Facts image_facts(const std::filesystem::path& path) {
+  const ImageInfo info = probe_image(path);
+  Facts facts("image");
+  facts.add("size", Json{info.width, info.height}, size_text(info.width, info.height));
+  std::string channels;
+  for (const std::string& c : info.channels) channels += (channels.empty() ? "" : " ") + c;
+  facts.add("channels", info.channels, channels);
+  facts.add("values", info.is_integer ? "integer codes" : "floating point");
+  if (info.num_frames > 1) facts.add("frames", info.num_frames);
+  if (!info.date_time.empty()) facts.add("date", info.date_time);
+  if (!info.key.empty()) facts.add("key", info.key);
+  return facts;
+}
+
+Facts mesh_facts(const std::filesystem::path& path) {
+  const Mesh mesh = read_mesh(path);
+  const Box box = bounding_box(mesh);
+  const Vec3 extent = box.high - box.low;
+  Facts facts("mesh");
+  facts.add("positions", static_cast<std::int64_t>(mesh.positions.size()));
+  facts.add("triangles", mesh.num_triangles());
+  const UvLayout layout = find_uv_layout(mesh);
+  std::string tiles;
+  for (const AtlasTile& tile : layout.tiles) tiles += (tiles.empty() ? "" : ", ") + tile.name;
+  facts.add("uvs", mesh.has_uvs(),
+            !layout.problem.empty() ? layout.problem + ": --atlas auto unwraps" : tiles.empty() ? "one square" : "tiles " + tiles);
+  facts.add("uv_overlap", layout.overlap_share, mesh.has_uvs() ? short_number_text(rounded(100.0 * layout.overlap_share, 3)) + " %" : "");
+  const MeshTopology topology = mesh_topology(mesh);
+  facts.add("parts", topology.num_parts);
+  facts.add("boundary_loops", topology.num_boundary_loops, topology.is_closed() ? "none: closed" : std::to_string(topology.num_boundary_loops));
+  facts.add("nonmanifold_triangles", topology.num_nonmanifold_triangles);
+  facts.add("extent", Json{extent.x(), extent.y(), extent.z()},
+            short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " + short_number_text(extent.z()) +
+                (path.extension() == ".gltf" || path.extension() == ".glb" ? " m" : " (the file has no unit)"));
+  Json surfaces = Json::array();
+  std::string shown;
+  for (const Mesh::Surface& s : mesh.surfaces) {
+    surfaces.push_back(Json{{"node", s.node}, {"material", s.material}});
+    shown += "\n    node \"" + s.node + "\", material \"" + s.material + "\"";
+  }
+  facts.add("surfaces", surfaces, std::to_string(mesh.surfaces.size()) + shown);
+  return facts;
+}
+
+Facts facts_of(const std::filesystem::path& path) try {
+  switch (kind_of(path)) {
+    case PathKind::History: return history_facts(path);
+    case PathKind::Transfer: return transfer_facts(path);
+    case PathKind::Capture: return capture_facts(path);
+    case PathKind::Registration: return registration_facts(path);
+    case PathKind::Unlit: return unlit_facts(path);
+    case PathKind::Calibration: return calibration_facts(path);
+    case PathKind::Simulation: return simulation_facts(path);
+    case PathKind::Factorization: return factorization_facts(path);
+    case PathKind::Fit: return fit_facts(path);
+    case PathKind::Mesh: return mesh_facts(path);
+    case PathKind::Image: return image_facts(path);
+  }
+  return image_facts(path);
+} catch (...) {
+  rethrow_naming(path);
+}
+
+}  // namespace
+
+int cmd_info(CommandRun& run) {
+  std::filesystem::path path;
+  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
+  CurvesArgument curves;
+  curves.declare(run.line);
+  StatsArgument stats;
+  stats.declare(run.line);
+  run.line.without({"seed", "dry_run"});
+  run.line.example("info copper");
+  run.line.example("info bust.glb --json");
+  run.line.example("info crackle --curves curves.csv --by thickness --bins 4 --at 120,80");
+  run.line.example("info banana --stats --class green=#919e39 --class brown=#5c361f");
+  if (!run.parse()) return 0;
+  if (!curves.file.empty()) return write_curves(run, curves, path);
+  if (stats.is_asked) return report_stats(run, stats, path);
+  facts_of(path).report(run);
+  return 0;
+}
+
+}  // namespace patinate

@@ -1,0 +1,129 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "capture/timelapse/ingest.h"
+#include "capture/relit/relit_ingest.h"
+#include "libcommon/core/text.h"
+#include "libcommon/history/history.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/command_line/path_kind.h"
+
+namespace patinate {
+
+namespace {
+
+/// Says what is likely to spoil a transfer: much that never ages, or a thickness that a saturated or opaque part stretches.
+void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
+  for (const ControlParameter& c : history.manifest().controls) {
+    if (c.name == "thickness" && c.low > 0.0 && c.high / c.low > 50.0) {
+      run.note("thickness spans 1 to " + short_number_text(c.high / c.low) + ": saturated or opaque parts belong outside the `mask`");
+    }
+    if (c.name != "progress") continue;
+    const ImageF values = history.read_control(c.name);
+    const ImageU8 mask = history.read_mask();
+    std::int64_t num_inside = 0, num_unchanged = 0;
+    for (std::int64_t i = 0; i < mask.num_pixels(); ++i) {
+      num_inside += mask.data()[i] != 0;
+      num_unchanged += mask.data()[i] != 0 && values.data()[i] == 0.0f;
+    }
+    if (10 * num_unchanged > num_inside) {
+      run.note(short_number_text(std::round(100.0 * static_cast<double>(num_unchanged) / static_cast<double>(num_inside))) +
+               " % of the pixels never change: give a `mask`, or transfers will copy them too");
+    }
+  }
+}
+
+/// Names the photographs that do not follow from the ones before, and says what was masked.
+void note_survey(const SurveyReport& survey, CommandRun& run) {
+  constexpr std::size_t kMaxNamed = 40;
+  std::size_t num_shifted = 0;
+  for (std::size_t i = 0; i < survey.findings.size(); ++i) {
+    const SurveyFinding& f = survey.findings[i];
+    num_shifted += f.is_shifted ? 1 : 0;
+    if (i < kMaxNamed) run.note(f.photo + " (time " + short_number_text(f.time) + "): " + f.problem);
+  }
+  if (survey.findings.size() > kMaxNamed) {
+    run.note(std::to_string(survey.findings.size() - kMaxNamed) + " more are named in " + kSurveyFile);
+  }
+  if (num_shifted > 0 && !survey.is_stabilised) {
+    run.note(std::to_string(num_shifted) + " photographs are moved against the ones before: --stabilise lays them over one another");
+  }
+  const auto percent = [](double share) { return short_number_text(std::round(1000.0 * share) / 10.0) + " %"; };
+  if (survey.outside_share >= 0.0005) {
+    run.note(percent(survey.outside_share) +
+             " of the pixels are saturated, in a highlight or out of view in some photograph and cannot be filled from others: they are outside the mask"
+             " (--highlights keep keeps them)");
+  }
+}
+
+/// How well a transmission photograph from another pose was aligned.
+void note_alignment(const std::filesystem::path& output, CommandRun& run) {
+  const std::filesystem::path file = output / kTransmissionFile;
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return;
+  const Json json = load_json(file);
+  run.note("transmission photograph aligned: " + std::to_string(json.at("agreeing").get<int>()) + " places agree to " +
+           short_number_text(json.at("residual_px").get<double>()) + " px");
+}
+
+int ingest_relit(CommandRun& run, const std::filesystem::path& file, RelitOptions options, const IngestOptions& shared, const std::filesystem::path& output) {
+  options.scan = shared.scan;
+  options.fill = shared.repair.fill;
+  options.progress = shared.progress;
+  const std::optional<JobStatus> status = run.make_folder(plan_relit_ingest(read_relit_project(file), options, output), "ingest");
+  if (!status) return 0;
+  const Json report = load_json(output / kRelitReportFile);
+  Json left_out = Json::array();
+  for (const Json& step : report.at("steps")) {
+    const std::string name = "step " + std::to_string(step.at("step").get<int>());
+    if (!step.at("in_history").get<bool>()) {
+      left_out.push_back(step.at("step"));
+      run.note(name + " is left out: " + step.at("status").get<std::string>());
+      continue;
+    }
+    for (const Json& note : step.value("notes", Json::array())) run.note(name + ": " + note.get<std::string>());
+    run.detail(name + ": " + short_number_text(std::round(1000.0 * step.at("determined_share").get<double>()) / 10.0) + " % of the surface determined");
+  }
+  const HistoryReader reader(output);
+  Json controls = Json::array();
+  for (const ControlParameter& c : reader.manifest().controls) controls.push_back(c.name);
+  run.report_output(*status, output, Json{{"frames", reader.num_frames()}, {"controls", controls}, {"left_out", left_out}, {"report", (output / kRelitPageFile).string()}});
+  return 0;
+}
+
+}  // namespace
+
+int cmd_ingest(CommandRun& run) {
+  std::filesystem::path project_file, output;
+  IngestOptions options;
+  RelitOptions relit_options;
+  run.line.positional("CAPTURE", "capture.json, or the folder that holds it (docs/capture.md)", project_file);
+  run.line.output("HISTORY", "Folder of the material history to make", output);
+  run.line.options(options);
+  run.line.options(relit_options);
+  run.line.example("ingest photos/capture.json -o copper");
+  if (!run.parse()) return 0;
+
+  if (is_relit_capture(capture_file(project_file))) return ingest_relit(run, capture_file(project_file), relit_options, options, output);
+  const CaptureProject project = read_capture_project(capture_file(project_file));
+  const JobPlan plan = plan_ingest(project, options, output);
+  const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
+  if (!status) return 0;
+  const HistoryReader reader(output);
+  if (project.has_raw_frames) run.note("camera RAW: taken as linear light, with daylight white balance; `response` does not apply to it");
+  if (project.time_source == "frame rate") run.note("times are those of the movie's frame rate: for a time-lapse give `interval`");
+  note_alignment(output, run);
+  note_doubtful_controls(reader, run);
+  const SurveyReport survey = read_survey_report(reader.folder());
+  note_survey(survey, run);
+
+  const HistoryManifest& history = reader.manifest();
+  Json controls = Json::array();
+  for (const ControlParameter& c : history.controls) controls.push_back(c.name);
+  Json findings = Json::array();
+  for (const SurveyFinding& f : survey.findings) findings.push_back({{"photo", f.photo}, {"time", f.time}, {"problem", f.problem}});
+  run.report_output(*status, output, Json{{"frames", history.frames.size()}, {"controls", controls}, {"findings", findings}, {"masked_share", survey.masked_share}, {"outside_share", survey.outside_share}});
+  return 0;
+}
+
+}  // namespace patinate

@@ -1,0 +1,41 @@
+#include <nlohmann/json.hpp>
+
+#include "capture/project/capture_project.h"
+#include "capture/project/draft_project.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "tools/patinate/commands/commands.h"
+
+namespace patinate {
+
+int cmd_init(CommandRun& run) {
+  std::filesystem::path folder, output;
+  std::string only;
+  run.line.positional("FOLDER", "Folder of photographs, or with a movie", folder);
+  run.line.output("PROJECT", "Project file to write; FOLDER/capture.json when not given", output);
+  run.line.required(false);
+  run.line.option("only", "PATTERN", "Names of the photographs, as 'IMG_*.jpg', where others lie beside them", only);
+  run.line.example("init photos");
+  run.line.example("init photos --only 'IMG_*.jpg'");
+  if (!run.parse()) return 0;
+  if (output.empty()) output = folder / "capture.json";
+
+  const ProjectDraft draft = draft_capture_project(folder, output.parent_path(), only);
+  std::error_code error;
+  const bool exists = std::filesystem::exists(output, error);
+  const bool is_same = exists && std::filesystem::is_regular_file(output, error) && read_file(output, 1 << 26) == draft.text;
+  const std::optional<JobStatus> status = run.check_file(output, is_same ? "same" : "", "same");
+  if (!status) return 0;
+  if (*status == JobStatus::Done) write_atomically(output, draft.text);
+  for (const std::string& line : draft.found) run.note("found: " + line);
+  for (const std::string& line : draft.to_check) run.note("check: " + line);
+  try {
+    (void)read_capture_project(output);
+  } catch (const InvalidInput& e) {
+    run.note(std::string("check: `ingest` will refuse the draft as it is: ") + e.what());
+  }
+  run.report_output(*status, output, Json{{"found", draft.found}, {"check", draft.to_check}});
+  return 0;
+}
+
+}  // namespace patinate

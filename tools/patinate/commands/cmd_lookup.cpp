@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/atlas/texel_map.h"
+#include "libcommon/controls/control_expression.h"
+#include "libcommon/controls/control_kinds.h"
+#include "libcommon/controls/image_control.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/history/history_sampling.h"
+#include "libcommon/history/material_maps.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/image/image_rows.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/command_line/numbered_path.h"
+#include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/services/tile_files.h"
+#include "tools/patinate/command_line/times_argument.h"
+#include "transfer/lookup/texture_files.h"
+
+namespace patinate {
+
+namespace {
+
+/// What is looked up.
+struct LookedUp {
+  enum class Map { Color, Normal, Roughness, Specular, Height } map = Map::Color;
+};
+constexpr std::array<std::string_view, 5> kLookedUpNames{"color", "normal", "roughness", "specular", "height"};
+void describe(OptionVisitor& v, LookedUp& o) {
+  v.visit_choice({"map", "Color, or what the history's frames hold beside it: normal (tangent space, y up), roughness or strength of the highlight, height in mm (.exr)"},
+                 o.map, kLookedUpNames);
+}
+
+struct LookupCommand {
+  std::filesystem::path transfer;
+  std::filesystem::path output;
+  TimesArgument times;
+  std::string time_map;
+  SamplingOptions sampling;
+  LookedUp looked_up;
+};
+
+/// One time (or time map) and the files of its tiles.
+struct Texture {
+  double time = 0.0;
+  std::vector<std::filesystem::path> files;
+  std::string key;
+};
+
+ContentHash begin_key(const LookupCommand& command, const TransferManifest& transfer) {
+  ContentHash hash;
+  hash.add("lookup 3").add(transfer.key);
+  for (const auto& [name, value] : option_values(command.sampling)) hash.add(name).add(value);
+  if (command.looked_up.map != LookedUp::Map::Color) hash.add(kLookedUpNames[static_cast<std::size_t>(command.looked_up.map)]);
+  return hash;
+}
+
+/// Checks all before anything is written. @returns those that are to be made; nothing after a dry run.
+std::optional<std::vector<Texture>> unfinished(CommandRun& run, std::vector<Texture> textures) {
+  std::vector<Texture> todo;
+  if (run.line.common().dry_run) {
+    const auto is_open = [](const Texture& t) {
+      return std::any_of(t.files.begin(), t.files.end(), [&](const auto& file) { return image_file_key(file) != t.key; });
+    };
+    const auto first = std::find_if(textures.begin(), textures.end(), is_open);
+    const Texture& told = first == textures.end() ? textures.front() : *first;
+    (void)check_tile_files(run, told.files, told.key);
+    return std::nullopt;
+  }
+  for (Texture& texture : textures) {
+    if (*check_tile_files(run, texture.files, texture.key) == JobStatus::Done) todo.push_back(std::move(texture));
+  }
+  return todo;
+}
+
+void report(CommandRun& run, const LookupCommand& command, const std::vector<Texture>& textures, bool is_done) {
+  const JobStatus status = is_done ? JobStatus::Done : JobStatus::UpToDate;
+  if (textures.size() == 1) return report_tile_files(run, status, command.output, textures.front().files, Json::object());
+  Json files = Json::array();
+  for (const Texture& texture : textures) {
+    for (const auto& file : texture.files) files.push_back(Json{{"time", texture.time}, {"file", file.string()}});
+  }
+  run.report_output(status, command.output, Json{{"images", files}});
+}
+
+TextureFile texture_file(const HistoryReader& history, const LookupCommand& command, const Texture& texture) {
+  const Between between = command.sampling.between;
+  if (command.looked_up.map == LookedUp::Map::Color) return {texture.files, sample(history, texture.time, between), texture.key};
+  const auto map = static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1);  // The same order.
+  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, map == MaterialMap::Normal ? TextureKind::Normal : TextureKind::Value};
+}
+
+/// In groups: each goes through the coordinates once.
+void write_textures(const TransferFolder& transfer, const LookupCommand& command, const std::vector<Texture>& textures, const RunControl& control) {
+  constexpr std::size_t kTogether = 8;
+  const TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal}, control.part(0.0, 0.2));
+  for (std::size_t begin = 0; begin < textures.size(); begin += kTogether) {
+    const std::size_t end = std::min(textures.size(), begin + kTogether);
+    std::vector<TextureFile> group;
+    for (std::size_t i = begin; i < end; ++i) group.push_back(texture_file(transfer.history(), command, textures[i]));
+    const auto share = [&](std::size_t i) { return 0.2 + 0.8 * static_cast<double>(i) / static_cast<double>(textures.size()); };
+    writer.write(group, control.part(share(begin), share(end)));
+  }
+}
+
+int lookup_times(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer) {
+  if (!command.times.is_given()) throw UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
+  const std::vector<double> times = command.times.resolve(run, transfer.history().manifest(), 0);
+  if (times.size() > 1 && !has_number(command.output)) {
+    throw UsageError("-o: found `" + command.output.string() + "` for " + std::to_string(times.size()) +
+                     " times; expected a name with a number in it, as texture_%04d.png");
+  }
+  if (command.looked_up.map != LookedUp::Map::Color) {  // Said before anything is written.
+    (void)sample_material_map(transfer.history(), static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1), times.front(), command.sampling.between);
+  }
+  std::vector<Texture> textures;
+  for (double t : times) {
+    const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));
+    textures.push_back({t, tile_files(file, transfer.sheet().names), begin_key(command, transfer.manifest()).add(t).hex()});
+  }
+  const auto todo = unfinished(run, textures);
+  if (!todo) return 0;
+  if (!todo->empty()) write_textures(transfer, command, *todo, run.control("lookup"));
+  report(run, command, textures, !todo->empty());
+  return 0;
+}
+
+/// The times that 0 and 1 of the map stand for.
+struct TimeRange {
+  double low = 0.0;
+  double high = 1.0;
+};
+
+TimeRange range_of(const LookupCommand& command, const ControlMap& map, bool is_file, const HistoryManifest& history) {
+  if (!command.times.times.empty()) return {command.times.times[0], command.times.times[1]};
+  if (is_file && (map.low != 0.0 || map.high != 1.0)) return {map.low, map.high};  // It holds times.
+  return {history.frames.front().time, history.frames.back().time};
+}
+
+/// A time for every texel, over the sheet. What it takes to know them is gone before anything is looked up.
+ImageF times_of(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer, bool is_file) {
+  const RunControl control = run.control("time map");
+  const TexelMap texels(sheet_mesh(transfer.read_atlas(), transfer.sheet()), transfer.sheet(), control.part(0.0, 0.2));
+  ControlMap map = make_control_expression(command.time_map, texels, {}, control.part(0.2, 1.0));
+  const TimeRange range = range_of(command, map, is_file, transfer.history().manifest());
+  run.detail("0 of the time map stands for " + short_number_text(range.low) + ", 1 for " + short_number_text(range.high));
+  for (float& t : map.values.values()) t = static_cast<float>(range.low + static_cast<double>(t) * (range.high - range.low));
+  return std::move(map.values);
+}
+
+int lookup_time_map(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer) {
+  if (command.times.time || command.times.count || (!command.times.times.empty() && command.times.times.size() != 2)) {
+    throw UsageError("--time-map: takes --times LOW,HIGH, the times that 0 and 1 of the map stand for, or nothing");
+  }
+  const ControlExpression expression(command.time_map, control_kind_names());
+  const bool is_file = expression.names().size() == 1 && expression.names()[0].is_file;
+  ContentHash hash = begin_key(command, transfer.manifest());
+  hash.add("time map").add(command.time_map);
+  for (double t : command.times.times) hash.add(t);
+  for (const ControlName& name : expression.names()) {
+    if (!name.is_file) continue;
+    for (const auto& file : tile_map_files(name.text, transfer.sheet().names)) hash.add_file(file);
+  }
+  const std::vector<Texture> textures{{0.0, tile_files(command.output, transfer.sheet().names), hash.hex()}};
+  const auto todo = unfinished(run, textures);
+  if (!todo) return 0;
+  if (!todo->empty()) {
+    ImageF at = times_of(run, command, transfer, is_file);
+    write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {}, run.control("lookup"));
+  }
+  report(run, command, textures, !todo->empty());
+  return 0;
+}
+
+}  // namespace
+
+int cmd_lookup(CommandRun& run) {
+  LookupCommand command;
+  run.line.positional("TRANSFER", "A transfer folder", command.transfer);
+  run.line.output("IMAGE", "Texture to write: .png, .jpg or .tif in sRGB, .exr linear; texture_%04d.png for several times; with tiles one each: "
+                  "tex.1001.png, or where the name says <UDIM>", command.output);
+  command.times.declare(run.line);
+  run.line.options(command.sampling);
+  run.line.options(command.looked_up);
+  run.line.option("time_map", "MAP", "A time of its own for every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
+                  "else for the history's ends. A file with values outside [0, 1] holds times", command.time_map);
+  run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
+  run.line.example("lookup mould_hydrant --time 120 --map normal -o normal_120.png");
+  run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");
+  run.line.example("lookup copper_hydrant --time-map height --times 480,0 -o younger_above.png");
+  if (!run.parse()) return 0;
+  require_extension(command.output, image_extensions());
+  if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output)) throw UsageError("--map height: is in mm; expected an .exr");
+  if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty()) throw UsageError("--map: a time map looks up color; leave one of them out");
+  require_transfer(command.transfer);
+  if (command.time_map.empty()) return lookup_times(run, command, TransferFolder(command.transfer));
+  return lookup_time_map(run, command, TransferFolder(command.transfer));
+}
+
+}  // namespace patinate

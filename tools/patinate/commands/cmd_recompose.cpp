@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_files.h"
+#include "libcommon/job/job_inputs.h"
+#include "simulation/job/simulation_job.h"
+#include "simulation/job/simulation_output.h"
+#include "tools/patinate/commands/commands.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// MATERIAL.WHAT=VALUE
+struct LookChange {
+  std::size_t material = 0;
+  std::string what;
+  double value = 0.0;
+};
+
+struct LookField {
+  std::string_view name;
+  double MaterialLook::* field;
+  Range range;
+};
+constexpr std::array kFields{LookField{"strength", &MaterialLook::strength, {0, 1000}},
+                             LookField{"variation", &MaterialLook::variation, {0, 1}},
+                             LookField{"specular", &MaterialLook::specular, {-1, 1}},
+                             LookField{"specular_variation", &MaterialLook::specular_variation, {0, 1}},
+                             LookField{"height", &MaterialLook::height_mm, {-1e6, 1e6}},
+                             LookField{"height_variation", &MaterialLook::height_variation, {0, 1}}};
+
+LookChange parse_change(const std::string& text, const std::vector<std::string>& materials) {
+  const auto fail = [&](const std::string& expected) -> UsageError {
+    return UsageError("--set: found `" + text + "`; expected " + expected);
+  };
+  const std::size_t equals = text.find('=');
+  const std::size_t dot = text.rfind('.', equals);
+  if (equals == std::string::npos || dot == std::string::npos) throw fail("MATERIAL.WHAT=VALUE, such as rust.strength=0.5");
+  LookChange change{.what = text.substr(dot + 1, equals - dot - 1)};
+  const std::string material = text.substr(0, dot);
+  const auto found = std::find(materials.begin(), materials.end(), material);
+  if (found == materials.end()) throw fail("a material of the simulation" + did_you_mean(material, materials));
+  change.material = static_cast<std::size_t>(found - materials.begin());
+  const std::optional<double> value = parse_number(text.substr(equals + 1));
+  for (const LookField& field : kFields) {
+    if (field.name != change.what) continue;
+    if (!value || !field.range.contains(*value)) throw fail("a number in " + field.range.text());
+    change.value = *value;
+    return change;
+  }
+  std::vector<std::string> names;
+  for (const LookField& field : kFields) names.emplace_back(field.name);
+  throw fail("strength, variation, specular, specular_variation, height or height_variation" + did_you_mean(change.what, names));
+}
+
+void apply_change(const LookChange& change, std::vector<MaterialLook>& looks) {
+  for (const LookField& field : kFields) {
+    if (field.name == change.what) looks[change.material].*field.field = change.value;
+  }
+}
+
+struct RecomposeOptions {
+  ColorForm color_form = ColorForm::Normalised;
+};
+void describe(OptionVisitor& v, RecomposeOptions& o) {
+  v.visit_choice({"color_form", "How colours mix: normalised weights, or the form of the published shader"}, o.color_form, kColorFormNames);
+}
+
+}  // namespace
+
+int cmd_recompose(CommandRun& run) {
+  fs::path folder, scene_path, output;
+  std::vector<std::string> texts;
+  RecomposeOptions options;
+  run.line.positional("SIMULATION", "A folder that `simulate` made", folder);
+  run.line.output("FOLDER", "Folder to make: textures and model.glb", output);
+  run.line.repeated("set", "MATERIAL.WHAT=VALUE", "A post-control: strength, variation, specular, specular_variation, height (mm) or height_variation of a material", texts);
+  run.line.option("scene", "SCENE", "A scene file whose looks to take; default: the one that was simulated", scene_path);
+  run.line.options(options);
+  run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
+  if (!run.parse()) return 0;
+  const SimulationManifest manifest = read_simulation_manifest(folder);
+  const fs::path source = manifest_folder(folder, "simulation.json");
+  SceneFile file = read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));
+  manifest.apply_to(file);
+  if (file.scene.materials != manifest.materials) {
+    throw IoError(file.file.string(), "has other materials than the simulation " + source.string());
+  }
+  JobInputs inputs("recompose", 1);
+  inputs.add_file("atlas", source / "atlas.exr", source);
+  inputs.add_content("scene", file.file.filename().string(), ContentHash().add(load_json(file.file).dump()).hex());
+  for (const auto& [role, path] : file.inputs) {
+    inputs.add_file(role, path, folder_of(file.file));
+    if (!role.starts_with("mesh of ")) continue;
+    for (const std::string& buffer : mesh_buffer_files(path)) inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
+  }
+  for (const std::string& text : texts) {
+    apply_change(parse_change(text, manifest.materials), file.scene.looks);
+    inputs.add_value("--set " + text.substr(0, text.find('=')), text);
+  }
+  inputs.add_options(option_values(options));
+  JobPlan plan = inputs.plan(output, "recomposed.json");
+  plan.join = [&](const fs::path& made, const RunControl& control) {
+    Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = options.color_form}, control.part(0.0, 0.5));
+    read_atlas_file(source, simulation);
+    write_composed_files(made, manifest.name, simulation, plan.key, control.part(0.5, 1.0));
+    save_json(made / "recomposed.json", Json{{"format", "patinate.recomposed"}, {"version", 1}, {"simulation", manifest.key}, {"set", texts}, {"key", plan.key}});
+  };
+  const std::optional<JobStatus> status = run.make_folder(plan, "recompose");
+  if (status) run.report_output(*status, output);
+  return 0;
+}
+
+}  // namespace patinate

@@ -1,0 +1,49 @@
+#include "datasets_synthetic/crackle_io.h"
+#include "datasets_synthetic/mould_io.h"
+#include "datasets_synthetic/object_io.h"
+#include "tools/patinate/commands/commands.h"
+
+namespace patinate {
+
+namespace {
+
+const std::vector<std::string> kKinds{"crackle", "fence", "ledge", "mould", "sculpture"};
+
+}  // namespace
+
+int cmd_synth(CommandRun& run) {
+  std::string kind;
+  std::filesystem::path output;
+  CrackleOptions crackle_options;
+  FenceOptions fence_options;
+  LedgeOptions ledge_options;
+  MouldOptions mould_options;
+  SculptureOptions sculpture_options;
+  run.line.positional("KIND", "crackle (a capture project with its truth), mould (one of scans and lights, with its truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)", kind);
+  run.line.choices(kKinds);
+  run.line.output("FOLDER", "Folder to make", output);
+  // Each kind has options of its own, so the kind decides what --help lists and what is accepted.
+  const std::string asked = run.first_positional();
+  if (asked == "crackle") run.line.options(crackle_options);
+  if (asked == "fence") run.line.options(fence_options);
+  if (asked == "ledge") run.line.options(ledge_options);
+  if (asked == "mould") run.line.options(mould_options);
+  if (asked == "sculpture") run.line.options(sculpture_options);
+  run.line.example("synth crackle -o crackle");
+  run.line.example("synth mould -o mould --exact");
+  run.line.example("synth ledge -o ledge");
+  run.line.example("synth ledge -o washed --weather soot");
+  run.line.example("synth fence -o fence");
+  run.line.example("synth crackle --help");
+  if (!run.parse()) return 0;
+  const JobPlan plan = kind == "crackle" ? plan_crackle(crackle_options, output)
+                       : kind == "fence" ? plan_fence(fence_options, output)
+                       : kind == "ledge" ? plan_ledge(ledge_options, output)
+                       : kind == "mould" ? plan_mould(mould_options, output)
+                                         : plan_sculpture(sculpture_options, output);
+  const std::optional<JobStatus> status = run.make_folder(plan, "synth " + kind);
+  if (status) run.report_output(*status, output);
+  return 0;
+}
+
+}  // namespace patinate

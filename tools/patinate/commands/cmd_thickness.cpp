@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "capture/thickness/thickness.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/image_io.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/command_line/output_file.h"
+
+namespace patinate {
+
+namespace {
+
+struct ThicknessCommandOptions {
+  ThicknessOptions thickness;
+};
+void describe(OptionVisitor& v, ThicknessCommandOptions& o) { describe(v, o.thickness); }
+
+Response response_of(const std::string& text) {
+  if (text == "srgb") return {.kind = Response::Kind::Srgb};
+  if (text == "linear") return {.kind = Response::Kind::Linear};
+  const std::optional<double> gamma = parse_number(text);
+  if (!gamma || !(*gamma > 0 && *gamma <= 10)) throw UsageError("--response: found `" + text + "`; expected srgb, linear or a gamma in (0, 10]");
+  return {.kind = Response::Kind::Gamma, .gamma = *gamma};
+}
+
+/// Brightness of the transmitted light, H x W x 1.
+ImageF read_light(const std::filesystem::path& path, const Response& response) {
+  const ImageF color = read_color(path, response);
+  ImageF light(color.width(), color.height());
+  for (int y = 0; y < color.height(); ++y) {
+    for (int x = 0; x < color.width(); ++x) light.at(x, y) = luminance(color.pixel(x, y));
+  }
+  return light;
+}
+
+}  // namespace
+
+int cmd_thickness(CommandRun& run) {
+  std::filesystem::path photo, blank, mask, output;
+  std::string response = "srgb";
+  ThicknessCommandOptions options;
+  run.line.positional("PHOTO", "Photograph of the light that the layer lets through", photo);
+  run.line.option("blank", "IMAGE", "The same without the layer: its light is divided out", blank);
+  run.line.option("mask", "IMAGE", "0 = outside: frame, saturated and opaque parts", mask);
+  run.line.option("response", "CURVE", "How codes become linear: srgb, linear, or a gamma such as 2.2", response);
+  run.line.output("MAP.exr", "The control map to make, float, channel Y, [0, 1]", output);
+  run.line.options(options);
+  run.line.example("thickness backlight.png --blank lightbox.png -o thickness.exr");
+  if (!run.parse()) return 0;
+  require_extension(output, {".exr"});
+  const Response curve = response_of(response);
+
+  ContentHash hash;
+  hash.add("thickness 1").add(curve.text()).add_file(photo);
+  hash.add(blank.empty() ? "no blank" : "blank").add(mask.empty() ? "no mask" : "mask");
+  if (!blank.empty()) hash.add_file(blank);
+  if (!mask.empty()) hash.add_file(mask);
+  for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);
+  const std::string key = hash.hex();
+  const std::optional<JobStatus> status = run.check_file(output, image_file_key(output), key);
+  if (!status) return 0;
+  if (*status == JobStatus::UpToDate) {
+    run.report_output(*status, output);
+    return 0;
+  }
+  ThicknessMap map;
+  try {
+    map = thickness_from_transmission(read_light(photo, curve), blank.empty() ? ImageF() : read_light(blank, curve), mask.empty() ? ImageU8() : read_mask(mask),
+                                      options.thickness, run.control("thickness"));
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(photo.string(), e.what());
+  }
+  const double span = map.high - map.low;
+  std::int64_t num_known = 0;
+  for (std::int64_t i = 0; i < map.values.num_pixels(); ++i) {
+    float& v = map.values.data()[i];
+    const bool is_known = map.known.data()[i] != 0;
+    num_known += is_known;
+    v = is_known && span > 0 ? static_cast<float>(std::clamp((static_cast<double>(v) - map.low) / span, 0.0, 1.0)) : 0.0f;
+  }
+  write_exr(output, map.values, {"Y"}, ExrDepth::Float, key);
+  if (map.low > 0.0 && map.high / map.low > 50.0) {
+    run.note("thickness spans 1 to " + short_number_text(map.high / map.low) + ": saturated or opaque parts belong outside the --mask");
+  }
+  run.detail("0 stands for " + number_text(map.low) + ", 1 for " + number_text(map.high) + " (relative)");
+  run.report_output(*status, output, Json{{"range", {map.low, map.high}}, {"unit", "relative"}, {"known", num_known}});
+  return 0;
+}
+
+}  // namespace patinate

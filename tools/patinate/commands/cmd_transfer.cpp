@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "libcommon/atlas/direction_field.h"
+#include "libcommon/controls/control_expression.h"
+#include "libcommon/controls/control_kinds.h"
+#include "libcommon/controls/distance_io.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/destination.h"
+#include "tools/patinate/services/mesh_source.h"
+#include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "transfer/exemplar/appearance_cache.h"
+#include "transfer/synthesis/transfer_controls.h"
+#include "transfer/job/transfer_job.h"
+
+namespace patinate {
+
+namespace {
+
+/// A file that is no manifest stands where the history belongs: most often the mesh. @throws IoError
+void require_history_place(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error) || lower_extension(path) == ".json") return;
+  throw IoError(path.string(), "is no history; the order is patinate transfer HISTORY MESH");
+}
+
+/// Least and greatest value inside the charts.
+std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map) {
+  std::pair<float, float> range{std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    range.first = std::min(range.first, values.data()[t]);
+    range.second = std::max(range.second, values.data()[t]);
+  }
+  return range;
+}
+
+/// Says what the values of a library's control mean, and that it would help. Candidates are drawn by the first two controls: it becomes one of them.
+void note_library(const std::vector<LibraryPart>& library, std::vector<TransferControl>& controls, CommandRun& run) {
+  if (library.empty()) return;
+  const auto found = std::find_if(controls.begin(), controls.end(), [](const TransferControl& c) { return c.source == kLibraryControl; });
+  std::string list;
+  for (std::size_t p = 0; p < library.size(); ++p) list += (p == 0 ? "" : ", ") + std::to_string(p) + " " + library[p].name;
+  if (found == controls.end()) {
+    run.note("a library (" + list + "): nothing says where which history applies; --control " + std::string(kLibraryControl) + "=MAP does");
+    return;
+  }
+  run.note(std::string(kLibraryControl) + ": " + list);
+  if (found - controls.begin() > 1) std::rotate(controls.begin() + 1, found, found + 1);
+}
+
+std::vector<TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
+                                           const ControlKindOptions& kinds, CommandRun& run) {
+  std::vector<TransferControl> controls;
+  for (const std::string& text : texts) {
+    const ControlSpec spec = parse_control_spec(text);
+    const std::string source = source_control(history, spec);
+    for (const TransferControl& other : controls) {
+      if (other.source == source) throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
+    }
+    ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source));
+    for (const std::string& note : made.notes) run.note(note);
+    const auto [low, high] = covered_range(made.values, map);
+    controls.push_back(make_transfer_control(history, spec, std::move(made)));
+    if (!(low < high) && controls.back().mapping != ControlMapping::Physical) {
+      run.note("control `" + source + "`: `" + spec.destination + "` is the same all over the mesh, so that it decides nothing");
+    }
+  }
+  note_library(history.facts().parts, controls, run);
+  return controls;
+}
+
+/// A file that says what may be copied. @throws IoError
+ImageU8 read_source_mask(const std::filesystem::path& file, const HistoryReader& history) {
+  ImageU8 mask = read_mask(file);
+  try {
+    (void)usable_mask(history, mask);
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(file.string(), e.what());
+  }
+  return mask;
+}
+
+const std::string_view* find_flow(const std::string& flow) { return std::find(kDirectionKindNames.begin(), kDirectionKindNames.end(), flow); }
+
+/// A typo is said before work starts.
+void check_flow(const std::string& flow) {
+  if (find_flow(flow) != kDirectionKindNames.end() || std::filesystem::exists(flow)) return;
+  const std::vector<std::string> kinds(kDirectionKindNames.begin(), kDirectionKindNames.end());
+  throw UsageError("--flow: found `" + flow + "`; expected gravity, curvature, uv, or a file of curves" + did_you_mean(flow, kinds));
+}
+
+/// A kind, or a file of curves. @returns nothing for UVs.
+std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const TexelMap& map, const std::array<double, 3>& up, CommandRun& run) {
+  const RunControl control = run.control("flow");
+  const auto* const kind = find_flow(flow);
+  if (kind == kDirectionKindNames.end()) {
+    const std::vector<std::vector<Vec3>> curves = read_curves(flow);
+    if (std::none_of(curves.begin(), curves.end(), [](const auto& c) { return std::any_of(c.begin(), c.end(), [&](const Vec3& p) { return p != c.front(); }); })) {
+      throw IoError(flow, "no curve has two different points");
+    }
+    return std::make_shared<const FlowFrames>(curve_frames(map, curves, control));
+  }
+  const auto chosen = static_cast<DirectionKind>(kind - kDirectionKindNames.begin());
+  if (chosen == DirectionKind::Uv) return nullptr;
+  return std::make_shared<const FlowFrames>(direction_frames(map, chosen, Vec3(up[0], up[1], up[2]), control));
+}
+
+}  // namespace
+
+int cmd_transfer(CommandRun& run) {
+  std::filesystem::path history_path, output;
+  std::vector<std::string> control_texts;
+  MeshSource mesh_source;
+  AtlasOptions atlas;
+  std::optional<double> texel_size_mm;
+  TransferOptions options;
+  ControlKindOptions kinds;
+  std::string flow = "gravity";
+  std::filesystem::path source_mask;
+  CacheOptions cache;
+  run.line.positional("HISTORY", "A material history, or a simulation", history_path);
+  declare_mesh(run.line, mesh_source);
+  run.line.output("TRANSFER", "Folder to make", output);
+  run.line.repeated("control", "SPEC", "[SOURCE=]DESTINATION[:weight[:mapping]]: a control of the history, and where on the mesh it is high: a kind "
+                    "(accessibility, facing, spray), a map file or an expression; mapping: rank, linear, physical", control_texts);
+  run.line.required();
+  run.line.options(atlas);
+  run.line.default_text("resolution", "as many as show every pixel of the history, 256 to 4096 along a side of all tiles together, where its texel size and the mesh's unit are known, else " +
+                                          std::to_string(atlas.resolution));
+  run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says", texel_size_mm);
+  run.line.option("source_mask", "FILE", "8-bit image of the history's size; what is 0 there is not copied", source_mask);
+  run.line.option("flow", "FLOW", "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature (along tubes and ridges), uv (as each chart lies), "
+                  "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows", flow);
+  run.line.options(options);
+  run.line.options(cache);
+  run.line.options(kinds);
+  run.line.example("transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
+  run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
+  run.line.example("transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
+  if (!run.parse()) return 0;
+  if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
+  require_no_file_name(output);  // Said before the mesh and its controls are made ready.
+  check_flow(flow);
+  for (const std::string& text : control_texts) {  // A typo is said before work starts.
+    (void)ControlExpression(parse_control_spec(text).destination, control_kind_names());
+  }
+
+  TransferTask task;
+  task.mesh_name = mesh_source.path.filename().string();
+  task.options = options;
+  task.options.seed = run.line.common().seed;
+  require_history_place(history_path);
+  history_path = history_place(history_path);
+  task.history = std::make_shared<const HistoryReader>(history_path);
+  const HistoryReader& history = *task.history;
+  if (!source_mask.empty()) {
+    task.input.source_mask = read_source_mask(source_mask, history);
+    task.source_mask_name = source_mask.filename().string();
+  }
+  const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.facts().texel_size_mm;
+  const Destination destination = make_destination(mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
+  task.atlas = destination.atlas;
+  task.input.map = destination.map;
+  task.unit = destination.unit;
+  task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
+  task.input.texel_size_mm = destination.texel_size_mm;
+  task.input.controls = make_controls(control_texts, history, *task.input.map, kinds, run);
+  task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
+  task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
+  task.input.appearance = appearance_source(history, cache);
+  const std::optional<JobStatus> status = run.make_folder(plan_transfer(std::move(task), output), "transfer");
+  if (!status) return 0;
+  run.report_output(*status, output, energy_json(read_transfer_manifest(output).energy));
+  return 0;
+}
+
+}  // namespace patinate

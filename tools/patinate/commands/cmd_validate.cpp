@@ -1,0 +1,154 @@
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "analysis/factorization/factorization_job.h"
+#include "analysis/fit/fit_job.h"
+#include "capture/project/capture_project.h"
+#include "capture/project/relit_project.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/geometry/point_cloud_io.h"
+#include "libcommon/history/history.h"
+#include "libcommon/image/image_io.h"
+#include "simulation/job/simulation_job.h"
+#include "tools/patinate/services/capture_results.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/command_line/failure.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+
+namespace {
+
+/// Runs checks one after another and keeps the line of each that fails.
+class Checks {
+ public:
+  void run(const std::function<void()>& check) {
+    try {
+      check();
+    } catch (const InvalidInput& e) {
+      problems_.emplace_back(e.what());
+    }
+  }
+  [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
+
+ private:
+  std::vector<std::string> problems_;
+};
+
+/// Reads every pixel that the history names.
+void check_history(const std::filesystem::path& path, Checks& checks, const RunControl& control) {
+  const HistoryReader history(path);
+  for (int i = 0; i < history.num_frames(); ++i) {
+    control.throw_if_stopped();
+    checks.run([&] { (void)history.read_frame(i); });
+    control.report((i + 1.0) / (history.num_frames() + 1.0));
+  }
+  for (const ControlParameter& c : history.manifest().controls) {
+    checks.run([&] { (void)history.read_control(c.name); });
+  }
+  checks.run([&] { (void)history.read_mask(); });
+}
+
+/// Decodes every photograph.
+void check_capture(const CaptureProject& project, Checks& checks, const RunControl& control) {
+  double num_done = 0.0;
+  for (const CapturePhoto& frame : project.frames) {
+    control.throw_if_stopped();
+    checks.run([&] { (void)read_photo(project, frame.file); });
+    control.report(++num_done / (static_cast<double>(project.frames.size()) + 1.0));
+  }
+  if (project.transmission) {
+    checks.run([&] { (void)read_photo(project, project.transmission->photo); });
+    if (project.transmission->blank) checks.run([&] { (void)read_photo(project, *project.transmission->blank); });
+  }
+  for (const GivenControl& c : project.controls) {
+    checks.run([&] { (void)to_history_size(read_gray(c.file), project, c.file); });
+  }
+  checks.run([&] { (void)read_capture_mask(project); });
+}
+
+void check_relit(const RelitProject& project, Checks& checks, const RunControl& control) {
+  for (const RelitStep& step : project.steps) {
+    control.throw_if_stopped();
+    if (step.scan) checks.run([&] { (void)read_point_cloud(*step.scan); });
+    for (const std::filesystem::path& photo : step.photos) checks.run([&] { (void)read_color(photo, project.response); });
+    if (step.ambient) checks.run([&] { (void)read_color(*step.ambient, project.response); });
+    if (step.ready) {
+      checks.run([&] { (void)read_color(step.ready->albedo, project.response); });
+      for (const auto& map : {step.ready->position, step.ready->normal}) checks.run([&] { (void)read_channels(map, {"X", "Y", "Z"}); });
+    }
+  }
+}
+
+void check_path(const std::filesystem::path& path, Checks& checks, const RunControl& control) try {
+  switch (kind_of(path)) {
+    case PathKind::History: return check_history(path, checks, control);
+    case PathKind::Transfer: {
+      const TransferReader transfer(path);
+      return check_history(transfer.history().folder(), checks, control);
+    }
+    case PathKind::Capture:
+      if (is_relit_capture(capture_file(path))) return check_relit(read_relit_project(capture_file(path)), checks, control);
+      return check_capture(read_capture_project(capture_file(path)), checks, control);
+    case PathKind::Registration: return check_registration(path);
+    case PathKind::Unlit: return check_unlit(path);
+    case PathKind::Calibration: return check_calibration(path);
+    case PathKind::Simulation: {
+      const std::filesystem::path folder = manifest_folder(path, "simulation.json");
+      const SimulationManifest m = read_simulation_manifest(path);
+      std::vector<std::string> channels;
+      for (const std::string& material : m.materials) channels.push_back("amount." + material);
+      checks.run([&] { (void)read_channels(folder / "atlas.exr", channels); });
+      for (const char* name : {"color.png", "normal.png", "specular.png"}) checks.run([&] { (void)read_color(folder / name); });
+      checks.run([&] { (void)read_gray(folder / "height.exr"); });
+      checks.run([&] { (void)read_mesh(folder / "model.glb"); });
+      for (const std::string& name : m.controls) checks.run([&] { (void)read_gray(folder / "controls" / (name + ".exr")); });
+      return check_history(folder / "history", checks, control);
+    }
+    case PathKind::Factorization: {
+      const FactorizationManifest m = read_factorization(path);
+      for (const auto& [name, file] : m.maps) checks.run([&file = file] { (void)(file.extension() == ".png" ? read_mask(file).width() : static_cast<int>(probe_image(file).channels.size())); });
+      for (const char* name : {"base", "gain"}) checks.run([&] { (void)read_channels(manifest_folder(path, kFactorizationManifestFile) / "maps" / (std::string(name) + ".exr"), {"R", "G", "B"}); });
+      return check_history(m.history, checks, control);
+    }
+    case PathKind::Fit: {
+      const std::filesystem::path folder = manifest_folder(path, kFitReportFile);
+      (void)read_fit_manifest(path);
+      checks.run([&] { (void)read_scene(folder / "scene.json", control); });
+      checks.run([&] { check_history(folder / "before", checks, control); });
+      return checks.run([&] { check_history(folder / "after", checks, control); });
+    }
+    case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
+    case PathKind::Image: return checks.run([&] { (void)read_color(path); });
+  }
+} catch (...) {
+  rethrow_naming(path);
+}
+
+}  // namespace
+
+int cmd_validate(CommandRun& run) {
+  std::filesystem::path path;
+  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
+  run.line.without({"seed", "force", "dry_run"});
+  run.line.example("validate copper");
+  if (!run.parse()) return 0;
+  Checks checks;
+  const RunControl control = run.control("checking");
+  checks.run([&] { check_path(path, checks, control); });
+  control.report(1.0);
+
+  if (checks.problems().empty()) {
+    run.report(Json{{"valid", true}, {"problems", Json::array()}}, path.string() + ": OK");
+    return 0;
+  }
+  // As errors are: one line each on stderr.
+  run.note_problems(checks.problems());
+  if (run.line.common().json) run.report(Json{{"valid", false}, {"problems", checks.problems()}}, "");
+  return 3;
+}
+
+}  // namespace patinate

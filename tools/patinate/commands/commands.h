@@ -1,0 +1,36 @@
+/// \file
+/// The commands of patinate, one a file (`cmd_*.cpp`).
+#pragma once
+
+#include "tools/patinate/command_line/command_run.h"
+
+namespace patinate {
+
+/// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/core/error.h.
+int cmd_accessibility(CommandRun& run);
+int cmd_calibrate(CommandRun& run);
+int cmd_combine(CommandRun& run);
+int cmd_compare(CommandRun& run);
+int cmd_completion(CommandRun& run);
+int cmd_control(CommandRun& run);
+int cmd_evaluate(CommandRun& run);
+int cmd_export(CommandRun& run);
+int cmd_factorise(CommandRun& run);
+int cmd_fit(CommandRun& run);
+int cmd_help(CommandRun& run);
+int cmd_info(CommandRun& run);
+int cmd_ingest(CommandRun& run);
+int cmd_init(CommandRun& run);
+int cmd_lookup(CommandRun& run);
+int cmd_recompose(CommandRun& run);
+int cmd_register(CommandRun& run);
+int cmd_render(CommandRun& run);
+int cmd_simulate(CommandRun& run);
+int cmd_studio(CommandRun& run);
+int cmd_synth(CommandRun& run);
+int cmd_thickness(CommandRun& run);
+int cmd_transfer(CommandRun& run);
+int cmd_unlight(CommandRun& run);
+int cmd_validate(CommandRun& run);
+
+}  // namespace patinate

@@ -1,0 +1,87 @@
+#include "tools/patinate/command_line/verbs.h"
+
+#include <algorithm>
+#include <array>
+
+#include "tools/patinate/commands/commands.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr std::array kVerbs{
+    Verb{"init", "Drafts a capture project from a folder of photographs.", cmd_init},
+    Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
+    Verb{"unlight", "Makes albedo and normals of photographs under known lights.", cmd_unlight},
+    Verb{"calibrate", "Finds where camera and lights stand, or how codes become light.", cmd_calibrate, {"camera", "spheres", "lambertian", "response"}},
+    Verb{"thickness", "Makes a map of a layer's thickness from a transmission photograph.", cmd_thickness},
+    Verb{"register", "Brings scans of one object into one frame.", cmd_register},
+    Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
+    Verb{"accessibility", "Says how hard each place of a scan is to reach, in three definitions.", cmd_accessibility},
+    Verb{"combine", "Lays several histories side by side in one, a library.", cmd_combine},
+    Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
+    Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
+    Verb{"render", "Makes a picture of a transfer or simulation at a time, a strip of times, or a movie.", cmd_render},
+    Verb{"evaluate", "Says how good the texture of a transfer, or of another tool, is.", cmd_evaluate},
+    Verb{"export", "Writes a transfer or simulation as GLB, or a history too as images or a movie.", cmd_export},
+    Verb{"compare", "Says how alike two histories age: figures, maps and curves on one page.", cmd_compare},
+    Verb{"factorise", "Takes a history apart: one curve over time, and maps of gain, base, rate and offset.", cmd_factorise},
+    Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
+    Verb{"fit", "Finds a scene's numbers that age it as a history does.", cmd_fit},
+    Verb{"recompose", "Gives a simulation another look without simulating again.", cmd_recompose},
+    Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},
+    Verb{"synth", "Makes test data with known truth: crackle, fence, ledge, mould, sculpture.", cmd_synth, {"crackle", "fence", "ledge", "mould", "sculpture"}},
+    Verb{"info", "Says what a file or folder is.", cmd_info},
+    Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
+    Verb{"completion", "Prints a completion script for a shell.", cmd_completion},
+    Verb{"help", "Says what a command does; prints the manual.", cmd_help},
+};
+
+CommandDeclaration declared(const Verb& verb, const std::vector<std::string>& arguments) {
+  CommandRun run(verb.name, verb.brief, arguments, {});
+  run.only_declare();
+  (void)verb.run(run);
+  return run.line.declaration();
+}
+
+}  // namespace
+
+std::span<const Verb> verbs() { return kVerbs; }
+
+CommandDeclaration declaration_of(const Verb& verb) {
+  CommandDeclaration all = declared(verb, {});
+  for (const char* const* kind = verb.kinds; *kind != nullptr; ++kind) {
+    for (ArgumentInfo& argument : declared(verb, {*kind}).arguments) {
+      const auto same = std::find_if(all.arguments.begin(), all.arguments.end(), [&](const auto& a) { return a.name == argument.name; });
+      if (same == all.arguments.end()) {
+        argument.help = std::string(*kind) + ": " + argument.help;
+        all.arguments.push_back(std::move(argument));
+      } else if (!same->is_common && same->help != argument.help) {
+        same->help += "; " + std::string(*kind) + ": " + argument.help;
+        if (same->type != argument.type) same->type = ValueType::Number;
+        same->default_text.clear();
+      }
+    }
+  }
+  return all;
+}
+
+std::vector<CommandDeclaration> all_declarations() {
+  std::vector<CommandDeclaration> all;
+  all.reserve(kVerbs.size());
+  for (const Verb& verb : kVerbs) all.push_back(declaration_of(verb));
+  return all;
+}
+
+std::string overview() {
+  std::string text =
+      "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND [arguments]\n\nCommands:\n";
+  for (const Verb& verb : kVerbs) {
+    std::string name = std::string("  ") + verb.name;
+    name.resize(17, ' ');
+    text += name + verb.brief + "\n";
+  }
+  return text + "\n`patinate COMMAND --help` says more. `patinate --version` prints the version.\n";
+}
+
+}  // namespace patinate

@@ -1,0 +1,62 @@
+#include "tools/patinate/services/aging_mesh.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "libcommon/core/files.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "simulation/job/simulation_job.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "transfer/lookup/transfer_reader.h"
+
+namespace patinate {
+
+namespace {
+
+AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
+  const auto transfer = std::make_shared<const TransferReader>(path);
+  const TransferManifest& m = transfer->manifest();
+  AgingMesh mesh;
+  mesh.key = m.key;
+  mesh.history = transfer->history().manifest();
+  mesh.tile_names = transfer->sheet().names;
+  mesh.triangle_tile = transfer->atlas().triangle_tile;
+  mesh.mesh = transfer->mesh();
+  mesh.unit_mesh = unit_square_mesh(transfer->atlas());
+  mesh.metres_per_unit = metres_per_unit(m);
+  mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
+  const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
+  const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
+  const bool has_normals = has(MaterialMap::Normal), has_gloss = has(MaterialMap::Roughness);
+  if (has_normals || has_gloss) {
+    mesh.detail = [transfer, has_normals, has_gloss](double time, const RunControl& control) {
+      SurfaceDetail detail;
+      if (has_normals) detail.normals = transfer->sample_map(MaterialMap::Normal, time, Between::Blend, control);
+      if (has_gloss) detail.roughness = transfer->sample_map(MaterialMap::Roughness, time, Between::Blend, control);
+      return detail;
+    };
+  }
+  return mesh;
+}
+
+AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path) {
+  const std::filesystem::path folder = manifest_folder(path, "simulation.json");
+  const auto history = std::make_shared<const HistoryReader>(folder / "history");
+  AgingMesh mesh;
+  mesh.key = read_simulation_manifest(path).key;
+  mesh.history = history->manifest();
+  mesh.tile_names = {""};
+  mesh.mesh = with_normals(read_mesh(folder / "model.glb"));
+  scale_mesh(mesh.mesh, 1000.0);  // glTF is in m
+  mesh.unit_mesh = mesh.mesh;
+  mesh.sample = [history](double time, const RunControl&) { return history->sample(time); };
+  return mesh;
+}
+
+}  // namespace
+
+AgingMesh open_aging_mesh(const std::filesystem::path& path) {
+  return kind_of(path) == PathKind::Simulation ? aging_mesh_of_simulation(path) : aging_mesh_of_transfer(path);
+}
+
+}  // namespace patinate

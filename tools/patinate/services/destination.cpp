@@ -1,0 +1,85 @@
+#include "tools/patinate/services/destination.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "transfer/guidance/scale.h"
+
+namespace patinate {
+
+namespace {
+
+/// What the command says when sizes were chosen, not known.
+void note_scale(const TransferScale& scale, CommandRun& run) {
+  if (scale.source == ScaleSource::PixelAssumed) {
+    run.note("the history has no texel size: one pixel of it covers one texel (" + number_text(scale.texel_size_mm) + " mm); --texel-size sets it");
+  } else if (scale.source == ScaleSource::MeshScaled) {
+    run.note("the mesh has no unit: it is scaled so that one texel equals one pixel of the history; --unit sets it");
+  }
+}
+
+/// Says when texels and the history's pixels differ so much that texture is left out or magnified.
+void note_ratio(double pixels_per_texel, double equal_resolution, CommandRun& run) {
+  if (pixels_per_texel > 0.66 && pixels_per_texel < 1.5) return;
+  const Range range = resolution_range();
+  const double resolution = std::round(equal_resolution);
+  run.note("one texel covers " + short_number_text(pixels_per_texel) + " pixels of the history" +
+           (range.contains(resolution) ? "; --resolution " + std::to_string(static_cast<int>(resolution)) + " would make them equal" : ""));
+}
+
+/// A surface on which texture makes no sense: of a few pixels of the history, around which every neighborhood would go many times, or of
+/// more than any history can be spread over.
+void require_plausible(const MeshSource& source, const TransferScale& scale, double equal_resolution) {
+  constexpr double kLeast = 4.0, kMost = 1e8;  // Of the history's pixels, along a side of the atlas.
+  if (equal_resolution >= kLeast && equal_resolution <= kMost) return;
+  throw IoError(source.path.string(), "with " + number_text(scale.mm_per_mesh_unit) + " mm to its unit and " + number_text(scale.texel_size_mm) + " mm to a pixel of the history, its whole surface is " +
+                                          short_number_text(rounded(equal_resolution, 2)) + " pixels wide; expected 4 to 1e8: are --unit and --texel-size right?");
+}
+
+/// Nobody who reads "default 1024" expects 4096 x 4096 texels, and what they take.
+void note_chosen(int resolution, std::size_t num_tiles, CommandRun& run) {
+  const std::string size = size_text(resolution, resolution) + (num_tiles > 1 ? " texels a tile" : " texels");
+  run.note("automatic resolution: " + size + ", so that they show the history's pixels (256 to 4096 along a side of all); --resolution sets another");
+}
+
+}  // namespace
+
+Destination make_destination(const MeshSource& source, const AtlasOptions& options, bool is_resolution_given,
+                             std::optional<double> pixel_mm, CommandRun& run) {
+  Destination out;
+  out.unit = source.unit_or_none();
+  const Mesh mesh = load_mesh(source, run);
+  AtlasMesh atlas = make_atlas(source, mesh, options, run.control("atlas"));
+  auto unscaled = std::make_unique<TexelMap>(make_texel_map(source, atlas, options.resolution, run.control("atlas")));
+  if (unscaled->num_covered() == 0) {
+    throw IoError(source.path.string(), "its UVs cover no texel; use a larger --resolution, or --atlas unwrap");
+  }
+  const auto mm = out.unit ? std::optional(mm_per_unit(*out.unit)) : std::nullopt;
+  const TransferScale scale = choose_scale(mm, pixel_mm, unscaled->median_texel_size_mm());
+  out.mm_per_mesh_unit = scale.mm_per_mesh_unit;
+  out.texel_size_mm = scale.texel_size_mm;
+  AtlasOptions chosen = options;
+  require_plausible(source, scale, options.resolution * unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit / scale.texel_size_mm);
+  if (!is_resolution_given && out.unit && pixel_mm) {
+    chosen.resolution = choose_resolution(options.resolution, unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit, *pixel_mm,
+                                          static_cast<int>(atlas.tiles.size()));
+    note_chosen(chosen.resolution, atlas.tiles.size(), run);
+  }
+  run.line.decided("resolution", std::to_string(chosen.resolution));
+  unscaled.reset();
+  // An unwrapped atlas keeps its gutters for the number of texels it was made with.
+  if (atlas.is_unwrapped && chosen.resolution != options.resolution) atlas = make_atlas(source, mesh, chosen, run.control("atlas"));
+  note_atlas(source, atlas, run);
+  note_scale(scale, run);
+  scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);
+  out.map = std::make_shared<TexelMap>(make_texel_map(source, atlas, chosen.resolution, run.control("atlas")));
+  out.atlas = std::make_shared<AtlasMesh>(std::move(atlas));
+  const double ratio = out.map->median_texel_size_mm() / out.texel_size_mm;
+  note_ratio(ratio, ratio * chosen.resolution, run);
+  return out;
+}
+
+}  // namespace patinate

@@ -1,0 +1,93 @@
+#include "tools/patinate/services/mesh_source.h"
+
+#include <utility>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/geometry/mesh_repair.h"
+#include "tools/patinate/services/blender_unwrap.h"
+#include "tools/patinate/command_line/failure.h"
+
+namespace patinate {
+
+namespace {
+/// What is wrong with the mesh, with its file's name in front.
+template <class Make>
+auto naming_file(const MeshSource& source, Make&& make) {
+  try {
+    return make();
+  } catch (const IoError&) {
+    throw;
+  } catch (const InvalidInput& e) {
+    throw IoError(source.path.string(), e.what());
+  } catch (...) {
+    rethrow_naming(source.path);
+  }
+}
+
+}  // namespace
+
+std::optional<std::string> MeshSource::unit_or_none() const {
+  const std::string extension = path.extension().string();
+  if (unit.empty() && (extension == ".gltf" || extension == ".glb")) return "m";  // By the standard.
+  if (unit.empty()) return std::nullopt;
+  (void)mm_per_unit(unit);
+  return unit;
+}
+
+void declare_mesh(CommandLine& line, MeshSource& source) {
+  line.positional("MESH", "OBJ, PLY, glTF or GLB", source.path);
+  line.option("unit", "um|mm|cm|m", "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative", source.unit);
+  line.suggestions({"um", "mm", "cm", "m"});
+  line.option("node", "NAME", "Only the surfaces of this node", source.node);
+  line.option("material", "NAME", "Only the surfaces of this material", source.material);
+}
+
+Mesh load_mesh(const MeshSource& source, CommandRun& run) {
+  (void)source.unit_or_none();
+  return naming_file(source, [&] {
+    Mesh mesh = read_mesh(source.path);
+    if (!source.node.empty() || !source.material.empty()) mesh = select_surfaces(mesh, source.node, source.material);
+    RepairedMesh repaired = repair_mesh(std::move(mesh));
+    if (const std::string text = repaired.repairs.text(); !text.empty()) run.note(source.path.string() + ": " + text);
+    return with_normals(std::move(repaired.mesh));
+  });
+}
+
+double mm_per_unit(const std::string& unit) {
+  const std::optional<double> mm = find_mm_per_unit(unit);
+  if (!mm) throw UsageError("--unit: found `" + unit + "`; expected one of um, mm, cm, m");
+  return *mm;
+}
+
+Range resolution_range() { return between(16, 16384); }
+
+void describe(OptionVisitor& v, AtlasOptions& o) {
+  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()}, o.resolution);
+  v.visit_choice({"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: always; blender: unwrapped by Blender, where it is installed"}, o.method,
+                 kAtlasChoiceNames);
+}
+
+AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control) {
+  return naming_file(source, [&] {
+    if (options.method != AtlasChoice::Blender) {
+      return make_atlas_mesh(std::move(mesh), static_cast<AtlasMethod>(options.method), options.resolution, control);
+    }
+    mesh = blender_unwrap(std::move(mesh), options.resolution, control.part(0.0, 0.9));
+    AtlasMesh atlas = make_atlas_mesh(std::move(mesh), AtlasMethod::Uv, options.resolution, control.part(0.9, 1.0));
+    atlas.is_unwrapped = true;
+    return atlas;
+  });
+}
+
+void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run) {
+  for (const std::string& note : atlas.notes) run.note(source.path.string() + ": " + note);
+}
+
+TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution, const RunControl& control) {
+  return naming_file(source, [&] { return make_texel_map(atlas, resolution, control); });
+}
+
+}  // namespace patinate

@@ -1,0 +1,89 @@
+#include "tools/patinate/services/picture_series.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/hash.h"
+#include "libcommon/image/color.h"
+#include "libcommon/image/image_io.h"
+#include "tools/patinate/command_line/numbered_path.h"
+#include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/services/tile_files.h"
+
+namespace patinate {
+
+namespace {
+
+bool is_movie(const std::filesystem::path& output) {
+  const std::vector<std::string>& all = movie_extensions();
+  return std::find(all.begin(), all.end(), lower_extension(output)) != all.end();
+}
+
+RunControl without_progress(RunControl control) {
+  control.on_progress = {};
+  return control;
+}
+
+int make_movie(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie) {
+  ContentHash hash;
+  hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
+  for (double t : series.times) hash.add(t);
+  const std::string key = hash.hex();
+  const std::optional<JobStatus> status = run.check_file(output, read_movie_key(output), key);
+  if (!status) return 0;
+  if (status == JobStatus::Done) {
+    const RunControl control = run.control(series.label);
+    const RunControl silent = without_progress(control);
+    const auto codes = [&](int i) {
+      const double t = series.times[static_cast<std::size_t>(i)];
+      return series.codes ? series.codes(t, silent) : srgb8_from_linear(series.picture(t, silent));
+    };
+    write_coded_movie(output, static_cast<int>(series.times.size()), codes, movie, key, control);
+  }
+  run.report_output(*status, output, Json{{"pictures", series.times.size()}, {"fps", movie.fps}});
+  return 0;
+}
+
+int make_images(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series) {
+  require_extension(output, image_extensions());
+  struct Item {
+    std::size_t index;
+    std::filesystem::path file;
+    std::string key;
+  };
+  std::vector<Item> todo;
+  Json files = Json::array();
+  for (std::size_t i = 0; i < series.times.size(); ++i) {
+    const std::filesystem::path file = numbered_path(output, static_cast<int>(i));
+    const std::string key = ContentHash().add("picture 1").add(series.key).add(series.times[i]).add(lower_extension(output)).hex();
+    files.push_back(Json{{"time", series.times[i]}, {"file", file.string()}});
+    const bool is_last = i + 1 == series.times.size();
+    if (run.line.common().dry_run && image_file_key(file) == key && !is_last) continue;
+    const std::optional<JobStatus> status = run.check_file(file, image_file_key(file), key);
+    if (!status) return 0;  // The dry run tells of the first that would be made.
+    if (status == JobStatus::Done) todo.push_back({i, file, key});
+  }
+  const RunControl control = run.control(series.label);
+  for (std::size_t k = 0; k < todo.size(); ++k) {
+    const double t = series.times[todo[k].index];
+    if (series.write) {
+      series.write(t, todo[k].file, todo[k].key, without_progress(control));
+    } else {
+      write_color(todo[k].file, series.picture(t, without_progress(control)), todo[k].key);
+    }
+    control.report((static_cast<double>(k) + 1.0) / static_cast<double>(todo.size()));
+  }
+  run.report_output(todo.empty() ? JobStatus::UpToDate : JobStatus::Done, output, Json{{"images", files}});
+  return 0;
+}
+
+}  // namespace
+
+bool is_series(const std::filesystem::path& output) { return is_movie(output) || has_number(output); }
+
+int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie) {
+  return is_movie(output) ? make_movie(run, output, series, movie) : make_images(run, output, series);
+}
+
+}  // namespace patinate

@@ -1,0 +1,37 @@
+/// \file
+/// Pictures over time as a movie or as numbered image files.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/run_control.h"
+#include "libcommon/image/image.h"
+#include "libcommon/output/movie.h"
+#include "tools/patinate/command_line/command_run.h"
+
+namespace patinate {
+
+/// Pictures at several times.
+struct PictureSeries {
+  std::string label;  ///< Of progress: "export".
+  std::string key;    ///< Of everything that the pictures depend on but the times.
+  std::vector<double> times;
+  std::function<ImageF(double time, const RunControl& control)> picture;
+  /// Where they need not be in memory: the same picture as a file, and as the codes that a movie takes.
+  std::function<void(double time, const std::filesystem::path& file, const std::string& key, const RunControl& control)> write = {};
+  std::function<ImageU8(double time, const RunControl& control)> codes = {};
+};
+
+/// How many pictures a movie has when nobody says.
+inline constexpr int kMoviePictures = 100;
+
+/// The name is that of a movie, or of numbered images ("aged_%04d.png").
+[[nodiscard]] bool is_series(const std::filesystem::path& output);
+/// Makes the movie or the images, one picture at a time; each image is up to date or not by itself.
+/// @returns the command's exit code.
+int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie);
+
+}  // namespace patinate

@@ -1,0 +1,29 @@
+/// \file
+/// Commands that make one image per tile of an atlas.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libcommon/core/json.h"
+#include "libcommon/image/image.h"
+#include "tools/patinate/command_line/command_run.h"
+
+namespace patinate {
+
+/// The file of each tile (tile_path()).
+[[nodiscard]] std::vector<std::filesystem::path> tile_files(const std::filesystem::path& output, const std::vector<std::string>& tile_names);
+
+/// Whether the images of all tiles are to be made, as CommandRun::check_file() says of one: Done when one is missing, UpToDate when
+/// all have the key.
+/// @throws CannotComplete if one is there with another key, without --force.
+[[nodiscard]] std::optional<JobStatus> check_tile_files(CommandRun& run, const std::vector<std::filesystem::path>& files,
+                                                        const std::string& key);
+
+/// CommandRun::report_output() of all files: one line, and with --json a member `files`.
+void report_tile_files(CommandRun& run, JobStatus status, const std::filesystem::path& output,
+                       const std::vector<std::filesystem::path>& files, Json more);
+
+}  // namespace patinate

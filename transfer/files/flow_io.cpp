@@ -1,0 +1,52 @@
+#include "transfer/files/flow_io.h"
+
+#include <cmath>
+
+#include "libcommon/atlas/direction_field.h"
+#include "libcommon/core/error.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/image_io.h"
+
+namespace patinate {
+
+void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames) {
+  int triangle = -1;
+  FrameInUv in_uv;
+  for (int row = 0; row < strip.height(); ++row) {
+    for (int column = 0; column < strip.width(); ++column) {
+      const TexelId t = TexelId{y + row} * map.width() + x + column;
+      const bool is_covered = map.is_covered(t);
+      if (is_covered && map.triangle(t) != triangle) {
+        triangle = map.triangle(t);
+        in_uv = frame_in_uv(frames[static_cast<std::size_t>(triangle)], map.tangents(triangle));
+      }
+      strip.at(column, row, 2) = is_covered ? static_cast<float>(in_uv.angle) : 0.0f;
+      strip.at(column, row, 3) = is_covered && in_uv.is_mirrored ? 1.0f : 0.0f;
+    }
+  }
+}
+
+std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map) {
+  if (manifest.flow == "uv") return nullptr;
+  auto frames = std::make_shared<FlowFrames>(uv_frames(map));  // Triangles without a texel keep theirs.
+  const Sheet& sheet = map.sheet();
+  for (int i = 0; i < sheet.num_tiles(); ++i) {
+    const std::filesystem::path& file = manifest.tiles[static_cast<std::size_t>(i)].coordinates;
+    const ImageF patch = read_channels(file, {kPatchChannels[0], kPatchChannels[1]});
+    if (patch.width() != sheet.tile_width || patch.height() != sheet.tile_height) {
+      throw IoError(file.string(), "is " + size_text(patch.width(), patch.height()) + "; expected " + size_text(sheet.tile_width, sheet.tile_height));
+    }
+    for (int y = 0; y < patch.height(); ++y) {
+      for (int x = 0; x < patch.width(); ++x) {
+        const TexelId t = TexelId{sheet.first_y(i) + y} * map.width() + sheet.first_x(i) + x;
+        if (!map.is_covered(t)) continue;
+        if (!std::isfinite(patch.at(x, y, 0))) throw IoError(file.string(), "holds a " + std::string(kPatchChannels[0]) + " that is no number; make the transfer again");
+        const int triangle = map.triangle(t);
+        (*frames)[static_cast<std::size_t>(triangle)] = frame_from_uv({static_cast<double>(patch.at(x, y, 0)), patch.at(x, y, 1) > 0.5f}, map.tangents(triangle));
+      }
+    }
+  }
+  return frames;
+}
+
+}  // namespace patinate

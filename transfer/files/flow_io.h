@@ -1,0 +1,22 @@
+/// \file
+/// How a history lies on a surface, kept beside the coordinates: channels `source.angle` and `source.mirror`.
+#pragma once
+
+#include <memory>
+
+#include "libcommon/atlas/texel_map.h"
+#include "libcommon/image/image.h"
+#include "transfer/files/transfer_io.h"
+
+namespace patinate {
+
+inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror"};  ///< As FrameInUv.
+
+/// Of the covered texels the frame in their UVs: angle, and 1 where mirrored. 0 outside.
+/// @param strip  A part of the atlas whose first texel is (x, y); its channels 2 and 3 are set.
+void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames);
+
+/// The frames of a finished transfer. @param map  Over its sheet. @returns nothing where its history lies as the UVs do. @throws IoError
+[[nodiscard]] std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map);
+
+}  // namespace patinate

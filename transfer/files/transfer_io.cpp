@@ -1,0 +1,318 @@
+#include "transfer/files/transfer_io.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "libcommon/core/file_name.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/json.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/length_unit.h"
+#include "libcommon/geometry/mesh_io.h"
+#include "libcommon/geometry/mesh_key.h"
+#include "libcommon/image/image_io.h"
+#include "libcommon/image/image_rows.h"
+#include "transfer/files/flow_io.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array<std::string_view, 5> kTileRuleNames{"square", "udim", "material", "node", "surface"};
+constexpr const char* kTilePlace = "<UDIM>";  ///< In file names, for the tile's name.
+constexpr const char* kSourceMaskFile = "source_mask.png";
+
+UvLayoutRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : UvLayoutRule::Square; }
+
+/// A file's name, with a place for the tile's name when there are tiles.
+std::string tiled_name(const std::string& stem, UvLayoutRule rule) {
+  return stem + (rule == UvLayoutRule::Square ? "" : std::string(".") + kTilePlace) + ".exr";
+}
+
+std::string control_file(const TransferTask& task, std::size_t index) {
+  return tiled_name(task.input.controls.size() == 1 ? "control" : "control." + task.input.controls[index].source, rule_of(task));
+}
+
+/// Puts the part of the sheet that begins at (x, y) into a strip.
+using FillStrip = std::function<void(int x, int y, ImageF& strip)>;
+
+/// One file per tile, a few rows at a time: an atlas may be larger than what there is beside it.
+void write_tiles(const fs::path& file, const Sheet& sheet, const std::vector<std::string>& channels, const FillStrip& fill) {
+  constexpr int kStripRows = 64;
+  for (int i = 0; i < sheet.num_tiles(); ++i) {
+    ImageRowWriter writer(tile_path(file, sheet.names[static_cast<std::size_t>(i)]), sheet.tile_width, sheet.tile_height, {.channels = channels, .depth = ExrDepth::Float});
+    for (int y = 0; y < sheet.tile_height; y += kStripRows) {
+      ImageF strip(sheet.tile_width, std::min(kStripRows, sheet.tile_height - y), static_cast<int>(channels.size()));
+      fill(sheet.first_x(i), sheet.first_y(i) + y, strip);
+      writer.write(strip.values());
+    }
+    writer.finish();
+  }
+}
+
+}  // namespace
+
+Json energy_json(const EnergyReport& e) {
+  return {{"energy", e.energy},
+          {"coherence", e.coherence},
+          {"control_mismatch", e.control_mismatch},
+          {"control_error_mean", e.control_error_mean},
+          {"control_error_p95", e.control_error_p95},
+          {"coherent_share", e.coherent_share},
+          {"used_share", e.used_share}};
+}
+
+namespace {
+
+Json tiles_json(const TransferTask& task) {
+  Json tiles = Json::array();
+  for (const std::string& name : task.atlas->tile_names()) {
+    Json controls = Json::array();
+    for (std::size_t i = 0; i < task.input.controls.size(); ++i) controls.push_back(tile_path(control_file(task, i), name).string());
+    tiles.push_back({{"name", name}, {"coordinates", "coordinates." + name + ".exr"}, {"controls", controls}});
+  }
+  return tiles;
+}
+
+Json controls_json(const TransferTask& task) {
+  Json controls = Json::array();
+  for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
+    const TransferControl& c = task.input.controls[i];
+    controls.push_back({{"source", c.source},
+                        {"destination", c.destination},
+                        {"weight", c.weight},
+                        {"mapping", kControlMappingNames[static_cast<std::size_t>(c.mapping)]},
+                        {"destination_range", {c.range.low, c.range.high}},
+                        {"destination_unit", c.range.unit},
+                        {"file", control_file(task, i)}});
+  }
+  return controls;
+}
+
+EnergyReport read_energy(JsonReader json) {
+  EnergyReport e;
+  e.energy = json.member("energy").number();
+  e.coherence = json.member("coherence").number();
+  e.control_mismatch = json.member("control_mismatch").number();
+  e.control_error_mean = json.member("control_error_mean").number();
+  e.control_error_p95 = json.member("control_error_p95").number();
+  e.coherent_share = json.member("coherent_share").number();
+  e.used_share = json.member("used_share").number();
+  return e;
+}
+
+/// What says how the energy is measured. Options that only the search knows change from version to version and are not looked at.
+TransferOptions read_measure(JsonReader json) {
+  TransferOptions o;
+  const auto put = [&](const char* name, int& value, const Range& range) {
+    if (json.has(name)) value = static_cast<int>(json.member(name).integer(range));
+  };
+  if (json.has("coherence")) o.coherence_share = json.member("coherence").number(between(0, 1));
+  put("neighborhood", o.neighborhood_radius_px, between(1, 5));
+  put("spatial_radius", o.appearance.spatial_radius_px, between(0, 3));
+  put("max_frames", o.appearance.max_frames, between(2, 128));
+  put("appearance_samples", o.appearance.num_samples, between(64, 65536));
+  return o;
+}
+
+RecordedControl read_control(JsonReader& json) {
+  RecordedControl c;
+  c.source = json.member("source").string();
+  c.destination = json.member("destination").string();
+  c.weight = json.member("weight").number(above(0));
+  c.mapping = static_cast<ControlMapping>(json.member("mapping").choice(kControlMappingNames));
+  std::vector<double> range;
+  for (JsonReader& end : json.member("destination_range").elements(2)) range.push_back(end.number());
+  if (range.size() != 2) json.member("destination_range").fail("two numbers");
+  c.range = {range[0], range[1], json.member("destination_unit").string()};
+  c.file = json.member("file").path();
+  json.finish();
+  return c;
+}
+
+/// `atlas` is missing in transfers of earlier versions, which have one square.
+void read_tiles(JsonReader& reader, TransferManifest& manifest) {
+  if (reader.has("atlas")) {
+    JsonReader atlas = reader.member("atlas");
+    constexpr std::array<std::string_view, 2> kUvs{"file", "unwrapped"};
+    manifest.is_unwrapped = atlas.member("uvs").choice(kUvs) == 1;
+    manifest.tile_rule = static_cast<UvLayoutRule>(atlas.member("tiles").choice(kTileRuleNames));
+    atlas.finish();
+  }
+  if (manifest.tile_rule == UvLayoutRule::Square) {
+    manifest.tiles.push_back({"", reader.member("coordinates").path()});
+    return;
+  }
+  const JsonReader list = reader.member("tiles");
+  for (JsonReader& tile : list.elements(kMaxTiles)) {
+    const JsonReader name = tile.member("name");
+    if (!is_file_name(name.string())) name.fail("a name of " + file_name_text());
+    manifest.tiles.push_back({name.string(), tile.member("coordinates").path()});
+    (void)tile.member("controls");
+    tile.finish();
+  }
+  if (manifest.tiles.empty()) list.fail("at least one tile");
+  if (manifest.width != manifest.height) reader.member("height").fail("the width: tiles are square");
+}
+
+}  // namespace
+
+Sheet TransferManifest::sheet() const {
+  std::vector<std::string> names;
+  for (const TransferTile& tile : tiles) names.push_back(tile.name);
+  if (names.size() > 1) return make_sheet(std::move(names), width);
+  return {.tile_width = width, .tile_height = height, .columns = 1, .names = std::move(names)};
+}
+
+std::string history_content_key(const HistoryReader& history) {
+  if (!history.manifest().key.empty()) return history.manifest().key;
+  ContentHash hash;
+  hash.add_file(history.folder() / "history.json");
+  for (const HistoryFrame& frame : history.manifest().frames) hash.add_file(history.folder() / frame.file);
+  for (const ControlParameter& control : history.manifest().controls) hash.add_file(history.folder() / control.file);
+  if (history.manifest().mask) hash.add_file(history.folder() / *history.manifest().mask);
+  return hash.hex();
+}
+
+ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width) {
+  ImageF image(width, height, 2, -1.0f);
+  for (std::size_t t = 0; t < coordinates.size(); ++t) {
+    if (coordinates[t] < 0) continue;
+    const auto column = coordinates[t] % source_width, line = coordinates[t] / source_width;
+    image.values()[2 * t] = static_cast<float>(column);
+    image.values()[2 * t + 1] = static_cast<float>(line);
+  }
+  return image;
+}
+
+namespace {
+
+/// As coordinate_image(), of a part of the atlas. @param strip  Its first texel is (x, y); its first two channels are set.
+void put_coordinates(ImageF& strip, int x, int y, const CoordinateMap& coordinates, int width, int source_width) {
+  for (int row = 0; row < strip.height(); ++row) {
+    for (int column = 0; column < strip.width(); ++column) {
+      const std::int32_t s = coordinates[static_cast<std::size_t>(TexelId{y + row} * width + x + column)];
+      const std::int32_t source_x = s % source_width, source_y = s / source_width;
+      strip.at(column, row, 0) = s < 0 ? -1.0f : static_cast<float>(source_x);
+      strip.at(column, row, 1) = s < 0 ? -1.0f : static_cast<float>(source_y);
+    }
+  }
+}
+
+/// The last channel: the history of a library that each pixel belongs to.
+void put_index(ImageF& strip, const std::vector<LibraryPart>& library) {
+  for (int y = 0; y < strip.height(); ++y) {
+    for (int x = 0; x < strip.width(); ++x) {
+      const auto after = std::upper_bound(library.begin(), library.end(), strip.at(x, y), [](float column, const LibraryPart& part) { return column < static_cast<float>(part.x); });
+      strip.at(x, y, strip.channels() - 1) = static_cast<float>(after - library.begin() - 1);  // -1 lies before the first.
+    }
+  }
+}
+
+}  // namespace
+
+void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result) {
+  const TexelMap& map = *task.input.map;
+  for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
+    write_tiles(folder / control_file(task, i), map.sheet(), {"Y"}, [&](int x, int y, ImageF& strip) {
+      for (int row = 0; row < strip.height(); ++row) std::copy_n(&task.input.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
+    });
+  }
+  write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : map.mesh());
+  if (!task.input.source_mask.empty()) write_codes(folder / kSourceMaskFile, task.input.source_mask);
+  const HistoryFacts& history = task.history->facts();
+  const std::vector<LibraryPart>& parts = history.parts;
+  std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
+  if (task.input.frames) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
+  if (!parts.empty()) channels.emplace_back(kIndexChannel);
+  write_tiles(folder / tiled_name("coordinates", rule_of(task)), map.sheet(), channels, [&](int x, int y, ImageF& strip) {
+    put_coordinates(strip, x, y, result.coordinates, map.width(), history.width);
+    if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
+    if (!parts.empty()) put_index(strip, parts);
+  });
+}
+
+void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
+                             const EnergyReport& energy, double explained_variance, const std::string& key) {
+  const HistoryReader& history = *task.history;
+  Json options = Json::object();
+  for (const auto& [name, value] : option_values(task.options)) {
+    const std::optional<double> number = parse_number(value);
+    const bool is_integer = number && value.find_first_of(".e") == std::string::npos;
+    options[name] = is_integer ? Json(static_cast<std::int64_t>(*number)) : number ? Json(*number) : Json(value);
+  }
+  const fs::path history_path = fs::relative(fs::canonical(history.folder()), fs::weakly_canonical(fs::absolute(final_folder)));
+  Json json;
+  json["format"] = "patinate.transfer";
+  json["version"] = 1;
+  json["history"] = {{"path", history_path.string()}, {"key", history_content_key(history)}, {"name", history.manifest().name},
+                     {"width", history.manifest().width}, {"height", history.manifest().height}};
+  json["mesh"] = {{"file", "mesh.obj"}, {"made_from", task.mesh_name}, {"key", mesh_content_key(task.input.map->mesh())},
+                  {"unit", task.unit ? Json(*task.unit) : Json(nullptr)}, {"mm_per_mesh_unit", task.mm_per_mesh_unit}};
+  json["width"] = task.input.map->sheet().tile_width;
+  json["height"] = task.input.map->sheet().tile_height;
+  json["atlas"] = {{"uvs", task.atlas && task.atlas->is_unwrapped ? "unwrapped" : "file"},
+                   {"tiles", kTileRuleNames[static_cast<std::size_t>(rule_of(task))]}};
+  json["covered_texels"] = task.input.map->num_covered();
+  json["texel_size_mm"] = task.input.texel_size_mm;
+  json["flow"] = task.flow;
+  if (rule_of(task) == UvLayoutRule::Square) {
+    json["coordinates"] = "coordinates.exr";
+  } else {
+    json["tiles"] = tiles_json(task);
+  }
+  json["subpixel"] = false;
+  if (!task.input.source_mask.empty()) json["source_mask"] = kSourceMaskFile;
+  json["controls"] = controls_json(task);
+  json["options"] = options;
+  json["seed"] = task.options.seed;
+  json["energy"] = energy_json(energy);
+  json["explained_variance"] = explained_variance;
+  json["key"] = key;
+  save_json(folder / "transfer.json", json);
+}
+
+TransferManifest read_transfer_manifest(const fs::path& path) {
+  const fs::path folder = manifest_folder(path, "transfer.json");
+  if (!fs::is_directory(folder)) throw IoError(path.string(), "is no transfer folder");
+  const fs::path file = folder / "transfer.json";
+  const Json json = load_json(file);
+  JsonReader reader(file.string(), json);
+  reader.expect_format("patinate.transfer", 1);
+  TransferManifest manifest;
+  JsonReader history = reader.member("history");
+  manifest.history = history.member("path").path().lexically_normal();
+  manifest.history_key = history.member("key").string();
+  for (const char* known : {"name", "width", "height"}) (void)history.member(known);
+  history.finish();
+  JsonReader mesh = reader.member("mesh");
+  manifest.mesh = mesh.member("file").path();
+  manifest.mm_per_mesh_unit = mesh.member("mm_per_mesh_unit").number(above(0));
+  if (const JsonReader unit = mesh.member("unit"); !unit.is_null()) manifest.unit = unit.string();
+  for (const char* known : {"made_from", "key"}) (void)mesh.member(known);
+  mesh.finish();
+  manifest.width = static_cast<int>(reader.member("width").integer(between(1, 65536)));
+  manifest.height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
+  read_tiles(reader, manifest);
+  if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
+  if (reader.has("source_mask")) manifest.source_mask = reader.member("source_mask").path();
+  manifest.texel_size_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
+  const JsonReader controls = reader.member("controls");
+  for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
+  manifest.energy = read_energy(reader.member("energy"));
+  manifest.measured_with = read_measure(reader.member("options"));
+  manifest.key = reader.member("key").string();
+  for (const char* known : {"covered_texels", "seed", "explained_variance"}) (void)reader.member(known);
+  if (reader.has("flow")) manifest.flow = reader.member("flow").string();  // Missing in earlier transfers: uv.
+  reader.finish();
+  return manifest;
+}
+
+}  // namespace patinate

@@ -1,0 +1,55 @@
+#include "transfer/guidance/control_spec.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "libcommon/core/error.h"
+#include "libcommon/core/file_name.h"
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+ControlSpec parse_control_spec(std::string_view text) {
+  const auto fail = [&](const std::string& problem) -> ControlSpec {
+    throw UsageError("--control " + std::string(text) + ": " + problem + "; use [SOURCE=]DESTINATION[:weight[:mapping]]");
+  };
+  ControlSpec spec;
+  std::string_view rest = text;
+  if (const std::size_t equals = rest.find('='); equals != std::string_view::npos) {
+    spec.source = rest.substr(0, equals);
+    if (!is_file_name(spec.source)) return fail("`" + spec.source + "` is no control name");
+    rest.remove_prefix(equals + 1);
+  }
+  const std::vector<std::string> parts = split(rest, ':');
+  if (parts.size() > 3) return fail("too many `:`");
+  spec.destination = parts[0];
+  if (spec.destination.empty()) return fail("the destination is missing");
+  if (parts.size() > 1) {
+    const auto weight = parse_number(parts[1]);
+    if (!weight || !(*weight > 0.0)) return fail("weight `" + parts[1] + "` is no number > 0");
+    spec.weight = *weight;
+  }
+  if (parts.size() > 2) {
+    const auto it = std::find(kControlMappingNames.begin(), kControlMappingNames.end(), parts[2]);
+    if (it == kControlMappingNames.end()) {
+      const std::vector<std::string> names(kControlMappingNames.begin(), kControlMappingNames.end());
+      return fail("unknown mapping `" + parts[2] + "`" + did_you_mean(parts[2], names) + " (rank, linear, physical)");
+    }
+    spec.mapping = static_cast<ControlMapping>(it - kControlMappingNames.begin());
+    spec.has_mapping = true;
+  }
+  return spec;
+}
+
+std::string source_control(const History& history, const ControlSpec& spec) {
+  if (!spec.source.empty()) return history.control(spec.source).name;
+  const auto& controls = history.facts().controls;
+  if (controls.size() == 1) return controls[0].name;
+  if (controls.size() == 2 && !history.facts().parts.empty()) return controls[controls[0].name == kLibraryControl ? 1 : 0].name;
+  std::string names;
+  for (const ControlFacts& c : controls) names += (names.empty() ? "" : ", ") + c.name;
+  throw UsageError("--control " + spec.destination + ": " + history.label() +
+                   (controls.empty() ? " has no controls; ingest with one" : " has several controls (" + names + "); write SOURCE=" + spec.destination));
+}
+
+}  // namespace patinate

@@ -1,0 +1,15 @@
+/// \file
+/// A transfer as a job: resumable, whole or absent.
+#pragma once
+
+#include <filesystem>
+
+#include "libcommon/job/job.h"
+#include "transfer/files/transfer_io.h"
+
+namespace patinate {
+
+/// The folder of formats.md: coordinates.exr, control.exr, mesh.obj, transfer.json.
+[[nodiscard]] JobPlan plan_transfer(TransferTask task, const std::filesystem::path& output);
+
+}  // namespace patinate

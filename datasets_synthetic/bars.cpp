@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <numeric>
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -164,4 +164,4 @@ Mesh mesh_of_faces(const std::vector<Face>& faces, double largest_mm, const std:
   return mesh;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -8,7 +8,7 @@
 
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// A flat quadrangle, corners counter-clockwise seen from outside; the first side is at right angles to the second or fourth.
 struct Face {
@@ -30,4 +30,4 @@ void add_bar(std::vector<Face>& faces, double x0, double x1, const std::array<Ve
 /// @param largest_mm  No chart is larger; > 0.
 [[nodiscard]] Mesh mesh_of_faces(const std::vector<Face>& faces, double largest_mm, const std::string& node, const std::string& material);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

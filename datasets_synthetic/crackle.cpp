@@ -11,7 +11,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -271,4 +271,4 @@ double transmittance(const CrackleOptions& options, double thickness_mm) {
   return std::exp(-x);
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

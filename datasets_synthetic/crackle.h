@@ -12,7 +12,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// How light that passes falls with thickness h: exp(-a h), 1 / (1 + a h), or 1 - a h.
 enum class TransmissionLaw { BeerLambert, Reciprocal, Linear };
@@ -99,4 +99,4 @@ struct CrackleDataset {
 /// What a camera makes of a linear image: 8-bit sRGB codes with noise from (seed, picture).
 [[nodiscard]] ImageU8 photograph(const ImageF& linear, double noise, std::int64_t seed, int picture);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -10,7 +10,7 @@
 #include "datasets_synthetic/smooth_noise.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -310,4 +310,4 @@ std::vector<Crack> grow_cracks(const CrackleField& field, double grain, std::uin
   return cracks;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -6,7 +6,7 @@
 
 #include "datasets_synthetic/crackle.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// What the growth needs to know about the plate, all H x W.
 struct CrackleField {
@@ -22,4 +22,4 @@ struct CrackleField {
                                              std::vector<double>& onset, std::vector<std::array<int, 2>>& ends_on,
                                              const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

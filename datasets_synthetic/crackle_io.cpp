@@ -9,7 +9,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -115,4 +115,4 @@ JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path&
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

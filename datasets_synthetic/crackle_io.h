@@ -7,7 +7,7 @@
 #include "datasets_synthetic/crackle.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// Plan that writes, into `output`:
 /// `capture.json`, `frames/0000.png ...`, `backlight.png`, `backlight_blank.png` - what a lab would have; and
@@ -16,4 +16,4 @@ namespace patinate {
 /// @throws InvalidInput if an option is out of range.
 [[nodiscard]] JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -8,7 +8,7 @@
 #include "libcommon/core/random.h"
 #include "libcommon/image/color.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -116,4 +116,4 @@ ImageU8 photograph(const ImageF& linear, double noise, std::int64_t seed, int pi
   return codes;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

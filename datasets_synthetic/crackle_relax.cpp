@@ -5,7 +5,7 @@
 
 #include "datasets_synthetic/smooth_noise.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -173,4 +173,4 @@ void relax_junctions(const CrackleField& field, std::uint64_t seed, const std::v
   relaxation.redraw(wave_x, wave_y);
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

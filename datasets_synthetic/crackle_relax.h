@@ -8,7 +8,7 @@
 
 #include "datasets_synthetic/crackle_growth.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// Turns T junctions into Y junctions as far as cracks come at once there (field.at_once): nodes move to where the pulls of the cracks that
 /// meet in them balance (three equal pulls do so at 120 degrees), against a spring to where they were; cracks between nodes become wavy
@@ -17,4 +17,4 @@ namespace patinate {
 /// that of the first.
 void relax_junctions(const CrackleField& field, std::uint64_t seed, const std::vector<std::array<int, 2>>& ends_on, std::vector<Crack>& cracks);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -49,4 +49,4 @@ Vec2 Curve2::tangent(double s) const {
   return (at(std::min(length(), s + h)) - at(std::max(0.0, s - h))).normalized();
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

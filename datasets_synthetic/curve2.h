@@ -6,7 +6,7 @@
 
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// Centripetal Catmull-Rom curve [Yuksel, Schaefer, Keyser 2011], resampled by arc length.
 class Curve2 {
@@ -28,4 +28,4 @@ class Curve2 {
   std::vector<double> lengths_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -10,7 +10,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -135,4 +135,4 @@ std::string fence_scene(const FenceOptions& options, const std::string& mesh_fil
   return json.dump(2) + "\n";
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

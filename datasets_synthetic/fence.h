@@ -10,7 +10,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// Settings of fence().
 struct FenceOptions {
@@ -36,4 +36,4 @@ void describe(OptionVisitor& v, FenceOptions& o);
 /// A scene file for it (`patinate.scene`): sun greys the wood, rain wets it, what stays wet decays and grows green.
 [[nodiscard]] std::string fence_scene(const FenceOptions& options, const std::string& mesh_file, const std::string& grain_file);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

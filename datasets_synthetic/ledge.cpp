@@ -5,7 +5,7 @@
 #include "datasets_synthetic/bars.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -78,4 +78,4 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
   return json.dump(2) + "\n";
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -9,7 +9,7 @@
 #include "libcommon/core/options.h"
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// What happens to the wall in ledge_scene().
 enum class LedgeWeather {
@@ -40,4 +40,4 @@ void describe(OptionVisitor& v, LedgeOptions& o);
 /// A scene file for it (`patinate.scene`), by options.weather.
 [[nodiscard]] std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_file);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -12,7 +12,7 @@
 #include "libcommon/geometry/height_field.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -229,4 +229,4 @@ MouldLook Mould::look(double x, double y, double time_d) const {
   return look;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

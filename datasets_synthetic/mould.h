@@ -15,7 +15,7 @@
 #include "libcommon/geometry/rigid_transform.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// Settings of the mould, of how it is captured, and of what disturbs that.
 struct MouldOptions {
@@ -111,4 +111,4 @@ inline constexpr double kMouldCardAlbedo = 0.45;
 /// jumps; normals of the object only when there is no noise. In the scanner's frame.
 [[nodiscard]] PointCloud mould_scan(const Mould& mould, const MouldRig& rig, int step, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::datasets

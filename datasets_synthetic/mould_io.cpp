@@ -13,7 +13,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace fs = std::filesystem;
 
@@ -205,4 +205,4 @@ JobPlan plan_mould(const MouldOptions& options, const fs::path& output) {
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -7,7 +7,7 @@
 #include "datasets_synthetic/mould.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// Plan that writes, into `output`:
 /// `capture.json`, `step00/scan.ply`, `step00/light0.png ...`, `step00/dark.png` (with ambient light), ... - what a lab would have;
@@ -19,4 +19,4 @@ namespace patinate {
 /// @throws InvalidInput if an option is out of range.
 [[nodiscard]] JobPlan plan_mould(const MouldOptions& options, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

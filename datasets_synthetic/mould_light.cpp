@@ -12,7 +12,7 @@
 #include "libcommon/geometry/ray_scene.h"
 #include "libcommon/geometry/scan_mesh.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -175,4 +175,4 @@ MouldView mould_view(const MouldRig& rig, const Mesh& surface, const RunControl&
   return view;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

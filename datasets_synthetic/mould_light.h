@@ -6,7 +6,7 @@
 
 #include "datasets_synthetic/mould.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// The surface of a step in the scanner's frame, with normals: of the scan itself when neither scanner nor photographs are noisy, else
 /// finer than photographs can tell.
@@ -31,4 +31,4 @@ struct MouldView {
 };
 [[nodiscard]] MouldView mould_view(const MouldRig& rig, const Mesh& reference_surface, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -9,7 +9,7 @@
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/ray_scene.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -166,4 +166,4 @@ PointCloud mould_scan(const Mould& mould, const MouldRig& rig, int step, const R
   return scan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -9,7 +9,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace fs = std::filesystem;
 
@@ -60,4 +60,4 @@ JobPlan plan_fence(const FenceOptions& options, const fs::path& output) {
                      {{"scene", "scene.json"}});
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -9,7 +9,7 @@
 #include "datasets_synthetic/sculpture.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// `mesh.obj` (mm); `sculpture.json` is the manifest: mesh, unit, options, key. All of these @throws InvalidInput if an option is out of range.
 [[nodiscard]] JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output);
@@ -18,4 +18,4 @@ namespace patinate {
 /// The same, with `grain.png` (sRGB), the colour of new wood; `fence.json` is the manifest.
 [[nodiscard]] JobPlan plan_fence(const FenceOptions& options, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -9,7 +9,7 @@
 
 #include "datasets_synthetic/curve2.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -318,4 +318,4 @@ Mesh sculpture(const SculptureOptions& options) {
   return with_normals(std::move(builder.mesh));
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -5,7 +5,7 @@
 #include "libcommon/core/options.h"
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// Settings of sculpture().
 struct SculptureOptions {
@@ -28,4 +28,4 @@ void describe(OptionVisitor& v, SculptureOptions& o);
 /// @throws InvalidInput
 [[nodiscard]] Mesh sculpture(const SculptureOptions& options = {});
 
-}  // namespace patinate
+}  // namespace patinate::datasets

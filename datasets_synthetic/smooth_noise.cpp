@@ -6,7 +6,7 @@
 
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::datasets {
 
 namespace {
 
@@ -48,4 +48,4 @@ double SmoothNoise::operator()(double x, double y) const {
   return sum;
 }
 
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace patinate {
+namespace patinate::datasets {
 
 /// Cubic B-spline through a lattice of independent uniform values: twice differentiable, mean 0, values in [-1, 1],
 /// standard deviation about 0.28. Independent of resolution where cell sizes are given in physical lengths.
@@ -26,4 +26,4 @@ class SmoothNoise {
   std::vector<float> values_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::datasets

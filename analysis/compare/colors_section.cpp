@@ -8,7 +8,7 @@
 #include "analysis/figures/sliced_distance.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -179,4 +179,4 @@ Section colors_section(const ComparedPair& pair, const CompareOptions& options, 
   return section;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -92,4 +92,4 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -8,7 +8,7 @@
 #include "analysis/figures/compared_pair.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 inline constexpr const char* kCompareReportFile = "report.json";
 inline constexpr const char* kComparePageFile = "report.html";
@@ -23,4 +23,4 @@ struct CompareTask {
 /// Opens both sides at once. @throws InvalidInput, IoError.
 [[nodiscard]] JobPlan plan_compare(CompareTask task, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -6,7 +6,7 @@
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -61,4 +61,4 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
   save_json(folder / kCompareReportFile, report);
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -9,7 +9,7 @@
 #include "analysis/figures/compared_pair.h"
 #include "analysis/report/report_parts.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 struct CompareProvenance {
   const SeriesFile& a;
@@ -23,4 +23,4 @@ struct CompareProvenance {
 /// @param sections  section_json() with a `source` in every picture. @throws CannotComplete
 void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance, const std::vector<Json>& sections);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

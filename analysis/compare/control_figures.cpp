@@ -5,7 +5,7 @@
 #include "analysis/figures/aging.h"
 #include "analysis/compare/sections.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -70,4 +70,4 @@ std::optional<double> rate_distance(const ClassedSurface& a, std::span<const int
   return count == 0 ? std::nullopt : std::optional(std::sqrt(sum / count));
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "analysis/figures/control_classes.h"
 #include "analysis/figures/sliced_distance.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// A surface whose texels belong to classes of a control.
 class ClassedSurface {
@@ -48,4 +48,4 @@ class ClassedSurface {
 /// Root mean square difference of the rates over the classes that both have. @returns nothing when there is none.
 [[nodiscard]] std::optional<double> rate_distance(const ClassedSurface& a, std::span<const int> weights_a, const ClassedSurface& b, std::span<const int> weights_b);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/metrics/correlation.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -84,4 +84,4 @@ Section controls_section(const ComparedPair& pair, const CompareOptions& options
   return section;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

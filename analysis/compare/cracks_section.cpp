@@ -7,7 +7,7 @@
 #include "analysis/cracks/crack_network.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -161,4 +161,4 @@ Section cracks_section(const ComparedPair& pair, const CompareOptions& options, 
   return section;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -9,7 +9,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/output/color_ramp.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -127,4 +127,4 @@ Section places_section(const ComparedPair& pair, const CompareOptions& options, 
   return section;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -73,4 +73,4 @@ Section look_section(const ComparedPair& pair) {
   return section;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

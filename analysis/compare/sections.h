@@ -7,7 +7,7 @@
 #include "analysis/figures/compared_pair.h"
 #include "analysis/report/report_parts.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// How the two look over time, at up to six of the compared times.
 [[nodiscard]] Section look_section(const ComparedPair& pair);
@@ -43,4 +43,4 @@ inline constexpr std::size_t kPicturesInARow = 5;
 /// At most `most` indices of `count`, evenly, the first and the last among them.
 [[nodiscard]] std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -8,7 +8,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -133,4 +133,4 @@ Section structure_section(const ComparedPair& pair, const CompareOptions& option
   return section;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

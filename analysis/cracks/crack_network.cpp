@@ -7,7 +7,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -317,4 +317,4 @@ ImageU8 find_cracks(const ImageF& lightness, const ImageU8& mask, const CrackFin
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

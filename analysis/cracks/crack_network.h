@@ -7,7 +7,7 @@
 
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Where cracks meet. Directions of three or more arms, degrees, ascending, in [0, 360).
 struct CrackJunction {
@@ -64,4 +64,4 @@ struct CrackFinder {
 /// @throws InvalidInput if sizes differ or a setting is out of range.
 [[nodiscard]] ImageU8 find_cracks(const ImageF& lightness, const ImageU8& mask, const CrackFinder& settings = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -8,7 +8,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -251,4 +251,4 @@ ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const Sour
   return figures;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

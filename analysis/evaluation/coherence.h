@@ -9,7 +9,7 @@
 
 #include "analysis/evaluation/synthesised_map.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Neighbours that are neighbours in the source too.
 struct CoherenceFigures {
@@ -55,4 +55,4 @@ struct ForeshorteningFigures {
 [[nodiscard]] ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale,
                                                            const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

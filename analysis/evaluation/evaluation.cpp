@@ -12,7 +12,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/output/color_ramp.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 void describe(OptionVisitor& v, EvaluationOptions& o) {
   v.visit({"samples", "Patches and texels drawn for distances of distributions", "", between(100, 1000000)}, o.num_samples);
@@ -247,4 +247,4 @@ Evaluation evaluate(const SynthesisSource& source, const SynthesisedMap& map, co
   return std::move(work.out);
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -11,7 +11,7 @@
 #include "analysis/report/report_parts.h"
 #include "libcommon/core/options.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 struct EvaluationOptions {
   int num_samples = 20000;     ///< [100, 10^6]. Patches drawn for the distances of distributions.
@@ -47,4 +47,4 @@ struct Evaluation {
 /// Coordinates as colours: red along x, green along y, blue in a fine checker, so that borders of pieces show. Linear.
 [[nodiscard]] ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices, int source_width, int source_height);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -11,7 +11,7 @@
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -135,4 +135,4 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

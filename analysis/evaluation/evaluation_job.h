@@ -11,7 +11,7 @@
 #include "analysis/evaluation/evaluation.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 inline constexpr const char* kEvaluationFile = "evaluation.json";
 inline constexpr const char* kEvaluationPageFile = "evaluation.html";
@@ -42,4 +42,4 @@ struct EvaluationTask {
 /// @throws InvalidInput if there is no map or a name occurs twice.
 [[nodiscard]] JobPlan plan_evaluation(EvaluationTask task, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -8,7 +8,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -97,4 +97,4 @@ Pairs seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunCon
       });
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// What is copied from.
 struct SynthesisSource {
@@ -65,4 +65,4 @@ class SourceIndices {
 /// Texels on two sides of a seam: a step of one texel (of the first one's size) over a border of its chart. Each side is seen from both.
 [[nodiscard]] std::vector<TexelPair> seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -11,7 +11,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/metrics/color_curves.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -205,4 +205,4 @@ std::optional<double> spectrum_distance(const TextureView& a, const TextureView&
   return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 
 #include "analysis/evaluation/synthesised_map.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 struct TextureDistanceOptions {
   int num_samples = 20000;  ///< Patches, or texels, drawn from either side; >= 1.
@@ -33,4 +33,4 @@ struct TextureView {
 /// Mean |log10| of the ratio of the power in half-octave rings of frequency, of L* in tiles of up to 64 pixels.
 [[nodiscard]] std::optional<double> spectrum_distance(const TextureView& a, const TextureView& b);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

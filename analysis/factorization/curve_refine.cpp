@@ -7,7 +7,7 @@
 #include "analysis/factorization/place_fit.h"
 #include "libcommon/core/silent_log.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -154,4 +154,4 @@ void refine_curve(const PlaceSeries& places, TemporalModel& model, std::vector<P
   for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) model.curve.coefficients[c].assign(curves + c * curve_size, curves + (c + 1) * curve_size);
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -118,4 +118,4 @@ std::vector<TemporalModel> read_models(const JsonReader& json) {
   return models;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

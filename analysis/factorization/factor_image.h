@@ -12,7 +12,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Channels: for every model status, rate, offset, rate_stddev, residual; then gain and base of red, green, blue.
 [[nodiscard]] std::vector<std::string> factor_channel_names(std::size_t num_models);
@@ -31,4 +31,4 @@ namespace patinate {
 /// The inverse. @throws IoError
 [[nodiscard]] std::vector<TemporalModel> read_models(const JsonReader& json);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -147,4 +147,4 @@ void make_maps(FactorizationWork& work, const fs::path& folder) {
   save_json(folder / work_file("controls.json"), controls);
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

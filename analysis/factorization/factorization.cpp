@@ -8,7 +8,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -134,4 +134,4 @@ bool is_covered(const TemporalCurve& curve, const PlaceFactors& place, double ti
   return clock >= curve.low && clock <= curve.high;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

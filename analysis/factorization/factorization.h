@@ -14,7 +14,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/history/history_value.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 enum class FactorClock { Shared, Channels };
 
@@ -104,4 +104,4 @@ void apply_gauge(const ClockGauge& gauge, std::vector<PlaceFactors>& factors);
 /// Whether the curve is known that far: an unchanged place stays as it is.
 [[nodiscard]] bool is_covered(const TemporalCurve& curve, const PlaceFactors& place, double time);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

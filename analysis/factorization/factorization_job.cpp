@@ -11,7 +11,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -101,4 +101,4 @@ FactorizationManifest read_factorization(const fs::path& path) {
   return m;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -10,7 +10,7 @@
 #include "libcommon/history/history.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 inline constexpr const char* kFactorizationManifestFile = "factorization.json";
 inline constexpr const char* kFactorizationPageFile = "report.html";
@@ -40,4 +40,4 @@ struct FactorizationManifest {
 /// @param path  The folder or the file. @throws IoError if it breaks the format.
 [[nodiscard]] FactorizationManifest read_factorization(const std::filesystem::path& path);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -14,7 +14,7 @@
 #include "libcommon/output/color_ramp.h"
 #include "libcommon/output/contact_strip.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -249,4 +249,4 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
   control.report(1.0);
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -14,7 +14,7 @@
 #include "libcommon/metrics/color_curves.h"
 #include "libcommon/metrics/color_difference.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -172,4 +172,4 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
   control.report(1.0);
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

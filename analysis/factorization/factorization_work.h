@@ -13,7 +13,7 @@
 #include "analysis/factorization/factorization_job.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// A frame of the denoised history.
 struct FactoredFrame {
@@ -73,4 +73,4 @@ void make_frame(FactorizationWork& work, int index, const std::filesystem::path&
 /// Writes history.json, factorization.json, the page and the curves as CSV.
 void write_factorization(FactorizationWork& work, const std::filesystem::path& folder, const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

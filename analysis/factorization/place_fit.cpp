@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -280,4 +280,4 @@ PlaceFactors PlaceFit::solve(const float* values, const std::uint8_t* seen) cons
   return place;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

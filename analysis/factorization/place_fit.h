@@ -6,7 +6,7 @@
 
 #include "analysis/factorization/factorization.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Holds what all places share. A place's clock is s(t) = e^r (t - middle) + middle - delay.
 class PlaceFit {
@@ -45,4 +45,4 @@ class PlaceFit {
 /// Of a list that may be reordered; not empty.
 [[nodiscard]] double median_of(std::vector<double> values);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -81,4 +81,4 @@ TemporalCurve moved_curve(const TemporalCurve& curve, double low, double high, i
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

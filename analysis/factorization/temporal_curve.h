@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Uniform cubic B-splines [de Boor 1978] on [low, high], one per channel; beyond the ends the values at the ends hold.
 struct TemporalCurve {
@@ -37,4 +37,4 @@ struct CurveBasis {
 /// The same curve (as nearly as its intervals allow) on another domain.
 [[nodiscard]] TemporalCurve moved_curve(const TemporalCurve& curve, double low, double high, int num_intervals);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -10,7 +10,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -228,4 +228,4 @@ TemporalModel train_curve(const PlaceSeries& places, const FactorizationOptions&
   return model;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -6,7 +6,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -79,4 +79,4 @@ TexelAging texel_aging(const ColorStack& stack, double visible_delta_e, const Ru
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

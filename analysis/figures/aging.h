@@ -9,7 +9,7 @@
 #include "analysis/figures/color_stack.h"
 #include "libcommon/core/run_control.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// The non-decreasing sequence nearest to `values` in the least-squares sense [Ayer et al. 1955: pool adjacent violators].
 [[nodiscard]] std::vector<double> monotone_fit(std::span<const double> values);
@@ -28,4 +28,4 @@ struct TexelAging {
 /// @param visible_delta_e  > 0. @throws InvalidInput with fewer than two times. Times are interpolated between those of the stack.
 [[nodiscard]] TexelAging texel_aging(const ColorStack& stack, double visible_delta_e, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -6,7 +6,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -73,4 +73,4 @@ std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, con
   return errors;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -10,7 +10,7 @@
 
 #include "analysis/figures/color_stack.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// A surface cut into a grid of blocks over the bounding box of its texels.
 struct BlockGrid {
@@ -44,4 +44,4 @@ struct BootstrapOptions {
 [[nodiscard]] std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b, const BlockFigure& figure,
                                                                        const BootstrapOptions& options, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

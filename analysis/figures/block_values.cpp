@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -50,4 +50,4 @@ std::optional<double> quantile(std::span<const BlockValue> sorted, std::span<con
   return static_cast<double>(sorted.back().value);
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

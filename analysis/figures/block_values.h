@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace patinate {
+namespace patinate::analysis {
 
 struct BlockValue {
   float value;
@@ -25,4 +25,4 @@ void sort_values(std::vector<BlockValue>& values);
 /// The value below which a share of the weight lies (nearest rank). @returns nothing without weight.
 [[nodiscard]] std::optional<double> quantile(std::span<const BlockValue> sorted, std::span<const int> weights, double share);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

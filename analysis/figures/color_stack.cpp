@@ -8,7 +8,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/metrics/color_curves.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -155,4 +155,4 @@ ColorStack restricted(const ColorStack& stack, const std::vector<std::uint32_t>&
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

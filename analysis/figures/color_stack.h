@@ -12,7 +12,7 @@
 #include "analysis/figures/texture_series.h"
 #include "libcommon/core/run_control.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Texels are those that show the surface at every time; T times x N texels x 3.
 struct ColorStack {
@@ -70,4 +70,4 @@ struct SurfaceSource {
 /// The stack with only those of its texels. @param kept  Ascending, all of them the stack's.
 [[nodiscard]] ColorStack restricted(const ColorStack& stack, const std::vector<std::uint32_t>& kept);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -105,4 +105,4 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
   return pair;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -11,7 +11,7 @@
 #include "analysis/figures/color_stack.h"
 #include "libcommon/core/options.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 enum class Clock { Absolute, Span };
 enum class Places { Auto, Never };
@@ -52,4 +52,4 @@ struct CommonTimes {
 /// @throws InvalidInput, IoError. Cost: two frames read for each time and side.
 [[nodiscard]] ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -5,7 +5,7 @@
 
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -64,4 +64,4 @@ std::vector<int> control_classes(const std::vector<float>& values, const Control
   return classes;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -8,7 +8,7 @@
 
 #include "analysis/figures/texture_series.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// How classes of two sides are made to correspond.
 enum class ClassRule {
@@ -34,4 +34,4 @@ struct SharedControl {
 /// @param values  In [0, 1], normalised by [low, high]. @param num_classes  >= 1.
 [[nodiscard]] std::vector<int> control_classes(const std::vector<float>& values, const ControlFacts& control, const SharedControl& shared, int num_classes);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

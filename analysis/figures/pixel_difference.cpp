@@ -8,7 +8,7 @@
 #include "libcommon/metrics/color_difference.h"
 #include "libcommon/metrics/ssim.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -61,4 +61,4 @@ std::vector<PixelDifference> pixel_differences(const ColorStack& a, const ColorS
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

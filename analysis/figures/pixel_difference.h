@@ -7,7 +7,7 @@
 #include "analysis/figures/color_stack.h"
 #include "libcommon/core/run_control.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Of one compared time.
 struct PixelDifference {
@@ -25,4 +25,4 @@ struct PixelDifference {
 /// @throws InvalidInput unless the stacks hold the same texels and as many times. Same bits for any number of threads.
 [[nodiscard]] std::vector<PixelDifference> pixel_differences(const ColorStack& a, const ColorStack& b, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -5,7 +5,7 @@
 
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -61,4 +61,4 @@ std::optional<double> sliced_distance(const SortedColors& a, std::span<const int
   return std::sqrt(3.0 * sum / static_cast<double>(sliced_axes().size()));
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

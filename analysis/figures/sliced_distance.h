@@ -11,7 +11,7 @@
 #include "analysis/figures/block_values.h"
 #include "analysis/figures/color_stack.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// The 15 two-fold axes of the icosahedron; the first three are L*, a* and b* themselves. For every vector v the mean of (v . axis)^2 is exactly |v|^2 / 3.
 [[nodiscard]] const std::array<std::array<double, 3>, 15>& sliced_axes();
@@ -35,4 +35,4 @@ class SortedColors {
 /// @returns nothing when a side has no weight. Cost: O(N) for each of the 15 axes.
 [[nodiscard]] std::optional<double> sliced_distance(const SortedColors& a, std::span<const int> weights_a, const SortedColors& b, std::span<const int> weights_b);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

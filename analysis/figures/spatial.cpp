@@ -5,7 +5,7 @@
 #include <complex>
 #include <numbers>
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -185,4 +185,4 @@ std::optional<double> SpatialStructure::correlation_length(std::span<const int> 
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -10,7 +10,7 @@
 #include "analysis/figures/block_bootstrap.h"
 #include "analysis/figures/color_stack.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Structure of L* at one time.
 class SpatialStructure {
@@ -49,4 +49,4 @@ class SpatialStructure {
   std::vector<Sums> pairs_;  ///< [block][direction][lag]
 };
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -155,4 +155,4 @@ std::string SeriesFile::key() const {
   return hash.hex();
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

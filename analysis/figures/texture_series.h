@@ -9,7 +9,7 @@
 
 #include "libcommon/history/history.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// An atlas on which a history is looked up.
 struct SeriesAtlas {
@@ -67,4 +67,4 @@ struct SeriesFile {
 /// @throws IoError if a file breaks its format; InvalidInput if `through` looks into a history of another size, or is given for a transfer.
 [[nodiscard]] SeriesFile open_series(const std::filesystem::path& path, const std::filesystem::path& through = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -172,4 +172,4 @@ TimeShift find_time_shift(const ColorStack& a, const ColorStack& b, const std::v
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -8,7 +8,7 @@
 #include "analysis/figures/color_stack.h"
 #include "libcommon/core/run_control.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Colours of a stack between its times, blended; clamped to its ends.
 struct StackTime {
@@ -40,4 +40,4 @@ struct TimeShift {
 /// @param known  1 where both sides age visibly. @throws InvalidInput as find_time_warp().
 [[nodiscard]] TimeShift find_time_shift(const ColorStack& a, const ColorStack& b, const std::vector<std::uint8_t>& known, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -4,7 +4,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -50,4 +50,4 @@ void write_surface(const std::filesystem::path& folder, const AgedSurface& frame
   writer.finish();
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -13,7 +13,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/history/history.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// A control of a surface, as a history has it.
 struct SurfaceControl {
@@ -55,4 +55,4 @@ using AgeWith = std::function<LookAt(const std::vector<double>& values, std::uin
 /// Writes a history, in an existing folder or a new one.
 void write_surface(const std::filesystem::path& folder, const AgedSurface& frames, const std::string& key);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -177,4 +177,4 @@ std::vector<ParameterVerdict> determine(const BoxPoint& best, std::span<const Bo
   return verdicts;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

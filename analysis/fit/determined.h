@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// A place in the box [0, 1]^n of all parameters, and the objective there.
 struct BoxPoint {
@@ -59,4 +59,4 @@ using BoxScans = std::vector<std::vector<BoxPoint>>;
 /// A side that is no way is left out. @returns places along the parameter, in [0, 1].
 [[nodiscard]] std::vector<double> scan_places(double best, int count);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -164,4 +164,4 @@ Minimum minimise(const std::function<double(const std::vector<double>&)>& f, con
   return minimum;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

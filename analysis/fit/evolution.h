@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace patinate {
+namespace patinate::analysis {
 
 struct EvolutionOptions {
   int population = 0;        ///< Candidates a generation, >= 4; 0 = 4 + 3 ln n, at least 6 [Hansen 2016].
@@ -72,4 +72,4 @@ struct Minimum {
 /// Calls `f` at most `budget` times, whole generations, `start` first.
 [[nodiscard]] Minimum minimise(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, int budget, const EvolutionOptions& options = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -17,7 +17,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -401,4 +401,4 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -11,7 +11,7 @@
 #include "analysis/fit/fit_parameter.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 inline constexpr const char* kFitReportFile = "report.json";
 inline constexpr const char* kFitPageFile = "report.html";
@@ -70,4 +70,4 @@ struct FitManifest {
 /// @throws IoError
 [[nodiscard]] FitManifest read_fit_manifest(const std::filesystem::path& path);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -13,7 +13,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -281,4 +281,4 @@ ObjectiveValue FitObjective::operator()(const AgedSurface& frames, const RunCont
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "analysis/figures/compared_pair.h"
 #include "analysis/fit/aged_surface.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Figures that can be fitted; docs/algorithms/fit.md says what each is. All are >= 0, 0 for equal surfaces, and of like size: Delta E 1976, CIEDE2000,
 /// or per cent of the places (covered) or of the compared span of time (onset, saturation).
@@ -65,4 +65,4 @@ class FitObjective {
   std::unique_ptr<const State> state_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -6,7 +6,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -70,4 +70,4 @@ double unit_at(const FitParameter& parameter, double value) {
   return std::clamp(unit, 0.0, 1.0);
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 
 #include "libcommon/core/json.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 enum class FitScale { Linear, Log };
 inline constexpr std::array<std::string_view, 2> kFitScaleNames{"linear", "log"};
@@ -37,4 +37,4 @@ struct FitParameter {
 /// The inverse, but for rounding; in [0, 1].
 [[nodiscard]] double unit_at(const FitParameter& parameter, double value);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

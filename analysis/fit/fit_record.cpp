@@ -4,7 +4,7 @@
 
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -81,4 +81,4 @@ std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::spa
   return text;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "analysis/fit/fit_parameter.h"
 #include "libcommon/core/json.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// One set of values and how far the surface was.
 struct FitPoint {
@@ -37,4 +37,4 @@ struct FitEvaluation {
 /// A header and a line a point: evaluation, look, every parameter, objective, every figure, problem. Undefined ones are empty.
 [[nodiscard]] std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters, std::span<const FitTerm> terms);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -11,7 +11,7 @@
 #include "libcommon/output/html_page.h"
 #include "libcommon/output/svg_chart.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -266,4 +266,4 @@ FitManifest read_fit_manifest(const fs::path& path) {
   return m;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -10,7 +10,7 @@
 #include "analysis/fit/fit_job.h"
 #include "analysis/fit/fit_record.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 struct FitOutcome {
   std::vector<FitEvaluation> searched;  ///< In order; those that were skipped have no points.
@@ -34,4 +34,4 @@ struct FitOutcome {
 /// every picture, the first the look. @throws CannotComplete
 void write_fit_report(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& outcome, const Json& before, const Json& after, const std::string& key);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

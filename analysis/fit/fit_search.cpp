@@ -5,7 +5,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -107,4 +107,4 @@ FitEvaluation evaluate_looks(const FitModel& model, const std::string& name, std
   return evaluation;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -10,7 +10,7 @@
 #include "analysis/fit/evolution.h"
 #include "analysis/fit/fit_record.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// A model and what it is compared with.
 struct FitModel {
@@ -43,4 +43,4 @@ struct LookSearch {
 /// Looks with each of several sets of values, which differ from the first only in parameters that need no ageing.
 [[nodiscard]] FitEvaluation evaluate_looks(const FitModel& model, const std::string& name, std::span<const std::vector<double>> values, std::uint64_t seed_shift, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

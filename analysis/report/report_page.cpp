@@ -11,7 +11,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/svg_chart.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
@@ -104,4 +104,4 @@ void add_section(HtmlPage& page, const Json& json, const fs::path& folder, std::
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

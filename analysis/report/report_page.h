@@ -11,7 +11,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/output/html_page.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// A picture as a data: URI (8-bit sRGB PNG). @param scratch  A file that is written and removed.
 [[nodiscard]] std::string picture_uri(const ImageF& image, const std::filesystem::path& scratch);
@@ -30,4 +30,4 @@ void save_part(const std::filesystem::path& file, Json part);
 /// to which is appended. @throws CannotComplete
 void add_section(HtmlPage& page, const Json& json, const std::filesystem::path& folder, std::string_view baseline_title, Json& report);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -6,7 +6,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -101,4 +101,4 @@ std::string curve_csv(const Curve& curve) {
   return text;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

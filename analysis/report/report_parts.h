@@ -10,7 +10,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// One number. Undefined ones say why; none is ever NaN.
 struct Figure {
@@ -66,4 +66,4 @@ struct Section {
 /// A header and a row for each x; a value that is not there is an empty cell.
 [[nodiscard]] std::string curve_csv(const Curve& curve);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -5,7 +5,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/image/color.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -58,4 +58,4 @@ std::vector<double> class_shares(const ImageF& rgb, const ImageU8& mask, const s
   return counts;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

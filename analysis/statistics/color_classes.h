@@ -8,7 +8,7 @@
 
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 struct ColorClass {
   std::string name;
@@ -23,4 +23,4 @@ struct ColorClass {
 /// @throws InvalidInput if sizes differ, there is no class, or the mask covers nothing.
 [[nodiscard]] std::vector<double> class_shares(const ImageF& rgb, const ImageU8& mask, const std::vector<ColorClass>& classes);
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -7,7 +7,7 @@
 #include "analysis/figures/spatial.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 namespace {
 
@@ -57,4 +57,4 @@ HistoryStatistics history_statistics(const TextureSeries& series, const std::vec
   return s;
 }
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -9,7 +9,7 @@
 #include "analysis/statistics/color_classes.h"
 #include "libcommon/core/run_control.h"
 
-namespace patinate {
+namespace patinate::analysis {
 
 /// Quartiles over the places that age visibly.
 struct TimeQuartiles {
@@ -31,4 +31,4 @@ struct HistoryStatistics {
 /// @throws InvalidInput, IoError. Same bits for any number of threads.
 [[nodiscard]] HistoryStatistics history_statistics(const TextureSeries& series, const std::vector<ColorClass>& classes, int size, double visible_delta_e, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -332,4 +332,4 @@ WarpedImage warp_image(const ImageF& image, const Eigen::Matrix3d& reference_fro
   return warped;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 enum class AlignmentStatus {
   Converged,
@@ -59,4 +59,4 @@ struct WarpedImage {
 /// @throws InvalidInput unless the homography can be inverted.
 [[nodiscard]] WarpedImage warp_image(const ImageF& image, const Eigen::Matrix3d& reference_from_image, int width, int height);
 
-}  // namespace patinate
+}  // namespace patinate::capture

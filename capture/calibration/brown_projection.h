@@ -2,7 +2,7 @@
 /// The pinhole camera with Brown distortion as a template, for automatic differentiation. camera.h has the formula and the checks.
 #pragma once
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Pixel of a point in the camera's frame, z > 0. @param focal_center  fx fy cx cy. @param lens  k1 k2 p1 p2 k3.
 template <class T, class U>
@@ -14,4 +14,4 @@ void project_brown(const T* focal_center, const T* lens, const U* x_in_camera, U
   pixel[1] = U(focal_center[1]) * (y * radial + U(lens[2]) * (r2 + U(2.0) * y * y) + U(2.0) * U(lens[3]) * xy) + U(focal_center[3]);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

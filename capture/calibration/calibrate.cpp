@@ -6,7 +6,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/geometry/length_unit.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -69,4 +69,4 @@ CalibrationOutput calibrate(CalibrationKind kind, JsonReader json, const Calibra
   return {};
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -15,7 +15,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 enum class CalibrationKind { Camera, Spheres, Lambertian, Response };
 inline constexpr std::array<std::string_view, 4> kCalibrationKindNames{"camera", "spheres", "lambertian", "response"};
@@ -47,4 +47,4 @@ struct CalibrationOutput {
 /// would help), InvalidInput as the stages.
 [[nodiscard]] CalibrationOutput calibrate(CalibrationKind kind, JsonReader json, const CalibrateOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

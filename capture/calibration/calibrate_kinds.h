@@ -4,7 +4,7 @@
 
 #include "capture/calibration/calibrate.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// The description's members beside `format`, `version` and `kind`.
 [[nodiscard]] CalibrationOutput run_camera(JsonReader& json, const CameraCalibrationOptions& options, const RunControl& control);
@@ -22,4 +22,4 @@ namespace patinate {
 /// A start of the result: format, version, kind, unit.
 [[nodiscard]] Json result_json(CalibrationKind kind);
 
-}  // namespace patinate
+}  // namespace patinate::capture

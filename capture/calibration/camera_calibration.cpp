@@ -12,7 +12,7 @@
 #include "capture/calibration/camera_problem.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -213,4 +213,4 @@ CameraCalibration calibrate_camera(int width, int height, const std::vector<Poin
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

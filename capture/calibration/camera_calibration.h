@@ -11,7 +11,7 @@
 #include "libcommon/geometry/camera.h"
 #include "libcommon/geometry/rigid_transform.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Points of one frame and the pixels at which one photograph shows them.
 struct PointView {
@@ -70,4 +70,4 @@ struct CameraCalibration {
 [[nodiscard]] CameraCalibration calibrate_camera(int width, int height, const std::vector<PointView>& targets, const PointView& scanner,
                                                  const CameraCalibrationOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 
 #include "capture/calibration/brown_projection.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -106,4 +106,4 @@ CameraSolution refine_camera(const std::vector<const PointView*>& views, const C
   return solution;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

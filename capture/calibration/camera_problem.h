@@ -8,7 +8,7 @@
 #include "capture/calibration/camera_calibration.h"
 #include "capture/calibration/ceres_solve.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct CameraProblem {
   std::array<double, 4> focal_center{};
@@ -28,4 +28,4 @@ struct CameraSolution {
 /// Refines `problem` in place.
 [[nodiscard]] CameraSolution refine_camera(const std::vector<const PointView*>& views, const CameraCalibrationOptions& options, CameraProblem& start);
 
-}  // namespace patinate
+}  // namespace patinate::capture

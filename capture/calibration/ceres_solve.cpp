@@ -8,7 +8,7 @@
 
 #include "libcommon/core/silent_log.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -85,4 +85,4 @@ double robust_sigma(std::vector<double> residuals) {
   return 1.4826 * *middle;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

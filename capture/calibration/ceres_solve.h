@@ -9,7 +9,7 @@ namespace ceres {
 class Problem;
 }
 
-namespace patinate {
+namespace patinate::capture {
 
 struct SolveReport {
   bool has_converged = false;
@@ -37,4 +37,4 @@ struct Information {
 /// 1.4826 times the median of |residuals|: the standard deviation of most of them. @param residuals  Not empty.
 [[nodiscard]] double robust_sigma(std::vector<double> residuals);
 
-}  // namespace patinate
+}  // namespace patinate::capture

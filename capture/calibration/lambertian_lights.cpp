@@ -10,7 +10,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -174,4 +174,4 @@ LambertianLightResult lights_from_lambertian(const Camera& camera, const std::ve
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

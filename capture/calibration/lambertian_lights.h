@@ -11,7 +11,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/geometry/light.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// What one pixel shows of the object under one light.
 struct ShadedSample {
@@ -57,4 +57,4 @@ struct LambertianLightResult {
 [[nodiscard]] LambertianLightResult lights_from_lambertian(const Camera& camera_mm, const std::vector<std::vector<ShadedSample>>& given,
                                                            const LambertianLightOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -78,4 +78,4 @@ LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>
   return solution;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -7,7 +7,7 @@
 #include "capture/calibration/ceres_solve.h"
 #include "capture/calibration/lambertian_lights.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct LambertianProblem {
   std::vector<Vec3> positions;
@@ -27,4 +27,4 @@ struct LambertianSolution {
 [[nodiscard]] LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>>& samples, const std::vector<std::vector<double>>& radius2,
                                                    const LambertianLightOptions& options, LambertianProblem& start);
 
-}  // namespace patinate
+}  // namespace patinate::capture

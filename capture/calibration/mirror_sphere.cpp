@@ -10,7 +10,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -309,4 +309,4 @@ Highlight find_highlight(const ImageF& photo, const Camera& camera, const Vec3& 
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

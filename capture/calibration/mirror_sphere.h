@@ -9,7 +9,7 @@
 #include "libcommon/geometry/camera.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// A mirror sphere of known size, by points of its outline in the photograph.
 struct MirrorSphere {
@@ -72,4 +72,4 @@ struct Highlight {
 /// @param photo  H x W x 1 or 3, linear, finite.
 [[nodiscard]] Highlight find_highlight(const ImageF& photo, const Camera& camera_mm, const Vec3& center, double radius_mm);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -109,4 +109,4 @@ ImageF spheres_picture(const ImageF& photo, const Camera& camera, const std::vec
   return canvas.take();
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

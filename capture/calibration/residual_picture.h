@@ -8,7 +8,7 @@
 #include "capture/calibration/sphere_lights.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Every point of every view as a dot, a line from it along its residual, so much longer that the typical one is a fortieth of the picture. At most 1200 pixels
 /// wide, linear RGB.
@@ -19,4 +19,4 @@ namespace patinate {
 [[nodiscard]] ImageF spheres_picture(const ImageF& photo, const Camera& camera_mm, const std::vector<SphereFit>& fits, const std::vector<MirrorSphere>& spheres,
                                      const Highlights& highlights);
 
-}  // namespace patinate
+}  // namespace patinate::capture

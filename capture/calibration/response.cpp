@@ -9,7 +9,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -146,4 +146,4 @@ ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::ve
   return curve;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct ResponseOptions {
   double smoothness = 1.0;  ///< Weight of the curve's second derivative; > 0.
@@ -40,4 +40,4 @@ struct ResponseCurve {
 /// @throws InvalidInput when sizes differ, exposures do not fit, or no pixel changes between photographs (all black, all white).
 [[nodiscard]] ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::vector<double>& exposures, const ResponseOptions& options = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

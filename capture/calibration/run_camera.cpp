@@ -11,7 +11,7 @@
 #include "libcommon/geometry/camera_io.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -139,4 +139,4 @@ CalibrationOutput run_camera(JsonReader& json, const CameraCalibrationOptions& o
   return output;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

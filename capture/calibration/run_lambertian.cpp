@@ -12,7 +12,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -126,4 +126,4 @@ CalibrationOutput run_lambertian(JsonReader& json, const LambertianRunOptions& o
   return output;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

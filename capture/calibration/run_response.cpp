@@ -7,7 +7,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -49,4 +49,4 @@ CalibrationOutput run_response(JsonReader& json, const ResponseOptions& options)
   return output;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -9,7 +9,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -191,4 +191,4 @@ CalibrationOutput run_spheres(JsonReader& json, const SphereLightOptions& option
   return output;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -7,7 +7,7 @@
 #include "capture/calibration/sphere_lights_problem.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -180,4 +180,4 @@ Camera distant_camera(int width, int height) {
   return Camera(p);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -12,7 +12,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/geometry/light.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct SphereLightOptions {
   double outline_sigma_px = 0.1;    ///< Noise of the outlines' points; > 0. Only the ratio to the next weighs.
@@ -62,4 +62,4 @@ using Highlights = std::vector<std::vector<std::optional<Vec2>>>;
 /// orthographic camera would see.
 [[nodiscard]] Camera distant_camera(int width, int height);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -9,7 +9,7 @@
 #include "capture/calibration/brown_projection.h"
 #include "capture/calibration/ceres_solve.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -163,4 +163,4 @@ SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector
   return solution;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

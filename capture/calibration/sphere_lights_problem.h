@@ -7,7 +7,7 @@
 
 #include "capture/calibration/sphere_lights.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// What is refined, and where it starts.
 struct SphereLightProblem {
@@ -27,4 +27,4 @@ struct SphereLightSolution {
 [[nodiscard]] SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector<MirrorSphere>& spheres, const Highlights& highlights,
                                                        const SphereLightOptions& options, SphereLightProblem& start);
 
-}  // namespace patinate
+}  // namespace patinate::capture

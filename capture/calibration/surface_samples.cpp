@@ -8,7 +8,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -103,4 +103,4 @@ Mesh plane_mesh(const Vec3& middle, const Vec3& normal, double side) {
   return mesh;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Squares of step_px x step_px pixels whose pixels all see one smooth piece of the mesh (their normals within 10 degrees of the middle one's): the middle's point and
 /// normal, and the mean of the photograph there. The side that the camera sees is the outside, however triangles are wound.
@@ -20,4 +20,4 @@ namespace patinate {
 /// A square of a plane as two triangles. @param normal  Of any length > 0.
 [[nodiscard]] Mesh plane_mesh(const Vec3& middle, const Vec3& normal, double side);
 
-}  // namespace patinate
+}  // namespace patinate::capture

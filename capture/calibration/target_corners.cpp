@@ -9,7 +9,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -79,4 +79,4 @@ std::optional<std::vector<Vec2>> find_target(const ImageF& gray, const Calibrati
   return pixels;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

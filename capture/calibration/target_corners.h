@@ -9,7 +9,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// A flat target, or points of any shape.
 struct CalibrationTarget {
@@ -35,4 +35,4 @@ struct CalibrationTarget {
 /// @param gray  H x W x 1, [0, 1], as encoded by the camera rather than linear: corners lie then in the middle of their edges' codes.
 [[nodiscard]] std::optional<std::vector<Vec2>> find_target(const ImageF& gray, const CalibrationTarget& target);
 
-}  // namespace patinate
+}  // namespace patinate::capture

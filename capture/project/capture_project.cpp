@@ -16,7 +16,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -170,4 +170,4 @@ CaptureProject read_capture_project(const fs::path& file) {
   return project;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -16,7 +16,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Photographs on a back-light.
 struct TransmissionPhotos {
@@ -93,4 +93,4 @@ struct CaptureProject {
 /// @throws IoError naming the file if nothing is left.
 [[nodiscard]] ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,8 +6,8 @@
 #include <string_view>
 
 
-namespace patinate {
+namespace patinate::capture {
 
 inline constexpr std::array<std::string_view, 2> kCaptureKinds{"fixed", "relit"};
 
-}  // namespace patinate
+}  // namespace patinate::capture

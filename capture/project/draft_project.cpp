@@ -20,7 +20,7 @@
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -288,4 +288,4 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   return draft;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace patinate {
+namespace patinate::capture {
 
 struct ProjectDraft {
   std::string text;                   ///< A capture.json, with comments where a person must look.
@@ -22,4 +22,4 @@ struct ProjectDraft {
 /// @throws IoError if the folder cannot be listed, holds no photographs, or more than one set of them: it lists the sets.
 [[nodiscard]] ProjectDraft draft_capture_project(const std::filesystem::path& folder, const std::filesystem::path& project_folder, const std::string& only = "");
 
-}  // namespace patinate
+}  // namespace patinate::capture

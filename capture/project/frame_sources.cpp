@@ -15,7 +15,7 @@
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -244,4 +244,4 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
   return sources;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/history/history.h"
 #include "libcommon/image/frame_stream.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct CapturePhoto {
   double time = 0.0;           ///< In the project's time unit.
@@ -39,4 +39,4 @@ struct FrameSources {
 /// @param json  The project. @throws IoError naming the file or the place in the project that is wrong.
 [[nodiscard]] FrameSources read_frame_sources(JsonReader& json, TimeUnit unit);
 
-}  // namespace patinate
+}  // namespace patinate::capture

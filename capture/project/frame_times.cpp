@@ -8,7 +8,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -142,4 +142,4 @@ FrameTimes find_frame_times(const std::vector<std::filesystem::path>& photos, co
                      "); give `interval`, or a list with times");
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -9,7 +9,7 @@
 
 #include "libcommon/history/history.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Seconds from 1970-01-01 00:00:00 to a date and time in the proleptic Gregorian calendar, of no time zone; nothing if
 /// there is no such date.
@@ -33,4 +33,4 @@ struct FrameTimes {
 [[nodiscard]] FrameTimes find_frame_times(const std::vector<std::filesystem::path>& photos,
                                           const std::vector<std::string>& exif_dates, TimeUnit unit);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -95,4 +95,4 @@ ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& contr
   return mask;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -172,4 +172,4 @@ ProgressMap progress_from_history(const History& history, const ProgressOptions&
   return progress_from_history(history.times(), [&](int frame) { return history.read_frame(frame); }, history.read_mask(), options, control);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/history/history_value.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct ProgressOptions {
   /// Gaussian over the frames before they are compared, so that the map guides by region and not by grain; >= 0.
@@ -53,4 +53,4 @@ struct ProgressMap {
 /// Of a history: its frames and its mask.
 [[nodiscard]] ProgressMap progress_from_history(const History& history, const ProgressOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

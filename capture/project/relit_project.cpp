@@ -16,7 +16,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -204,4 +204,4 @@ RelitProject read_relit_project(const fs::path& file) {
   return project;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -13,7 +13,7 @@
 #include "libcommon/history/history.h"
 #include "libcommon/image/color.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// One step: photographs with a scan, photographs alone (all lights directional), or ready-made maps.
 struct RelitStep {
@@ -69,4 +69,4 @@ struct RelitProject {
 /// @throws IoError naming the file and what is wrong.
 [[nodiscard]] RelitProject read_relit_project(const std::filesystem::path& file);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -127,4 +127,4 @@ std::string where_it_lies(const Mesh& mesh_mm, const Camera& camera_mm) {
          "), " + short_number_text(depth) + " mm in front of the camera";
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct ScanOptions {
   /// Gaussian width of what counts as one feature, as AccessibilityOptions::scale_mm. Not given: 2 % of the box's diagonal.
@@ -56,4 +56,4 @@ struct ScanMaps {
 /// Where the camera has the middle of a mesh that it does not see, in words, for messages.
 [[nodiscard]] std::string where_it_lies(const Mesh& mesh_mm, const Camera& camera_mm);
 
-}  // namespace patinate
+}  // namespace patinate::capture

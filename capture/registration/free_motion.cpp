@@ -6,7 +6,7 @@
 
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -70,4 +70,4 @@ std::vector<FreeMotion> free_motions(const Eigen::Matrix<double, 6, Eigen::Dynam
   return motions;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

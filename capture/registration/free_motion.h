@@ -7,7 +7,7 @@
 
 #include "libcommon/geometry/rigid_transform.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// One motion that changes nothing.
 struct FreeMotion {
@@ -24,4 +24,4 @@ struct FreeMotion {
 /// of shift as the span allows. A plane gives two shifts and a turn, a cylinder a shift and a turn about its axis, a sphere three turns about its middle.
 [[nodiscard]] std::vector<FreeMotion> free_motions(const Eigen::Matrix<double, 6, Eigen::Dynamic>& directions);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -9,7 +9,7 @@
 #include "capture/registration/reference_methods.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -343,4 +343,4 @@ JointRegistration register_jointly(std::span<const PointCloud> scans, std::span<
   return JointSolver(scans, initial, reference, options, control).run();
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

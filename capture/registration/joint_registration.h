@@ -8,7 +8,7 @@
 
 #include "capture/registration/registration.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Two scans that overlap.
 struct RegistrationEdge {
@@ -54,4 +54,4 @@ struct JointRegistration {
 [[nodiscard]] JointRegistration register_jointly(std::span<const PointCloud> scans, std::span<const std::optional<RigidTransform>> initial, int reference,
                                                  const RegistrationOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

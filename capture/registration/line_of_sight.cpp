@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace patinate {
+namespace patinate::capture {
 
 LinesOfSight::LinesOfSight(std::span<const Vec3> points, const std::optional<Vec3>& scanner, const Vec3& toward_scanner, double cell)
     : scanner_(scanner), cell_(cell) {
@@ -65,4 +65,4 @@ void SightCounts::add(const LinesOfSight& lines, std::span<const Vec3> points, c
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

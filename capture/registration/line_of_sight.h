@@ -10,7 +10,7 @@
 
 #include "libcommon/geometry/rigid_transform.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Depths of a scan as its scanner saw them, in square cells across the lines of sight.
 class LinesOfSight {
@@ -45,4 +45,4 @@ struct SightCounts {
   void add(const LinesOfSight& lines, std::span<const Vec3> points, const RigidTransform& lines_from_points, double tolerance, std::size_t stride);
 };
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace patinate {
+namespace patinate::capture {
 
 PointCells::PointCells(std::span<const Vec3> points, double cell) : cell_(cell), per_cell_(1.0 / cell) {
   std::uint64_t size = 64;
@@ -78,4 +78,4 @@ PointCells::Found PointCells::nearest(const Vec3& p, double radius) const {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

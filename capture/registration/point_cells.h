@@ -10,7 +10,7 @@
 
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Cells that hold points, in a hash table: memory follows the number of points, not the extent. Immutable; queries are thread-safe.
 class PointCells {
@@ -72,4 +72,4 @@ class PointCells {
   std::vector<Vec3> sorted_;  ///< The points in that order.
 };
 
-}  // namespace patinate
+}  // namespace patinate::capture

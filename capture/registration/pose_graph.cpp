@@ -6,7 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <array>
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -110,4 +110,4 @@ std::vector<Matrix6> pose_covariances(std::span<const RigidTransform> world_from
   return blocks;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -7,7 +7,7 @@
 
 #include "libcommon/geometry/rigid_transform.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// A measured relative pose.
 struct PoseEdge {
@@ -28,4 +28,4 @@ struct PoseEdge {
 /// Directions that nothing determines have 0.
 [[nodiscard]] std::vector<Matrix6> pose_covariances(std::span<const RigidTransform> world_from_scan, std::span<const PoseEdge> edges, int fixed);
 
-}  // namespace patinate
+}  // namespace patinate::capture

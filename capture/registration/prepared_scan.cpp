@@ -5,7 +5,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -113,4 +113,4 @@ double overlap_of(const PairSums& sums) {
   return sums.num_looked[smaller] == 0 ? 0.0 : static_cast<double>(sums.num_fitting[smaller]) / sums.num_looked[smaller];
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "capture/registration/registration.h"
 #include "capture/registration/surfel_alignment.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Coordinates are normalised: about the scan's middle, in the scans' common scale.
 class PreparedScan {
@@ -72,4 +72,4 @@ inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normali
 /// Share of the smaller scan's surfels that found partners.
 [[nodiscard]] double overlap_of(const PairSums& sums);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "capture/registration/prepared_scan.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -81,4 +81,4 @@ PairRegistration register_pair_with_pcl(const PointCloud& target, const PointClo
   return judge_pose(scans[0], scans[1], in_unit(found, scans[0], scans[1]), options, control);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -4,7 +4,7 @@
 
 #include "capture/registration/registration.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// point-to-point, point-to-plane (normals of 20 neighbours) or generalised ICP of PCL, in single precision about the scans' middles, partners at
 /// most kReferenceGate spacings apart. No search: `start` is needed. What comes out is judged as register_pair() judges its own.
@@ -14,4 +14,4 @@ namespace patinate {
 
 inline constexpr double kReferenceGate = 10.0;
 
-}  // namespace patinate
+}  // namespace patinate::capture

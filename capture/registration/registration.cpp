@@ -9,7 +9,7 @@
 #include "capture/registration/rotation_search.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 void describe(OptionVisitor& v, RegistrationOptions& o) {
   v.visit_choice({"method", "How two scans are brought together; pcl-... are PCL's own, for comparison"}, o.method, kRegistrationMethodNames);
@@ -232,4 +232,4 @@ PairRegistration register_pair(const PointCloud& target, const PointCloud& sourc
   return register_pair(scans[0], scans[1], start, options, control);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

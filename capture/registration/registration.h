@@ -14,7 +14,7 @@
 #include "libcommon/geometry/point_cloud.h"
 #include "libcommon/geometry/rigid_transform.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 enum class RegistrationMethod { Symmetric, PclPlane, PclPoint, PclGicp };
 inline constexpr std::array<std::string_view, 4> kRegistrationMethodNames{"symmetric", "pcl-plane", "pcl-point", "pcl-gicp"};
@@ -65,4 +65,4 @@ struct PairRegistration {
 [[nodiscard]] PairRegistration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
                                          const RegistrationOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

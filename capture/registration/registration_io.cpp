@@ -8,7 +8,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -119,4 +119,4 @@ std::vector<std::string> registration_table(const Json& registration) {
   return lines;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

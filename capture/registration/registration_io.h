@@ -8,7 +8,7 @@
 #include "capture/registration/joint_registration.h"
 #include "libcommon/core/json.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Whether the scan has a place: Converged, or Degenerate, where a free motion is held at its start.
 [[nodiscard]] bool is_placed(const RegisteredScan& scan);
@@ -18,4 +18,4 @@ namespace patinate {
 /// The table that people read, of a registration.json: one line a scan, one about the loops.
 [[nodiscard]] std::vector<std::string> registration_table(const Json& registration);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -17,7 +17,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -163,4 +163,4 @@ JobPlan plan_registration(RegistrationTask task, const fs::path& output) {
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

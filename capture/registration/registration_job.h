@@ -10,7 +10,7 @@
 #include "capture/registration/joint_registration.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct RegistrationTask {
   std::vector<std::filesystem::path> files;  ///< At least 2.
@@ -32,4 +32,4 @@ struct RegistrationTask {
 /// scan could not be placed for certain and that is not accepted.
 [[nodiscard]] JobPlan plan_registration(RegistrationTask task, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::capture

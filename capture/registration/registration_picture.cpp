@@ -11,7 +11,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/output/contact_strip.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -120,4 +120,4 @@ ImageF registration_picture(std::span<const PointCloud> scans, std::span<const R
   return contact_strip(panels, labels, {.columns = 2});
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

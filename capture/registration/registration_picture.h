@@ -8,7 +8,7 @@
 #include "libcommon/geometry/rigid_transform.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct RegistrationPictureOptions {
   int panel_px = 520;      ///< Width and height of each of the four panels; [64, 4096].
@@ -21,4 +21,4 @@ struct RegistrationPictureOptions {
 [[nodiscard]] ImageF registration_picture(std::span<const PointCloud> scans, std::span<const RigidTransform> before, std::span<const RigidTransform> after,
                                           const RegistrationPictureOptions& options = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

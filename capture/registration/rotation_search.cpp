@@ -6,7 +6,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -94,4 +94,4 @@ std::vector<PoseCandidate> search_poses(const PreparedScan& target, const Prepar
   return kept;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 
 #include "capture/registration/prepared_scan.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// The 60 rotations of the icosahedron: none is more than 44.5 degrees away from the nearest.
 [[nodiscard]] std::vector<Eigen::Matrix3d> icosahedral_rotations();
@@ -21,4 +21,4 @@ struct PoseCandidate {
 /// Same bits for any number of threads. @throws Cancelled
 [[nodiscard]] std::vector<PoseCandidate> search_poses(const PreparedScan& target, const PreparedScan& source, int num_kept, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -9,7 +9,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -290,4 +290,4 @@ SurfelAlignment align_surfels(const SurfelSet& target, const SurfelSet& source, 
   return Aligner(target, source, start, schedule, control).run();
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -12,7 +12,7 @@
 #include "libcommon/geometry/nearest_points.h"
 #include "libcommon/geometry/rigid_transform.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Surfels of one scan with what finds the nearest of them. Lengths are in any unit; rotations are best about the origin.
 class SurfelSet {
@@ -87,4 +87,4 @@ struct SurfelAlignment {
 
 inline constexpr double kFreeShare = 1e-3;
 
-}  // namespace patinate
+}  // namespace patinate::capture

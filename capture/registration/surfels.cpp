@@ -9,7 +9,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -174,4 +174,4 @@ Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward,
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

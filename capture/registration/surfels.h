@@ -8,7 +8,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/geometry/point_cloud.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Median distance to the neighbour points of a surface, as if they lay on a square lattice: 0.627 times the distance to the 8th nearest,
 /// over a sample of the points. @throws InvalidInput if there are less than 16 points, or they have no extent.
@@ -36,4 +36,4 @@ struct Surfels {
 [[nodiscard]] Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward, double distance, double radius,
                                                const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

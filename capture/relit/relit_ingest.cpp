@@ -15,7 +15,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -266,4 +266,4 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -13,7 +13,7 @@
 #include "libcommon/core/options.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// What happened at every step, for people and for programs.
 inline constexpr const char* kRelitReportFile = "relit.json";
@@ -45,4 +45,4 @@ void describe(OptionVisitor& v, RelitOptions& o);
 /// registered and may not be left out; IoError on photographs that are black or saturated everywhere.
 [[nodiscard]] JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& options, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -12,7 +12,7 @@
 #include "libcommon/geometry/scan_mesh.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -161,4 +161,4 @@ void find_patch_target(const RelitProject& project, RelitReference& reference) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

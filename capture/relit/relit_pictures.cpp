@@ -8,7 +8,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -64,4 +64,4 @@ ImageF report_stddev(const ImageF& albedo, const ImageF& stddev, const ImageU8& 
   return at_most(picture, kWidth);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

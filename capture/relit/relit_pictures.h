@@ -4,7 +4,7 @@
 
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// The colour, made smaller.
 [[nodiscard]] ImageF report_albedo(const ImageF& color);
@@ -15,4 +15,4 @@ namespace patinate {
 /// @param surface  Where there is surface.
 [[nodiscard]] ImageF report_stddev(const ImageF& albedo, const ImageF& stddev, const ImageU8& surface);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -57,4 +57,4 @@ void run_relit_pose(const RelitWork& work, std::size_t index, const fs::path& fo
 
 RelitPose read_relit_pose(std::size_t index, const fs::path& folder) { return relit_pose(load_json(folder / relit_pose_file(index))); }
 
-}  // namespace patinate
+}  // namespace patinate::capture

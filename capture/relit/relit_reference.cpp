@@ -10,7 +10,7 @@
 #include "libcommon/geometry/height_field.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -129,4 +129,4 @@ const RelitReference& RelitWork::reference(const fs::path& folder) const {
   return *reference_;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

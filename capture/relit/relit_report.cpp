@@ -11,7 +11,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -173,4 +173,4 @@ void write_relit_report(const RelitWork& work, const fs::path& folder, const std
   page.save(folder / kRelitPageFile);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

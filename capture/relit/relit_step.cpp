@@ -12,7 +12,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -246,4 +246,4 @@ void run_relit_step(const RelitWork& work, std::size_t index, const fs::path& fo
   control.report(1.0);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

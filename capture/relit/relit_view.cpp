@@ -8,7 +8,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -175,4 +175,4 @@ PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float sat
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/geometry/rigid_transform.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Maps of the camera's size; 0 where nothing is seen.
 struct ScanView {
@@ -54,4 +54,4 @@ struct PlacedPhoto {
 /// @param saturation  Value from which on a channel is saturated; infinity for none.
 [[nodiscard]] PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float saturation);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -17,7 +17,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/geometry/point_cloud.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// What relit_reference.cpp finds and every step needs.
 struct RelitReference {
@@ -143,4 +143,4 @@ void run_relit_step(const RelitWork& work, std::size_t index, const std::filesys
 /// The page and relit.json.
 void write_relit_report(const RelitWork& work, const std::filesystem::path& folder, const std::vector<RelitStepFacts>& facts);
 
-}  // namespace patinate
+}  // namespace patinate::capture

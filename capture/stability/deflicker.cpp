@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -69,4 +69,4 @@ std::vector<std::array<double, 3>> deflicker_factors(const std::vector<std::arra
   return factors;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -7,7 +7,7 @@
 
 #include "libcommon/core/options.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct DeflickerOptions {
   int half_width = 8;  ///< [1, 1000]. Frames on either side: brightness that changes over more than so many is the material's.
@@ -24,4 +24,4 @@ void describe(OptionVisitor& v, DeflickerOptions& o);
 [[nodiscard]] std::vector<std::array<double, 3>> deflicker_factors(const std::vector<std::array<double, 3>>& log_gains,
                                                                    const DeflickerOptions& options = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -5,7 +5,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -135,4 +135,4 @@ ImageU8 frame_mask(int index, const ImageU8& validity, const FillPlan& plan) {
   return mask;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// What a pixel of a frame shows, as a code of an 8-bit image.
 enum class Validity : std::uint8_t {
@@ -50,4 +50,4 @@ struct FillPlan {
 /// The mask of a frame: 0 where it does not show the surface, though it may be filled; 255 where it does.
 [[nodiscard]] ImageU8 frame_mask(int index, const ImageU8& validity, const FillPlan& plan);
 
-}  // namespace patinate
+}  // namespace patinate::capture

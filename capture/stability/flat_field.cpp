@@ -9,7 +9,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -167,4 +167,4 @@ void apply_gain(ImageF& image, const ImageF& gain) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct FlatFieldOptions {
   int order = 4;                 ///< [1, 6]. Degree of the polynomial in x and y that stands for the logarithm of the light.
@@ -33,4 +33,4 @@ void describe(OptionVisitor& v, FlatFieldOptions& o);
 /// Multiplies by a gain of one or as many channels. @throws InvalidInput if sizes differ.
 void apply_gain(ImageF& image, const ImageF& gain);
 
-}  // namespace patinate
+}  // namespace patinate::capture

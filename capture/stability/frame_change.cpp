@@ -7,7 +7,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/image/color.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -65,4 +65,4 @@ FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& 
   return change;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

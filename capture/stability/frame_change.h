@@ -6,7 +6,7 @@
 
 #include "capture/stability/frame_motion.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct FrameChange {
   std::array<double, 3> log_gain{};  ///< Natural logarithm of frame / reference, per channel: the median over the picture.
@@ -18,4 +18,4 @@ struct FrameChange {
 /// @throws InvalidInput if sizes differ.
 [[nodiscard]] FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& frame, const Eigen::Affine2d& frame_from_reference);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -9,7 +9,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -218,4 +218,4 @@ FrameMotion measure_motion(const PreparedFrame& reference, const PreparedFrame& 
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

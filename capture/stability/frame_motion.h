@@ -6,7 +6,7 @@
 
 #include "capture/stability/frame_shift.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct FrameMotion {
   /// x_in_frame = frame_from_reference * x_in_reference, pixels of the photograph.
@@ -26,4 +26,4 @@ struct FrameMotion {
 /// than a tenth of the picture is shared.
 [[nodiscard]] double detail_similarity(const PreparedFrame& reference, const PreparedFrame& frame, const Eigen::Affine2d& frame_from_reference);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -237,4 +237,4 @@ FrameShift measure_shift(const PreparedFrame& reference, const PreparedFrame& fr
   return shift;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// A photograph made ready for comparison: what stays of it when lighting and exposure change. See prepare_frame().
 struct PreparedFrame {
@@ -46,4 +46,4 @@ struct FrameShift {
 /// Precision: 0.05 px of `detail` on textured scenes. Largest shift: a quarter of each side. Same bits for any number of threads.
 [[nodiscard]] FrameShift measure_shift(const PreparedFrame& reference, const PreparedFrame& frame);
 
-}  // namespace patinate
+}  // namespace patinate::capture

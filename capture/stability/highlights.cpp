@@ -10,7 +10,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -176,4 +176,4 @@ ImageU8 find_standing_highlight(int num_frames, const std::function<ImageF(int)>
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

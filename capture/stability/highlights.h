@@ -8,7 +8,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct HighlightOptions {
   double width_share = 0.25;   ///< (0, 1]. A highlight is narrower than this share of the picture's shorter side; wider is white material.
@@ -38,4 +38,4 @@ void describe(OptionVisitor& v, HighlightOptions& o);
 [[nodiscard]] ImageU8 find_standing_highlight(int num_frames, const std::function<ImageF(int)>& read_frame, float saturation,
                                               const HighlightOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -173,4 +173,4 @@ ImageF resample_frame(const ImageF& image, const Eigen::Affine2d& source_from_ou
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

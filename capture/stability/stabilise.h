@@ -8,7 +8,7 @@
 #include "capture/stability/survey.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Where the first frame's picture lies in every frame.
 struct StabilisedMotions {
@@ -31,4 +31,4 @@ struct StabilisedMotions {
 [[nodiscard]] ImageF resample_frame(const ImageF& image, const Eigen::Affine2d& source_from_out, int width, int height, ImageU8& valid,
                                     const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -174,4 +174,4 @@ std::string finding_text(const FrameFinding& f) {
   return text;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -9,7 +9,7 @@
 #include "capture/stability/frame_change.h"
 #include "libcommon/core/json.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// From where on a difference between neighbours in time is named.
 struct SurveyOptions {
@@ -66,4 +66,4 @@ struct FrameFinding {
 [[nodiscard]] FramePair pair_from_json(JsonReader json);
 [[nodiscard]] Json finding_to_json(const FrameFinding& finding);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -2,7 +2,7 @@
 
 #include "capture/stability/survey.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 Json pair_to_json(const FramePair& pair) {
   Json json;
@@ -67,4 +67,4 @@ Json finding_to_json(const FrameFinding& f) {
   return json;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -251,4 +251,4 @@ ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOption
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Settings of mode_filter().
 struct ModeFilterOptions {
@@ -33,4 +33,4 @@ void describe(OptionVisitor& v, ModeFilterOptions& o);
 [[nodiscard]] ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options = {},
                                  const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -7,7 +7,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -124,4 +124,4 @@ ImageF bilateral_mode_filter(const ImageF& in, const ImageU8& mask, const ModeFi
   });
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

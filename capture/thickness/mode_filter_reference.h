@@ -4,7 +4,7 @@
 
 #include "capture/thickness/mode_filter.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// sum_q G_spatial(|p - q|) G_range(value - in(q)) / sum_q G_spatial(|p - q|) over the pixels q inside the mask: the smoothed
 /// local histogram at pixel (x, y). In [0, 1]; 0 when no pixel is inside. Cost: O(H W).
@@ -23,4 +23,4 @@ namespace patinate {
 [[nodiscard]] ImageF bilateral_mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options = {},
                                            const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -9,7 +9,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -96,4 +96,4 @@ ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blan
   return map;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -4,7 +4,7 @@
 
 #include "capture/thickness/mode_filter.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// How transmitted light T becomes thickness. All three fall with T.
 enum class ThicknessCurve {
@@ -51,4 +51,4 @@ struct ThicknessMap {
 /// The curve at one T. @param transmittance  > 0.
 [[nodiscard]] double thickness_of(double transmittance, ThicknessCurve curve);
 
-}  // namespace patinate
+}  // namespace patinate::capture

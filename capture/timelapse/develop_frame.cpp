@@ -8,7 +8,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -126,4 +126,4 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   return downscale_area(color, project.width(), project.height(), one_thread());
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

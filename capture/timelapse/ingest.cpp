@@ -11,7 +11,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/hash.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -118,4 +118,4 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

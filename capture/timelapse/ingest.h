@@ -12,7 +12,7 @@
 #include "libcommon/core/options.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// How a transmission photograph was aligned: `homography` (frames from photograph), `agreeing`, `residual_px`, `correlation`.
 inline constexpr const char* kTransmissionFile = "transmission.json";
@@ -41,4 +41,4 @@ void describe(OptionVisitor& v, IngestOptions& o);
 [[nodiscard]] JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
                                   const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::capture

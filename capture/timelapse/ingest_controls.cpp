@@ -3,7 +3,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -45,4 +45,4 @@ void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const 
   if (work.has_progress) write_progress(writer, work, folder, mask, control.part(0.25, 1.0));
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -7,7 +7,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -106,4 +106,4 @@ std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
   return list;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -13,7 +13,7 @@
 #include "libcommon/history/history.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Name of the control that progress_from_history() makes.
 inline constexpr const char* kProgressName = "progress";
@@ -55,4 +55,4 @@ struct TransmissionLight {
 void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& transmission,
                            const std::filesystem::path& folder, const ImageU8& mask, const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::capture

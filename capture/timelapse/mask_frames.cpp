@@ -10,7 +10,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -127,4 +127,4 @@ ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const fs::pat
   return mask.empty() && num_outside == 0.0 ? mask : result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -4,7 +4,7 @@
 
 #include "libcommon/core/json.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -42,4 +42,4 @@ SurveyReport read_survey_report(const std::filesystem::path& history) {
   return report;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

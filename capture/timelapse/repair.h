@@ -14,7 +14,7 @@
 #include "capture/stability/survey.h"
 #include "libcommon/core/options.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 enum class HighlightRule { Mask, Keep };
 
@@ -52,4 +52,4 @@ struct SurveyReport {
 /// @throws IoError. A history without the file gives an empty report.
 [[nodiscard]] SurveyReport read_survey_report(const std::filesystem::path& history);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "capture/timelapse/ingest_work.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Stages of the items: all of one are finished before the next starts. Frames that wait for no repair come first, so that a broken
 /// photograph costs none of the others.
@@ -58,4 +58,4 @@ void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity);
 [[nodiscard]] ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder, const ImageU8& mask,
                                   const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -15,7 +15,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -131,4 +131,4 @@ void write_scan(HistoryWriter& writer, const IngestWork& work, const fs::path& f
   writer.set_texel_size_mm(static_cast<double>(percentiles(texel_size, mask, 0.5, 0.5).low));
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "capture/timelapse/ingest_work.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Control that a scan gives.
 inline constexpr const char* kScanControlName = "accessibility";
@@ -25,4 +25,4 @@ void keep_scanned(const IngestWork& work, const std::filesystem::path& folder, I
 /// @param mask  Within keep_scanned().
 void write_scan(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder, const ImageU8& mask);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -216,4 +216,4 @@ void add_repair_dependencies(std::vector<JobDependency>& list, const IngestWork&
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

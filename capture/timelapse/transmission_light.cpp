@@ -7,7 +7,7 @@
 #include "libcommon/image/color.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -91,4 +91,4 @@ TransmissionLight read_transmission_light(const IngestWork& work, const fs::path
   return light;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

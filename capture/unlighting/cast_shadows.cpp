@@ -7,7 +7,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/ray_scene.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 double median_edge(const Mesh& mesh) {
   std::vector<double> lengths;
@@ -50,4 +50,4 @@ ImageU8 cast_shadows(const Mesh& blockers, const ImageF& position_mm, const Imag
   return shadow;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

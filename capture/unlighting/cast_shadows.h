@@ -7,7 +7,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Median edge length of a mesh: below it, a scan says nothing. 0 without triangles.
 [[nodiscard]] double median_edge(const Mesh& mesh);
@@ -21,4 +21,4 @@ namespace patinate {
 [[nodiscard]] ImageU8 cast_shadows(const Mesh& blockers, const ImageF& position_mm, const ImageF& normal, const ImageU8& mask,
                                    const std::vector<Light>& lights, double offset_mm, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -233,4 +233,4 @@ LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control) {
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

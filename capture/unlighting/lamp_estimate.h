@@ -4,7 +4,7 @@
 
 #include "capture/unlighting/unlight_work.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// What came of estimate_lamps().
 struct LampEstimate {
@@ -18,4 +18,4 @@ struct LampEstimate {
 /// surface. Between steps texels are fitted anew and shadows and highlights rejected. Sets work.strengths, work.ambient and work.noise_scale.
 [[nodiscard]] LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 #include "capture/unlighting/unlight_work.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -89,4 +89,4 @@ std::vector<LeftOutError> leave_one_out(const UnlightInput& input, const Unlight
   return errors;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 
 #include "capture/unlighting/unlight.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct LeftOutError {
   double rms = 0.0;     ///< Root mean square of prediction minus photograph over samples that counted as clean, over their mean.
@@ -20,4 +20,4 @@ struct LeftOutError {
 [[nodiscard]] std::vector<LeftOutError> leave_one_out(const UnlightInput& input, const UnlightOptions& options, const UnlightResult& result,
                                                       const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

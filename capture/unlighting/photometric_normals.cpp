@@ -10,7 +10,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -102,4 +102,4 @@ ImageF photometric_normals(const std::vector<ImageF>& photos, const std::vector<
   return normals;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

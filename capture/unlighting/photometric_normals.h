@@ -8,7 +8,7 @@
 #include "libcommon/geometry/light.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Of each pixel the vector g (albedo / pi times normal) whose light max(0, g . l) is nearest to what is photographed, the sum of the roots of the
 /// differences being smallest: shadows and highlights, however far off, hardly pull. Tried are the solutions of three lamps, all triples of up to 12 lamps and 220
@@ -21,4 +21,4 @@ namespace patinate {
 [[nodiscard]] ImageF photometric_normals(const std::vector<ImageF>& photos, const std::vector<ImageU8>& valid, const ImageU8& mask,
                                          const std::vector<Light>& lights, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -5,7 +5,7 @@
 #include "capture/unlighting/leave_one_out.h"
 #include "capture/unlighting/unlight_work.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -84,4 +84,4 @@ ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, c
   return check;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -7,7 +7,7 @@
 #include "capture/unlighting/unlight.h"
 #include "libcommon/image/color.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// How far photographs are off that the others foretell (leave_one_out(), median), in shares of the values as declared.
 struct ResponseCheck {
@@ -21,4 +21,4 @@ struct ResponseCheck {
 /// @param ambient  What was subtracted from every photograph, H x W x C; may be empty.
 [[nodiscard]] ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, const Response& declared, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -103,4 +103,4 @@ void keep_shared_highlights(UnlightWork& work, const RunControl& control) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -4,7 +4,7 @@
 
 #include "capture/unlighting/unlight_work.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// What the samples of one texel cost under a fit: the sum over channels of squared residuals in standard deviations, and of the logarithms of what
 /// `samples.variance` is over `plain_variance`, lamp by lamp, and never more for a lamp than what it costs to reject it.
@@ -17,4 +17,4 @@ namespace patinate {
 /// highlight, from 17/20 on all of it.
 void keep_shared_highlights(UnlightWork& work, const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -12,7 +12,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -302,4 +302,4 @@ SpecularFit fit_specular(const UnlightWork& work, const UnlightResult& fitted, c
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -4,7 +4,7 @@
 
 #include "capture/unlighting/unlight_work.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct SpecularFit {
   SpecularLobe lobe = SpecularLobe::Ggx;
@@ -18,4 +18,4 @@ struct SpecularFit {
 /// Of the two forms of a lobe the one is taken that explains more over all texels.
 [[nodiscard]] SpecularFit fit_specular(const UnlightWork& work, const UnlightResult& fitted, const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::capture

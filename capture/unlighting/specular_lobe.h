@@ -8,7 +8,7 @@
 
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// How far from its middle a highlight reaches: Ggx has long tails, Beckmann (nearly Blinn and Phong's) has none.
 enum class SpecularLobe { Ggx, Beckmann };
@@ -32,4 +32,4 @@ enum class SpecularLobe { Ggx, Beckmann };
   return cosine * alpha2 / (4.0 * std::numbers::pi * spread * spread);
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -7,7 +7,7 @@
 
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 inline constexpr int kSpecularTile = 8;   ///< Pixels along a side.
 inline constexpr int kSpecularEvery = 4;  ///< One of so many pixels is summed: neighbours tell much the same.
@@ -30,4 +30,4 @@ struct TileShare {
   return {{{i, j, (1.0 - s) * (1.0 - t)}, {right, j, s * (1.0 - t)}, {i, below, (1.0 - s) * t}, {right, below, s * t}}};
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -278,4 +278,4 @@ void TexelSamples::resize(int lights, int channels) {
 
 TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options) { return TexelSolver(samples, options).solve(); }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 
 #include "capture/unlighting/unlight.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// What the lamps show of one texel; arrays of L, or of L x C with the channel running fastest. Reused from texel to texel.
 struct TexelSamples {
@@ -57,4 +57,4 @@ struct TexelFit {
 /// Sets samples.state.
 [[nodiscard]] TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -269,4 +269,4 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

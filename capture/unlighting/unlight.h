@@ -15,7 +15,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// One step, in the view of the result: pixel (x, y) of every image shows the same place of the surface. Lamps, positions, normals and blockers share
 /// one frame (the scanner's). H x W is the size of the first photograph.
@@ -94,4 +94,4 @@ struct UnlightResult {
 /// Cost: a few us for each texel and lamp. Same bits for any number of threads.
 [[nodiscard]] UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/geometry/light_io.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -133,4 +133,4 @@ JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, con
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

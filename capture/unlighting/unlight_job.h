@@ -7,7 +7,7 @@
 #include "capture/unlighting/unlight_step.h"
 #include "libcommon/job/job.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 inline constexpr const char* kUnlitManifestFile = "unlight.json";
 inline constexpr const char* kUnlitPageFile = "report.html";
@@ -17,4 +17,4 @@ inline constexpr const char* kUnlitPageFile = "report.html";
 /// @throws InvalidInput if an option is out of range; IoError if a photograph cannot be read.
 [[nodiscard]] JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::capture

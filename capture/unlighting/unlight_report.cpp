@@ -8,7 +8,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/html_page.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -162,4 +162,4 @@ void write_unlight_report(const fs::path& folder, const std::string& name, const
   page.save(folder / "report.html");
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

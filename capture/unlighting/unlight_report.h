@@ -8,7 +8,7 @@
 
 #include "capture/unlighting/leave_one_out.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// Where samples_picture() of a lamp goes: "samples/01.png" for 0.
 [[nodiscard]] std::string samples_file(std::size_t light);
@@ -32,4 +32,4 @@ namespace patinate {
 void write_unlight_report(const std::filesystem::path& folder, const std::string& name, const UnlightInput& input, const UnlightResult& result,
                           const std::vector<LeftOutError>& left_out, const Eigen::Matrix3d& camera_from_world);
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -22,7 +22,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace fs = std::filesystem;
 
@@ -194,4 +194,4 @@ UnlightScene load_unlight_scene(const UnlightStep& step, const RunControl& contr
   return scene;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

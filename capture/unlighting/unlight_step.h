@@ -12,7 +12,7 @@
 #include "libcommon/geometry/camera.h"
 #include "libcommon/image/color.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 /// A step file (`patinate.unlight`, docs/unlighting.md). Every path is usable as it stands.
 struct UnlightStep {
@@ -50,4 +50,4 @@ struct UnlightScene {
 /// @throws IoError also if the camera does not see the scan.
 [[nodiscard]] UnlightScene load_unlight_scene(const UnlightStep& step, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 namespace {
 
@@ -237,4 +237,4 @@ std::vector<std::int64_t> UnlightWork::spread_texels(std::int64_t max_count) con
   return texels;
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

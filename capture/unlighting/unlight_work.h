@@ -7,7 +7,7 @@
 
 #include "capture/unlighting/texel_fit.h"
 
-namespace patinate {
+namespace patinate::capture {
 
 struct UnlightWork {
   /// Checks the input, and says of every sample whether it may count (Clean), or is Outside, Unlit, CastShadow or Invalid.
@@ -57,4 +57,4 @@ struct UnlightWork {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -17,7 +17,7 @@ int main(int argc, char** argv) try {
     return 2;
   }
   const auto history = std::make_shared<const HistoryReader>(argv[1]);
-  const AgedMesh aged = age_mesh(history, read_mesh(argv[2]), argv[3], {.resolution = 512});
+  const transfer::AgedMesh aged = transfer::age_mesh(history, read_mesh(argv[2]), argv[3], {.resolution = 512});
   write_color(argv[4], aged.texture(history->times().back()));
   std::printf("%s: control error %.3f\n", argv[4], aged.energy.control_error_mean);
   return 0;

@@ -36,18 +36,18 @@ int main(int argc, char** argv) try {
   const auto map = std::make_shared<TexelMap>(with_normals(read_mesh(argv[2])), 512, 512);
 
   // The first control of the history (say, thickness) follows ours. Rank mapping needs no common unit.
-  TransferControl control;
+  transfer::TransferControl control;
   control.source = history->facts().controls.at(0).name;
   control.destination = "below the rim";
   control.values = below_the_rim(*map);
 
   // One pixel of the history covers one texel of the mesh.
-  const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {control}});
+  const transfer::TransferResult result = transfer::transfer({.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {control}});
   std::printf("energy %.3f, control error %.3f\n", result.energy.energy, result.energy.control_error_mean);
 
   // The search was for all times at once: any frame is a gather through the coordinates.
-  const ImageF coordinates = coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
-  write_color(argv[3], gather(history->sample(history->times().back()), coordinates));
+  const ImageF coordinates = transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
+  write_color(argv[3], transfer::gather(history->sample(history->times().back()), coordinates));
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "02_own_control: %s\n", e.what());

@@ -25,15 +25,15 @@ using namespace patinate;
 
 /// Paint that dries and cracks, with its thickness: a history that never is a file.
 std::shared_ptr<const History> make_history(const RunControl& control) {
-  CrackleOptions options;
+  datasets::CrackleOptions options;
   options.width = options.height = 192;
   options.num_frames = 6;
-  const CrackleDataset plate = crackle(options, control);
+  const datasets::CrackleDataset plate = datasets::crackle(options, control);
 
   MemoryHistoryImages images{.name = "crackle", .origin = "synthetic", .texel_size_mm = options.texel_size_mm, .time_unit = TimeUnit::Seconds, .frames = {}};
   for (int i = 0; i < options.num_frames; ++i) {
     const double time = i * options.interval_s;
-    images.frames.push_back({.time = time, .color = reflected(plate, time, control)});
+    images.frames.push_back({.time = time, .color = datasets::reflected(plate, time, control)});
   }
   MemoryControl thickness{.facts = {.name = "thickness", .low = options.thickness_min_mm, .high = options.thickness_max_mm, .unit = "mm"}, .values = plate.thickness_mm};
   for (float& t : thickness.values.values()) {  // From 0 to 1 between the two.
@@ -59,7 +59,7 @@ ImageF aged_by_map(const History& history, const ImageF& coordinates, const Imag
   const double first = history.times().front(), span = history.times().back() - first;
   ImageF times = age;
   for (float& t : times.values()) t = static_cast<float>(first + static_cast<double>(t) * span);
-  return gather_at_times(history, pack_coordinates(coordinates, history.facts().width), times, Between::Blend, control);
+  return transfer::gather_at_times(history, transfer::pack_coordinates(coordinates, history.facts().width), times, Between::Blend, control);
 }
 
 int main(int argc, char** argv) try {
@@ -76,26 +76,26 @@ int main(int argc, char** argv) try {
   control.num_threads = 2;  // Never changes a result.
 
   const std::shared_ptr<const History> history = make_history(control);
-  const auto map = std::make_shared<TexelMap>(sculpture({.resolution = 48}), 384, 384, control);
+  const auto map = std::make_shared<TexelMap>(datasets::sculpture({.resolution = 48}), 384, 384, control);
 
-  TransferControl guide;
+  transfer::TransferControl guide;
   guide.source = "thickness";
   guide.destination = "0.7 facing + 0.3 accessibility";
   guide.values = thickness(*map, control);
-  guide.mapping = ControlMapping::Rank;
+  guide.mapping = transfer::ControlMapping::Rank;
 
-  TransferOptions options;
-  options.method = TransferMethod::Fast;
+  transfer::TransferOptions options;
+  options.method = transfer::TransferMethod::Fast;
   options.coherence_share = 0.95;  // Cracks are large structures: texture weighs more than the control.
   options.multi_level.first_coherence = 0.9;
   options.multi_level.reuse_penalty = 0.1;
   options.seed = 7;
-  const TransferInput input{.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {guide}};
-  const TransferResult result = transfer(input, options, control);
+  const transfer::TransferInput input{.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {guide}};
+  const transfer::TransferResult result = transfer::transfer(input, options, control);
   std::printf("energy %.3f = texture %.3f and control %.3f; %.0f %% of neighbours stay neighbours\n", result.energy.energy,
               result.energy.coherence, result.energy.control_mismatch, 100.0 * result.energy.coherent_share);
 
-  const ImageF coordinates = coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
+  const ImageF coordinates = transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
   ImageF texture = aged_by_map(*history, coordinates, guide.values, control);
   dilate(texture, map->coverage(), 8);  // Filtering must not bleed at the charts' borders.
   write_color(argv[1], texture);

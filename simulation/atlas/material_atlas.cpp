@@ -6,7 +6,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 struct MaterialAtlas::Pages {
   using Page = std::array<std::uint16_t, TileGrid::kPageTexels>;
@@ -112,4 +112,4 @@ std::size_t MaterialAtlas::memory() const {
   return bytes;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

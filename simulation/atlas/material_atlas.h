@@ -11,7 +11,7 @@
 #include "simulation/atlas/surface_atlas.h"
 #include "simulation/atlas/tile_grid.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// An amount is a density per surface area: 1 = kAmountOne quanta, up to 65535 (just under 4). Mass = amount quanta * area weight.
 inline constexpr std::uint32_t kAmountOne = 16384;
@@ -58,4 +58,4 @@ class MaterialAtlas {
   std::unique_ptr<Pages> pages_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -6,7 +6,7 @@
 
 #include "simulation/atlas/surface_atlas.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -136,4 +136,4 @@ void place_objects(SceneMesh& scene_mesh, const Scene& scene) {
   if (position != scene_mesh.mesh.positions.size()) throw InvalidInput("the scene has other objects than when its atlas was made");
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

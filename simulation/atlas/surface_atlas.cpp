@@ -7,7 +7,7 @@
 #include "libcommon/atlas/uv_layout.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -187,4 +187,4 @@ std::span<const SurfaceAtlas::Link> SurfaceAtlas::links(TexelIndex t, std::array
   return plain;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

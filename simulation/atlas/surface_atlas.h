@@ -12,7 +12,7 @@
 #include "simulation/atlas/tile_grid.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 inline constexpr TexelIndex kNoTexel = 0xFFFFFFFFu;
 
@@ -105,4 +105,4 @@ class SurfaceAtlas {
   double median_texel_size_mm_ = 0.0;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -8,7 +8,7 @@
 #include "libcommon/core/parallel.h"
 #include "simulation/atlas/surface_atlas.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -146,4 +146,4 @@ void SurfaceAtlas::weigh_texels(std::span<const double> weight_per_texel, const 
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace patinate {
+namespace patinate::simulation {
 
 using TexelIndex = std::uint32_t;  ///< tile * 64 + (y % 8) * 8 + x % 8.
 using TileIndex = std::uint32_t;   ///< Row by row; a tile's texels are [tile * 64, tile * 64 + 64).
@@ -45,4 +45,4 @@ struct TileGrid {
   [[nodiscard]] bool is_inside(TexelIndex t) const { return x(t) < width && y(t) < height; }
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -5,7 +5,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 
 namespace {
 
@@ -138,4 +138,4 @@ const std::int32_t* BaseLayer::heights(TileIndex tile) const {
   return page == nullptr ? kNoHeights : page + tile % TileGrid::kPageTiles * kTile;
 }
 
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

@@ -11,7 +11,7 @@
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/quantised_look.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 
 /// Original colours, specular values and heights. Maps are sampled bilinearly at texel centres (a map with the object's own size in
 /// the atlas: copied), pictures of presets repeated by texels; colours become sRGB codes, specular values codes of 8 bit.
@@ -43,4 +43,4 @@ class BaseLayer {
   std::vector<std::unique_ptr<std::int32_t[]>> heights_;
 };
 
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

@@ -8,7 +8,7 @@
 #include "libcommon/core/parallel.h"
 #include "simulation/composition/composer_state.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 using namespace composition;
 
@@ -281,4 +281,4 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
   return changed;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

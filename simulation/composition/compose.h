@@ -15,7 +15,7 @@
 #include "simulation/atlas/material_atlas.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// How weights w_i of materials, a = sum w_i, become a colour. Both give sum w_i C_i / a where a >= 1.
 enum class ColorForm {
@@ -85,4 +85,4 @@ class Composer {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -1,6 +1,6 @@
 #include "simulation/composition/compose_kernel.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 
 namespace baseline {
 extern const Kernels kKernels;
@@ -24,4 +24,4 @@ const Kernels& kernels(InstructionSet set) {
   return baseline::kKernels;
 }
 
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

@@ -8,7 +8,7 @@
 
 #include "libcommon/core/instruction_set.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 
 inline constexpr int kTile = 64;                     ///< Texels.
 inline constexpr std::uint32_t kOne = 16384;         ///< Amounts, weights and specular values: 1.
@@ -105,4 +105,4 @@ struct Kernels {
   return static_cast<std::int32_t>(x) >> 16;
 }
 
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

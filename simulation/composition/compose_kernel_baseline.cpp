@@ -1,5 +1,5 @@
 #include "simulation/composition/compose_kernel.h"
 
-namespace patinate::composition::baseline {
+namespace patinate::simulation::composition::baseline {
 #include "simulation/composition/compose_kernel.inl"
-}  // namespace patinate::composition::baseline
+}  // namespace patinate::simulation::composition::baseline

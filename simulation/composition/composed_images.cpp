@@ -4,7 +4,7 @@
 #include "libcommon/image/color.h"
 #include "simulation/composition/composer_state.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 using composition::kTile;
 
@@ -85,4 +85,4 @@ std::size_t Composer::memory() const {
   return s.codes.size() * 4 + s.heights.size() * 4 + s.normals.size() + s.flags.size() + s.base.memory() + s.frames.memory();
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

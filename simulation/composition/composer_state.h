@@ -11,7 +11,7 @@
 #include "simulation/composition/height_frames.h"
 #include "simulation/composition/quantised_look.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 struct Composer::State {
   State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas, ColorForm color_form, const RunControl& control);
@@ -55,4 +55,4 @@ struct Composer::State {
   std::vector<std::uint8_t> normal_flags;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -8,7 +8,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 
 namespace {
 
@@ -165,4 +165,4 @@ std::size_t HeightFrames::memory() const {
   return frames_.size() * sizeof(Frame) + border_.size() * sizeof(BorderTexel) + (border_begin_.size() + dependents_begin_.size() + dependents_.size()) * 4;
 }
 
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

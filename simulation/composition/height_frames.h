@@ -10,7 +10,7 @@
 #include "simulation/atlas/surface_atlas.h"
 #include "simulation/composition/compose_kernel.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 
 /// Tangents of a triangle as glTF has them: T along +u, B in the triangle at right angles to T, on the side of +v; and one texel step to
 /// the right and down in them. Mirrored charts have a B to the other side; slopes do not care.
@@ -61,4 +61,4 @@ class HeightFrames {
 /// The four tiles beside; the tile itself where the atlas ends. Right, left, below, above.
 [[nodiscard]] std::array<TileIndex, 4> tiles_beside(const TileGrid& grid, TileIndex tile);
 
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

@@ -8,7 +8,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/image/color.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 
 namespace {
 
@@ -110,4 +110,4 @@ QuantisedLook quantise(const MaterialLook& look, double quanta_per_mm, std::uint
 
 std::uint32_t noise_key(int index) { return philox4x32({static_cast<std::uint32_t>(index), 0, 0, 0}, {kNoisePurpose, 0})[0]; }
 
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

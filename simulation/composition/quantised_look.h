@@ -9,7 +9,7 @@
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 
 /// Linear values of the 256 sRGB codes, 1 = 65535.
 [[nodiscard]] const std::array<std::uint16_t, 256>& linear16_of_srgb8();
@@ -36,4 +36,4 @@ struct Picture {
 /// Of material `index`: fixed, so that looks can change without the noise.
 [[nodiscard]] std::uint32_t noise_key(int index);
 
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

@@ -8,7 +8,7 @@
 #include "simulation/composition/height_frames.h"
 #include "simulation/composition/quantised_look.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -102,4 +102,4 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
   return texels;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

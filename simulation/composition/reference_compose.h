@@ -8,7 +8,7 @@
 #include "simulation/atlas/material_atlas.h"
 #include "simulation/composition/compose.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 struct ReferenceTexel {
   Vec3 color{0, 0, 0};   ///< Linear.
@@ -21,4 +21,4 @@ struct ReferenceTexel {
 /// is what composition works on. Slow: about a microsecond a texel.
 [[nodiscard]] std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMesh& scene_mesh, const MaterialAtlas& atlas, ColorForm form);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

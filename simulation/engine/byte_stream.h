@@ -13,7 +13,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 static_assert(std::endian::native == std::endian::little);
 
@@ -97,4 +97,4 @@ class ByteReader {
   std::span<const std::byte> rest_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "libcommon/core/text.h"
 #include "simulation/engine/engine_state.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -139,7 +139,7 @@ std::size_t Simulation::memory() const {
 }
 
 std::string Simulation::audit(const RunControl& control) const {
-  return patinate::audit(state_->ledger, state_->atlas, state_->cargo, state_->scene.materials, control);
+  return simulation::audit(state_->ledger, state_->atlas, state_->cargo, state_->scene.materials, control);
 }
 
 void Simulation::apply(const SceneEvent& event, const RunControl& control) {
@@ -291,4 +291,4 @@ ImageU8 Simulation::coverage() const {
   return mask;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

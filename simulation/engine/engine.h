@@ -18,7 +18,7 @@
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 struct SimulationOptions {
   std::vector<std::string> parameter_maps;        ///< Of parameter_map_names(): what to count along the way. Costs memory and little time.
@@ -123,4 +123,4 @@ class Simulation {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -4,7 +4,7 @@
 #include "libcommon/core/text.h"
 #include "simulation/engine/engine_state.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -83,4 +83,4 @@ bool apply_event(const SceneEvent& event, Scene& scene) {
   return false;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -4,7 +4,7 @@
 #include "libcommon/core/error.h"
 #include "simulation/engine/engine_state.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -71,4 +71,4 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
   ++s.num_paint_steps;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -5,7 +5,7 @@
 #include "libcommon/controls/control_kinds.h"
 #include "simulation/engine/engine_state.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -76,4 +76,4 @@ void Simulation::State::wake_everything() {
   std::fill(changed_in.begin(), changed_in.end(), static_cast<std::int32_t>(iteration));
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -4,7 +4,7 @@
 #include "simulation/engine/byte_stream.h"
 #include "simulation/engine/engine_state.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -265,4 +265,4 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.wake_everything();
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

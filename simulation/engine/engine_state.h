@@ -16,7 +16,7 @@
 #include "simulation/transport/exchange.h"
 #include "simulation/transport/parameter_maps.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Where an object stands.
 struct ObjectPlace {
@@ -78,4 +78,4 @@ struct Simulation::State {
 /// Changes a scene as the event says. @returns whether objects have moved. @throws InvalidInput for an unknown target.
 bool apply_event(const SceneEvent& event, Scene& scene);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -4,9 +4,9 @@
 
 #include <string_view>
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Default looks and presets: simulation/scene/assets/materials.json.
 extern const std::string_view kMaterialLibrary;
 
-}  // namespace patinate
+}  // namespace patinate::simulation

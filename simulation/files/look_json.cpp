@@ -4,7 +4,7 @@
 #include "simulation/files/assets.h"
 #include "simulation/files/scene_json.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -73,4 +73,4 @@ std::map<std::string, Preset> library_presets(const SceneContext& context) {
   return presets;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

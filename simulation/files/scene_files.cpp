@@ -14,7 +14,7 @@
 #include "libcommon/geometry/mesh_files.h"
 #include "simulation/rules/rule_io.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace fs = std::filesystem;
 
@@ -159,4 +159,4 @@ void write_scene_copy(const SceneCopy& copy, const fs::path& folder) {
   write_atomically(folder / copy.name, copy.text);
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

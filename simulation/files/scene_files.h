@@ -10,7 +10,7 @@
 
 #include "libcommon/core/json.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Calls `visit` with every path of a scene file that has been read: meshes, pictures (looks, presets, maps of objects), files of rules.
 void for_each_scene_path(Json& root, const std::function<void(Json& path)>& visit);
@@ -39,4 +39,4 @@ inline constexpr std::uint64_t kMostSceneBytes = std::uint64_t{1} << 30;  ///< O
 /// Makes the folder and writes it. @throws CannotComplete, also where a file is not as it was when the copy was planned.
 void write_scene_copy(const SceneCopy& copy, const std::filesystem::path& folder);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -16,7 +16,7 @@
 #include "simulation/files/scene_json.h"
 #include "simulation/tracing/scene_checks.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace fs = std::filesystem;
 
@@ -284,4 +284,4 @@ SceneFile read_scene(const fs::path& path, const Json& root, SceneAssets& assets
   return file;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -15,7 +15,7 @@
 #include "libcommon/history/history.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// A scene as a file says it, and how long it runs.
 struct SceneFile {
@@ -50,4 +50,4 @@ struct SceneAssets {
 /// @param assets  Taken from when there, and added to; notes about meshes are of the first reading only.
 [[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const Json& root, SceneAssets& assets, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::simulation

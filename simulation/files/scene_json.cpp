@@ -7,7 +7,7 @@
 #include "libcommon/core/text.h"
 #include "simulation/rules/rule_io.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -277,4 +277,4 @@ std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& 
   return events;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -10,7 +10,7 @@
 #include "libcommon/core/json.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// What the parts need to know of the whole.
 struct SceneContext {
@@ -45,4 +45,4 @@ struct SceneContext {
 /// "events", by iteration. @param scene  With its objects, emitters and rules.
 [[nodiscard]] std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context, const Scene& scene);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

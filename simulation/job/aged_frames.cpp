@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -43,4 +43,4 @@ std::vector<ImageF> AgedFrames::compose(const std::vector<MaterialLook>& looks, 
   return frames;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -10,7 +10,7 @@
 #include "simulation/files/scene_io.h"
 #include "simulation/job/simulation_output.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Amounts of all materials at every frame that `simulate` would write; composed with any looks without simulating again.
 /// Memory: 4 bytes x materials x texels x frames. Not thread-safe.
@@ -38,4 +38,4 @@ class AgedFrames {
   std::vector<ParameterControl> controls_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -19,7 +19,7 @@
 #include "simulation/job/simulation_output.h"
 #include "simulation/transport/ledger_json.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace fs = std::filesystem;
 
@@ -316,4 +316,4 @@ std::string changed_inputs(const fs::path& path, const SceneFile& scene) {
   return names;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -13,7 +13,7 @@
 #include "simulation/engine/engine.h"
 #include "simulation/files/scene_io.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// The folder of formats.md: simulation.json, scene/ (the scene with what it names), state.bin, atlas.exr, color.png, normal.png, height.exr, specular.png, model.glb, controls/, history/.
 /// Items are stretches of iterations that end at frames of the history (and after 200 iterations at the latest); what is done in one
@@ -45,4 +45,4 @@ struct SimulationManifest {
 /// @param path  The folder, or its simulation.json. @param scene  Its scene file, read again.
 [[nodiscard]] std::string changed_inputs(const std::filesystem::path& path, const SceneFile& scene);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

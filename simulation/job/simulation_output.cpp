@@ -9,7 +9,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/output/glb.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace fs = std::filesystem;
 
@@ -110,4 +110,4 @@ ParameterControl parameter_control(const Simulation& simulation, const std::stri
   return control;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "simulation/engine/engine.h"
 #include "simulation/files/scene_io.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// color.png, specular.png, normal.png, height.exr (mm) and model.glb, as `simulation` is composed now.
 /// @throws CannotComplete
@@ -38,4 +38,4 @@ void write_state_file(const std::filesystem::path& folder, const Simulation& sim
 /// @returns false if there is none. @throws IoError if it does not fit the simulation; nothing is changed then.
 [[nodiscard]] bool read_state_file(const std::filesystem::path& folder, Simulation& simulation);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-namespace patinate {
+namespace patinate::simulation {
 
 extern const std::string_view kRuleRust;
 extern const std::string_view kRuleRustConsuming;
@@ -17,4 +17,4 @@ extern const std::string_view kRuleMoss;
 extern const std::string_view kRuleFading;
 extern const std::string_view kRuleWetting;
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "simulation/rules/rule_assets.h"
 #include "simulation/rules/rules.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -195,4 +195,4 @@ std::vector<RuleAsset> built_in_rules_for(std::span<const std::string> materials
   return fitting;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

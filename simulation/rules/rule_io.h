@@ -12,7 +12,7 @@
 #include "libcommon/core/json.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// A rule that names materials, whatever a scene's are.
 struct RuleAsset {
@@ -56,4 +56,4 @@ struct RuleAsset {
 /// Built-in rules whose materials the scene has, in alphabetical order.
 [[nodiscard]] std::vector<RuleAsset> built_in_rules_for(std::span<const std::string> materials);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace patinate {
+namespace patinate::simulation {
 
 inline constexpr int kMaxRuleTerms = 16;  ///< Makes and uses of one rule.
 
@@ -48,4 +48,4 @@ namespace rules_avx512 {
 extern const RuleKernel kKernel;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

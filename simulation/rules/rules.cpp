@@ -13,7 +13,7 @@
 #include "simulation/rules/rule_kernel.h"
 #include "simulation/rules/tile_facts.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -351,4 +351,4 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   return report;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -25,7 +25,7 @@
 #include "simulation/rules/surface_parameter.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// What rules have changed.
 struct RuleReport {
@@ -78,4 +78,4 @@ class RuleEngine {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -7,7 +7,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const Vec3& up) {
   const Mesh& mesh = scene_mesh.mesh;
@@ -41,4 +41,4 @@ SurfaceParameter map_parameter(std::string name, const ImageF& map, const Surfac
   return {.name = std::move(name), .values = std::move(values)};
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

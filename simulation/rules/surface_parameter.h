@@ -11,7 +11,7 @@
 
 #include "simulation/atlas/surface_atlas.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Names that a driver may use. "age" is the scene's time at that moment; the others are parameters that a caller provides.
 inline constexpr std::array<std::string_view, 5> kSurfaceParameterNames{"accessibility", "slope", "height", "exposure", "age"};
@@ -32,4 +32,4 @@ struct SurfaceParameter {
 /// @throws InvalidInput if its size is not the grid's.
 [[nodiscard]] SurfaceParameter map_parameter(std::string name, const ImageF& map, const SurfaceAtlas& surface);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -2,7 +2,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 TileFacts::TileFacts(const SurfaceAtlas& surface)
     : surface_(&surface), covered_(surface.grid().num_tiles()), weight_(surface.grid().num_tiles()), is_uniform_(surface.grid().num_tiles()) {
@@ -59,4 +59,4 @@ void TileFacts::weights(TileIndex tile, std::array<std::uint32_t, TileGrid::kTil
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

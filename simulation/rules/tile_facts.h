@@ -8,7 +8,7 @@
 
 #include "simulation/atlas/surface_atlas.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// 12 bytes a tile.
 class TileFacts {
@@ -33,4 +33,4 @@ class TileFacts {
   std::vector<bool> is_uniform_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -7,7 +7,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -150,4 +150,4 @@ std::vector<std::string> parameter_map_names(const std::vector<std::string>& mat
   return names;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -13,7 +13,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 inline constexpr int kMaxMaterials = 8;  ///< [Guenther et al. 2012, sec. 4.4].
 inline constexpr std::size_t kMaxRules = 100;
@@ -176,4 +176,4 @@ void check_scene(const Scene& scene);
 /// What every parameter map may be called, for the given materials.
 [[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

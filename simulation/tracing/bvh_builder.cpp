@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -215,4 +215,4 @@ class Builder {
 
 Bvh build_bvh(const std::vector<RoundedTriangle>& triangles, float slack) { return Builder(triangles, slack).build(); }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -6,7 +6,7 @@
 
 #include "simulation/tracing/ray_tracer.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 struct Bvh {
   std::vector<BvhNode> nodes;
@@ -21,4 +21,4 @@ using RoundedTriangle = std::array<std::array<float, 3>, 3>;  ///< [corner][axis
 /// Cost: O(n log n); 0.1 us per triangle and level.
 [[nodiscard]] Bvh build_bvh(const std::vector<RoundedTriangle>& triangles, float slack);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <array>
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -74,4 +74,4 @@ bool Clearance::find(int triangle, bool is_front) const {
   });
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "simulation/tracing/ray_tracer.h"
 #include "simulation/tracing/triangle_frames.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Whether the prism that stands on one side of a triangle, `height` high, is cut by no other triangle. Found when first asked for; whoever
 /// asks, and when, the answer is the same. Thread-safe.
@@ -38,4 +38,4 @@ class Clearance {
   std::unique_ptr<std::atomic<std::uint8_t>[]> known_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -8,7 +8,7 @@
 #include "libcommon/core/random.h"
 #include "simulation/tracing/random_direction.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -165,4 +165,4 @@ Birth make_birth(const PlacedEmitter& emitter, std::uint64_t seed, std::uint32_t
   return {.position = position, .velocity = emitter.speed * cone_direction(axis, emitter.spread_cosine, a, random.next_u32())};
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

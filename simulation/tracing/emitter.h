@@ -6,7 +6,7 @@
 #include "simulation/scene/scene.h"
 #include "simulation/tracing/ray_tracer.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// An emitter in its scene: a shape in a frame of its own. Only numbers, so that another device can use it.
 struct PlacedEmitter {
@@ -44,4 +44,4 @@ struct NearestOnMesh {
 };
 [[nodiscard]] NearestOnMesh nearest_on_mesh(const Mesh& mesh, const Vec3& p);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

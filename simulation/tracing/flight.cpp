@@ -4,7 +4,7 @@
 #include "libcommon/core/portable_math.h"
 #include "simulation/tracing/pieces.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -105,4 +105,4 @@ PieceEnd fly(const MotionScene& scene, Gammaton& g) {
   return PieceEnd::Contact;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

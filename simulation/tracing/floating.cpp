@@ -4,7 +4,7 @@
 
 #include "simulation/tracing/pieces.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -115,4 +115,4 @@ PieceEnd float_on(const MotionScene& scene, Gammaton& g, std::uint32_t random, s
   return PieceEnd::Flying;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 constexpr int kMostCells = 64;
@@ -71,4 +71,4 @@ FreeSpace::FreeSpace(const RayTracer& rays) {
   for (std::size_t i = 0; i < distance.size(); ++i) empty_[i] = distance[i] > 0 ? static_cast<std::uint8_t>(distance[i] - 1) : std::uint8_t{0};
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

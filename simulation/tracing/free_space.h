@@ -7,7 +7,7 @@
 
 #include "simulation/tracing/ray_tracer.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// A grid over a scene's box, at most 64 cells along its longest side; each cell knows how many cells around it are empty.
 class FreeSpace {
@@ -30,4 +30,4 @@ class FreeSpace {
   std::vector<std::uint8_t> empty_;  ///< Cells that are empty on all sides of this one, less than 256.
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

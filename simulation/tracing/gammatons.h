@@ -7,7 +7,7 @@
 
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 enum class GammatonState : std::uint8_t {
   Waiting,    ///< Not there: not born yet, or dead. Born by the next trace() if its emitter is on.
@@ -79,4 +79,4 @@ struct TraceCounters {
   friend bool operator==(const TraceCounters&, const TraceCounters&) = default;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -11,7 +11,7 @@
 
 #include "simulation/tracing/ray_tracer.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 #ifdef __SSE2__
 struct Lanes {
@@ -107,4 +107,4 @@ class RayLanes {
   Lanes shear_x_, shear_y_, shear_z_, slack_, z_slack_, from_, to_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

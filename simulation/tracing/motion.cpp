@@ -13,7 +13,7 @@
 #include "simulation/tracing/place_order.h"
 #include "simulation/tracing/response.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -248,4 +248,4 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
   });
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -13,7 +13,7 @@
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/cargo.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 class RayTracer;
 
@@ -68,4 +68,4 @@ class GammatonTracer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "simulation/tracing/ray_tracer.h"
 #include "simulation/tracing/triangle_frames.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// What all gammatons of a call share.
 struct MotionScene {
@@ -51,4 +51,4 @@ enum class PieceEnd { Flying, Contact, Left, Rested };
 
 
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -10,7 +10,7 @@
 
 #include "simulation/tracing/gammatons.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Size of the chunks that work on `n` gammatons is split into: large enough for neighbours to meet, small enough for some threads.
 [[nodiscard]] inline std::int64_t chunk_of(std::int64_t n) { return std::clamp<std::int64_t>(n / 16, 1024, 32768); }
@@ -43,4 +43,4 @@ inline void prefetch(const Gammatons& gammatons, std::size_t i) {
 #endif
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

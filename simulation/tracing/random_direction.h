@@ -9,7 +9,7 @@
 #include "libcommon/core/portable_math.h"
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Two unit vectors that make a right-handed frame with unit `w`: u x v = w. Continuous but at w = -z [Duff et al. 2017].
 struct Frame {
@@ -76,4 +76,4 @@ struct Frame {
   return direction_around(axis, 1.0 - (a + 0.5) * 0x1.0p-32 * (1.0 - cosine), b);
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

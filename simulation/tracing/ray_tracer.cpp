@@ -7,7 +7,7 @@
 #include "simulation/tracing/bvh_builder.h"
 #include "simulation/tracing/lanes.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -216,4 +216,4 @@ TriangleHit RayTracer::first_hit(const Vec3& origin, const Vec3& direction, doub
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

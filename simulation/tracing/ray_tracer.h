@@ -11,7 +11,7 @@
 
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// Four boxes, by lane, relative to RayTracer::center(). 128 bytes.
 struct alignas(64) BvhNode {
@@ -72,4 +72,4 @@ class RayTracer {
   std::vector<TriangleBlock> blocks_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "simulation/tracing/pieces.h"
 #include "simulation/tracing/random_direction.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 enum class Outcome { Alive, Absorbed, Rested };
 
@@ -83,4 +83,4 @@ template <class Words>
   return Outcome::Alive;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

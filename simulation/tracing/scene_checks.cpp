@@ -6,7 +6,7 @@
 #include "libcommon/geometry/topology.h"
 #include "simulation/tracing/emitter.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -73,4 +73,4 @@ void check_emitters(const Scene& scene, const SceneMesh& scene_mesh, const RayTr
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "simulation/scene/scene.h"
 #include "simulation/tracing/ray_tracer.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// One line for each object that is open ("object 'x' is open ...") or inside out. Neither is an error: gammatons hit both sides of every
 /// triangle, and move on the side that they hit. Only emitters on a surface ask which side is outside.
@@ -22,4 +22,4 @@ namespace patinate {
 /// births of each emitter; those inside open objects are not.
 void check_emitters(const Scene& scene, const SceneMesh& scene_mesh, const RayTracer& tracer);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-namespace patinate {
+namespace patinate::simulation {
 
 TriangleFrames::TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tracer) : center_(tracer.center()) {
   const Mesh& mesh = scene_mesh.mesh;
@@ -43,4 +43,4 @@ Vec3 TriangleFrames::shading_normal(const SurfacePlace& at) const {
   return length > 1e-3 ? Vec3(sum / length) : normal(at.triangle);
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

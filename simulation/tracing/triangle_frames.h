@@ -9,7 +9,7 @@
 #include "simulation/atlas/surface_atlas.h"
 #include "simulation/tracing/ray_tracer.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// A place on a triangle.
 struct SurfacePlace {
@@ -80,4 +80,4 @@ inline constexpr double kLeastWeight = 1e-6;
   return at;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -10,7 +10,7 @@
 #include "simulation/atlas/tile_grid.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// A gammaton touches the surface in this iteration; each at most once.
 struct Contact {
@@ -25,4 +25,4 @@ struct Cargo {
   std::vector<std::array<std::uint32_t, kMaxMaterials>> mass;  ///< By gammaton.
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -7,7 +7,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -87,4 +87,4 @@ std::span<const ContactKey> ContactSort::sort_section(std::int64_t section, Scra
   return radix_sort(keys, std::span(scratch).first(keys.size()), kTexelShift, section_bits_);
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

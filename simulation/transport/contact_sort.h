@@ -8,7 +8,7 @@
 
 #include "libcommon/core/run_control.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// texel << 32 | carrier: sorted by texel, those of one texel in the order of their carriers.
 using ContactKey = std::uint64_t;
@@ -39,4 +39,4 @@ class ContactSort {
   int section_bits_ = 0;  ///< Texel bits that are left to sort in a section; 0 = sorted.
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

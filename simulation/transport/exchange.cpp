@@ -10,7 +10,7 @@
 #include "simulation/transport/splat.h"
 #include "simulation/transport/transfer.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -313,4 +313,4 @@ ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const Exch
   return report;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

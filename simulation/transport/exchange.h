@@ -13,7 +13,7 @@
 #include "simulation/transport/cargo.h"
 #include "simulation/transport/parameter_maps.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// When an exchange happens. Steps of a brush alone (Simulation::paint) share their iteration, and have random numbers of their own.
 struct ExchangeTime {
@@ -56,4 +56,4 @@ class Exchanger {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -7,7 +7,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -130,4 +130,4 @@ std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Ca
   return "";
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

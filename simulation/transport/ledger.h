@@ -12,7 +12,7 @@
 #include "simulation/transport/cargo.h"
 #include "simulation/transport/exchange.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// A sum of mass quanta that does not overflow: high * 2^32 + low. A million gammatons with 16 of everything, born again in each of a
 /// million iterations, are 2^66.
@@ -75,4 +75,4 @@ class MassLedger {
 [[nodiscard]] std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo, std::span<const std::string> materials,
                                 const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace patinate {
+namespace patinate::simulation {
 
 Json ledger_json(const MassLedger& ledger, std::span<const std::string> materials) {
   constexpr double kUnit = 1.0 / (double{kAmountOne} * SurfaceAtlas::kMedianWeight);
@@ -23,4 +23,4 @@ Json ledger_json(const MassLedger& ledger, std::span<const std::string> material
   return json;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

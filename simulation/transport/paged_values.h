@@ -11,7 +11,7 @@
 
 #include "simulation/atlas/tile_grid.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// A page that is not there holds 0. Several threads may make and write different tiles at once.
 template <class T>
@@ -58,4 +58,4 @@ class PagedValues {
   std::vector<std::atomic<Page*>> pages_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -1,6 +1,6 @@
 #include "simulation/transport/parameter_maps.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 ParameterMaps::ParameterMaps(const TileGrid& grid, const ParameterMapChoice& choice) : choice_(choice) {
   const auto counts = [&] { return std::make_unique<PagedValues<std::uint32_t>>(grid.num_pages()); };
@@ -32,4 +32,4 @@ std::size_t ParameterMaps::memory() const {
   return bytes;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

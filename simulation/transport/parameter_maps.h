@@ -10,7 +10,7 @@
 #include "simulation/scene/scene.h"
 #include "simulation/transport/paged_values.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 struct ParameterMapChoice {
   bool hits = false;       ///< Contacts ever (of a wide splat: at its middle).
@@ -46,4 +46,4 @@ class ParameterMaps {
   std::array<std::unique_ptr<PagedValues<std::uint64_t>>, kMaxMaterials> deposited_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::simulation

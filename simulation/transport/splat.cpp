@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 
@@ -62,4 +62,4 @@ Splat splat_of(const SurfaceAtlas& surface, TexelIndex texel, int width) {
   return splat;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -7,7 +7,7 @@
 
 #include "simulation/atlas/surface_atlas.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// A texel and its share of a gammaton, in 1/Splat::kWhole.
 struct SplatPart {
@@ -31,4 +31,4 @@ struct Splat {
 /// @param width  1, 3 or 5.
 [[nodiscard]] Splat splat_of(const SurfaceAtlas& surface, TexelIndex texel, int width);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -3,7 +3,7 @@
 #include "libcommon/core/portable_math.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 namespace {
 constexpr std::uint32_t kTransferPurpose = 0x74726E73u;  // keeps this use of the scene's seed apart from others
@@ -30,4 +30,4 @@ std::array<std::uint32_t, kMaxMaterials> transfer_randoms(std::uint64_t seed, st
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -12,7 +12,7 @@
 
 #include "simulation/atlas/material_atlas.h"
 
-namespace patinate {
+namespace patinate::simulation {
 
 /// What one contact moves: up * amount - down * carried mass, in amount quanta of the texel.
 struct TransferShares {
@@ -54,4 +54,4 @@ struct TransferShares {
 [[nodiscard]] std::array<std::uint32_t, kMaxMaterials> transfer_randoms(std::uint64_t seed, std::uint32_t gammaton, std::int64_t iteration,
                                                                         std::uint32_t piece, int num_materials);
 
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -12,7 +12,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 constexpr int kSide = 40, kFrames = 6;
@@ -118,4 +118,4 @@ TEST(MemoryHistoryAnalysis, HasTheStatisticsOfTheFolder) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -58,7 +58,7 @@ double peak_memory_mb(const std::function<void()>& work) {
 }
 
 void ingest(const fs::path& folder) {
-  run_job(plan_ingest(read_capture_project(folder / "capture.json"), {}, folder / "history"), {}, {});
+  run_job(capture::plan_ingest(capture::read_capture_project(folder / "capture.json"), {}, folder / "history"), {}, {});
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ RunControl with_threads(int num_threads) {
 
 /// A gather with nothing around it. @param out  Of texels x channels.
 template <class T>
-void plain_gather(const Image<T>& source, const PackedCoordinates& indices, Image<T>& out, const RunControl& control) {
+void plain_gather(const Image<T>& source, const transfer::PackedCoordinates& indices, Image<T>& out, const RunControl& control) {
   parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       const auto row = indices.row(y);
@@ -67,7 +67,7 @@ void plain_gather(const Image<T>& source, const PackedCoordinates& indices, Imag
 }
 
 template <class T>
-void compare_gathers(const char* name, const Image<T>& source, const PackedCoordinates& indices) {
+void compare_gathers(const char* name, const Image<T>& source, const transfer::PackedCoordinates& indices) {
   Image<T> out(kAtlas, kAtlas, 3), copy(kAtlas, kAtlas, 3);  // Touched already, as the plain loops need it.
   for (int threads : {1, 2}) {
     const RunControl control = with_threads(threads);
@@ -79,7 +79,7 @@ void compare_gathers(const char* name, const Image<T>& source, const PackedCoord
     const double plain = benchmarks::median_of_five([&] { plain_gather(source, indices, out, control); });
     const double lookup = benchmarks::median_of_five([&] {
       parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
-        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) gather_packed(source, indices.row(y), T{}, out.row(y));
+        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) transfer::gather_packed(source, indices.row(y), T{}, out.row(y));
       });
     });
     std::printf("4k, %s, %d thread%s, G texels/s: copy %.2f, plain gather %.2f, lookup %.2f (%.0f ms)\n", name, threads, threads == 1 ? "" : "s",
@@ -92,18 +92,18 @@ void compare_speed() {
   testing_support::write_history(folder.path(), kSource, kSource, 32, testing_support::blotches);
   const HistoryReader history(folder.path());
   const ImageF coordinates = patches(kAtlas, false), frame = history.read_frame(0), next = history.read_frame(1);
-  const PackedCoordinates indices = pack_coordinates(coordinates, kSource);
+  const transfer::PackedCoordinates indices = transfer::pack_coordinates(coordinates, kSource);
   compare_gathers("8-bit RGB", srgb8_from_linear(frame), indices);
   compare_gathers("float RGB", frame, indices);
   ImageF out;
   for (int threads : {1, 2}) {
     const RunControl control = with_threads(threads);
-    const double simple = benchmarks::median_of_five([&] { out = gather(frame, coordinates, 0.0f, control); });
-    const double image = benchmarks::median_of_five([&] { out = gather_packed(frame, indices, 0.0f, control); });
+    const double simple = benchmarks::median_of_five([&] { out = transfer::gather(frame, coordinates, 0.0f, control); });
+    const double image = benchmarks::median_of_five([&] { out = transfer::gather_packed(frame, indices, 0.0f, control); });
     const double blended = benchmarks::median_of_five([&] {
       ImageF between = frame;
       for (std::size_t i = 0; i < between.values().size(); ++i) between.data()[i] = 0.7f * between.data()[i] + 0.3f * next.data()[i];
-      const ImageU8 texture = gather_packed(srgb8_from_linear(between), indices, 0, control);
+      const ImageU8 texture = transfer::gather_packed(srgb8_from_linear(between), indices, 0, control);
     });
     std::printf("4k, %d thread%s, into a new image: from float coordinates %.0f ms, packed %.0f ms; between two frames as 8-bit codes %.0f ms (%.2f G texels/s)\n",
                 threads, threads == 1 ? "" : "s", 1e3 * simple, 1e3 * image, 1e3 * blended, 1e-9 * kTexels / blended);
@@ -112,7 +112,7 @@ void compare_speed() {
       for (int y = 0; y < kAtlas; ++y) {
         for (int x = 0; x < kAtlas; ++x) times.at(x, y) = static_cast<float>((num_frames - 1.0) * (x + y) / (2.0 * kAtlas));
       }
-      const double mapped = benchmarks::median_of_five([&] { out = gather_at_times(history, indices, times, Between::Blend, control); });
+      const double mapped = benchmarks::median_of_five([&] { out = transfer::gather_at_times(history, indices, times, Between::Blend, control); });
       const double frames = benchmarks::median_of_five([&] {
         for (int f = 0; f < num_frames; ++f) (void)history.read_frame(f);
       });
@@ -126,18 +126,18 @@ void compare_speed() {
 void write_transfer(const std::filesystem::path& folder, int side) {
   std::filesystem::create_directory(folder / "history");
   testing_support::write_history(folder / "history", kSource, kSource, 2, testing_support::blotches);
-  TransferTask task;
+  transfer::TransferTask task;
   task.history = std::make_shared<const HistoryReader>(folder / "history");
   task.input.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
   task.mesh_name = "plane.obj";
   task.input.texel_size_mm = task.input.map->median_texel_size_mm();
-  task.input.controls.push_back({"x", "image", ImageF(64, 64), {}, 1.0, ControlMapping::Rank});
+  task.input.controls.push_back({"x", "image", ImageF(64, 64), {}, 1.0, transfer::ControlMapping::Rank});
   for (std::size_t i = 0; i < 64 * 64; ++i) task.input.controls[0].values.data()[i] = static_cast<float>(i % 64);
-  (void)run_job(plan_transfer(task, folder / "transfer"), {}, {});
+  (void)run_job(transfer::plan_transfer(task, folder / "transfer"), {}, {});
   Json json = load_json(folder / "transfer/transfer.json");
   json["width"] = json["height"] = side;
   save_json(folder / "transfer/transfer.json", json);
-  write_exr(folder / "transfer/coordinates.exr", patches(side, true), {kCoordinateChannels[0], kCoordinateChannels[1]}, ExrDepth::Float);
+  write_exr(folder / "transfer/coordinates.exr", patches(side, true), {transfer::kCoordinateChannels[0], transfer::kCoordinateChannels[1]}, ExrDepth::Float);
 }
 
 /// Of this program alone: what getrusage() says begins with the memory of the one that started it.
@@ -152,9 +152,9 @@ double peak_mb() {
 
 int write_image(const std::filesystem::path& transfer_path, const std::filesystem::path& image) {
   const double before = peak_mb();
-  const TransferFolder transfer(transfer_path);
-  const std::vector<TextureFile> textures{{{image}, transfer.history().sample(0.5)}};
-  const double seconds = benchmarks::seconds([&] { TextureWriter(transfer).write(textures); });
+  const transfer::TransferFolder transfer(transfer_path);
+  const std::vector<transfer::TextureFile> textures{{{image}, transfer.history().sample(0.5)}};
+  const double seconds = benchmarks::seconds([&] { transfer::TextureWriter(transfer).write(textures); });
   std::printf("%s: %.1f s, at most %.0f MB in memory, %.0f of them the program before it began\n", image.filename().c_str(), seconds, peak_mb(), before);
   return 0;
 }

@@ -25,45 +25,45 @@ namespace {
 
 constexpr int kAtlas = 512;
 
-ControlImage as_integers(const ImageF& control) {
-  ControlImage result(control.width(), control.height());
-  for (std::size_t i = 0; i < result.values().size(); ++i) result.data()[i] = static_cast<std::uint16_t>(std::clamp(control.data()[i], 0.0f, 1.0f) * kControlSteps + 0.5f);
+transfer::ControlImage as_integers(const ImageF& control) {
+  transfer::ControlImage result(control.width(), control.height());
+  for (std::size_t i = 0; i < result.values().size(); ++i) result.data()[i] = static_cast<std::uint16_t>(std::clamp(control.data()[i], 0.0f, 1.0f) * transfer::kControlSteps + 0.5f);
   return result;
 }
 
 /// A smooth guide over a plane with the source's distribution of values, and where the fast method takes each texel from.
 struct SearchSetting {
-  Neighborhood neighborhood = Neighborhood::square(TransferOptions{}.neighborhood_radius_px);
-  SourceLevel source;
-  DestinationLevel destination;
-  CoordinateMap coordinates;
+  transfer::Neighborhood neighborhood = transfer::Neighborhood::square(transfer::TransferOptions{}.neighborhood_radius_px);
+  transfer::SourceLevel source;
+  transfer::DestinationLevel destination;
+  transfer::CoordinateMap coordinates;
 
   SearchSetting(const std::shared_ptr<const HistoryReader>& history, const std::string& control) {
-    AppearanceSpace appearance = build_appearance_space(*history, 1);
-    source = make_source_level(std::move(appearance.levels[0]), as_integers(history->read_control(control)), appearance.masks[0], appearance.variances[0], neighborhood);
+    transfer::AppearanceSpace appearance = transfer::build_appearance_space(*history, 1);
+    source = transfer::make_source_level(std::move(appearance.levels[0]), as_integers(history->read_control(control)), appearance.masks[0], appearance.variances[0], neighborhood);
     const auto map = std::make_shared<TexelMap>(testing_support::unit_plane(kAtlas), kAtlas, kAtlas);
     ImageF guide(kAtlas, kAtlas);
     for (int y = 0; y < kAtlas; ++y) {
       for (int x = 0; x < kAtlas; ++x) guide.at(x, y) = static_cast<float>(((x / 2 + y / 3) % 256 < 128 ? x / 2 + y / 3 : 255 - (x / 2 + y / 3) % 256) % 256) / 255.0f;
     }
-    const TransferResult fast = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {{control, "guide", guide, {}, 1.0, ControlMapping::Rank}}});
+    const transfer::TransferResult fast = transfer::transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {{control, "guide", guide, {}, 1.0, transfer::ControlMapping::Rank}}});
     coordinates = fast.coordinates;
-    destination = make_destination_level(map, fast.matched_controls, neighborhood,
+    destination = transfer::make_destination_level(map, fast.matched_controls, neighborhood,
                                          {.frames = std::make_shared<const FlowFrames>(uv_frames(*map)), .pixel_mm = 1.0, .step_mm = 1.0});
   }
 };
 
 /// Texels a second. @param side  Of the window, around the texel's own place. @param is_pruned  Else every pixel is looked at.
-double rate(const SearchSetting& s, const WindowSearch& search, double coherence_share, int side, bool is_pruned, std::int64_t num_texels, int threads, std::int64_t* sum_of_costs) {
+double rate(const SearchSetting& s, const transfer::WindowSearch& search, double coherence_share, int side, bool is_pruned, std::int64_t num_texels, int threads, std::int64_t* sum_of_costs) {
   RunControl control;
   control.num_threads = threads;
-  const EnergyScale scale = EnergyScale::make(s.source, coherence_share, std::vector<double>{1.0});
+  const transfer::EnergyScale scale = transfer::EnergyScale::make(s.source, coherence_share, std::vector<double>{1.0});
   std::int64_t costs = 0;
   const double time_s = benchmarks::seconds([&] {
     costs = parallel_reduce(
         num_texels, 256, control, std::int64_t{0},
         [&](std::int64_t begin, std::int64_t end) {
-          TexelCost cost(s.source, s.destination, s.neighborhood);
+          transfer::TexelCost cost(s.source, s.destination, s.neighborhood);
           std::int64_t sum = 0;
           for (std::int64_t i = begin; i < end; ++i) {
             const TexelId t = RandomStream(3, static_cast<std::uint64_t>(i)).below(static_cast<std::uint32_t>(s.destination.map->num_texels()));
@@ -71,10 +71,10 @@ double rate(const SearchSetting& s, const WindowSearch& search, double coherence
             cost.prepare(t, s.coordinates, scale);
             std::array<std::int32_t, TexelNeighborhood::kNumAdjacent> likely{};
             std::transform(cost.adjacent().begin(), cost.adjacent().end(), likely.begin(), [&](const PixelNeighbor& n) {
-              const Place at = n.texel < 0 ? Place{} : place_of(s.source, s.coordinates[static_cast<std::size_t>(n.texel)]);
-              return at.pixel < 0 ? -1 : place_at(s.source, {at.point.x - n.x, at.point.y - n.y}).pixel;
+              const transfer::Place at = n.texel < 0 ? transfer::Place{} : transfer::place_of(s.source, s.coordinates[static_cast<std::size_t>(n.texel)]);
+              return at.pixel < 0 ? -1 : transfer::place_at(s.source, {at.point.x - n.x, at.point.y - n.y}).pixel;
             });
-            const SearchWindow window = search.window(own % width, own / width, side);
+            const transfer::SearchWindow window = search.window(own % width, own / width, side);
             sum += (is_pruned ? search.find(cost, window, likely) : search.find_exhaustively(cost, window)).cost >> 10;
           }
           return sum;
@@ -92,7 +92,7 @@ void compare_searches(const SearchSetting& s) {
     std::int64_t few, many;  ///< Texels of the exhaustive and of the pruned search.
   };
   for (const Case& c : {Case{"window of 100 x 100", 100, 4096, 65536}, Case{"whole source", 1 << 20, 128, 4096}}) {
-    const WindowSearch search(s.source, s.neighborhood, c.side);
+    const transfer::WindowSearch search(s.source, s.neighborhood, c.side);
     for (double control_weight : {0.5, 0.05}) {
       std::int64_t slow_costs = 0, fast_costs = 0;
       const double slow = rate(s, search, 1.0 - control_weight, c.side, false, c.few, 1, &slow_costs);

@@ -14,7 +14,7 @@ void books() {
   control.num_threads = 1;
   std::printf("  four materials with rates 0.4, 1/4096, 0.02 and 1, two rules, %d iterations\n", kIterations);
   for (const double ratio : {0.0, 0.37, 0.5, 1.0}) {
-    Simulation simulation(testing_support::long_scene(ratio), {}, control);
+    simulation::Simulation simulation(testing_support::long_scene(ratio), {}, control);
     const double time = seconds([&] {
       for (int i = 0; i < kIterations; ++i) simulation.step(control);
     });

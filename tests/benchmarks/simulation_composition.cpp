@@ -14,15 +14,15 @@ namespace {
 constexpr int kThreads = 2;
 
 /// A plane over the whole atlas; three of seven materials on it everywhere: rust, dirt and water.
-Scene aged_plane(int resolution) {
-  Scene scene;
+simulation::Scene aged_plane(int resolution) {
+  simulation::Scene scene;
   scene.materials = {"water", "dirt", "metal", "wood", "organic", "rust", "stone"};
   scene.looks.resize(7);
   scene.looks[0] = {.color = {{0.02, 0.02, 0.02}, {}}, .strength = 0.35, .variation = 0.1, .specular = 0.5};
   scene.looks[1] = {.color = {{0.085, 0.062, 0.04}, {}}, .variation = 0.35, .specular = -0.35, .height_mm = 0.08, .height_variation = 0.5};
   scene.looks[5] = {.color = {{0.2, 0.06, 0.02}, {}}, .strength = 1.2, .variation = 0.45, .specular = -0.6, .specular_variation = 0.3,
                     .height_mm = 0.25, .height_variation = 0.6};
-  SceneObject object;
+  simulation::SceneObject object;
   object.name = "plane";
   object.mesh = testing_support::unit_plane(1000.0, resolution / 16);  // two triangles for 256 texels
   object.preset.amounts[2] = 1.0;
@@ -31,13 +31,13 @@ Scene aged_plane(int resolution) {
   return scene;
 }
 
-void set_amounts(MaterialAtlas& atlas, double phase) {
-  const TileGrid& grid = atlas.surface().grid();
+void set_amounts(simulation::MaterialAtlas& atlas, double phase) {
+  const simulation::TileGrid& grid = atlas.surface().grid();
   for (const int m : {0, 1, 5}) {
-    for (TileIndex tile = 0; tile < grid.num_tiles(); ++tile) {
+    for (simulation::TileIndex tile = 0; tile < grid.num_tiles(); ++tile) {
       const std::span<std::uint16_t> amounts = atlas.writable_tile(m, tile);
       for (std::uint32_t i = 0; i < 64; ++i) {
-        const TexelIndex t = tile * 64 + i;
+        const simulation::TexelIndex t = tile * 64 + i;
         amounts[i] = static_cast<std::uint16_t>(4000.0 * (1.0 + std::sin(0.05 * grid.x(t) + m) * std::cos(0.03 * grid.y(t) + phase)));
       }
     }
@@ -51,20 +51,20 @@ RunControl two_threads() {
 }
 
 void one_resolution(int resolution, double goal_ms) {
-  const Scene scene = aged_plane(resolution);
-  const SceneMesh mesh = make_scene_mesh(scene);
-  const SurfaceAtlas surface(mesh, resolution);
-  std::array<std::uint16_t, kMaxMaterials> originals{};
-  originals[2] = kAmountOne;
-  MaterialAtlas atlas(surface, 7, {originals});
+  const simulation::Scene scene = aged_plane(resolution);
+  const simulation::SceneMesh mesh = simulation::make_scene_mesh(scene);
+  const simulation::SurfaceAtlas surface(mesh, resolution);
+  std::array<std::uint16_t, simulation::kMaxMaterials> originals{};
+  originals[2] = simulation::kAmountOne;
+  simulation::MaterialAtlas atlas(surface, 7, {originals});
   set_amounts(atlas, 0.0);
   std::printf("  %dk:", resolution / 1024);
   for (const InstructionSet set : {InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512}) {
     if (!has_instruction_set(set)) continue;
-    Composer composer(scene, mesh, surface);
+    simulation::Composer composer(scene, mesh, surface);
     composer.use(set);
     (void)composer.compose(atlas, {}, two_threads());
-    std::vector<MaterialLook> looks = scene.looks;
+    std::vector<simulation::MaterialLook> looks = scene.looks;
     double turned = 1.0;
     const double dense = median_of_five([&] {
       turned *= 0.97;
@@ -79,12 +79,12 @@ void one_resolution(int resolution, double goal_ms) {
       composer.set_looks(looks);
       (void)composer.compose(atlas, {}, two_threads());
     });
-    std::vector<TileIndex> dirty;
-    for (TileIndex tile = 0; tile < surface.grid().num_tiles(); tile += 10) dirty.push_back(tile);
+    std::vector<simulation::TileIndex> dirty;
+    for (simulation::TileIndex tile = 0; tile < surface.grid().num_tiles(); tile += 10) dirty.push_back(tile);
     double bump = 0.0;
     const double tenth = median_of_five([&] {
       bump += 1.0;
-      for (const TileIndex tile : dirty) atlas.writable_tile(5, tile)[0] = static_cast<std::uint16_t>(100.0 * bump);
+      for (const simulation::TileIndex tile : dirty) atlas.writable_tile(5, tile)[0] = static_cast<std::uint16_t>(100.0 * bump);
       (void)composer.compose(atlas, dirty, two_threads());
     });
     std::printf(" %s %.2f ms, colours only %.2f, a tenth of the tiles %.2f;", kInstructionSetNames[static_cast<std::size_t>(set)].data(),

@@ -18,12 +18,12 @@ namespace patinate::benchmarks {
 namespace {
 
 /// The wall with sills, 5,000 gammatons.
-Scene wall(int resolution) {
+simulation::Scene wall(int resolution) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "patinate_simulation_benchmark";
   std::filesystem::create_directories(folder);
-  write_obj(folder / "mesh.obj", ledge());
-  write_atomically(folder / "scene.json", ledge_scene({}, "mesh.obj"));
-  Scene scene = read_scene(folder / "scene.json").scene;
+  write_obj(folder / "mesh.obj", datasets::ledge());
+  write_atomically(folder / "scene.json", datasets::ledge_scene({}, "mesh.obj"));
+  simulation::Scene scene = simulation::read_scene(folder / "scene.json").scene;
   std::filesystem::remove_all(folder);
   scene.resolution = resolution;
   scene.emitters[0].gammatons = 4000;
@@ -32,7 +32,7 @@ Scene wall(int resolution) {
 }
 
 /// Wets whole tiles of 8 x 8 texels, so many of them, some here, some there.
-void make_wet(Simulation& simulation, double share) {
+void make_wet(simulation::Simulation& simulation, double share) {
   const int n = simulation.scene().resolution;
   ImageF water(n, n, 1);
   RandomStream random(1, 0);
@@ -45,10 +45,10 @@ void make_wet(Simulation& simulation, double share) {
   simulation.set_amounts(0, water);
 }
 
-double wet_share(const Simulation& simulation) {
-  const SurfaceAtlas& surface = simulation.atlas().surface();
+double wet_share(const simulation::Simulation& simulation) {
+  const simulation::SurfaceAtlas& surface = simulation.atlas().surface();
   std::int64_t wet = 0;
-  for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
+  for (simulation::TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
     if (surface.is_covered(t) && simulation.atlas().amount(0, t) > 0) ++wet;
   }
   return static_cast<double>(wet) / static_cast<double>(surface.num_covered());
@@ -64,16 +64,16 @@ struct Row {
 void one(const Row& row) {
   RunControl control;
   control.num_threads = 2;
-  Scene scene = wall(row.resolution);
+  simulation::Scene scene = wall(row.resolution);
   scene.rules[0].alpha = 0.05;  // water dries slowly: rules have work wherever it is wet, and it stays so
   double set_up = 0.0;
-  std::unique_ptr<Simulation> simulation;
-  set_up = seconds([&] { simulation = std::make_unique<Simulation>(scene, SimulationOptions{}, control); });
+  std::unique_ptr<simulation::Simulation> simulation;
+  set_up = seconds([&] { simulation = std::make_unique<simulation::Simulation>(scene, simulation::SimulationOptions{}, control); });
   make_wet(*simulation, row.share);
   for (int i = 0; i < 24; ++i) simulation->step(control);
   (void)simulation->compose(control);
   const double wet = wet_share(*simulation);
-  const SimulationTimes before = simulation->times();
+  const simulation::SimulationTimes before = simulation->times();
   constexpr int kIterations = 48;  // whole epochs
   const std::clock_t cpu_before = std::clock();
   const double total = seconds([&] {
@@ -83,10 +83,10 @@ void one(const Row& row) {
     }
   });
   const double cpu = static_cast<double>(std::clock() - cpu_before) / CLOCKS_PER_SEC;  // of both threads: what a busy machine leaves comparable
-  const SimulationTimes after = simulation->times();
-  const auto ms = [&](double SimulationTimes::* part) { return 1e3 * (after.*part - before.*part) / kIterations; };
-  std::printf("  %5d %5.0f %% wet %9.2f %9.2f %9.2f %9.2f %9.2f %9.2f %9s %9s %8.0f MB %8.2f s\n", row.resolution, 100.0 * wet, ms(&SimulationTimes::trace) + ms(&SimulationTimes::respond),
-              ms(&SimulationTimes::exchange), ms(&SimulationTimes::rules), ms(&SimulationTimes::compose), 1e3 * total / kIterations, 1e3 * cpu / kIterations, row.goal_ms, row.paper_ms,
+  const simulation::SimulationTimes after = simulation->times();
+  const auto ms = [&](double simulation::SimulationTimes::* part) { return 1e3 * (after.*part - before.*part) / kIterations; };
+  std::printf("  %5d %5.0f %% wet %9.2f %9.2f %9.2f %9.2f %9.2f %9.2f %9s %9s %8.0f MB %8.2f s\n", row.resolution, 100.0 * wet, ms(&simulation::SimulationTimes::trace) + ms(&simulation::SimulationTimes::respond),
+              ms(&simulation::SimulationTimes::exchange), ms(&simulation::SimulationTimes::rules), ms(&simulation::SimulationTimes::compose), 1e3 * total / kIterations, 1e3 * cpu / kIterations, row.goal_ms, row.paper_ms,
               static_cast<double>(simulation->memory()) / 1e6, set_up);
 }
 
@@ -103,16 +103,16 @@ void iteration() {
   RunControl control;
   control.num_threads = 2;
   const double look = seconds([&] {
-    Simulation simulation(wall(1024), {}, control);
+    simulation::Simulation simulation(wall(1024), {}, control);
     for (int i = 0; i < 1000; ++i) simulation.step(control);
     (void)simulation.compose(control);
   });
   std::printf("  an aged look, 1,000 iterations at 1k with set-up: %.2f s (goal 3 s)\n", look);
   for (const std::int64_t n : {std::int64_t{5'000}, std::int64_t{50'000}, std::int64_t{200'000}, std::int64_t{1'000'000}}) {
-    Scene scene = wall(1024);
+    simulation::Scene scene = wall(1024);
     scene.emitters[0].gammatons = n * 4 / 5;
     scene.emitters[1].gammatons = n / 5;
-    Simulation simulation(scene, {}, control);
+    simulation::Simulation simulation(scene, {}, control);
     for (int i = 0; i < 20; ++i) simulation.step(control);
     const std::int64_t begin = simulation.counters().segments;
     const double time = seconds([&] {

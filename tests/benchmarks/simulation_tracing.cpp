@@ -31,31 +31,31 @@ Mesh bumpy_torus(int n) {
 
 Vec3 random_vector(RandomStream& random) { return {random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5}; }
 
-Scene scene_of(Mesh mesh, std::string name) {
-  Scene scene;
+simulation::Scene scene_of(Mesh mesh, std::string name) {
+  simulation::Scene scene;
   scene.materials = {"water"};
   scene.looks.resize(1);
-  SceneObject object;
+  simulation::SceneObject object;
   object.name = std::move(name);
   object.mesh = std::move(mesh);
   scene.objects.push_back(std::move(object));
-  Emitter rain;
+  simulation::Emitter rain;
   rain.name = "rain";
-  rain.shape = EmitterShape::Sky;
+  rain.shape = simulation::EmitterShape::Sky;
   rain.spread_deg = 10.0;
   rain.speed_mm_s = 3000.0;
   scene.emitters.push_back(rain);
   return scene;
 }
 
-void measure(const Scene& made, std::int64_t n) {
-  Scene scene = made;
+void measure(const simulation::Scene& made, std::int64_t n) {
+  simulation::Scene scene = made;
   scene.emitters[0].gammatons = n;
-  const SceneMesh mesh = make_scene_mesh(scene);
-  const SurfaceAtlas surface(mesh, scene.resolution);
-  GammatonTracer tracer(mesh, surface);
-  Gammatons gammatons = make_gammatons(scene);
-  TraceResult traced, responded;
+  const simulation::SceneMesh mesh = simulation::make_scene_mesh(scene);
+  const simulation::SurfaceAtlas surface(mesh, scene.resolution);
+  simulation::GammatonTracer tracer(mesh, surface);
+  simulation::Gammatons gammatons = simulation::make_gammatons(scene);
+  simulation::TraceResult traced, responded;
   std::int64_t iteration = 0;
   const auto step = [&](int num_threads, double& trace_s, double& respond_s, std::int64_t& segments, std::int64_t& contacts) {
     RunControl control;
@@ -86,8 +86,8 @@ void measure(const Scene& made, std::int64_t n) {
 void rays() {
   for (const int n : {187, 367}) {
     const Mesh mesh = bumpy_torus(n);
-    RayTracer ours{Mesh{}};
-    const double build = seconds([&] { ours = RayTracer(mesh); });
+    simulation::RayTracer ours{Mesh{}};
+    const double build = seconds([&] { ours = simulation::RayTracer(mesh); });
     const RayScene embree(mesh);
     constexpr int kRays = 400000;
     std::vector<Vec3> origins, directions;
@@ -121,14 +121,14 @@ void rays() {
 void gammatons() {
   const char* data = std::getenv("PATINATE_DATA");
   const std::filesystem::path hydrant = std::filesystem::path(data == nullptr ? "" : data) / "meshes/fire_hydrant/fire_hydrant_1k.gltf";
-  std::vector<Scene> scenes{scene_of(bumpy_torus(187), "torus")};
+  std::vector<simulation::Scene> scenes{scene_of(bumpy_torus(187), "torus")};
   if (std::filesystem::exists(hydrant)) {
     Mesh mesh = read_mesh(hydrant);
     mesh = select_surfaces(mesh, mesh.surfaces.front().node, "");
     scale_mesh(mesh, 1000.0);
     scenes.push_back(scene_of(std::move(mesh), "fire_hydrant"));
   }
-  for (const Scene& scene : scenes) {
+  for (const simulation::Scene& scene : scenes) {
     for (const std::int64_t n : {5000, 100000, 1000000}) measure(scene, n);
   }
 }

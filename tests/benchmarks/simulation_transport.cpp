@@ -20,28 +20,28 @@ namespace {
 const std::vector<std::string> kMaterials{"water", "metal", "rust", "dirt", "organic"};
 
 struct World {
-  std::unique_ptr<SurfaceAtlas> surface;
-  std::unique_ptr<MaterialAtlas> atlas;
+  std::unique_ptr<simulation::SurfaceAtlas> surface;
+  std::unique_ptr<simulation::MaterialAtlas> atlas;
 };
 
 /// Metal all over the atlas, in 128 x 128 x 2 triangles.
 World plane_of(int resolution) {
-  Scene scene;
-  SceneObject object;
+  simulation::Scene scene;
+  simulation::SceneObject object;
   object.name = "plane";
   object.mesh = testing_support::unit_plane(1000, 128);
   scene.objects.push_back(std::move(object));
   World world;
-  world.surface = std::make_unique<SurfaceAtlas>(make_scene_mesh(scene), resolution);
-  world.atlas = std::make_unique<MaterialAtlas>(*world.surface, static_cast<int>(kMaterials.size()), std::vector<std::array<std::uint16_t, kMaxMaterials>>{{0, kAmountOne}});
+  world.surface = std::make_unique<simulation::SurfaceAtlas>(simulation::make_scene_mesh(scene), resolution);
+  world.atlas = std::make_unique<simulation::MaterialAtlas>(*world.surface, static_cast<int>(kMaterials.size()), std::vector<std::array<std::uint16_t, simulation::kMaxMaterials>>{{0, simulation::kAmountOne}});
   return world;
 }
 
-std::vector<Contact> contacts_on(const World& world, std::uint32_t n, std::uint64_t seed) {
+std::vector<simulation::Contact> contacts_on(const World& world, std::uint32_t n, std::uint64_t seed) {
   RandomStream random(seed, 0);
-  std::vector<Contact> contacts;
+  std::vector<simulation::Contact> contacts;
   while (contacts.size() < n) {
-    const TexelIndex t = random.below(world.surface->grid().num_texels());
+    const simulation::TexelIndex t = random.below(world.surface->grid().num_texels());
     if (world.surface->is_covered(t)) contacts.push_back({t, static_cast<std::uint32_t>(contacts.size())});
   }
   return contacts;
@@ -63,12 +63,12 @@ RunControl threads(int n) {
 }
 
 double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
-  std::vector<std::vector<Contact>> contacts;
+  std::vector<std::vector<simulation::Contact>> contacts;
   for (std::uint64_t i = 0; i < 8; ++i) contacts.push_back(contacts_on(world, n, i));
-  Cargo cargo;
-  cargo.mass.assign(n, {kAmountOne * 256, 0, 0, kAmountOne * 64});
-  Exchanger exchanger(static_cast<int>(kMaterials.size()), 1);
-  const ExchangeOptions options{.ratio = 0.5, .rates = {0.3, 0.0, 0.0, 0.1}, .splat_texels = splat};
+  simulation::Cargo cargo;
+  cargo.mass.assign(n, {simulation::kAmountOne * 256, 0, 0, simulation::kAmountOne * 64});
+  simulation::Exchanger exchanger(static_cast<int>(kMaterials.size()), 1);
+  const simulation::ExchangeOptions options{.ratio = 0.5, .rates = {0.3, 0.0, 0.0, 0.1}, .splat_texels = splat};
   const auto run = [&](int i) { (void)exchanger.exchange(contacts[static_cast<std::size_t>(i % 8)], options, i, cargo, *world.atlas, nullptr, threads(num_threads)); };
   for (int i = 0; i < 8; ++i) run(i);
   return median_ms(n > 100'000 ? 7 : 41, run);
@@ -76,11 +76,11 @@ double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
 
 /// Sorting alone.
 double sort_ms(World& world, std::uint32_t n, int num_threads) {
-  std::vector<ContactKey> keys;
-  for (const Contact& contact : contacts_on(world, n, 3)) keys.push_back(ContactKey{contact.texel} << 32 | contact.gammaton);
-  ContactSort sort;
-  ContactSort::Scratch scratch;
-  std::vector<ContactKey> work;
+  std::vector<simulation::ContactKey> keys;
+  for (const simulation::Contact& contact : contacts_on(world, n, 3)) keys.push_back(simulation::ContactKey{contact.texel} << 32 | contact.gammaton);
+  simulation::ContactSort sort;
+  simulation::ContactSort::Scratch scratch;
+  std::vector<simulation::ContactKey> work;
   std::vector<double> times;
   for (int i = 0; i < 9; ++i) {
     work = keys;
@@ -95,15 +95,15 @@ double sort_ms(World& world, std::uint32_t n, int num_threads) {
 
 double rules_ms(World& world, double wet, int num_threads, InstructionSet set) {
   RandomStream random(2, 0);
-  for (TileIndex tile = 0; tile < world.surface->grid().num_tiles(); ++tile) {
+  for (simulation::TileIndex tile = 0; tile < world.surface->grid().num_tiles(); ++tile) {
     const bool is_wet = random.uniform() < wet;
     for (std::uint16_t& amount : world.atlas->writable_tile(0, tile)) amount = static_cast<std::uint16_t>(is_wet ? 2000 + random.below(9000) : 0);
   }
-  std::vector<Rule> three(3);
+  std::vector<simulation::Rule> three(3);
   three[0] = {.name = "rust", .driver = "min(water, metal)", .alpha = 0.1, .makes = {0, 0, 1.0}};
   three[1] = {.name = "growth", .driver = "min(water, dirt)", .alpha = 0.1, .makes = {0, 0, 0, 0, 1.0}};
   three[2] = {.name = "evaporation", .driver = "water", .alpha = 0.1, .uses = {1.0}};
-  RuleEngine engine(three, kMaterials, *world.surface, 0.01, 1, {}, set);
+  simulation::RuleEngine engine(three, kMaterials, *world.surface, 0.01, 1, {}, set);
   for (int i = 0; i < 16; ++i) (void)engine.step(i, *world.atlas, threads(num_threads));
   return median_ms(21, [&](int i) { (void)engine.step(16 + i, *world.atlas, threads(num_threads)); });
 }

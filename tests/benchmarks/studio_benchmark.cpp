@@ -16,7 +16,7 @@ namespace {
 constexpr double kSeconds = 5.0;
 
 /// Takes what is sent; the last update waits for its acknowledgement.
-class CountingPeer : public WebSocketPeer {
+class CountingPeer : public studio::WebSocketPeer {
  public:
   void send_text(std::string) override {}
   void send_binary(std::string message) override {
@@ -46,15 +46,15 @@ double resident_mb() {
 
 void run(int resolution, int num_gammatons) {
   const testing_support::TempFolder temp;
-  write_obj(temp / "mesh.obj", ledge());
-  Json scene = Json::parse(ledge_scene({}, "mesh.obj"));
+  write_obj(temp / "mesh.obj", datasets::ledge());
+  Json scene = Json::parse(datasets::ledge_scene({}, "mesh.obj"));
   scene["atlas"]["resolution"] = resolution;
   for (Json& emitter : scene["emitters"]) emitter["gammatons"] = num_gammatons / 2;
   save_json(temp / "scene.json", scene);
-  const ServedFolder folder(temp.path());
-  LiveOptions options;
+  const studio::ServedFolder folder(temp.path());
+  studio::LiveOptions options;
   options.most_updates_s = 1e9;
-  LiveEngine engine(read_scene(temp / "scene.json"), folder, options, {});
+  studio::LiveEngine engine(simulation::read_scene(temp / "scene.json"), folder, options, {});
   const auto peer = std::make_shared<CountingPeer>();
   engine.join(1, peer);
   const auto round = [&] {
@@ -65,14 +65,14 @@ void run(int resolution, int num_gammatons) {
   for (int i = 0; i < 200; ++i) round();  // until rain has reached the ground
   const std::size_t updates = peer->num_updates, bytes = peer->num_bytes, tiles = peer->num_tiles;
   const std::int64_t iterations = engine.simulation().iteration();
-  const SimulationTimes before = engine.simulation().times();
+  const simulation::SimulationTimes before = engine.simulation().times();
   const auto begin = std::chrono::steady_clock::now();
   double seconds = 0.0;
   while (seconds < kSeconds) {
     round();
     seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
-  const SimulationTimes& after = engine.simulation().times();
+  const simulation::SimulationTimes& after = engine.simulation().times();
   const double stepping = after.trace + after.exchange + after.respond + after.rules - before.trace - before.exchange - before.respond - before.rules;
   const double n = static_cast<double>(peer->num_updates - updates);
   const double all_tiles = static_cast<double>(resolution) * resolution / 64.0;

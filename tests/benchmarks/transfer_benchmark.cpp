@@ -28,7 +28,7 @@ struct Setting {
   testing_support::TempFolder folder;
   std::shared_ptr<const HistoryReader> history;
   std::shared_ptr<const TexelMap> map;
-  std::vector<TransferControl> controls;
+  std::vector<transfer::TransferControl> controls;
 
   Setting(int source_size, int num_frames, int atlas) {
     testing_support::write_history(folder.path(), source_size, source_size, num_frames, testing_support::blotches);
@@ -38,21 +38,21 @@ struct Setting {
     for (TexelId t = 0; t < map->num_texels(); ++t) {
       if (map->is_covered(t)) guide.data()[t] = static_cast<float>(map->position_mm(t).x() / atlas);
     }
-    controls.push_back({"x", "gradient", guide, {}, 1.0, ControlMapping::Rank});
+    controls.push_back({"x", "gradient", guide, {}, 1.0, transfer::ControlMapping::Rank});
   }
-  [[nodiscard]] TransferResult run(TransferMethod method, const AppearanceSource& appearance = {}) const {
-    TransferOptions options;
+  [[nodiscard]] transfer::TransferResult run(transfer::TransferMethod method, const transfer::AppearanceSource& appearance = {}) const {
+    transfer::TransferOptions options;
     options.method = method;
-    return transfer({.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = controls, .appearance = appearance}, options);
+    return transfer::transfer({.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = controls, .appearance = appearance}, options);
   }
-  void forget() const { std::filesystem::remove_all(folder / kCacheFolder); }
+  void forget() const { std::filesystem::remove_all(folder / transfer::kCacheFolder); }
 };
 
 void compare_methods() {
   const Setting setting(256, 12, 384);
-  TransferResult reference, fast;
-  const double reference_s = seconds([&] { reference = setting.run(TransferMethod::Reference); });
-  const double fast_s = median_of_five([&] { fast = setting.run(TransferMethod::Fast); });
+  transfer::TransferResult reference, fast;
+  const double reference_s = seconds([&] { reference = setting.run(transfer::TransferMethod::Reference); });
+  const double fast_s = median_of_five([&] { fast = setting.run(transfer::TransferMethod::Fast); });
   std::printf("384 x 384 atlas, 256 x 256 x 12 history (%lld texels)\n", static_cast<long long>(setting.map->num_covered()));
   for (const auto& [name, result, s] : {std::tuple{"reference", &reference, reference_s}, {"fast", &fast, fast_s}}) {
     std::printf("  %-10s %8.2f s  energy %.5f  control error %.4f  coherent pairs %.3f  source used %.3f\n", name, s,
@@ -63,8 +63,8 @@ void compare_methods() {
 
 void long_history() {
   const Setting setting(512, 100, 1024);
-  TransferResult result;
-  const double s = seconds([&] { result = setting.run(TransferMethod::Fast); });
+  transfer::TransferResult result;
+  const double s = seconds([&] { result = setting.run(transfer::TransferMethod::Fast); });
   std::printf("1k atlas, 512 x 512 x 100 history (%lld texels): fast %.1f s, energy %.5f\n",
               static_cast<long long>(setting.map->num_covered()), s, result.energy.energy);
 }
@@ -72,8 +72,8 @@ void long_history() {
 /// One photograph, texels as large as its pixels; what does not depend on the atlas is told apart by one of 64 x 64.
 void photograph() {
   const Setting small(512, 1, 64), large(512, 1, 1448);  // 1448^2 / 2 of them are covered: about 2^20.
-  const double source_s = median_of_five([&] { (void)small.run(TransferMethod::Fast); });
-  const double s = median_of_five([&] { (void)large.run(TransferMethod::Fast); });
+  const double source_s = median_of_five([&] { (void)small.run(transfer::TransferMethod::Fast); });
+  const double s = median_of_five([&] { (void)large.run(transfer::TransferMethod::Fast); });
   const auto texels = static_cast<double>(large.map->num_covered());
   std::printf("one 512 x 512 photograph onto %.0f texels: fast %.2f s, %.2f of them reading and analysing the photograph; %.0f k texels/s, %.0f k without that\n", texels, s, source_s,
               1e-3 * texels / s, 1e-3 * texels / (s - source_s));
@@ -89,9 +89,9 @@ void kept_analysis(int num_frames) {
       work();
     });
   };
-  const auto analyse = [&] { (void)cached_appearance_space(*setting.history, kLevels); };
-  const auto run = [&] { (void)setting.run(TransferMethod::Fast, appearance_source(*setting.history, {.cache = true})); };
-  const double without_s = median_of_five([&] { (void)build_appearance_space(*setting.history, kLevels); });
+  const auto analyse = [&] { (void)transfer::cached_appearance_space(*setting.history, kLevels); };
+  const auto run = [&] { (void)setting.run(transfer::TransferMethod::Fast, transfer::appearance_source(*setting.history, {.cache = true})); };
+  const double without_s = median_of_five([&] { (void)transfer::build_appearance_space(*setting.history, kLevels); });
   const double first_s = first(analyse), second_s = median_of_five(analyse);
   const double first_transfer_s = first(run), second_transfer_s = median_of_five(run);
   std::printf("512 x 512 x %d: analysis %.0f ms without a cache, %.0f the first time, %.0f the second (ratio %.3f); transfer onto %lld texels %.2f s, then %.2f s (ratio %.2f)\n", num_frames, 1e3 * without_s,
@@ -101,11 +101,11 @@ void kept_analysis(int num_frames) {
 void lookup_against_copy() {
   const Setting setting(512, 1, 2048);
   const ImageF frame = setting.history->read_frame(0);
-  const ImageF coordinates = coordinate_image(setting.run(TransferMethod::Fast).coordinates, 2048, 2048, 512);
+  const ImageF coordinates = transfer::coordinate_image(setting.run(transfer::TransferMethod::Fast).coordinates, 2048, 2048, 512);
   ImageF copy(2048, 2048, 3);
   const ImageF original(2048, 2048, 3, 0.5f);
   const double copy_s = median_of_five([&] { std::memcpy(copy.data(), original.data(), original.values().size_bytes()); });
-  const double gather_s = median_of_five([&] { copy = gather(frame, coordinates); });
+  const double gather_s = median_of_five([&] { copy = transfer::gather(frame, coordinates); });
   std::printf("2k lookup: %.1f ms; a plain copy of the same bytes: %.1f ms; ratio %.2f\n", 1e3 * gather_s, 1e3 * copy_s, gather_s / copy_s);
 }
 

@@ -73,8 +73,8 @@ int main(int argc, char** argv) {
   } else {
     std::printf("PATINATE_DATA is not set: only the synthetic urn\n");
   }
-  print_row("urn", sculpture());
-  SculptureOptions fine;
+  print_row("urn", datasets::sculpture());
+  datasets::SculptureOptions fine;
   fine.resolution = 98;
-  print_row("urn, finer", sculpture(fine));
+  print_row("urn, finer", datasets::sculpture(fine));
 }

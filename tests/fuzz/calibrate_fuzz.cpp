@@ -8,9 +8,9 @@ using namespace patinate;
 /// The first byte chooses the kind; photographs that are named do not exist.
 PATINATE_FUZZ_TARGET(calibrate) {
   if (bytes.empty()) return;
-  const auto kind = static_cast<CalibrationKind>(bytes[0] % 4);
+  const auto kind = static_cast<capture::CalibrationKind>(bytes[0] % 4);
   const std::filesystem::path file = fuzz::fuzz_file("description.json", bytes.subspan(1));
   const Json content = load_json(file);
-  const CalibrationOutput output = calibrate(kind, JsonReader(file.string(), content));
+  const capture::CalibrationOutput output = capture::calibrate(kind, JsonReader(file.string(), content));
   for (const Light& light : output.lights) fuzz::require(light.position.allFinite() && light.direction.allFinite(), "lights stand somewhere");
 }

@@ -21,14 +21,14 @@ void make_photographs() {
 PATINATE_FUZZ_TARGET(capture_project) {
   make_photographs();
   const auto file = fuzz::fuzz_file("capture.json", bytes);
-  if (is_relit_capture(file)) {
-    const RelitProject relit = read_relit_project(file);
+  if (capture::is_relit_capture(file)) {
+    const capture::RelitProject relit = capture::read_relit_project(file);
     fuzz::require(!relit.steps.empty() && relit.reference < relit.steps.size(), "a project has a step");
-    for (const RelitStep& step : relit.steps) fuzz::require(step.ready || step.photos.size() == relit.lights.size(), "a step has one photograph a light");
+    for (const capture::RelitStep& step : relit.steps) fuzz::require(step.ready || step.photos.size() == relit.lights.size(), "a step has one photograph a light");
     return;
   }
-  const CaptureProject project = read_capture_project(file);
+  const capture::CaptureProject project = capture::read_capture_project(file);
   fuzz::require(!project.frames.empty(), "a project has a frame");
   fuzz::require(project.width() >= 1 && project.height() >= 1, "a project has a size");
-  (void)read_photo(project, project.frames.front().file);
+  (void)capture::read_photo(project, project.frames.front().file);
 }

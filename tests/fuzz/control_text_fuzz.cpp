@@ -33,7 +33,7 @@ PATINATE_FUZZ_TARGET(control_text) {
   if (const auto number = parse_number(text)) fuzz::require(std::isfinite(*number), "numbers are finite");
   std::string destination = text;
   try {
-    const ControlSpec spec = parse_control_spec(text);
+    const transfer::ControlSpec spec = transfer::parse_control_spec(text);
     fuzz::require(spec.weight > 0.0, "weights are positive");
     destination = spec.destination;
   } catch (const Error&) {

@@ -21,11 +21,11 @@ PATINATE_FUZZ_TARGET(frame_times) {
     line.clear();
   }
   for (const std::string& date : dates) {
-    (void)time_in_name(date);
-    (void)time_in_exif(date);
+    (void)capture::time_in_name(date);
+    (void)capture::time_in_exif(date);
   }
   if (names.empty()) return;
-  const FrameTimes times = find_frame_times(names, dates, TimeUnit::Hours);
+  const capture::FrameTimes times = capture::find_frame_times(names, dates, TimeUnit::Hours);
   fuzz::require(times.times.size() == names.size(), "every photograph has a time");
   for (double t : times.times) fuzz::require(t >= 0.0, "times begin with the earliest");
 }

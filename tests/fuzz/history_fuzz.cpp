@@ -35,11 +35,11 @@ void check_library(const HistoryManifest& m) {
   HistoryManifest plain = m;
   plain.frames.clear();
   for (int i = 0; i < 3; ++i) plain.frames.push_back({.time = 2.5 * i, .file = {}});
-  const std::array<LibrarySource, 2> one{LibrarySource{m, "a", "a"}, LibrarySource{plain, "b", "b"}}, other{one[1], one[0]};
+  const std::array<transfer::LibrarySource, 2> one{transfer::LibrarySource{m, "a", "a"}, transfer::LibrarySource{plain, "b", "b"}}, other{one[1], one[0]};
   for (const auto& sources : {one, other}) {
-    for (const LibraryClock clock : {LibraryClock::Absolute, LibraryClock::Span}) {
+    for (const transfer::LibraryClock clock : {transfer::LibraryClock::Absolute, transfer::LibraryClock::Span}) {
       try {
-        for (const LibraryFrame& frame : lay_out_library(sources, {}, {.clock = clock}).frames) {
+        for (const transfer::LibraryFrame& frame : transfer::lay_out_library(sources, {}, {.clock = clock}).frames) {
           fuzz::require(std::isfinite(frame.time), "a library's times are numbers");
           for (std::size_t p = 0; p < sources.size(); ++p) {
             const int last = static_cast<int>(sources[p].manifest.frames.size()) - 1;

@@ -7,7 +7,7 @@ using namespace patinate;
 
 PATINATE_FUZZ_TARGET(mode_filter) {
   fuzz::ByteSource source(bytes);
-  ModeFilterOptions options;
+  capture::ModeFilterOptions options;
   options.spatial_sigma_px = 0.5 + source.integer(0, 2000) / 20.0;
   options.range_sigma = static_cast<double>(std::abs(source.number()));
   options.num_bins = source.integer(16, 64);
@@ -21,7 +21,7 @@ PATINATE_FUZZ_TARGET(mode_filter) {
   }
   RunControl control;
   control.num_threads = 1;
-  const ImageF result = mode_filter(image, mask, options, control);
+  const ImageF result = capture::mode_filter(image, mask, options, control);
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       fuzz::require(mask.at(x, y) == 0 || std::isfinite(result.at(x, y)), "results are finite inside the mask");

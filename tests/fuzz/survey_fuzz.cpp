@@ -10,10 +10,10 @@ using namespace patinate;
 /// survey.json of a history, and the pairs that a resumed run reads back.
 PATINATE_FUZZ_TARGET(survey) {
   const auto file = fuzz::fuzz_file("survey.json", bytes);
-  const SurveyReport report = read_survey_report(file.parent_path());
+  const capture::SurveyReport report = capture::read_survey_report(file.parent_path());
   fuzz::require(report.masked_share >= 0.0 && report.masked_share <= 1.0, "a share lies in [0, 1]");
   const Json json = load_json(file);
-  std::vector<FramePair> pairs;
-  for (const JsonReader& pair : JsonReader(file.string(), json).member("pairs").elements()) pairs.push_back(pair_from_json(pair));
-  for (const FrameFinding& finding : judge_frames(pairs, 64, 48)) fuzz::require(!finding_text(finding).empty(), "a finding has a text");
+  std::vector<capture::FramePair> pairs;
+  for (const JsonReader& pair : JsonReader(file.string(), json).member("pairs").elements()) pairs.push_back(capture::pair_from_json(pair));
+  for (const capture::FrameFinding& finding : capture::judge_frames(pairs, 64, 48)) fuzz::require(!capture::finding_text(finding).empty(), "a finding has a text");
 }

@@ -5,5 +5,5 @@ using namespace patinate;
 
 PATINATE_FUZZ_TARGET(transfer_manifest) {
   const auto file = fuzz::fuzz_file("transfer.json", bytes);
-  (void)read_transfer_manifest(file.parent_path());
+  (void)transfer::read_transfer_manifest(file.parent_path());
 }

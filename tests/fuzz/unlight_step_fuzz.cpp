@@ -21,11 +21,11 @@ void make_photographs() {
 /// What `unlight` reads.
 PATINATE_FUZZ_TARGET(unlight_step) {
   make_photographs();
-  const UnlightStep step = read_unlight_step(fuzz::fuzz_file("step.json", bytes));
+  const capture::UnlightStep step = capture::read_unlight_step(fuzz::fuzz_file("step.json", bytes));
   fuzz::require(!step.photos.empty() && step.photos.size() == step.lights.size(), "a step has one photograph a light");
   fuzz::require(step.width == 5 && step.height == 4 && step.mm_per_unit > 0.0, "a step has the photographs' size, and a unit");
   fuzz::require(!step.scan || step.camera_mm, "a scan is seen by a camera");
   if (step.scan) return;
-  const UnlightScene scene = load_unlight_scene(step);
+  const capture::UnlightScene scene = capture::load_unlight_scene(step);
   fuzz::require(scene.input.photos.size() == step.photos.size(), "every photograph is decoded");
 }

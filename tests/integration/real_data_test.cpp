@@ -29,7 +29,7 @@ constexpr int kStreakBegin = 88, kStreakEnd = 156;
 
 void ingest(const std::filesystem::path& project_file, const std::string& project, const std::filesystem::path& history) {
   write_atomically(project_file, project);
-  ASSERT_EQ(run_job(plan_ingest(read_capture_project(project_file), {}, history), {}, {}), JobStatus::Done);
+  ASSERT_EQ(run_job(capture::plan_ingest(capture::read_capture_project(project_file), {}, history), {}, {}), JobStatus::Done);
 }
 
 /// 26 frames over 8 h, the streak masked.
@@ -46,22 +46,22 @@ void ingest_copper(const TempFolder& folder, const std::filesystem::path& frames
 }
 
 /// The mesh scaled so that one texel equals one pixel, and a control of it.
-TransferTask make_task(const std::filesystem::path& history, Mesh mesh, const std::string& source, const std::string& destination) {
+transfer::TransferTask make_task(const std::filesystem::path& history, Mesh mesh, const std::string& source, const std::string& destination) {
   mesh = with_normals(std::move(mesh));
   const double size = TexelMap(mesh, kAtlas, kAtlas).median_texel_size_mm();
   scale_mesh(mesh, 1.0 / size);
-  TransferTask task;
+  transfer::TransferTask task;
   task.history = std::make_shared<const HistoryReader>(history);
   task.mesh_name = "mesh";
   task.mm_per_mesh_unit = 1.0 / size;
   task.input.map = std::make_shared<TexelMap>(std::move(mesh), kAtlas, kAtlas);
   ControlMap made = make_control_expression(destination, *task.input.map);
-  task.input.controls.push_back({source, destination, std::move(made.values), {made.low, made.high, made.unit}, 1.0, ControlMapping::Rank});
+  task.input.controls.push_back({source, destination, std::move(made.values), {made.low, made.high, made.unit}, 1.0, transfer::ControlMapping::Rank});
   return task;
 }
 
 /// Rank correlation over the covered texels between the destination's control and the source's at their coordinates.
-double control_agreement(const TransferTask& task, const TransferReader& transfer) {
+double control_agreement(const transfer::TransferTask& task, const transfer::TransferReader& transfer) {
   const ImageF source = transfer.history().read_control(task.input.controls[0].source);
   std::vector<double> wanted, got;
   for (int y = 0; y < kAtlas; ++y) {
@@ -90,11 +90,11 @@ std::array<double, 3> mean_color(const ImageF& image, const ImageU8& mask) {
   return sum;
 }
 
-void expect_frames_exact(const TransferReader& transfer) {
+void expect_frames_exact(const transfer::TransferReader& transfer) {
   for (int f : {0, transfer.history().num_frames() - 1}) {
     const ImageF frame = transfer.history().read_frame(f);
     const ImageF texture = transfer.sample(transfer.history().manifest().frames[static_cast<std::size_t>(f)].time);
-    const ImageF expected = gather(frame, transfer.coordinates());
+    const ImageF expected = transfer::gather(frame, transfer.coordinates());
     const ImageU8 coverage = transfer.coverage();
     for (int y = 0; y < kAtlas; ++y) {
       for (int x = 0; x < kAtlas; ++x) {
@@ -107,7 +107,7 @@ void expect_frames_exact(const TransferReader& transfer) {
 }
 
 /// What every copper transfer must show, whatever the mesh.
-void expect_copper_ages(const TransferTask& task, const TransferReader& transfer) {
+void expect_copper_ages(const transfer::TransferTask& task, const transfer::TransferReader& transfer) {
   expect_frames_exact(transfer);
   for (int y = 0; y < kAtlas; ++y) {
     for (int x = 0; x < kAtlas; ++x) {
@@ -139,10 +139,10 @@ TEST(RealData, CopperAgesTheHydrantByAccessibility) {
   PATINATE_REQUIRE_DATA(mesh_file, "meshes/fire_hydrant/fire_hydrant_1k.gltf");
   TempFolder folder;
   ingest_copper(folder, frames);
-  const TransferTask task =
+  const transfer::TransferTask task =
       make_task(folder / "history", select_surfaces(read_mesh(mesh_file), "", "fire_hydrant"), "progress", "accessibility");
-  ASSERT_EQ(run_job(plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
-  expect_copper_ages(task, TransferReader(folder / "transfer"));
+  ASSERT_EQ(run_job(transfer::plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
+  expect_copper_ages(task, transfer::TransferReader(folder / "transfer"));
 }
 
 TEST(RealData, CopperAgesTheBustByAccessibility) {
@@ -150,9 +150,9 @@ TEST(RealData, CopperAgesTheBustByAccessibility) {
   PATINATE_REQUIRE_DATA(mesh_file, "meshes/marble_bust/marble_bust_01_1k.gltf");
   TempFolder folder;
   ingest_copper(folder, frames);
-  const TransferTask task = make_task(folder / "history", read_mesh(mesh_file), "progress", "accessibility");
-  ASSERT_EQ(run_job(plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
-  expect_copper_ages(task, TransferReader(folder / "transfer"));
+  const transfer::TransferTask task = make_task(folder / "history", read_mesh(mesh_file), "progress", "accessibility");
+  ASSERT_EQ(run_job(transfer::plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
+  expect_copper_ages(task, transfer::TransferReader(folder / "transfer"));
 }
 
 TEST(RealData, ABananaWithUnevenDatesRipensAFish) {
@@ -177,9 +177,9 @@ TEST(RealData, ABananaWithUnevenDatesRipensAFish) {
   for (std::size_t i = 1; i < 20; ++i) steps.push_back(history.manifest().frames[i].time - history.manifest().frames[i - 1].time);
   EXPECT_GT(*std::max_element(steps.begin(), steps.end()), 1.3 * *std::min_element(steps.begin(), steps.end()));
 
-  const TransferTask task = make_task(folder / "history", read_mesh(mesh_file), "progress", "facing");
-  ASSERT_EQ(run_job(plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
-  const TransferReader transfer(folder / "transfer");
+  const transfer::TransferTask task = make_task(folder / "history", read_mesh(mesh_file), "progress", "facing");
+  ASSERT_EQ(run_job(transfer::plan_transfer(task, folder / "transfer"), {}, {}), JobStatus::Done);
+  const transfer::TransferReader transfer(folder / "transfer");
   expect_frames_exact(transfer);
   // Half way between two uneven dates is their mean.
   const auto& f = history.manifest().frames;

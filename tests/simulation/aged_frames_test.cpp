@@ -4,7 +4,7 @@
 
 #include "tests/support/plate_scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 /// An iron plate in the rain; frames after 0, 8, 16 and 20 iterations.
@@ -55,4 +55,4 @@ TEST(AgedFrames, AnotherLookIsThatOfASimulationWithItAndTheFirstOneComesBack) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "tests/support/meshes.h"
 #include "tests/support/plate_scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::error_of;
@@ -364,4 +364,4 @@ TEST(Simulation, ASceneWithoutEmittersIsRefused) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -10,7 +10,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/plate_scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::error_of;
@@ -187,4 +187,4 @@ TEST(Paint, EventsAreReadWithTheirUnitAndRefusedWithAReason) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -8,7 +8,7 @@
 #include "libcommon/core/files.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -64,4 +64,4 @@ TEST_F(SceneFiles, AFileThatChangedSinceIsNoCopy) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

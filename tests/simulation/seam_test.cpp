@@ -6,7 +6,7 @@
 #include "simulation/engine/engine.h"
 #include "tests/support/meshes.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 constexpr int kCharts = 12;  ///< A side: 144 charts, each turned by an angle of its own.
@@ -113,4 +113,4 @@ TEST(Seams, TexelsAreHitAsOftenAsTheirWeightsSay) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

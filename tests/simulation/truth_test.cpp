@@ -10,7 +10,7 @@
 #include "tests/simulation/tracing/tracing_scene.h"
 #include "tests/support/long_scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::chi_square_limit;
@@ -78,4 +78,4 @@ TEST(SimulationTruths, NoQuantumIsLostInAHundredThousandIterations) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

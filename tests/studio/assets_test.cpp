@@ -7,12 +7,12 @@
 namespace patinate {
 namespace {
 
-std::string page() { return std::string(find_studio_asset("/")->bytes); }
+std::string page() { return std::string(studio::find_studio_asset("/")->bytes); }
 
 TEST(StudioAssets, PageIsThereWhetherOrNotTheClientWasBuilt) {
-  ASSERT_NE(find_studio_asset("/"), nullptr);
+  ASSERT_NE(studio::find_studio_asset("/"), nullptr);
   EXPECT_TRUE(page().starts_with("<!doctype html>"));
-  EXPECT_EQ(find_studio_asset("/nothing.js"), nullptr);
+  EXPECT_EQ(studio::find_studio_asset("/nothing.js"), nullptr);
 }
 
 TEST(StudioAssets, PageAsksForNothingThatIsNotInTheProgram) {
@@ -22,14 +22,14 @@ TEST(StudioAssets, PageAsksForNothingThatIsNotInTheProgram) {
       const std::size_t begin = at + attribute.size();
       const std::string target = text.substr(begin, text.find('"', begin) - begin);
       if (target.starts_with("data:")) continue;
-      EXPECT_NE(find_studio_asset(target), nullptr) << target;
+      EXPECT_NE(studio::find_studio_asset(target), nullptr) << target;
     }
   }
 }
 
 TEST(StudioAssets, LicenceOfThreeJsGoesWithItsCode) {
-  if (!has_studio_client()) GTEST_SKIP() << "built without the client";
-  const std::string_view script = find_studio_asset("/studio.js")->bytes;
+  if (!studio::has_studio_client()) GTEST_SKIP() << "built without the client";
+  const std::string_view script = studio::find_studio_asset("/studio.js")->bytes;
   EXPECT_NE(script.substr(0, 4000).find("The above copyright notice and this permission notice shall be included"), std::string_view::npos);
 }
 

@@ -28,7 +28,7 @@ inline void describe(OptionVisitor& v, FilterOptions& o) {
 }
 
 struct FilterCommand {
-  CommandLine line{"filter", "Filters."};
+  cli::CommandLine line{"filter", "Filters."};
   FilterOptions options;
   std::vector<std::string> names;
   std::vector<double> times;
@@ -44,7 +44,7 @@ struct FilterCommand {
     line.alternatives({"time", "times"});
   }
   /// It and another one without options.
-  [[nodiscard]] std::vector<CommandDeclaration> commands() const { return {line.declaration(), CommandLine("other", "").declaration()}; }
+  [[nodiscard]] std::vector<cli::CommandDeclaration> commands() const { return {line.declaration(), cli::CommandLine("other", "").declaration()}; }
 };
 
 }  // namespace patinate::testing_support

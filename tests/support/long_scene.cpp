@@ -4,20 +4,20 @@
 
 namespace patinate::testing_support {
 
-Scene long_scene(double ratio) {
-  Scene scene;
+simulation::Scene long_scene(double ratio) {
+  simulation::Scene scene;
   scene.materials = {"water", "metal", "rust", "dirt"};
   scene.looks.resize(4);
   scene.resolution = 64;
-  SceneObject object;
+  simulation::SceneObject object;
   object.name = "plate";
   object.mesh = quilt_plane(100.0, 4);
   object.preset.amounts = {0.0, 1.0, 0.0, 0.5};
   object.rotate_deg = Vec3(-60, 0, 0);
   scene.objects.push_back(object);
-  Emitter rain;
+  simulation::Emitter rain;
   rain.name = "rain";
-  rain.shape = EmitterShape::Rectangle;
+  rain.shape = simulation::EmitterShape::Rectangle;
   rain.position_mm = Vec3(50, 120, -20);
   rain.size_mm = {90, 40};
   rain.gammatons = 3;
@@ -25,10 +25,10 @@ Scene long_scene(double ratio) {
   rain.carries = {0.8, 0.0, 0.0, 0.3};
   scene.emitters.push_back(rain);
   scene.exchange = {.ratio = ratio, .rates = {0.4, 1.0 / 4096, 0.02, 1.0}};
-  Rule rust{.name = "rust", .driver = "min(water, metal)", .alpha = 0.5};
+  simulation::Rule rust{.name = "rust", .driver = "min(water, metal)", .alpha = 0.5};
   rust.makes[2] = 1.0;
   rust.uses[1] = 1.0;
-  Rule dry{.name = "evaporation", .driver = "water", .alpha = 0.3};
+  simulation::Rule dry{.name = "evaporation", .driver = "water", .alpha = 0.3};
   dry.uses[0] = 1.0;
   scene.rules = {rust, dry};
   scene.time_per_iteration = 0.01;

@@ -4,21 +4,21 @@
 
 namespace patinate::testing_support {
 
-Scene plate_scene(int resolution) {
-  Scene scene;
+simulation::Scene plate_scene(int resolution) {
+  simulation::Scene scene;
   scene.materials = {"water", "metal", "rust"};
   scene.looks.resize(3);
   scene.looks[2].color.color = Vec3(0.2, 0.06, 0.02);
   scene.resolution = resolution;
-  SceneObject object;
+  simulation::SceneObject object;
   object.name = "plate";
   object.mesh = unit_plane(100.0);
   object.preset.amounts[1] = 1.0;
   object.rotate_deg = Vec3(-60, 0, 0);
   scene.objects.push_back(object);
-  Emitter rain;
+  simulation::Emitter rain;
   rain.name = "rain";
-  rain.shape = EmitterShape::Sky;
+  rain.shape = simulation::EmitterShape::Sky;
   rain.gammatons = 200;
   rain.carries[0] = 0.8;
   scene.emitters.push_back(rain);
@@ -27,8 +27,8 @@ Scene plate_scene(int resolution) {
   return scene;
 }
 
-Rule rust_rule(double alpha) {
-  Rule rule{.name = "rust", .driver = "min(water, metal)", .alpha = alpha};
+simulation::Rule rust_rule(double alpha) {
+  simulation::Rule rule{.name = "rust", .driver = "min(water, metal)", .alpha = alpha};
   rule.makes[2] = 1.0;
   return rule;
 }

@@ -14,11 +14,11 @@
 namespace patinate {
 namespace {
 
-Failure failure_of(const std::function<void()>& throws) {
+cli::Failure failure_of(const std::function<void()>& throws) {
   try {
     throws();
   } catch (...) {
-    return current_failure();
+    return cli::current_failure();
   }
   return {0, ""};
 }
@@ -28,7 +28,7 @@ std::string named(const std::function<void()>& throws) {
     try {
       throws();
     } catch (...) {
-      rethrow_naming("a.file");
+      cli::rethrow_naming("a.file");
     }
   } catch (const Error& e) {
     return e.what();
@@ -36,7 +36,7 @@ std::string named(const std::function<void()>& throws) {
   return "";
 }
 
-TEST(Failure, OursKeepTheirWordsAndCodes) {
+TEST(cli::Failure, OursKeepTheirWordsAndCodes) {
   EXPECT_EQ(failure_of([] { throw UsageError("a"); }).code, 2);
   EXPECT_EQ(failure_of([] { throw InvalidInput("a"); }).code, 3);
   EXPECT_EQ(failure_of([] { throw IoError("file", "is bad"); }).code, 3);
@@ -46,7 +46,7 @@ TEST(Failure, OursKeepTheirWordsAndCodes) {
 }
 
 // Thrown by the libraries themselves, so that the words are those of the version that is built with.
-TEST(Failure, WordsOfLibrariesBecomeOurs) {
+TEST(cli::Failure, WordsOfLibrariesBecomeOurs) {
   const auto wrong_type = [] { (void)nlohmann::json::parse("{\"a\": 1}").at("a").get<std::string>(); };
   const auto too_long = [] { std::vector<char>().resize(static_cast<std::size_t>(-1)); };
   const auto no_memory = [] { throw std::bad_alloc(); };

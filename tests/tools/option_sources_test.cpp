@@ -14,14 +14,14 @@ namespace {
 
 struct Filter : testing_support::FilterCommand {
   /// With the text of a --config file.
-  void run(const std::string& toml, std::vector<std::string> words = {}, const Environment& environment = {}) {
+  void run(const std::string& toml, std::vector<std::string> words = {}, const cli::Environment& environment = {}) {
     const testing_support::TempFolder temp;
     file = (temp / "run.toml").string();
     write_atomically(file, toml);
     words.insert(words.end(), {"-o", "x"});
     ASSERT_TRUE(line.parse(words, [&] {
-      notes = supply_environment(line, environment, commands());
-      supply_config(line, "filter", file, commands());
+      notes = cli::supply_environment(line, environment, commands());
+      cli::supply_config(line, "filter", file, commands());
     }));
   }
   std::string file;
@@ -99,7 +99,7 @@ TEST(ConfigFile, ChecksTheSectionsOfOtherCommands) {
   EXPECT_EQ(complaint("[other]\nthreads = 1\n"), "");
 }
 
-TEST(Environment, NamesAreThoseOfOptionsInCapitals) {
+TEST(cli::Environment, NamesAreThoseOfOptionsInCapitals) {
   Filter f;
   f.run("", {}, {{"SIGMA", "2.5"}, {"EXACT", "yes"}, {"DIRECTION", "0,0,1"}, {"BINS", ""}});
   EXPECT_EQ(f.options.sigma, 2.5);
@@ -108,14 +108,14 @@ TEST(Environment, NamesAreThoseOfOptionsInCapitals) {
   EXPECT_EQ(f.options.bins, 8) << "an empty variable is not set";
 }
 
-TEST(Environment, TellsTyposFromOptions) {
+TEST(cli::Environment, TellsTyposFromOptions) {
   Filter f;
   f.run("", {}, {{"SIGMAS", "2.5"}});
   ASSERT_EQ(f.notes.size(), 1u);
   EXPECT_EQ(f.notes[0], "PATINATE_SIGMAS: is no option of any command and is ignored; did you mean `PATINATE_SIGMA`?");
 }
 
-TEST(Environment, WrongValuesNameTheVariable) {
+TEST(cli::Environment, WrongValuesNameTheVariable) {
   Filter f;
   try {
     f.run("", {}, {{"SIGMA", "wide"}});
@@ -125,9 +125,9 @@ TEST(Environment, WrongValuesNameTheVariable) {
   }
 }
 
-TEST(Environment, IsNotWhereRealDataLie) {
+TEST(cli::Environment, IsNotWhereRealDataLie) {
   ::setenv("PATINATE_DATA", "somewhere", 1);
-  for (const auto& [name, value] : patinate_environment()) EXPECT_NE(name, "DATA");
+  for (const auto& [name, value] : cli::patinate_environment()) EXPECT_NE(name, "DATA");
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/guidance/scale.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 TEST(AgeMesh, GivesATextureOfTheHistorysColoursAtAnyTime) {
@@ -80,4 +80,4 @@ TEST(TransferScale, GivesEveryPixelATexelWithinBounds) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 #include "transfer/guidance/control_matching.h"
 #include "transfer/guidance/control_spec.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 TEST(ControlSpec, ReadsEveryPartOfTheGrammar) {
@@ -88,4 +88,4 @@ TEST(MatchControl, PhysicalConvertsBetweenRangesAndRefusesOtherUnits) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -14,7 +14,7 @@
 #include "transfer/synthesis/transfer_controls.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 constexpr int kSource = 56, kAtlas = 64;
@@ -107,4 +107,4 @@ TEST(MemoryTransfer, KnowsThePartsOfALibrary) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -15,7 +15,7 @@
 #include "transfer/synthesis/audit.h"
 #include "transfer/synthesis/transfer.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 constexpr int kSide = 64;
@@ -88,4 +88,4 @@ TEST(Stop, EveryStageOfATransferNoticesIt) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -12,7 +12,7 @@
 #include "tools/patinate/command_line/message_stream.h"
 #include "tools/patinate/command_line/verbs.h"
 
-namespace patinate {
+namespace patinate::cli {
 namespace {
 
 constexpr int kDone = 0;
@@ -55,6 +55,6 @@ int guarded_main(const std::vector<std::string>& arguments) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::cli
 
-int main(int argc, char** argv) { return patinate::guarded_main({argv + 1, argv + argc}); }
+int main(int argc, char** argv) { return patinate::cli::guarded_main({argv + 1, argv + argc}); }

@@ -8,7 +8,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -94,4 +94,4 @@ bool Access::is_entry(const HttpRequest& request) const {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -9,7 +9,7 @@
 
 #include "tools/studio/http.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// 128 bits of the system's randomness as 32 hexadecimal digits. @throws CannotComplete if there is none.
 [[nodiscard]] std::string random_token();
@@ -36,4 +36,4 @@ class Access {
   std::vector<std::string> hosts_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

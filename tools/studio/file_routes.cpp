@@ -8,7 +8,7 @@
 #include "tools/studio/preview.h"
 #include "tools/studio/routes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -56,4 +56,4 @@ HttpResponse answer_file(const Asked& asked) {
   return {.type = std::string(found->type), .headers = {{"Content-Security-Policy", "sandbox allow-scripts"}}, .body = read_file(file, kMostFileBytes)};
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -4,7 +4,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -67,4 +67,4 @@ std::string percent_encoded(std::string_view text) {
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

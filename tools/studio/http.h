@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace patinate {
+namespace patinate::studio {
 
 struct HttpRequest {
   std::string method;                          ///< "GET", "POST"
@@ -48,4 +48,4 @@ struct RequestTarget {
 /// The inverse, for one value of a query.
 [[nodiscard]] std::string percent_encoded(std::string_view text);
 
-}  // namespace patinate
+}  // namespace patinate::studio

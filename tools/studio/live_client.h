@@ -4,7 +4,7 @@
 
 #include "tools/studio/live_engine.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 inline constexpr std::int64_t kMostUnacknowledged = 2;
 
@@ -35,4 +35,4 @@ struct LiveEngine::Client {
 /// Says why nothing runs here and closes, so that a client knows not to come back by itself.
 void refuse(WebSocketPeer& peer, const std::string& why);
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -10,7 +10,7 @@
 #include "tools/studio/outside_json.h"
 #include "tools/studio/scene_text.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -187,19 +187,19 @@ void LiveEngine::receive(int id, const std::string& text) {
 }
 
 void LiveEngine::set_looks(const Json& changes) {
-  const Scene& scene = simulation_.scene();
-  SceneContext context;
+  const simulation::Scene& scene = simulation_.scene();
+  simulation::SceneContext context;
   context.materials = scene.materials;
   context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
   const JsonReader reader("looks", changes);
-  std::vector<MaterialLook> looks = scene.looks;
+  std::vector<simulation::MaterialLook> looks = scene.looks;
   Json cleaned = Json::object();
   for (const std::string& name : reader.keys()) {
     const Json said = name;
-    const auto i = static_cast<std::size_t>(material_index(JsonReader("looks", said), name, scene.materials));
+    const auto i = static_cast<std::size_t>(simulation::material_index(JsonReader("looks", said), name, scene.materials));
     cleaned[name] = changes.at(name);
     if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null()) cleaned[name].erase("color");  // a picture, as it was sent
-    looks[i] = read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
+    looks[i] = simulation::read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
   }
   simulation_.set_looks(std::move(looks));
   for (const auto& [name, change] : cleaned.items()) record_.set_look(name, change);
@@ -209,32 +209,32 @@ void LiveEngine::set_looks(const Json& changes) {
 void LiveEngine::apply(const Json& event_mm) {
   refuse_picture();
   const Json event = event_of_file(event_mm, file_.mm_per_unit, simulation_.iteration());
-  const SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
+  const simulation::SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
   catch_up();  // what was painted before this was painted as things were then
   simulation_.apply(parsed);
   stop_replay();
   record_.add_event(event);
   future_.clear();
   if (stroke_ && !can_paint(stroke_->emitter)) finish_stroke();
-  if (parsed.op == SceneEvent::Op::Behaviour) {
+  if (parsed.op == simulation::SceneEvent::Op::Behaviour) {
     slider_ = event["behaviour"].contains("slider") ? std::optional(event["behaviour"]["slider"].get<double>()) : std::nullopt;
   }
 }
 
 /// A scene without a brush gets one, off. It comes last, so that the streams of the others stay.
 void LiveEngine::add_brush() {
-  Scene& scene = file_.scene;
-  if (std::any_of(scene.emitters.begin(), scene.emitters.end(), [](const Emitter& e) { return e.shape == EmitterShape::Surface; })) return;
-  Emitter brush;
+  simulation::Scene& scene = file_.scene;
+  if (std::any_of(scene.emitters.begin(), scene.emitters.end(), [](const simulation::Emitter& e) { return e.shape == simulation::EmitterShape::Surface; })) return;
+  simulation::Emitter brush;
   const auto is_taken = [&](const std::string& name) {
-    return std::any_of(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == name; }) ||
-           std::any_of(scene.objects.begin(), scene.objects.end(), [&](const SceneObject& o) { return o.name == name; });
+    return std::any_of(scene.emitters.begin(), scene.emitters.end(), [&](const simulation::Emitter& e) { return e.name == name; }) ||
+           std::any_of(scene.objects.begin(), scene.objects.end(), [&](const simulation::SceneObject& o) { return o.name == name; });
   };
   brush.name = "brush";
   while (is_taken(brush.name)) brush.name += "+";
   double size = 0.0;
-  for (const SceneObject& object : scene.objects) size = std::max(size, object.scale * bounding_box(object.mesh).diagonal());
-  brush.shape = EmitterShape::Surface;
+  for (const simulation::SceneObject& object : scene.objects) size = std::max(size, object.scale * bounding_box(object.mesh).diagonal());
+  brush.shape = simulation::EmitterShape::Surface;
   brush.position_mm = scene.objects.front().translate_mm;
   brush.size_mm = {rounded(size / 20.0, 3), 0.0};
   brush.distance_mm = rounded(size / 50.0, 3);
@@ -246,10 +246,10 @@ void LiveEngine::add_brush() {
   const Json json = emitter_of_file(brush, scene.materials, file_.mm_per_unit);
   record_.add_emitter(json);
   const Json list = Json::array({json});
-  SceneContext context;
+  simulation::SceneContext context;
   context.materials = scene.materials;
   context.mm_per_unit = file_.mm_per_unit;
-  scene.emitters.push_back(read_emitter(JsonReader("brush", list).elements().front(), context));
+  scene.emitters.push_back(simulation::read_emitter(JsonReader("brush", list).elements().front(), context));
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -13,15 +13,15 @@
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/scene_text.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
 constexpr double kStatusSeconds = 0.2;
 constexpr std::size_t kMostWaitingBytes = std::size_t{1} << 20;  ///< A client that takes less gets no status meanwhile.
 
-SimulationOptions simulation_options(const SceneFile& file, const LiveOptions& live) {
-  SimulationOptions options{.parameter_maps = file.controls, .color_form = live.color_form};
+simulation::SimulationOptions simulation_options(const simulation::SceneFile& file, const LiveOptions& live) {
+  simulation::SimulationOptions options{.parameter_maps = file.controls, .color_form = live.color_form};
   if (!live.finished.empty()) return options;  // what was not counted then is not known
   if (std::find(options.parameter_maps.begin(), options.parameter_maps.end(), "hits") == options.parameter_maps.end()) options.parameter_maps.push_back("hits");
   return options;
@@ -54,7 +54,7 @@ void refuse(WebSocketPeer& peer, const std::string& why) {
   peer.refuse(why);
 }
 
-LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control)
+LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control)
     : folder_(folder),
       options_(options),
       file_(std::move(file)),
@@ -65,11 +65,11 @@ LiveEngine::LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOpt
       start_(simulation_.snapshot()),
       slider_(slider_of(file_.file)),
       start_slider_(slider_),
-      fitting_rules_(built_in_rules_for(file_.scene.materials)),
+      fitting_rules_(simulation::built_in_rules_for(file_.scene.materials)),
       is_exporting_(std::make_shared<std::atomic<bool>>(false)) {
   if (!options.finished.empty()) open_finished();
   relief_.high_mm = simulation_.texel_size_mm();
-  for (const MaterialLook& look : file_.scene.looks) relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
+  for (const simulation::MaterialLook& look : file_.scene.looks) relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
   relief_.low_mm = -relief_.high_mm;
   refresh();
   open_recording();
@@ -112,7 +112,7 @@ void LiveEngine::send_all(const std::string& text) {
 }
 
 Json LiveEngine::scene_json() const {
-  const Scene& scene = simulation_.scene();
+  const simulation::Scene& scene = simulation_.scene();
   const Box box = bounding_box(simulation_.mesh());
   Json overlays = Json::array();
   const auto add_overlay = [&](const std::string& name, const std::string& unit) {
@@ -183,7 +183,7 @@ void LiveEngine::make_status() {
     iterations_per_s_ = static_cast<double>(std::exchange(counted_iterations_, 0)) / span;
     counted_from_ = Clock::now();
   }
-  const TraceCounters& c = simulation_.counters();
+  const simulation::TraceCounters& c = simulation_.counters();
   status_ = Json{{"type", "status"},
                  {"running", is_running_},
                  {"iteration", iteration()},
@@ -197,7 +197,7 @@ void LiveEngine::make_status() {
                    {"alive", c.alive},
                    {"segments", c.segments},
                    {"contacts", c.contacts}}},
-                 {"ledger", ledger_json(simulation_.ledger(), simulation_.scene().materials)},
+                 {"ledger", simulation::ledger_json(simulation_.ledger(), simulation_.scene().materials)},
                  {"clients", clients_.size()},
                  {"painting", stroke_.has_value()},
                  {"can_undo", !past_.empty()},
@@ -237,12 +237,12 @@ bool LiveEngine::advance(const std::stop_token& stop) {
 }
 
 std::string LiveEngine::mesh_glb() const {
-  const Scene& scene = simulation_.scene();
+  const simulation::Scene& scene = simulation_.scene();
   std::vector<MeshPart> parts;
-  for (const SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
-  const SurfaceAtlas& surface = simulation_.atlas().surface();
+  for (const simulation::SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
+  const simulation::SurfaceAtlas& surface = simulation_.atlas().surface();
   for (int t = 0; t < surface.num_triangles(); ++t) parts[static_cast<std::size_t>(surface.object(t))].triangles.push_back(t);
-  return patinate::mesh_glb(simulation_.mesh(), parts, 0.001);
+  return studio::mesh_glb(simulation_.mesh(), parts, 0.001);
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -26,10 +26,10 @@
 #include "tools/studio/tile_messages.h"
 #include "tools/studio/tile_planes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 struct LiveOptions {
-  ColorForm color_form = ColorForm::Normalised;
+  simulation::ColorForm color_form = simulation::ColorForm::Normalised;
   int num_threads = 0;
   double most_updates_s = 60.0;  ///< To one client.
   std::filesystem::path place;     ///< What is recorded is of this one, below the served folder; "" = nothing is.
@@ -40,7 +40,7 @@ struct LiveOptions {
 class LiveEngine {
  public:
   /// @throws InvalidInput, IoError as Simulation and read_scene().
-  LiveEngine(SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control);
+  LiveEngine(simulation::SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control);
   ~LiveEngine();
 
   /// Sends hello.
@@ -53,7 +53,7 @@ class LiveEngine {
   bool advance(const std::stop_token& stop);
 
   [[nodiscard]] bool is_running() const { return is_running_; }
-  [[nodiscard]] const Simulation& simulation() const { return simulation_; }
+  [[nodiscard]] const simulation::Simulation& simulation() const { return simulation_; }
   [[nodiscard]] const TilePlanes& planes() const { return planes_; }
   [[nodiscard]] ReliefRange relief() const { return relief_; }
   /// One node an object, where they are now.
@@ -140,9 +140,9 @@ class LiveEngine {
 
   const ServedFolder& folder_;
   LiveOptions options_;
-  SceneFile file_;
+  simulation::SceneFile file_;
   SceneRecord record_;
-  Simulation simulation_;
+  simulation::Simulation simulation_;
   ScreenLayout layout_;
   TilePlanes planes_;
   ReliefRange relief_;
@@ -153,7 +153,7 @@ class LiveEngine {
   std::deque<Moment> future_;  ///< Undone; the last one is redone first.
   std::optional<Stroke> stroke_;
   std::optional<double> slider_, start_slider_;  ///< Of Figure 10, unless the behaviour was set otherwise.
-  std::vector<RuleAsset> fitting_rules_;         ///< Built-in ones whose materials the scene has.
+  std::vector<simulation::RuleAsset> fitting_rules_;         ///< Built-in ones whose materials the scene has.
   std::shared_ptr<Json> said_;  ///< scene_json() as clients know it.
   std::string opened_;            ///< What a client should know of where it began.
   std::int64_t picture_of_ = 0;   ///< Iterations behind the amounts that are shown without their gammatons: nothing can go on from there. 0 = all is there.
@@ -177,4 +177,4 @@ class LiveEngine {
   std::shared_ptr<std::atomic<bool>> is_exporting_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -2,7 +2,7 @@
 #include "libcommon/core/error.h"
 #include "tools/studio/live_client.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -62,4 +62,4 @@ void LiveEngine::forget_the_oldest() {
   while (future_.size() > 1 && (future_.size() > kMostMoments || bytes() > kMostBytes)) future_.pop_front();
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -10,7 +10,7 @@
 #include "simulation/job/simulation_output.h"
 #include "tools/studio/live_client.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -19,10 +19,10 @@ namespace {
 constexpr std::array<std::string_view, 4> kExports{"textures", "glb", "controls", "history"};
 
 /// Runs the saved scene again, from the start, with its history: the same bytes as what is on screen.
-void make_history(const fs::path& scene, const fs::path& output, ColorForm form, const RunControl& control) {
-  SimulationOptions options;
+void make_history(const fs::path& scene, const fs::path& output, simulation::ColorForm form, const RunControl& control) {
+  simulation::SimulationOptions options;
   options.color_form = form;
-  (void)run_job(plan_simulation(read_scene(scene, control.part(0.0, 0.1)), options, output), {}, control.part(0.1, 1.0));
+  (void)run_job(simulation::plan_simulation(simulation::read_scene(scene, control.part(0.0, 0.1)), options, output), {}, control.part(0.1, 1.0));
 }
 
 }  // namespace
@@ -44,7 +44,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   fs::create_directory(folder);
   save_json(folder / "scene.json", record_.file_for(folder, iteration()));
   if (wants("textures") || wants("glb")) {
-    write_composed_files(folder, file_.name, simulation_, "");
+    simulation::write_composed_files(folder, file_.name, simulation_, "");
     std::error_code ignored;
     if (!wants("glb")) fs::remove(folder / "model.glb", ignored);
     for (const char* file : {"color.png", "specular.png", "normal.png", "height.exr"}) {
@@ -55,7 +55,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
     fs::create_directory(folder / "controls");
     std::vector<std::string> names = file_.controls;
     if (options_.finished.empty() && std::find(names.begin(), names.end(), "hits") == names.end()) names.push_back("hits");
-    for (const std::string& control : names) write_exr(folder / "controls" / (control + ".exr"), parameter_control(simulation_, control).values, {"Y"}, ExrDepth::Float);
+    for (const std::string& control : names) write_exr(folder / "controls" / (control + ".exr"), simulation::parameter_control(simulation_, control).values, {"Y"}, ExrDepth::Float);
   }
   if (!wants("history")) return;
   is_exporting_->store(true);
@@ -78,4 +78,4 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   });
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -8,7 +8,7 @@
 #include "tools/studio/recording.h"
 #include "tools/studio/scene_text.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -90,9 +90,9 @@ bool LiveEngine::go_through(const std::stop_token& stop) {
   try {
     while (replay.num_done < replay.events.size() && (*replay.events[replay.num_done])["iteration"] == simulation_.iteration()) {
       const Json& event = *replay.events[replay.num_done];
-      const SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
+      const simulation::SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
       simulation_.apply(parsed, {.on_progress = {}, .stop = stop, .num_threads = options_.num_threads});
-      if (parsed.op == SceneEvent::Op::Behaviour) {
+      if (parsed.op == simulation::SceneEvent::Op::Behaviour) {
         slider_ = event["behaviour"].contains("slider") ? std::optional(event["behaviour"]["slider"].get<double>()) : std::nullopt;
       }
       ++replay.num_done;
@@ -116,4 +116,4 @@ bool LiveEngine::go_through(const std::stop_token& stop) {
   return false;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

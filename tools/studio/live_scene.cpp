@@ -9,7 +9,7 @@
 #include "simulation/job/simulation_job.h"
 #include "tools/studio/live_client.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -21,17 +21,17 @@ constexpr std::size_t kMostUnwatched = 2;
 constexpr std::chrono::milliseconds kIdle{20};
 
 /// Reads the scene of a place as it is run there.
-std::pair<SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads, const RunControl& control) {
+std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads, const RunControl& control) {
   LiveOptions options;
   options.num_threads = num_threads;
   options.place = path;
-  if (kind == PlaceKind::Scene) return {read_scene(path, control), options};
-  const SimulationManifest manifest = read_simulation_manifest(path);
+  if (kind == PlaceKind::Scene) return {simulation::read_scene(path, control), options};
+  const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(path);
   options.color_form = manifest.color_form;
   options.finished = path;
   std::error_code error;
   if (!fs::is_regular_file(manifest.scene, error)) throw IoError(manifest.scene.string(), "is not there any more: the simulation was made of this scene file; put it back to run it again");
-  SceneFile file = read_scene(manifest.scene, control);
+  simulation::SceneFile file = simulation::read_scene(manifest.scene, control);
   manifest.apply_to(file);
   return {std::move(file), options};
 }
@@ -224,4 +224,4 @@ std::shared_ptr<LiveScene> LiveScenes::find(const fs::path& path) {
   return found == entries_.end() ? nullptr : found->scene;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -17,7 +17,7 @@
 #include "tools/studio/served_folder.h"
 #include "tools/studio/server.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// A LiveEngine in a thread. Thread-safe; calls but mesh_glb() return at once.
 class LiveScene {
@@ -84,4 +84,4 @@ class LiveScenes {
   int num_clients_ = 0;       ///< Ever: numbers of clients.
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

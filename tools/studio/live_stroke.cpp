@@ -5,7 +5,7 @@
 #include "libcommon/core/error.h"
 #include "tools/studio/live_client.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -15,15 +15,15 @@ constexpr double kMostBetween = 200.0;                ///< Steps between two pla
 constexpr std::chrono::milliseconds kDwell{20};       ///< A brush that stays paints on, so often.
 
 /// Of a brush's mark, mm.
-double width_of(const Emitter& brush) {
+double width_of(const simulation::Emitter& brush) {
   for (const double width : {brush.size_mm[0], brush.distance_mm}) {
     if (width > 0.0) return width;
   }
   return 1.0;
 }
 
-const Emitter& emitter_named(const Scene& scene, const std::string& name) {
-  return *std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == name; });
+const simulation::Emitter& emitter_named(const simulation::Scene& scene, const std::string& name) {
+  return *std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const simulation::Emitter& e) { return e.name == name; });
 }
 
 /// What a scene file holds of a coordinate in mm: enough digits to lie within a tenth of a micrometre.
@@ -32,8 +32,8 @@ double of_file(double mm, double mm_per_unit) { return std::round(1e4 * mm) / 1e
 }  // namespace
 
 bool LiveEngine::can_paint(const std::string& emitter) const {
-  const std::vector<Emitter>& all = simulation_.scene().emitters;
-  return std::any_of(all.begin(), all.end(), [&](const Emitter& e) { return e.name == emitter && e.shape == EmitterShape::Surface; });
+  const std::vector<simulation::Emitter>& all = simulation_.scene().emitters;
+  return std::any_of(all.begin(), all.end(), [&](const simulation::Emitter& e) { return e.name == emitter && e.shape == simulation::EmitterShape::Surface; });
 }
 
 void LiveEngine::begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way) {
@@ -106,4 +106,4 @@ void LiveEngine::finish_stroke() {
   counted_iterations_ = 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

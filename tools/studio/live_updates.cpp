@@ -7,7 +7,7 @@
 #include "tools/studio/live_client.h"
 #include "tools/studio/picture_bytes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -16,10 +16,10 @@ constexpr std::size_t kMostWaitingBytes = std::size_t{16} << 20;  ///< A client 
 constexpr std::chrono::milliseconds kMeasureEvery{500};
 
 /// The range that holds all covered heights of some tiles, widened by doubling.
-ReliefRange widened(ReliefRange range, const Composer& composer, const SurfaceAtlas& surface, std::span<const TileIndex> tiles) {
+ReliefRange widened(ReliefRange range, const simulation::Composer& composer, const simulation::SurfaceAtlas& surface, std::span<const simulation::TileIndex> tiles) {
   double most = 0.0;
-  for (const TileIndex tile : tiles) {
-    for (TexelIndex t = tile * 64; t < tile * 64 + 64; ++t) {
+  for (const simulation::TileIndex tile : tiles) {
+    for (simulation::TexelIndex t = tile * 64; t < tile * 64 + 64; ++t) {
       if (surface.is_covered(t)) most = std::max(most, std::abs(composer.height_mm(t)));
     }
   }
@@ -32,15 +32,15 @@ ReliefRange widened(ReliefRange range, const Composer& composer, const SurfaceAt
 /// Composes what has changed and tells every client's dirty tiles.
 void LiveEngine::refresh() {
   const RunControl control{.on_progress = {}, .stop = {}, .num_threads = options_.num_threads};
-  const Composer& composer = simulation_.compose(control);
-  const SurfaceAtlas& surface = simulation_.atlas().surface();
-  std::span<const TileIndex> composed = simulation_.composed_tiles();
+  const simulation::Composer& composer = simulation_.compose(control);
+  const simulation::SurfaceAtlas& surface = simulation_.atlas().surface();
+  std::span<const simulation::TileIndex> composed = simulation_.composed_tiles();
   const ReliefRange range = widened(relief_, composer, surface, composed);
-  std::vector<TileIndex> all;
+  std::vector<simulation::TileIndex> all;
   bool has_new_range = range.high_mm != relief_.high_mm;
   if (has_new_range) {
     relief_ = range;
-    for (TileIndex t = 0; t < surface.grid().num_tiles(); ++t) all.push_back(t);
+    for (simulation::TileIndex t = 0; t < surface.grid().num_tiles(); ++t) all.push_back(t);
     composed = all;
   }
   const TilePlanes::Changes changes = planes_.update(composer, layout_.showing(composed), relief_, control);
@@ -106,10 +106,10 @@ void LiveEngine::send_update(Client& c) {
 
 /// Those under way, evenly taken from all when they are more than were asked for.
 void LiveEngine::send_gammatons(Client& c) {
-  const Gammatons& g = simulation_.gammatons();
+  const simulation::Gammatons& g = simulation_.gammatons();
   std::vector<std::size_t> alive;
   for (std::size_t i = 0; i < g.size(); ++i) {
-    if (g.state[i] != GammatonState::Waiting) alive.push_back(i);
+    if (g.state[i] != simulation::GammatonState::Waiting) alive.push_back(i);
   }
   const std::size_t count = std::min(alive.size(), static_cast<std::size_t>(c.num_gammatons));
   std::string payload(count * 12, '\0');
@@ -120,4 +120,4 @@ void LiveEngine::send_gammatons(Client& c) {
   c.peer->send_binary(binary_message(Json{{"type", "gammatons"}, {"count", count}}, payload));
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -9,7 +9,7 @@
 #include "libcommon/core/json.h"
 #include "simulation/atlas/surface_atlas.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -141,12 +141,12 @@ std::string mesh_glb(const Mesh& mesh, const std::string& name, double metres_pe
   return mesh_glb(mesh, {part}, metres_per_unit);
 }
 
-std::string scene_glb(const Scene& scene) {
-  const SceneMesh all = make_scene_mesh(scene);
+std::string scene_glb(const simulation::Scene& scene) {
+  const simulation::SceneMesh all = simulation::make_scene_mesh(scene);
   std::vector<MeshPart> parts;
-  for (const SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
+  for (const simulation::SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
   for (std::size_t t = 0; t < all.object.size(); ++t) parts[all.object[t]].triangles.push_back(static_cast<int>(t));
   return mesh_glb(all.mesh, parts, 0.001);
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

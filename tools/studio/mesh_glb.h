@@ -8,7 +8,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// One node of the GLB.
 struct MeshPart {
@@ -24,6 +24,6 @@ struct MeshPart {
 /// All of it as one node.
 [[nodiscard]] std::string mesh_glb(const Mesh& mesh, const std::string& name, double metres_per_unit);
 /// A node for each object, where it stands; UVs over the whole atlas.
-[[nodiscard]] std::string scene_glb(const Scene& scene);
+[[nodiscard]] std::string scene_glb(const simulation::Scene& scene);
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -4,8 +4,8 @@
 
 #include "libcommon/core/json_text.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 Json parse_outside_json(const std::string& text) { return parse_json("message", text, {.depth = 32, .may_have_comments = false}); }
 
-}  // namespace patinate
+}  // namespace patinate::studio

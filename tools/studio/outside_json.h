@@ -6,9 +6,9 @@
 
 #include "libcommon/core/json.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// At most 32 levels deep: what is made of it later may recurse. @throws InvalidInput if it is no JSON, deeper, or says a key twice.
 [[nodiscard]] Json parse_outside_json(const std::string& text);
 
-}  // namespace patinate
+}  // namespace patinate::studio

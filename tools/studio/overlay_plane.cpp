@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -34,7 +34,7 @@ double percentile(const std::vector<std::uint32_t>& counts, std::uint64_t sum, d
 
 }  // namespace
 
-OverlayPlane::OverlayPlane(const std::string& name, const Simulation& simulation, const ScreenLayout& layout)
+OverlayPlane::OverlayPlane(const std::string& name, const simulation::Simulation& simulation, const ScreenLayout& layout)
     : name_(name), layout_(&layout), bytes_(std::size_t{layout.num_tiles()} * 64, 0) {
   const std::vector<std::string>& materials = simulation.scene().materials;
   const auto found = std::find(materials.begin(), materials.end(), name);
@@ -52,10 +52,10 @@ OverlayPlane::OverlayPlane(const std::string& name, const Simulation& simulation
 std::vector<ScreenTile> OverlayPlane::write(std::span<const ScreenTile> tiles, const auto& value) {
   std::vector<ScreenTile> changed;
   for (const ScreenTile tile : tiles) {
-    const std::array<TexelIndex, 64> sources = layout_->sources(tile);
+    const std::array<simulation::TexelIndex, 64> sources = layout_->sources(tile);
     std::array<std::uint8_t, 64> now{};
     for (std::size_t i = 0; i < 64; ++i) {
-      if (sources[i] != kNoTexel) now[i] = static_cast<std::uint8_t>(255.0 * std::sqrt(std::clamp(value(sources[i]) / high_, 0.0, 1.0)) + 0.5);
+      if (sources[i] != simulation::kNoTexel) now[i] = static_cast<std::uint8_t>(255.0 * std::sqrt(std::clamp(value(sources[i]) / high_, 0.0, 1.0)) + 0.5);
     }
     std::uint8_t* old = &bytes_[std::size_t{tile} * 64];
     if (std::equal(now.begin(), now.end(), old)) continue;
@@ -66,37 +66,37 @@ std::vector<ScreenTile> OverlayPlane::write(std::span<const ScreenTile> tiles, c
 }
 
 /// By texel; 0 outside the charts.
-std::function<double(TexelIndex)> OverlayPlane::values_of(const Simulation& simulation) const {
-  const MaterialAtlas& atlas = simulation.atlas();
+std::function<double(simulation::TexelIndex)> OverlayPlane::values_of(const simulation::Simulation& simulation) const {
+  const simulation::MaterialAtlas& atlas = simulation.atlas();
   if (material_ >= 0) {
-    return [&atlas, m = material_](TexelIndex t) { return atlas.surface().is_covered(t) ? static_cast<double>(atlas.amount(m, t)) / kAmountOne : 0.0; };
+    return [&atlas, m = material_](simulation::TexelIndex t) { return atlas.surface().is_covered(t) ? static_cast<double>(atlas.amount(m, t)) / simulation::kAmountOne : 0.0; };
   }
   const auto values = std::make_shared<const ImageF>(simulation.parameter_map(name_).values);
-  const TileGrid& grid = atlas.surface().grid();
-  return [values, &grid](TexelIndex t) { return static_cast<double>(values->at(grid.x(t), grid.y(t))); };
+  const simulation::TileGrid& grid = atlas.surface().grid();
+  return [values, &grid](simulation::TexelIndex t) { return static_cast<double>(values->at(grid.x(t), grid.y(t))); };
 }
 
-double OverlayPlane::most_of(const Simulation& simulation, const std::function<double(TexelIndex)>& value) const {
-  const SurfaceAtlas& surface = simulation.atlas().surface();
+double OverlayPlane::most_of(const simulation::Simulation& simulation, const std::function<double(simulation::TexelIndex)>& value) const {
+  const simulation::SurfaceAtlas& surface = simulation.atlas().surface();
   double most = 0.0;
-  for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
+  for (simulation::TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
     if (surface.is_covered(t)) most = std::max(most, value(t));
   }
   return most;
 }
 
-std::vector<ScreenTile> OverlayPlane::update(const Simulation& simulation) {
+std::vector<ScreenTile> OverlayPlane::update(const simulation::Simulation& simulation) {
   if (material_ < 0 && seen_ == simulation.iteration() && seen_steps_ == simulation.num_paint_steps()) return {};
-  const std::function<double(TexelIndex)> value = values_of(simulation);
-  const SurfaceAtlas& surface = simulation.atlas().surface();
+  const std::function<double(simulation::TexelIndex)> value = values_of(simulation);
+  const simulation::SurfaceAtlas& surface = simulation.atlas().surface();
   bool is_whole = seen_ < 0 || material_ < 0;
   if (is_whole) {
     const double top = top_of(most_of(simulation, value));
     if (seen_ < 0 || top > high_ || 4.0 * top <= high_) high_ = top;
   } else {
     double most = 0.0;
-    for (const TileIndex tile : simulation.dirty_since(seen_)) {
-      for (TexelIndex t = tile * TileGrid::kTileTexels; t < (tile + 1) * TileGrid::kTileTexels; ++t) {
+    for (const simulation::TileIndex tile : simulation.dirty_since(seen_)) {
+      for (simulation::TexelIndex t = tile * simulation::TileGrid::kTileTexels; t < (tile + 1) * simulation::TileGrid::kTileTexels; ++t) {
         if (surface.is_covered(t)) most = std::max(most, value(t));
       }
     }
@@ -117,14 +117,14 @@ std::vector<ScreenTile> OverlayPlane::update(const Simulation& simulation) {
   return tiles;
 }
 
-bool OverlayPlane::measure(const Simulation& simulation) {
+bool OverlayPlane::measure(const simulation::Simulation& simulation) {
   is_stale_ = false;
-  const std::function<double(TexelIndex)> value = values_of(simulation);
-  const SurfaceAtlas& surface = simulation.atlas().surface();
+  const std::function<double(simulation::TexelIndex)> value = values_of(simulation);
+  const simulation::SurfaceAtlas& surface = simulation.atlas().surface();
   std::vector<std::uint32_t> counts(kBins, 0);
   std::uint64_t sum = 0;
   double most = 0.0;
-  for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
+  for (simulation::TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
     const double v = surface.is_covered(t) ? value(t) : 0.0;
     if (!(v > 0.0)) continue;
     most = std::max(most, v);
@@ -144,4 +144,4 @@ bool OverlayPlane::measure(const Simulation& simulation) {
   return is_other;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -11,7 +11,7 @@
 #include "simulation/engine/engine.h"
 #include "tools/studio/tile_planes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// What colours should stand for: of the texels where there is something, 2 % lie above `high`. Three digits.
 struct OverlayRange {
@@ -27,25 +27,25 @@ class OverlayPlane {
  public:
   /// @param name  A material, or a parameter map that the simulation keeps.
   /// @throws InvalidInput if it is neither.
-  OverlayPlane(const std::string& name, const Simulation& simulation, const ScreenLayout& layout);
+  OverlayPlane(const std::string& name, const simulation::Simulation& simulation, const ScreenLayout& layout);
 
   [[nodiscard]] double high() const { return high_; }
   /// Of the last measure().
   [[nodiscard]] const OverlayRange& range() const { return range_; }
   /// @returns tiles whose bytes have changed, in order.
-  [[nodiscard]] std::vector<ScreenTile> update(const Simulation& simulation);
+  [[nodiscard]] std::vector<ScreenTile> update(const simulation::Simulation& simulation);
   /// Whether bytes have changed since measure().
   [[nodiscard]] bool is_stale() const { return is_stale_; }
   /// Looks at every texel. @returns whether the range is another one now.
-  bool measure(const Simulation& simulation);
+  bool measure(const simulation::Simulation& simulation);
   /// After a restore: everything is looked at again.
   void forget() { seen_ = -1; }
   [[nodiscard]] std::span<const std::uint8_t> tile(ScreenTile tile) const { return {&bytes_[std::size_t{tile} * 64], 64}; }
 
  private:
   [[nodiscard]] std::vector<ScreenTile> write(std::span<const ScreenTile> tiles, const auto& value);
-  [[nodiscard]] double most_of(const Simulation& simulation, const std::function<double(TexelIndex)>& value) const;
-  [[nodiscard]] std::function<double(TexelIndex)> values_of(const Simulation& simulation) const;
+  [[nodiscard]] double most_of(const simulation::Simulation& simulation, const std::function<double(simulation::TexelIndex)>& value) const;
+  [[nodiscard]] std::function<double(simulation::TexelIndex)> values_of(const simulation::Simulation& simulation) const;
 
   std::string name_;
   const ScreenLayout* layout_;
@@ -58,4 +58,4 @@ class OverlayPlane {
   std::vector<std::uint8_t> bytes_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

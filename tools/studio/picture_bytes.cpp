@@ -9,7 +9,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -49,4 +49,4 @@ std::string xxh64(std::string_view bytes) {
   return text.data();
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

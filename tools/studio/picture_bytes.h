@@ -7,7 +7,7 @@
 
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// @param codes  1, 3 or 4 channels. @throws CannotComplete
 [[nodiscard]] std::string png_of(const ImageU8& codes);
@@ -16,4 +16,4 @@ namespace patinate {
 /// xxHash64 of bytes, 16 hexadecimal digits: quick, also in a browser.
 [[nodiscard]] std::string xxh64(std::string_view bytes);
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -15,7 +15,7 @@
 #include "simulation/job/simulation_job.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -82,13 +82,13 @@ void describe(const fs::path& path, PlaceEntry& entry) {
       break;
     }
     case PlaceKind::Transfer: {
-      const TransferManifest m = read_transfer_manifest(path);
+      const transfer::TransferManifest m = transfer::read_transfer_manifest(path);
       entry.detail = size_text(m.width, m.height) + (m.tiles.size() > 1 ? ", " + count_text(m.tiles.size(), "tile") : "");
-      for (const RecordedControl& control : m.controls) entry.detail += ", " + control.text();
+      for (const transfer::RecordedControl& control : m.controls) entry.detail += ", " + control.text();
       break;
     }
     case PlaceKind::Simulation: {
-      const SimulationManifest m = read_simulation_manifest(path);
+      const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
       if (!m.name.empty()) entry.name = m.name;
       entry.detail = std::to_string(m.iterations) + " iterations, " + size_text(m.resolution, m.resolution) + ", 0-" + short_number_text(m.time) + " " + m.time_unit;
       break;
@@ -187,4 +187,4 @@ std::vector<PlaceEntry> list_places(const ServedFolder& folder) {
   return std::move(search.entries);
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -12,7 +12,7 @@
 
 #include "tools/studio/served_folder.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 enum class PlaceKind { History, Transfer, Simulation, Scene, Ingest, Registration, Unlit, Calibration, Mesh, Report };
 inline constexpr std::array<std::string_view, 10> kPlaceKindNames{"history",      "transfer", "simulation",  "scene", "ingest",
@@ -42,4 +42,4 @@ struct PlaceEntry {
 /// @param path  Inside the folder, of a kind.
 [[nodiscard]] PlaceEntry describe_place(const ServedFolder& folder, const std::filesystem::path& path, PlaceKind kind);
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -9,7 +9,7 @@
 #include "tools/studio/registered_scans.h"
 #include "tools/studio/routes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -65,7 +65,7 @@ void add_history(const SurfaceInTime& surface, Json& json, FactList& facts) {
 }
 
 void add_transfer(const ServedFolder& folder, const SurfaceInTime& surface, Json& json, FactList& facts) {
-  const TransferManifest& m = surface.transfer()->manifest();
+  const transfer::TransferManifest& m = surface.transfer()->manifest();
   json["mesh"] = true;
   json["tiles"] = surface.transfer()->sheet().names;
   std::error_code error;
@@ -77,13 +77,13 @@ void add_transfer(const ServedFolder& folder, const SurfaceInTime& surface, Json
   json["source_height"] = surface.history().manifest().height;
   facts.add("History", m.history.filename().string());
   std::vector<std::string> guides;
-  for (const RecordedControl& c : m.controls) guides.push_back(c.text());
+  for (const transfer::RecordedControl& c : m.controls) guides.push_back(c.text());
   facts.add("Guided by", joined(guides));
   facts.add("Coherent", short_number_text(rounded(100.0 * m.energy.coherent_share, 3)) + " %");
 }
 
 void add_simulation(const fs::path& path, Json& json, FactList& facts) {
-  const SimulationManifest m = read_simulation_manifest(path);
+  const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
   json["mesh"] = true;
   json["can_recompose"] = true;
   json["materials"] = m.materials;
@@ -171,4 +171,4 @@ HttpResponse answer_live(const Asked& asked) {
   return json_response(Json{{"state", scene->is_running() ? "running" : "reading"}});
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

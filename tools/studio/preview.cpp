@@ -12,7 +12,7 @@
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -59,4 +59,4 @@ ImageU8 preview_of(const std::filesystem::path& file, int width) {
   return is_color ? srgb8_from_linear(image) : spread_out(image);
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -12,7 +12,7 @@
 #include "libcommon/job/result_folder.h"
 #include "tools/studio/place.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -54,7 +54,7 @@ Recording read_recording(JsonReader& json, const Json& root, const fs::path& pat
 
 fs::path recording_folder(const ServedFolder& folder) { return result_around(folder.path()).empty() ? folder.path() / ".studio" : fs::path(); }
 
-std::string scene_content_key(const SceneFile& scene) {
+std::string scene_content_key(const simulation::SceneFile& scene) {
   ContentHash hash;
   hash.add("recording 1").add(load_json(scene.file).dump(-1, ' ', false, Json::error_handler_t::replace));
   for (const auto& [role, path] : scene.inputs) hash.add(role).add_file(path);
@@ -183,4 +183,4 @@ void RecordingFile::write(const std::stop_token& stop) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

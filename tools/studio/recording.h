@@ -15,13 +15,13 @@
 #include "simulation/files/scene_io.h"
 #include "tools/studio/served_folder.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// Where recordings are kept: `.studio` in the served folder; "" where that is a finished result, or a part of one, which stays as it was made.
 [[nodiscard]] std::filesystem::path recording_folder(const ServedFolder& folder);
 
 /// Tells scenes apart by all that they are made of. @throws IoError
-[[nodiscard]] std::string scene_content_key(const SceneFile& scene);
+[[nodiscard]] std::string scene_content_key(const simulation::SceneFile& scene);
 
 /// What one file of recording_folder() says.
 struct Recording {
@@ -80,4 +80,4 @@ class RecordingFile {
   std::jthread writer_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

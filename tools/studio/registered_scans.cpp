@@ -10,7 +10,7 @@
 #include "libcommon/geometry/scan_mesh.h"
 #include "tools/studio/mesh_glb.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -156,4 +156,4 @@ std::string registered_scans_glb(const RegisteredScans& registration, const RunC
   return mesh_glb(with_normals(std::move(all)), parts, 0.001 * find_mm_per_unit(registration.unit).value_or(1.0));
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -13,7 +13,7 @@
 #include "libcommon/geometry/rigid_transform.h"
 #include "tools/studio/served_folder.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 struct PlacedScan {
   std::string name;       ///< As registration.json has it.
@@ -40,4 +40,4 @@ struct RegisteredScans {
 /// million triangles at most: of more, all scans come as points, evenly left out.
 [[nodiscard]] std::string registered_scans_glb(const RegisteredScans& registration, const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -13,7 +13,7 @@
 #include "tools/studio/served_folder.h"
 #include "tools/studio/surface_in_time.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// Answered with 404.
 class NotFound : public InvalidInput {
@@ -57,4 +57,4 @@ struct Asked {
 /// Steps of an ingest, a registration or an unlit step: [{"name", "text", "pictures": [{"path", "caption"}]}].
 [[nodiscard]] Json steps_json(const std::filesystem::path& path, PlaceKind kind);
 
-}  // namespace patinate
+}  // namespace patinate::studio

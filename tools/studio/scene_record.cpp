@@ -6,7 +6,7 @@
 #include "libcommon/core/error.h"
 #include "simulation/files/scene_files.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -29,7 +29,7 @@ bool does_the_same(const Json& a, const Json& b) {
 
 }  // namespace
 
-SceneRecord::SceneRecord(const SceneFile& scene)
+SceneRecord::SceneRecord(const simulation::SceneFile& scene)
     : folder_(fs::canonical(scene.file).parent_path()), root_(std::make_shared<Json>(load_json(scene.file))), looks_(std::make_shared<Json>(Json::object())) {}
 
 std::size_t SceneRecord::num_events() const { return events_.size(); }
@@ -91,7 +91,7 @@ Json SceneRecord::events_json() const {
 
 Json SceneRecord::file_for(const fs::path& folder, std::int64_t iterations) const {
   Json root = *root_;
-  for_each_scene_path(root, [&, to = fs::weakly_canonical(folder)](Json& path) { move_scene_path(path, folder_, to); });
+  simulation::for_each_scene_path(root, [&, to = fs::weakly_canonical(folder)](Json& path) { simulation::move_scene_path(path, folder_, to); });
   const bool is_painted = std::any_of(events_.begin(), events_.end(), [](const auto& event) { return is_paint(*event); });
   if (iterations > 0 || is_painted) root["run"]["iterations"] = iterations;
   if (events_.empty()) return root;
@@ -104,4 +104,4 @@ Json SceneRecord::file_for(const fs::path& folder, std::int64_t iterations) cons
   return root;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -12,13 +12,13 @@
 #include "libcommon/core/json.h"
 #include "simulation/files/scene_io.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// The scene file as its user wrote it (without comments), and what has come to it since.
 class SceneRecord {
  public:
   /// @param scene  As it was read from its file. @throws IoError
-  explicit SceneRecord(const SceneFile& scene);
+  explicit SceneRecord(const simulation::SceneFile& scene);
   SceneRecord(const SceneRecord&) = delete;
   SceneRecord& operator=(const SceneRecord&) = delete;
 
@@ -58,4 +58,4 @@ class SceneRecord {
   std::size_t num_fixed_ = 0;  ///< Events that nothing replaces or adds to.
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

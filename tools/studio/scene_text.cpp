@@ -6,13 +6,13 @@
 #include "libcommon/core/error.h"
 #include "simulation/files/scene_json.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
 Json array_of(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
-Json amounts_json(const MaterialValues& values, const std::vector<std::string>& materials) {
+Json amounts_json(const simulation::MaterialValues& values, const std::vector<std::string>& materials) {
   Json json = Json::object();
   for (std::size_t i = 0; i < materials.size(); ++i) json[materials[i]] = values[i];
   return json;
@@ -33,9 +33,9 @@ void emitter_to_unit(Json& emitter, double mm_per_unit) {
   for (const char* key : {"position", "size", "speed", "distance"}) to_unit(emitter, key, mm_per_unit);
 }
 
-Json emitter_json(const Emitter& e, const std::vector<std::string>& materials) {
-  Json json{{"name", e.name}, {"shape", kEmitterShapeNames[static_cast<std::size_t>(e.shape)]}};
-  if (e.shape != EmitterShape::Sky) json["position"] = array_of(e.position_mm);
+Json emitter_json(const simulation::Emitter& e, const std::vector<std::string>& materials) {
+  Json json{{"name", e.name}, {"shape", simulation::kEmitterShapeNames[static_cast<std::size_t>(e.shape)]}};
+  if (e.shape != simulation::EmitterShape::Sky) json["position"] = array_of(e.position_mm);
   json["direction"] = array_of(e.direction);
   json["size"] = e.size_mm;
   json["spread_deg"] = e.spread_deg;
@@ -49,24 +49,24 @@ Json emitter_json(const Emitter& e, const std::vector<std::string>& materials) {
 
 }  // namespace
 
-Json emitters_json(const Scene& scene) {
+Json emitters_json(const simulation::Scene& scene) {
   Json list = Json::array();
-  for (const Emitter& e : scene.emitters) list.push_back(emitter_json(e, scene.materials));
+  for (const simulation::Emitter& e : scene.emitters) list.push_back(emitter_json(e, scene.materials));
   return list;
 }
 
-Json objects_json(const Scene& scene) {
+Json objects_json(const simulation::Scene& scene) {
   Json list = Json::array();
-  for (const SceneObject& o : scene.objects) {
+  for (const simulation::SceneObject& o : scene.objects) {
     list.push_back({{"name", o.name}, {"translate", array_of(o.translate_mm)}, {"rotate", array_of(o.rotate_deg)}, {"scale", o.scale}});
   }
   return list;
 }
 
-Json looks_json(const Scene& scene) {
+Json looks_json(const simulation::Scene& scene) {
   Json json = Json::object();
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-    const MaterialLook& l = scene.looks[i];
+    const simulation::MaterialLook& l = scene.looks[i];
     json[scene.materials[i]] = {{"strength", l.strength},
                                 {"variation", l.variation},
                                 {"specular", l.specular},
@@ -78,7 +78,7 @@ Json looks_json(const Scene& scene) {
   return json;
 }
 
-Json behaviour_json(const Behaviour& b) {
+Json behaviour_json(const simulation::Behaviour& b) {
   return {{"bounce", b.bounce},
           {"float", b.floating},
           {"absorb", b.absorb},
@@ -86,33 +86,33 @@ Json behaviour_json(const Behaviour& b) {
           {"deceleration_float", b.deceleration_float}};
 }
 
-Json exchange_json(const Scene& scene) { return {{"ratio", scene.exchange.ratio}, {"rates", amounts_json(scene.exchange.rates, scene.materials)}}; }
+Json exchange_json(const simulation::Scene& scene) { return {{"ratio", scene.exchange.ratio}, {"rates", amounts_json(scene.exchange.rates, scene.materials)}}; }
 
-Json rules_json(const Scene& scene) {
+Json rules_json(const simulation::Scene& scene) {
   Json list = Json::array();
-  const auto shares = [&](const MaterialValues& values) {
+  const auto shares = [&](const simulation::MaterialValues& values) {
     Json json = Json::object();
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
       if (values[i] > 0.0) json[scene.materials[i]] = values[i];
     }
     return json;
   };
-  for (const Rule& rule : scene.rules) {
+  for (const simulation::Rule& rule : scene.rules) {
     list.push_back({{"name", rule.name}, {"driver", rule.driver}, {"alpha", rule.alpha}, {"makes", shares(rule.makes)}, {"uses", shares(rule.uses)}});
   }
   return list;
 }
 
-Json more_rules_json(const Scene& scene, std::span<const RuleAsset> fitting) {
+Json more_rules_json(const simulation::Scene& scene, std::span<const simulation::RuleAsset> fitting) {
   Json list = Json::array();
-  for (const RuleAsset& asset : fitting) {
-    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(), [&](const Rule& rule) { return rule.name == asset.name; });
+  for (const simulation::RuleAsset& asset : fitting) {
+    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(), [&](const simulation::Rule& rule) { return rule.name == asset.name; });
     if (!is_there) list.push_back({{"name", asset.name}, {"about", asset.about}});
   }
   return list;
 }
 
-Json emitter_of_file(const Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit) {
+Json emitter_of_file(const simulation::Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit) {
   Json json = emitter_json(emitter, materials);
   emitter_to_unit(json, mm_per_unit);
   return json;
@@ -128,14 +128,14 @@ Json event_of_file(const Json& event, double mm_per_unit, std::int64_t iteration
   return json;
 }
 
-SceneEvent parse_event(const Json& event_of_file, const Scene& scene, double mm_per_unit) {
+simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::Scene& scene, double mm_per_unit) {
   const Json list = Json::array({event_of_file});
-  SceneContext context;
+  simulation::SceneContext context;
   context.materials = scene.materials;
   context.mm_per_unit = mm_per_unit;
   context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
   try {
-    std::vector<SceneEvent> events = read_events(JsonReader("event", list, ""), context, scene);
+    std::vector<simulation::SceneEvent> events = simulation::read_events(JsonReader("event", list, ""), context, scene);
     if (events.size() != 1) throw InvalidInput("stands for " + std::to_string(events.size()) + " events; send one at a time");
     return std::move(events.front());
   } catch (const InvalidInput& e) {
@@ -145,4 +145,4 @@ SceneEvent parse_event(const Json& event_of_file, const Scene& scene, double mm_
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -9,27 +9,27 @@
 #include "simulation/rules/rule_io.h"
 #include "simulation/scene/scene.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// Lengths in mm, everything written out.
-[[nodiscard]] Json emitters_json(const Scene& scene);
-[[nodiscard]] Json objects_json(const Scene& scene);
-[[nodiscard]] Json looks_json(const Scene& scene);
-[[nodiscard]] Json behaviour_json(const Behaviour& behaviour);
-[[nodiscard]] Json exchange_json(const Scene& scene);
-[[nodiscard]] Json rules_json(const Scene& scene);
+[[nodiscard]] Json emitters_json(const simulation::Scene& scene);
+[[nodiscard]] Json objects_json(const simulation::Scene& scene);
+[[nodiscard]] Json looks_json(const simulation::Scene& scene);
+[[nodiscard]] Json behaviour_json(const simulation::Behaviour& behaviour);
+[[nodiscard]] Json exchange_json(const simulation::Scene& scene);
+[[nodiscard]] Json rules_json(const simulation::Scene& scene);
 /// Those of `fitting` that the scene does not have: [{"name", "about"}].
 /// @param fitting  built_in_rules_for() its materials.
-[[nodiscard]] Json more_rules_json(const Scene& scene, std::span<const RuleAsset> fitting);
+[[nodiscard]] Json more_rules_json(const simulation::Scene& scene, std::span<const simulation::RuleAsset> fitting);
 
 /// An emitter as a scene file with this unit has it.
-[[nodiscard]] Json emitter_of_file(const Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit);
+[[nodiscard]] Json emitter_of_file(const simulation::Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit);
 
 /// What a client sends (lengths in mm) as an element of a scene file's "events": lengths in its unit, with the iteration.
 /// Numbers are not checked here. @throws InvalidInput if it is no object or has an iteration.
 [[nodiscard]] Json event_of_file(const Json& event, double mm_per_unit, std::int64_t iteration);
 /// Reads such an element, with all checks that a scene file gets. What is recorded and what happens is so the same to the last bit.
 /// @throws InvalidInput
-[[nodiscard]] SceneEvent parse_event(const Json& event_of_file, const Scene& scene, double mm_per_unit);
+[[nodiscard]] simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::Scene& scene, double mm_per_unit);
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -5,7 +5,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/job/result_folder.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -73,4 +73,4 @@ std::string ServedFolder::name_of(const fs::path& path) const {
   return name.empty() ? "." : name;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

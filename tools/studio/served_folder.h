@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace patinate {
+namespace patinate::studio {
 
 /// Names below it are relative, with `/`; they hold no `..`, and where links lead is looked at.
 class ServedFolder {
@@ -30,4 +30,4 @@ class ServedFolder {
   std::filesystem::path root_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -17,7 +17,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -371,4 +371,4 @@ void HttpServer::stop() {
   });
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

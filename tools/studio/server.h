@@ -10,7 +10,7 @@
 
 #include "tools/studio/http.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// One end of a WebSocket, for who talks to it. Calls return at once, from any thread; after the connection has closed they do nothing.
 class WebSocketPeer {
@@ -77,4 +77,4 @@ class HttpServer {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -10,7 +10,7 @@
 #include "tools/studio/client/assets.h"
 #include "tools/studio/outside_json.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -140,4 +140,4 @@ std::string make_session(const Asked& asked, const SessionOptions& options) {
   return page;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

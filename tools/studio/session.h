@@ -8,7 +8,7 @@
 #include "libcommon/core/json.h"
 #include "tools/studio/routes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 struct SessionOptions {
   std::string place;           ///< A history, transfer or simulation.
@@ -24,4 +24,4 @@ struct SessionOptions {
 /// Of the body of a request. @throws InvalidInput
 [[nodiscard]] SessionOptions parse_session_options(const std::string& body);
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -10,7 +10,7 @@
 #include "libcommon/image/image_io.h"
 #include "tools/studio/routes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -41,9 +41,9 @@ Json step(const std::string& name, const std::string& text, Json pictures) { ret
 
 std::string time_text(double time, TimeUnit unit) { return short_number_text(time) + " " + time_unit_text(unit); }
 
-Json relit_capture_steps(const RelitProject& project, StepPictures& pictures) {
+Json relit_capture_steps(const capture::RelitProject& project, StepPictures& pictures) {
   Json steps = Json::array();
-  for (const RelitStep& s : project.steps) {
+  for (const capture::RelitStep& s : project.steps) {
     for (std::size_t i = 0; i < s.photos.size(); ++i) pictures.add(s.photos[i], "light " + std::to_string(i + 1));
     if (s.ambient) pictures.add(*s.ambient, "without lamps");
     if (s.ready) pictures.add(s.ready->albedo, "albedo");
@@ -54,14 +54,14 @@ Json relit_capture_steps(const RelitProject& project, StepPictures& pictures) {
   return steps;
 }
 
-Json fixed_capture_steps(const CaptureProject& project, StepPictures& pictures) {
+Json fixed_capture_steps(const capture::CaptureProject& project, StepPictures& pictures) {
   Json steps = Json::array();
   if (project.transmission) {
     pictures.add(project.transmission->photo, "on the back-light");
     if (project.transmission->blank) pictures.add(*project.transmission->blank, "the back-light alone");
     steps.push_back(step("Thickness", "What the back-light shows of the layer", pictures.take()));
   }
-  for (const CapturePhoto& frame : project.frames) {
+  for (const capture::CapturePhoto& frame : project.frames) {
     if (steps.size() == kMostSteps) break;
     if (!frame.stream) pictures.add(frame.file, frame.name());
     steps.push_back(step(time_text(frame.time, project.time_unit), "", pictures.take()));
@@ -159,7 +159,7 @@ Json steps_json(const fs::path& path, PlaceKind kind) {
   switch (kind) {
     case PlaceKind::Ingest: {
       const fs::path file = path / "capture.json";
-      return is_relit_capture(file) ? relit_capture_steps(read_relit_project(file), pictures) : fixed_capture_steps(read_capture_project(file), pictures);
+      return capture::is_relit_capture(file) ? relit_capture_steps(capture::read_relit_project(file), pictures) : fixed_capture_steps(capture::read_capture_project(file), pictures);
     }
     case PlaceKind::History: return history_steps(path, pictures);
     case PlaceKind::Registration: return registration_steps(pictures);
@@ -168,4 +168,4 @@ Json steps_json(const fs::path& path, PlaceKind kind) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

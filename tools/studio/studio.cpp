@@ -11,7 +11,7 @@
 #include "tools/studio/routes.h"
 #include "tools/studio/session.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -158,4 +158,4 @@ std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request, cons
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

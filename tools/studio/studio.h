@@ -14,7 +14,7 @@
 #include "tools/studio/served_folder.h"
 #include "tools/studio/surface_in_time.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 struct SessionOptions;
 
@@ -51,4 +51,4 @@ class Studio {
   LiveScenes live_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

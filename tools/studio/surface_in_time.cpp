@@ -12,7 +12,7 @@
 #include "libcommon/image/image_io.h"
 #include "libcommon/metrics/color_curves.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace fs = std::filesystem;
 
@@ -23,7 +23,7 @@ constexpr std::size_t kMostPlaces = 4;
 
 std::size_t bytes_of(const ImageF& image) { return image.values().size() * sizeof(float); }
 
-ImageF filled_coordinates(const TransferReader& transfer) {
+ImageF filled_coordinates(const transfer::TransferReader& transfer) {
   const Sheet& sheet = transfer.sheet();
   const ImageU8 coverage = transfer.coverage();
   ImageF filled = transfer.coordinates();
@@ -56,7 +56,7 @@ SurfaceInTime::SurfaceInTime(const fs::path& path, PlaceKind kind) : path_(path)
     case PlaceKind::History: history_ = std::make_shared<const HistoryReader>(path); break;
     case PlaceKind::Simulation: history_ = std::make_shared<const HistoryReader>(path / "history"); break;
     case PlaceKind::Transfer:
-      transfer_ = std::make_shared<const TransferReader>(path);
+      transfer_ = std::make_shared<const transfer::TransferReader>(path);
       history_ = std::shared_ptr<const HistoryReader>(transfer_, &transfer_->history());
       filled_coordinates_ = filled_coordinates(*transfer_);
       break;
@@ -102,7 +102,7 @@ ImageF SurfaceInTime::history_sample(double time, Between between) const {
 }
 
 ImageF SurfaceInTime::spread(const ImageF& source, const RunControl& control) const {
-  return transfer_ ? gather(source, filled_coordinates_, 0.0f, control) : source;
+  return transfer_ ? transfer::gather(source, filled_coordinates_, 0.0f, control) : source;
 }
 
 ImageF SurfaceInTime::texture(double time, Between between, std::optional<int> tile, const RunControl& control) const {
@@ -202,4 +202,4 @@ std::shared_ptr<const SurfaceInTime> OpenedPlaces::open(const fs::path& path, Pl
   return place;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -20,7 +20,7 @@
 #include "tools/studio/place.h"
 #include "transfer/lookup/transfer_reader.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// Values of a map and what it is called.
 struct NamedMap {
@@ -47,7 +47,7 @@ class SurfaceInTime {
   [[nodiscard]] PlaceKind kind() const { return kind_; }
   [[nodiscard]] const HistoryReader& history() const { return *history_; }
   /// nullptr unless it is a transfer.
-  [[nodiscard]] const TransferReader* transfer() const { return transfer_.get(); }
+  [[nodiscard]] const transfer::TransferReader* transfer() const { return transfer_.get(); }
   [[nodiscard]] int width() const;   ///< Of its texture: of a transfer, the sheet of all tiles.
   [[nodiscard]] int height() const;
 
@@ -72,7 +72,7 @@ class SurfaceInTime {
 
   std::filesystem::path path_;
   PlaceKind kind_;
-  std::shared_ptr<const TransferReader> transfer_;
+  std::shared_ptr<const transfer::TransferReader> transfer_;
   std::shared_ptr<const HistoryReader> history_;
   ImageF filled_coordinates_;  ///< Of a transfer: every texel has a source, gutters that of the nearest inside.
 
@@ -96,4 +96,4 @@ class OpenedPlaces {
   std::list<Entry> entries_;  ///< Last used first.
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -13,7 +13,7 @@
 #include "tools/studio/registered_scans.h"
 #include "tools/studio/routes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
@@ -107,7 +107,7 @@ HttpResponse answer_mesh(const Asked& asked) {
     const bool is_gltf = path.extension() == ".gltf" || path.extension() == ".glb";  // in m, by its standard
     glb = mesh_glb(with_normals(read_mesh(path)), path.stem().string(), is_gltf ? 1.0 : 0.001);
   } else if (kind == PlaceKind::Scene) {
-    glb = scene_glb(read_scene(path, asked.control).scene);
+    glb = scene_glb(simulation::read_scene(path, asked.control).scene);
   } else if (kind == PlaceKind::Registration) {
     glb = registered_scans_glb(read_registration(path, asked.folder), asked.control);
   } else {
@@ -117,4 +117,4 @@ HttpResponse answer_mesh(const Asked& asked) {
   return {.type = "model/gltf-binary", .body = std::move(glb)};
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

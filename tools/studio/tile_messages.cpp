@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-namespace patinate {
+namespace patinate::studio {
 
 void DirtyTiles::add(std::span<const ScreenTile> tiles) {
   for (const ScreenTile t : tiles) words_[t / 64] |= std::uint64_t{1} << (t % 64);
@@ -64,4 +64,4 @@ std::vector<std::string> tile_messages(Json header, std::span<const ScreenTile> 
   return messages;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -11,7 +11,7 @@
 #include "libcommon/core/json.h"
 #include "tools/studio/tile_planes.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// Tiles that one client does not have in their newest state. A tile is in it once, however often it has changed.
 class DirtyTiles {
@@ -39,4 +39,4 @@ inline constexpr std::size_t kMostMessageBytes = std::size_t{4} << 20;
 [[nodiscard]] std::vector<std::string> tile_messages(Json header, std::span<const ScreenTile> tiles, bool is_last,
                                                      const std::function<std::span<const std::uint8_t>(ScreenTile)>& tile_bytes);
 
-}  // namespace patinate
+}  // namespace patinate::studio

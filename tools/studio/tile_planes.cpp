@@ -8,19 +8,19 @@
 #include "libcommon/atlas/dilate.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 namespace {
 
 constexpr std::uint32_t kWhole = 0xFFFFFFFFu;
 
 /// For every texel the nearest covered one, as dilate() finds it: it copies all channels of a texel, here the number of one.
-ImageU8 nearest_covered(const SurfaceAtlas& surface) {
-  const TileGrid& grid = surface.grid();
+ImageU8 nearest_covered(const simulation::SurfaceAtlas& surface) {
+  const simulation::TileGrid& grid = surface.grid();
   ImageU8 index(grid.width, grid.height, 4), coverage(grid.width, grid.height);
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
-      const TexelIndex t = grid.index(x, y);
+      const simulation::TexelIndex t = grid.index(x, y);
       if (!surface.is_covered(t)) continue;
       coverage.at(x, y) = 255;
       std::memcpy(&index.at(x, y), &t, sizeof(t));
@@ -32,22 +32,22 @@ ImageU8 nearest_covered(const SurfaceAtlas& surface) {
 
 }  // namespace
 
-ScreenLayout::ScreenLayout(const SurfaceAtlas& surface) : grid_(surface.grid()), width_(surface.grid().width), height_(surface.grid().height) {
+ScreenLayout::ScreenLayout(const simulation::SurfaceAtlas& surface) : grid_(surface.grid()), width_(surface.grid().width), height_(surface.grid().height) {
   const ImageU8 nearest = nearest_covered(surface);
-  std::vector<std::pair<TileIndex, ScreenTile>> shown;
+  std::vector<std::pair<simulation::TileIndex, ScreenTile>> shown;
   first_source_.assign(num_tiles(), kWhole);
   for (ScreenTile tile = 0; tile < num_tiles(); ++tile) {
-    std::array<TexelIndex, 64> sources{};
+    std::array<simulation::TexelIndex, 64> sources{};
     const int x0 = static_cast<int>(tile) % columns() * 8, y0 = static_cast<int>(tile) / columns() * 8;
     bool is_whole = true;
     for (int i = 0; i < 64; ++i) {
       const int x = x0 + i % 8, y = y0 + i / 8;
-      TexelIndex& source = sources[static_cast<std::size_t>(i)];
-      source = kNoTexel;
+      simulation::TexelIndex& source = sources[static_cast<std::size_t>(i)];
+      source = simulation::kNoTexel;
       if (x < width_ && y < height_) std::memcpy(&source, nearest.pixel(x, y).data(), sizeof(source));
       is_whole = is_whole && source == grid_.index(x, y);
-      const TileIndex from = TileGrid::tile_of(source);
-      if (source != kNoTexel && from != TileGrid::tile_of(grid_.index(x0, y0)) && (shown.empty() || shown.back() != std::pair(from, tile))) shown.emplace_back(from, tile);
+      const simulation::TileIndex from = simulation::TileGrid::tile_of(source);
+      if (source != simulation::kNoTexel && from != simulation::TileGrid::tile_of(grid_.index(x0, y0)) && (shown.empty() || shown.back() != std::pair(from, tile))) shown.emplace_back(from, tile);
     }
     if (is_whole) continue;
     first_source_[tile] = static_cast<std::uint32_t>(sources_.size());
@@ -63,21 +63,21 @@ ScreenLayout::ScreenLayout(const SurfaceAtlas& surface) : grid_(surface.grid()),
   for (std::size_t i = 1; i < gutter_begin_.size(); ++i) gutter_begin_[i] += gutter_begin_[i - 1];
 }
 
-std::array<TexelIndex, 64> ScreenLayout::sources(ScreenTile tile) const {
-  std::array<TexelIndex, 64> out{};
+std::array<simulation::TexelIndex, 64> ScreenLayout::sources(ScreenTile tile) const {
+  std::array<simulation::TexelIndex, 64> out{};
   if (first_source_[tile] != kWhole) {
     std::copy_n(sources_.begin() + first_source_[tile], 64, out.begin());
     return out;
   }
-  const TexelIndex first = grid_.index(static_cast<int>(tile) % columns() * 8, static_cast<int>(tile) / columns() * 8);
-  for (TexelIndex i = 0; i < 64; ++i) out[i] = first + i;
+  const simulation::TexelIndex first = grid_.index(static_cast<int>(tile) % columns() * 8, static_cast<int>(tile) / columns() * 8);
+  for (simulation::TexelIndex i = 0; i < 64; ++i) out[i] = first + i;
   return out;
 }
 
-std::vector<ScreenTile> ScreenLayout::showing(std::span<const TileIndex> changed) const {
+std::vector<ScreenTile> ScreenLayout::showing(std::span<const simulation::TileIndex> changed) const {
   std::vector<ScreenTile> tiles;
-  for (const TileIndex t : changed) {
-    const int x = grid_.x(t * TileGrid::kTileTexels), y = grid_.y(t * TileGrid::kTileTexels);
+  for (const simulation::TileIndex t : changed) {
+    const int x = grid_.x(t * simulation::TileGrid::kTileTexels), y = grid_.y(t * simulation::TileGrid::kTileTexels);
     if (x < width_ && y < height_) tiles.push_back(tile_at(x, y));
     tiles.insert(tiles.end(), gutter_tiles_.begin() + gutter_begin_[t], gutter_tiles_.begin() + gutter_begin_[t + 1]);
   }
@@ -101,21 +101,21 @@ namespace {
 using TileBytes = std::array<std::uint8_t, TilePlanes::kTileBytes>;
 
 /// Codes are R, G, B, specular from the lowest byte, which is how they travel.
-void read_surface(const Composer& composer, const std::array<TexelIndex, 64>& sources, TileBytes& out) {
+void read_surface(const simulation::Composer& composer, const std::array<simulation::TexelIndex, 64>& sources, TileBytes& out) {
   static_assert(std::endian::native == std::endian::little);
   const std::span<const std::uint32_t> codes = composer.codes();
   for (std::size_t i = 0; i < 64; ++i) {
-    const std::uint32_t code = sources[i] == kNoTexel ? 0 : codes[sources[i]];
+    const std::uint32_t code = sources[i] == simulation::kNoTexel ? 0 : codes[sources[i]];
     std::memcpy(&out[4 * i], &code, 4);
   }
 }
 
-void read_relief(const Composer& composer, const std::array<TexelIndex, 64>& sources, const ReliefRange& range, TileBytes& out) {
+void read_relief(const simulation::Composer& composer, const std::array<simulation::TexelIndex, 64>& sources, const ReliefRange& range, TileBytes& out) {
   const std::span<const std::uint8_t> normals = composer.normals();
   for (std::size_t i = 0; i < 64; ++i) {
-    const TexelIndex t = sources[i];
-    if (t == kNoTexel) continue;
-    const std::uint8_t* normal = &normals[std::size_t{TileGrid::tile_of(t)} * 192 + t % 64];
+    const simulation::TexelIndex t = sources[i];
+    if (t == simulation::kNoTexel) continue;
+    const std::uint8_t* normal = &normals[std::size_t{simulation::TileGrid::tile_of(t)} * 192 + t % 64];
     for (std::size_t c = 0; c < 3; ++c) out[4 * i + c] = normal[64 * c];
     out[4 * i + 3] = range.code(composer.height_mm(t));
   }
@@ -130,12 +130,12 @@ bool replace(std::uint8_t* old, const TileBytes& now) {
 
 }  // namespace
 
-TilePlanes::Changes TilePlanes::update(const Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range, const RunControl& control) {
+TilePlanes::Changes TilePlanes::update(const simulation::Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range, const RunControl& control) {
   constexpr std::int64_t kChunk = 512;
   std::vector<std::uint8_t> changed(tiles.size());  // bit 0: surface, bit 1: relief
   parallel_for(static_cast<std::int64_t>(tiles.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const std::array<TexelIndex, 64> sources = layout_->sources(tiles[i]);
+      const std::array<simulation::TexelIndex, 64> sources = layout_->sources(tiles[i]);
       TileBytes surface{}, relief{};
       read_surface(composer, sources, surface);
       read_relief(composer, sources, range, relief);
@@ -165,4 +165,4 @@ std::string TilePlanes::rows(Plane plane) const {
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -10,7 +10,7 @@
 
 #include "simulation/composition/compose.h"
 
-namespace patinate {
+namespace patinate::studio {
 
 /// Tiles row by row over ceil(width / 8) columns, unlike TileIndex, which goes by pages.
 using ScreenTile = std::uint32_t;
@@ -19,26 +19,26 @@ using ScreenTile = std::uint32_t;
 /// textures (dilate()). Memory: 4 bytes for each texel of a tile that is not whole.
 class ScreenLayout {
  public:
-  explicit ScreenLayout(const SurfaceAtlas& surface);
+  explicit ScreenLayout(const simulation::SurfaceAtlas& surface);
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] int columns() const { return (width_ + 7) / 8; }
   [[nodiscard]] ScreenTile num_tiles() const { return static_cast<ScreenTile>(columns() * ((height_ + 7) / 8)); }
   /// By texel of the tile, row by row: kNoTexel where the picture has ended.
-  [[nodiscard]] std::array<TexelIndex, 64> sources(ScreenTile tile) const;
+  [[nodiscard]] std::array<simulation::TexelIndex, 64> sources(ScreenTile tile) const;
   /// Every tile that shows a texel of `changed`, once, in order.
-  [[nodiscard]] std::vector<ScreenTile> showing(std::span<const TileIndex> changed) const;
+  [[nodiscard]] std::vector<ScreenTile> showing(std::span<const simulation::TileIndex> changed) const;
   [[nodiscard]] std::size_t memory() const;
 
  private:
   [[nodiscard]] ScreenTile tile_at(int x, int y) const { return static_cast<ScreenTile>((y / 8) * columns() + x / 8); }
 
-  TileGrid grid_;
+  simulation::TileGrid grid_;
   int width_ = 0;
   int height_ = 0;
   std::vector<std::uint32_t> first_source_;      ///< By screen tile: into sources_; kWhole for one that is covered everywhere.
-  std::vector<TexelIndex> sources_;
+  std::vector<simulation::TexelIndex> sources_;
   std::vector<std::uint32_t> gutter_begin_;      ///< By TileIndex, one more: into gutter_tiles_.
   std::vector<ScreenTile> gutter_tiles_;         ///< Other tiles whose gutters show texels of this one.
 };
@@ -63,7 +63,7 @@ class TilePlanes {
     std::vector<ScreenTile> surface, relief;  ///< In order.
   };
   /// Brings `tiles`, each given once, up to date. Only those whose bytes have changed count.
-  [[nodiscard]] Changes update(const Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range, const RunControl& control = {});
+  [[nodiscard]] Changes update(const simulation::Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range, const RunControl& control = {});
   [[nodiscard]] std::span<const std::uint8_t> tile(Plane plane, ScreenTile tile) const;
   /// Row by row, as a texture: width x height x 4.
   [[nodiscard]] std::string rows(Plane plane) const;
@@ -74,4 +74,4 @@ class TilePlanes {
   std::array<std::vector<std::uint8_t>, 2> planes_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::studio

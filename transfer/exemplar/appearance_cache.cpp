@@ -12,7 +12,7 @@
 #include "libcommon/core/parallel.h"
 #include "transfer/exemplar/appearance_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace fs = std::filesystem;
 
@@ -138,4 +138,4 @@ AppearanceSource appearance_source(const HistoryReader& history, const CacheOpti
   return [&history](int num_levels, const AppearanceOptions& appearance, const RunControl& control, const ImageU8& mask) { return cached_appearance_space(history, num_levels, appearance, control, mask); };
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

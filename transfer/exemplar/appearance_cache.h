@@ -9,7 +9,7 @@
 #include "libcommon/history/history.h"
 #include "transfer/exemplar/appearance_space.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// In the history's folder; of no other meaning to anything that reads histories, and may be removed at any time.
 inline constexpr const char* kCacheFolder = ".cache";
@@ -37,4 +37,4 @@ void describe(OptionVisitor& v, CacheOptions& o);
 /// cached_appearance_space() of this history, which must outlive it; empty without a cache.
 [[nodiscard]] AppearanceSource appearance_source(const HistoryReader& history, const CacheOptions& options);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -15,7 +15,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/read_limit.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace fs = std::filesystem;
 
@@ -151,4 +151,4 @@ AppearanceSpace read_appearance(const fs::path& file, const std::string& key, in
   return space;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

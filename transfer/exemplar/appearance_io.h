@@ -8,7 +8,7 @@
 
 #include "transfer/exemplar/appearance_space.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// An appearance space and what it belongs to. The mask of its finest level is a part of the key, and in no file.
 struct KeptAppearance {
@@ -31,4 +31,4 @@ void write_appearance(const std::filesystem::path& file, const KeptAppearance& k
 [[nodiscard]] AppearanceSpace read_appearance(const std::filesystem::path& file, const std::string& key, int num_levels, const ImageU8& mask,
                                               const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

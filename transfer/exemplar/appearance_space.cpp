@@ -7,7 +7,7 @@
 #include "libcommon/core/random.h"
 #include "transfer/exemplar/principal_components.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 void describe(OptionVisitor& v, AppearanceOptions& o) {
   v.visit({"spatial_radius", "Neighbours that count into a pixel's appearance", "px", between(0, 3)}, o.spatial_radius_px);
@@ -216,4 +216,4 @@ AppearanceSpace appearance_of(const History& history, const AppearanceSource& so
   return source ? source(num_levels, options, control, given_mask) : build_appearance_space(history, num_levels, options, control, given_mask);
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

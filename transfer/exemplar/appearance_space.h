@@ -13,7 +13,7 @@
 #include "libcommon/history/history_value.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 inline constexpr int kAppearanceVersion = 1;     ///< Raised when the same history gives other integers: kept ones are then made anew.
 inline constexpr int kAppearanceSize = 8;        ///< Components per pixel: eight int16, one SSE register.
@@ -55,4 +55,4 @@ using AppearanceSource = std::function<AppearanceSpace(int num_levels, const App
 [[nodiscard]] AppearanceSpace appearance_of(const History& history, const AppearanceSource& source, int num_levels, const AppearanceOptions& options,
                                             const RunControl& control, const ImageU8& given_mask);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -152,4 +152,4 @@ PrincipalComponents principal_components(const SampleMatrix& samples, int count,
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

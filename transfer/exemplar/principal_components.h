@@ -6,7 +6,7 @@
 
 #include "libcommon/core/run_control.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Samples as rows.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -23,4 +23,4 @@ struct PrincipalComponents {
 /// @param samples  m x n, m > 0, finite. Cost: O(m n^2).
 [[nodiscard]] PrincipalComponents principal_components(const SampleMatrix& samples, int count, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

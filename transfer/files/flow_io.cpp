@@ -7,7 +7,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames) {
   int triangle = -1;
@@ -49,4 +49,4 @@ std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manif
   return frames;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 #include "libcommon/image/image.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror"};  ///< As FrameInUv.
 
@@ -19,4 +19,4 @@ void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrame
 /// The frames of a finished transfer. @param map  Over its sheet. @returns nothing where its history lies as the UVs do. @throws IoError
 [[nodiscard]] std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -19,7 +19,7 @@
 #include "libcommon/image/image_rows.h"
 #include "transfer/files/flow_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace fs = std::filesystem;
 
@@ -315,4 +315,4 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   return manifest;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -15,7 +15,7 @@
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/transfer.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 inline constexpr const char* kCoordinateChannels[2] = {"source.x", "source.y"};
 inline constexpr const char* kIndexChannel = "source.index";  ///< Of a library: which of its histories; -1 outside the charts.
@@ -91,4 +91,4 @@ void write_transfer_files(const std::filesystem::path& folder, const TransferTas
 void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder, const TransferTask& task,
                              const EnergyReport& energy, double explained_variance, const std::string& key);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -124,4 +124,4 @@ ImageF match_control_by_label(const ImageF& destination, const ImageU8& destinat
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -6,7 +6,7 @@
 #include "libcommon/image/image.h"
 #include "transfer/guidance/control_spec.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// A control map as normalised values with what 0 and 1 stand for.
 struct ControlRange {
@@ -33,4 +33,4 @@ struct ControlRange {
                                             const ImageF& source, const ImageU8& source_labels, const ControlRange& source_range,
                                             ControlMapping mapping, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -7,7 +7,7 @@
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 ControlSpec parse_control_spec(std::string_view text) {
   const auto fail = [&](const std::string& problem) -> ControlSpec {
@@ -52,4 +52,4 @@ std::string source_control(const History& history, const ControlSpec& spec) {
                    (controls.empty() ? " has no controls; ingest with one" : " has several controls (" + names + "); write SOURCE=" + spec.destination));
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 
 #include "libcommon/history/history_value.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// How destination values become source values.
 enum class ControlMapping {
@@ -32,4 +32,4 @@ struct ControlSpec {
 /// @throws InvalidInput if it has no such control; UsageError if none is named and it has several, or none.
 [[nodiscard]] std::string source_control(const History& history, const ControlSpec& spec);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

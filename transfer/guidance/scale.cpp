@@ -6,7 +6,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -35,4 +35,4 @@ int choose_resolution(int measured_with, double texel_mm, double pixel_mm, int n
   return static_cast<int>(std::clamp(std::round(measured_with * texel_mm / pixel_mm), kLeast, most));
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Which sizes were known.
 enum class ScaleSource {
@@ -30,4 +30,4 @@ struct TransferScale {
 /// @param measured_with  Texels along a side when a texel measured `texel_mm`. @throws InvalidInput unless all are > 0.
 [[nodiscard]] int choose_resolution(int measured_with, double texel_mm, double pixel_mm, int num_tiles);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

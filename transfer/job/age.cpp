@@ -10,7 +10,7 @@
 #include "transfer/synthesis/transfer_controls.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 ImageF AgedMesh::texture(double time, const RunControl& control) const {
   constexpr int kGutter = 16;
@@ -35,4 +35,4 @@ AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std:
           result.energy, history};
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -11,7 +11,7 @@
 #include "libcommon/controls/control_kinds.h"
 #include "transfer/synthesis/transfer.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 struct AgeOptions {
   int resolution = 1024;                   ///< [16, 16384]. Texels along each side of a tile.
@@ -39,4 +39,4 @@ struct AgedMesh {
 [[nodiscard]] AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control, const AgeOptions& options = {},
                                 const RunControl& run = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

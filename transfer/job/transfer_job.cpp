@@ -7,7 +7,7 @@
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/job/job_inputs.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace fs = std::filesystem;
 
@@ -69,4 +69,4 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

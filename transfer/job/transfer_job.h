@@ -7,9 +7,9 @@
 #include "libcommon/job/job.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// The folder of formats.md: coordinates.exr, control.exr, mesh.obj, transfer.json.
 [[nodiscard]] JobPlan plan_transfer(TransferTask task, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "libcommon/history/material_maps.h"
 #include "libcommon/image/filters.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -202,4 +202,4 @@ ImageF library_extra(const LibraryLayout& layout, std::span<const HistoryReader>
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -7,7 +7,7 @@
 #include "libcommon/image/image.h"
 #include "transfer/library/library_layout.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// An image of the library. What lies beside a history repeats its outermost pixels, so that its border looks to filters as the border of
 /// an image does.
@@ -36,4 +36,4 @@ namespace patinate {
 /// tangent space. Where a history does not know: normals stand upright, all else is 0.
 [[nodiscard]] ImageF library_extra(const LibraryLayout& layout, std::span<const HistoryReader> readers, const LibraryFrame& frame, const std::string& name);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -10,7 +10,7 @@
 #include "transfer/library/library_images.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace fs = std::filesystem;
 
@@ -139,4 +139,4 @@ JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library, const fs
   return plan;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "libcommon/job/job.h"
 #include "transfer/library/library_layout.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 struct LibraryTask {
   std::vector<std::filesystem::path> histories;
@@ -30,4 +30,4 @@ struct OpenLibrary {
 /// One item a frame, a control, and the mask. history.json names the parts in its member `library`.
 [[nodiscard]] JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library, const std::filesystem::path& output);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

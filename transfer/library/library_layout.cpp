@@ -10,7 +10,7 @@
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history_times.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 void describe(OptionVisitor& v, LibraryOptions& o) {
   v.visit_choice({"clock", "Combine equal times, or equal shares of each history's span (times are then those of the first)"}, o.clock, kLibraryClockNames);
@@ -226,4 +226,4 @@ LibraryLayout lay_out_library(std::span<const LibrarySource> sources, const std:
   return layout;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

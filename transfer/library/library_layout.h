@@ -13,7 +13,7 @@
 #include "libcommon/core/options.h"
 #include "libcommon/history/history.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Which moments of the histories become one time.
 enum class LibraryClock {
@@ -74,4 +74,4 @@ inline constexpr int kLibraryGutter_px = 16;
 /// that it lacks, texel sizes that only some say, a span of no length, more than 65536 columns or 2^31 - 1 pixels in all.
 [[nodiscard]] LibraryLayout lay_out_library(std::span<const LibrarySource> sources, const std::vector<LibraryControl>& asked, const LibraryOptions& options = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -14,7 +14,7 @@
 #include "transfer/lookup/source_turn.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -127,4 +127,4 @@ void CoordinateStrips::visit(const Visitor& visitor, const RunControl& control) 
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -13,7 +13,7 @@
 #include "libcommon/core/run_control.h"
 #include "transfer/lookup/packed_lookup.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 struct CoordinateStripsOptions {
   std::int64_t kept_texels = std::int64_t{1} << 24;   ///< An atlas of at most so many stays in memory (4 bytes each) and is decoded once.
@@ -53,4 +53,4 @@ class CoordinateStrips {
   Image<std::uint32_t> kept_turns_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -112,4 +112,4 @@ ImageU8 gather_packed(const ImageU8& source, const PackedCoordinates& indices, s
   return gather_image<std::uint8_t>(source, indices, outside, control);
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

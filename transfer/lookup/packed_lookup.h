@@ -10,7 +10,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// y * width + x of a pixel of the history; kNoValue outside the charts.
 using PackedCoordinates = Image<std::uint32_t>;
@@ -35,4 +35,4 @@ void gather_packed(const ImageU8& source, std::span<const std::uint32_t> indices
 [[nodiscard]] ImageF gather_packed(const ImageF& source, const PackedCoordinates& indices, float outside = 0.0f, const RunControl& control = {});
 [[nodiscard]] ImageU8 gather_packed(const ImageU8& source, const PackedCoordinates& indices, std::uint8_t outside = 0, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 #include "libcommon/atlas/gutter_fill.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -69,4 +69,4 @@ void normal_codes(std::span<const float> xyz, std::span<std::uint8_t> codes) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 
 #include "libcommon/image/image.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Angle in steps of 2^-20 turns, and mirroring, as one number, so that gutters can be filled with it (GutterFill).
 [[nodiscard]] std::uint32_t pack_turn(float angle, bool is_mirrored);
@@ -26,4 +26,4 @@ void turn_normals(std::span<const std::uint32_t> turns, std::span<float> xyz);
 /// 127.5 + 127.5 n, rounded, as normal maps of 8 bits hold them. @param xyz  [-1, 1].
 void normal_codes(std::span<const float> xyz, std::span<std::uint8_t> codes);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "libcommon/image/image_rows.h"
 #include "transfer/lookup/source_turn.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -162,4 +162,4 @@ void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const T
       control);
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

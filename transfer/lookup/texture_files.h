@@ -15,7 +15,7 @@
 #include "transfer/lookup/time_map.h"
 #include "transfer/lookup/transfer_folder.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 enum class TextureKind {
   Color,   ///< 3 channels, linear; codes are sRGB.
@@ -64,4 +64,4 @@ class TextureWriter {
 void write_time_map(const TransferFolder& transfer, ImageF times, Between between, std::span<const std::filesystem::path> files, const std::string& key,
                     const TimeMapOptions& frames = {}, const RunControl& control = {}, const CoordinateStripsOptions& options = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

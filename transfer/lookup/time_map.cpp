@@ -12,7 +12,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -146,4 +146,4 @@ ImageF gather_at_times(const History& history, const PackedCoordinates& indices,
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

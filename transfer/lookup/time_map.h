@@ -11,7 +11,7 @@
 #include "libcommon/image/image.h"
 #include "transfer/lookup/packed_lookup.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 struct TimeMapOptions {
   std::int64_t frame_bytes = std::int64_t{256} << 20;  ///< Of decoded frames kept at once; two are kept whatever it says.
@@ -47,4 +47,4 @@ class TimeMapLookup {
 [[nodiscard]] ImageF gather_at_times(const History& history, const PackedCoordinates& indices, const ImageF& times, Between between,
                                      const RunControl& control = {}, const TimeMapOptions& options = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

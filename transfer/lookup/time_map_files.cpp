@@ -8,7 +8,7 @@
 #include "libcommon/image/image_rows.h"
 #include "transfer/lookup/texture_files.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -63,4 +63,4 @@ void write_time_map(const TransferFolder& transfer, ImageF times, Between betwee
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -3,7 +3,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/geometry/mesh_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 TransferFolder::TransferFolder(const std::filesystem::path& path)
     : manifest_(read_transfer_manifest(path)), history_(manifest_.history), sheet_(manifest_.sheet()) {
@@ -24,4 +24,4 @@ AtlasMesh TransferFolder::read_atlas() const {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "libcommon/history/history.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// What `transfer.json` says, with the history that it names. Thread-safe.
 class TransferFolder {
@@ -33,4 +33,4 @@ class TransferFolder {
 /// Of the mesh's numbers, for glTF: a mesh whose unit nobody said keeps the numbers of its file.
 [[nodiscard]] inline double metres_per_unit(const TransferManifest& manifest) { return manifest.unit ? 0.001 : 1.0 / manifest.mm_per_mesh_unit; }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -13,7 +13,7 @@
 #include "transfer/lookup/time_map.h"
 #include "transfer/synthesis/transfer_controls.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -193,4 +193,4 @@ ImageF TransferReader::sample(double time, const RunControl& control) const {
   return gather_packed(history().sample(time), filled_indices(), 0.0f, control);
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

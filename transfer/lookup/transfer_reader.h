@@ -15,7 +15,7 @@
 #include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/transfer_folder.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Value of the source at every texel's coordinates; `outside` where they are -1. The simple version, and the truth, of gather_packed().
 /// @param coordinates  H x W x 2, whole numbers inside the source, or -1.
@@ -80,4 +80,4 @@ class TransferReader {
   mutable Image<std::uint32_t> turns_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "libcommon/core/random.h"
 #include "transfer/synthesis/window_search.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -105,4 +105,4 @@ OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neig
   return summary_of(costs);
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

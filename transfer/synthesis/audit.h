@@ -10,7 +10,7 @@
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/levels.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Costs of the map's own pixels, and those of the best pixels there are while the neighbours stay as they are.
 struct OptimumAudit {
@@ -30,4 +30,4 @@ struct OptimumAudit {
 [[nodiscard]] OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
                                          std::span<const double> control_weights, std::int64_t num_audits, std::uint64_t seed, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

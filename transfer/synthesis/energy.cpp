@@ -14,7 +14,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 EnergyScale EnergyScale::make(const SourceLevel& source, double coherence_share, std::span<const double> control_weights) {
   EnergyScale scale;
@@ -236,4 +236,4 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
   return report;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -22,7 +22,7 @@
 #include "libcommon/core/run_control.h"
 #include "transfer/synthesis/levels.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Source pixel (y * width + x) per texel of the atlas; -1 = none (yet).
 using CoordinateMap = std::vector<std::int32_t>;
@@ -116,4 +116,4 @@ struct EnergyReport {
                                           double coherence_share, std::span<const double> control_weights,
                                           const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

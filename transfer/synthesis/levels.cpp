@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace patinate {
+namespace patinate::transfer {
 
 Neighborhood Neighborhood::square(int radius_px) {
   if (radius_px < 1 || radius_px > 5) throw InvalidInput("neighborhood: " + std::to_string(radius_px) + " is out of range; use [1, 5]");
@@ -210,4 +210,4 @@ DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, Con
   return level;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

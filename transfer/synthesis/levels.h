@@ -13,7 +13,7 @@
 #include "libcommon/core/run_control.h"
 #include "transfer/exemplar/appearance_space.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 inline constexpr int kControlSteps = 4095;  ///< Controls are integers in [0, 4095].
 
@@ -99,4 +99,4 @@ struct SynthesisLevel {
   DestinationLevel destination;
 };
 
-}  // namespace patinate
+}  // namespace patinate::transfer

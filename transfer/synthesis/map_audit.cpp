@@ -7,7 +7,7 @@
 #include "libcommon/core/text.h"
 #include "transfer/synthesis/source_levels.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -61,4 +61,4 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
   return audit_optimum(level, neighborhood, level_pixels(made, facts, level.source, static_cast<int>(first)), options.coherence_share, weights, num_audits, seed, control.part(0.6, 1.0));
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

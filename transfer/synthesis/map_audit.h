@@ -12,7 +12,7 @@
 #include "transfer/synthesis/audit.h"
 #include "transfer/synthesis/transfer.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// What a map was to follow.
 struct FollowedControl {
@@ -37,4 +37,4 @@ struct MapToAudit {
 [[nodiscard]] OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& options, std::int64_t num_audits, std::uint64_t seed,
                                      const RunControl& control = {}, const AppearanceSource& appearance = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

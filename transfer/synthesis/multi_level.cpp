@@ -11,7 +11,7 @@
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/similar_pixels.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 void describe(OptionVisitor& v, MultiLevelOptions& o) {
   v.visit({"levels", "fast: resolutions, from coarse to fine", "", between(1, 8)}, o.num_levels);
@@ -284,4 +284,4 @@ CoordinateMap synthesise_multi_level(std::vector<SynthesisLevel>& levels, const 
   return std::move(places.pixels);
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

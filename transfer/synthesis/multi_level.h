@@ -8,7 +8,7 @@
 #include "libcommon/core/options.h"
 #include "transfer/synthesis/energy.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 struct MultiLevelOptions {
   int num_levels = 8;            ///< [1, 8]. Fewer when source or atlas become smaller than 12. Large structures need all.
@@ -35,4 +35,4 @@ void describe(OptionVisitor& v, MultiLevelOptions& o);
                                                    std::uint64_t seed, const MultiLevelOptions& options = {},
                                                    const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

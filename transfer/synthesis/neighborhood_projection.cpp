@@ -7,7 +7,7 @@
 
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -137,4 +137,4 @@ std::int64_t NeighborhoodProjection::reach(std::int64_t squares) {
   return squares / (kUnit * kUnit) + 2 * (root_rounded_down(squares) + 1) + 17;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 
 #include "transfer/synthesis/energy.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// A projected neighbourhood: |values| < 11,600 each, and in length.
 using ProjectedNeighborhood = std::array<std::int16_t, 16>;
@@ -51,4 +51,4 @@ class NeighborhoodProjection {
   std::vector<std::int16_t> axes_;    ///< One row a value, over 2^13; 0 outside of its part, and for a rest.
 };
 
-}  // namespace patinate
+}  // namespace patinate::transfer

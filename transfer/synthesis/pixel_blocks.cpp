@@ -9,7 +9,7 @@
 
 #include "libcommon/core/parallel.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -158,4 +158,4 @@ PixelBlocks PixelBlocks::make(const SourceLevel& source, const NeighborhoodProje
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "transfer/synthesis/neighborhood_projection.h"
 #include "transfer/synthesis/reach_kernel.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Pixels [x0, x1) x [y0, y1).
 struct SearchWindow {
@@ -56,4 +56,4 @@ struct PixelBlocks {
   [[nodiscard]] static PixelBlocks make(const SourceLevel& source, const NeighborhoodProjection& projection, Tiles tiles, const RunControl& control = {});
 };
 
-}  // namespace patinate
+}  // namespace patinate::transfer

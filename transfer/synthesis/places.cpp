@@ -5,7 +5,7 @@
 
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -49,4 +49,4 @@ PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, co
   return fine;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 
 #include "transfer/synthesis/energy.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// In 1/256 pixel; middles of pixels are multiples of 256. A source is at most kLargestSource_px wide and high.
 struct FixedPoint {
@@ -88,4 +88,4 @@ inline constexpr int kSimilarTolerance = kControlSteps / 50;  ///< How near "sim
 /// pixel of similar control value.
 [[nodiscard]] PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level, std::uint64_t seed);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace patinate {
+namespace patinate::transfer {
 
 inline constexpr int kGroupSize = 16;
 
@@ -36,4 +36,4 @@ namespace reach_avx512 {
 extern const ReachKernel kKernel;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "transfer/synthesis/wavefronts.h"
 #include "transfer/synthesis/window_search.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 void describe(OptionVisitor& v, ReferenceOptions& o) {
   v.visit({"window", "reference: side of the search window", "px", between(8, 4096)}, o.window_px);
@@ -119,4 +119,4 @@ CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationL
   return coordinates;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

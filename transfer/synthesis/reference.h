@@ -7,7 +7,7 @@
 #include "libcommon/core/options.h"
 #include "transfer/synthesis/energy.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 struct ReferenceOptions {
   int window_px = 100;           ///< [8, 4096]. Side of the search window.
@@ -28,4 +28,4 @@ void describe(OptionVisitor& v, ReferenceOptions& o);
                                                  std::span<const double> control_weights, std::uint64_t seed,
                                                  const ReferenceOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "libcommon/core/parallel.h"
 #include "transfer/exemplar/principal_components.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -125,4 +125,4 @@ SimilarPixels refine_similar_pixels(const SimilarPixels& coarse, const SourceLev
   return fine;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

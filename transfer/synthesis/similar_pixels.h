@@ -7,7 +7,7 @@
 
 #include "transfer/synthesis/levels.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 inline constexpr int kNumSimilar = 3;
 
@@ -22,4 +22,4 @@ using SimilarPixels = std::vector<std::array<std::int32_t, kNumSimilar>>;
 [[nodiscard]] SimilarPixels refine_similar_pixels(const SimilarPixels& coarse, const SourceLevel& coarse_source,
                                                   const SourceLevel& fine_source);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

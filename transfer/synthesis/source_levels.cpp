@@ -6,7 +6,7 @@
 
 #include "libcommon/atlas/direction_field.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 int smallest_side(const History& history) {
   int side = std::min(history.facts().width, history.facts().height);
@@ -73,4 +73,4 @@ std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearanc
   return levels;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -12,7 +12,7 @@
 #include "transfer/exemplar/appearance_space.h"
 #include "transfer/synthesis/levels.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 inline constexpr int kSmallestSide = 12;  ///< Nothing is halved below it.
 
@@ -35,4 +35,4 @@ inline constexpr int kSmallestSide = 12;  ///< Nothing is halved below it.
 /// Controls of the history at every level of its appearance, finest first.
 [[nodiscard]] std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, std::span<const ImageF> controls, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

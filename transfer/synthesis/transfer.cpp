@@ -9,7 +9,7 @@
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/transfer_controls.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
@@ -168,4 +168,4 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& optio
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

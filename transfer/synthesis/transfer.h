@@ -19,7 +19,7 @@
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/reference.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 enum class TransferMethod { Fast, Reference };
 inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "reference"};
@@ -66,4 +66,4 @@ struct TransferInput {
 /// @throws InvalidInput
 [[nodiscard]] TransferResult transfer(const TransferInput& input, const TransferOptions& options = {}, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -114,4 +114,4 @@ MatchedControls match_controls(const History& history, const ImageU8& source_mas
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

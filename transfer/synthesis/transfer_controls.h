@@ -7,7 +7,7 @@
 #include "libcommon/controls/control_map.h"
 #include "transfer/synthesis/transfer.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// A control pair of a spec and the map that was made of its destination.
 ///
@@ -32,4 +32,4 @@ struct MatchedControls {
 [[nodiscard]] MatchedControls match_controls(const History& history, const ImageU8& source_mask, const std::vector<TransferControl>& controls, const ImageU8& coverage,
                                             const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::transfer

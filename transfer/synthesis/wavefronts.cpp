@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace patinate {
+namespace patinate::transfer {
 
 std::vector<std::vector<TexelId>> wavefronts(const DestinationLevel& destination) {
   std::vector<std::int32_t> front(static_cast<std::size_t>(destination.map->num_texels()), 0);
@@ -23,4 +23,4 @@ std::vector<std::vector<TexelId>> wavefronts(const DestinationLevel& destination
   return fronts;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -6,10 +6,10 @@
 
 #include "transfer/synthesis/levels.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// Texels in groups: of two texels of which one is a neighbour of the other, the one that comes first in row order is in an earlier group. Visiting group after
 /// group, each in any order, therefore gives what visiting row by row gives [Lamport 1974, "The parallel execution of DO loops"].
 [[nodiscard]] std::vector<std::vector<TexelId>> wavefronts(const DestinationLevel& destination);
 
-}  // namespace patinate
+}  // namespace patinate::transfer

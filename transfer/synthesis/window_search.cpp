@@ -7,7 +7,7 @@
 
 #include "libcommon/core/instruction_set.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 namespace {
 
@@ -247,4 +247,4 @@ WindowOptimum WindowSearch::find_exhaustively(const TexelCost& cost, const Searc
   return best.optimum;
 }
 
-}  // namespace patinate
+}  // namespace patinate::transfer

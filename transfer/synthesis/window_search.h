@@ -9,7 +9,7 @@
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/pixel_blocks.h"
 
-namespace patinate {
+namespace patinate::transfer {
 
 /// What a search found.
 struct WindowOptimum {
@@ -51,4 +51,4 @@ class WindowSearch {
   const ReachKernel& kernel_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::transfer

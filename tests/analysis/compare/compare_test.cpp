@@ -15,7 +15,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 using testing_support::blotches;
@@ -244,4 +244,4 @@ TEST(ReportParts, SurviveTheirJson) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

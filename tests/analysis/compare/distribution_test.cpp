@@ -9,7 +9,7 @@
 #include "libcommon/core/random.h"
 #include "tests/analysis/compare/stacks.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 using testing_support::make_stack;
@@ -138,4 +138,4 @@ TEST(BlockGrid, HalvesAreAChessBoardThatSharesNothing) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -9,7 +9,7 @@
 #include "libcommon/image/filters.h"
 #include "tests/analysis/compare/stacks.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 using testing_support::make_stack;
@@ -82,4 +82,4 @@ TEST(Spatial, WhatLiesOutsideHasNoInfluence) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -14,7 +14,7 @@
 #include "libcommon/metrics/color_curves.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 /// Borders of the Voronoi cells of `sites`, `width` wide: where the two nearest sites are about equally far.
@@ -181,12 +181,12 @@ HalfOfCracks half_of(const CrackNetwork& n) {
 
 TEST(CrackNetwork, PaintCrackleMeetsAtOneHundredAndTwentyDegreesWhereItIsThinAndAtNinetyWhereThick) {
   // The paper's other claim: thin paint has wavy cracks that meet evenly, thick paint straight ones that end on each other. At 0.06 mm a pixel, arms of 10 px.
-  CrackleOptions options{.width = 700, .height = 700, .texel_size_mm = 0.06, .thickness_max_mm = 0.30};
+  datasets::CrackleOptions options{.width = 700, .height = 700, .texel_size_mm = 0.06, .thickness_max_mm = 0.30};
   for (const double simultaneity : {1.0, 0.0}) {
     options.simultaneity = simultaneity;
-    const CrackleDataset data = crackle(options);
+    const datasets::CrackleDataset data = datasets::crackle(options);
     ImageU8 cracks(700, 700);
-    for (const Crack& crack : data.cracks) {
+    for (const datasets::Crack& crack : data.cracks) {
       for (const auto& p : crack.points_px) {
         const int x = static_cast<int>(std::lround(p[0])), y = static_cast<int>(std::lround(p[1]));
         if (cracks.contains(x, y) && !crack.is_dead_end) cracks.at(x, y) = 255;
@@ -208,9 +208,9 @@ TEST(CrackNetwork, PaintCrackleMeetsAtOneHundredAndTwentyDegreesWhereItIsThinAnd
 
 TEST(CrackNetwork, PaintCrackleIsLargeAndSquareWhereItIsThickAndSmallWhereThin) {
   // The paper's claim, on the generator's own cracks: cell size goes with thickness squared, later cracks end on earlier ones.
-  CrackleOptions options;
+  datasets::CrackleOptions options;
   options.width = options.height = 640;
-  const CrackleDataset data = crackle(options);
+  const datasets::CrackleDataset data = datasets::crackle(options);
   ImageU8 cracks(640, 640);
   for (std::int64_t i = 0; i < cracks.num_pixels(); ++i) cracks.data()[i] = data.cells.data()[i] == 0 ? 255 : 0;
   const CrackNetwork thin = measure_cracks(cracks, where(data.thickness_mm, [](float h) { return h < 0.25f; }), 8.0);
@@ -264,4 +264,4 @@ TEST(CrackNetwork, PhotographsOfCraquelureAgreeWithTheirAuthorsMasks) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 constexpr int kSide = 96;
@@ -206,4 +206,4 @@ TEST(Evaluation, CoordinatesOutsideTheSourceAreNamed) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -12,7 +12,7 @@
 #include "tests/analysis/factorization/factored_places.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 namespace fs = std::filesystem;
@@ -247,4 +247,4 @@ TEST(FactorizationJob, BadInputIsOneLine) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

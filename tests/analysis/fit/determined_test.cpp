@@ -10,7 +10,7 @@
 #include "libcommon/core/random.h"
 #include "tests/support/errors.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 using Objective = std::function<double(const std::vector<double>&)>;
@@ -171,4 +171,4 @@ TEST(Determined, AScanOfOnePlaceLooksToTheWiderSide) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -9,7 +9,7 @@
 #include "libcommon/core/random.h"
 #include "tests/support/errors.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 using testing_support::error_of;
@@ -153,4 +153,4 @@ TEST(Evolution, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

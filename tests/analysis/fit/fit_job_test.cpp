@@ -11,7 +11,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 namespace fs = std::filesystem;
@@ -231,4 +231,4 @@ TEST(FitJob, SaysBeforeAnyWorkWhatCannotBeFitted) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

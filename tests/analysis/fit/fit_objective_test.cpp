@@ -10,7 +10,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 using namespace testing_support;
@@ -129,4 +129,4 @@ TEST(FitParameter, ValuesAndSharesOfTheRangeAreInverse) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

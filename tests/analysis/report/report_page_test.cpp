@@ -8,7 +8,7 @@
 #include "libcommon/core/files.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 using testing_support::TempFolder;
@@ -33,4 +33,4 @@ TEST(ReportPart, LacksNoPicture) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

@@ -14,7 +14,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::analysis {
 namespace {
 
 using testing_support::TempFolder;
@@ -80,4 +80,4 @@ TEST(HistoryStatistics, ClassesOfABananaFollowThePublishedCurve) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::analysis

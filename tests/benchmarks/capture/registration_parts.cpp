@@ -24,14 +24,14 @@ void times(const Bunny& bunny) {
   RunControl one;
   one.num_threads = 1;
   const RigidTransform start = perturbed(bunny.pair, source, 5.0, 3.0, 300);
-  const double own = median_of_five([&] { (void)register_pair(target, source, start, {.start = RegistrationStart::Given}, one); });
-  const double prepared = median_of_five([&] { (void)prepare_scans(std::vector<PointCloud>{target, source}, {}, one); });
+  const double own = median_of_five([&] { (void)capture::register_pair(target, source, start, {.start = capture::RegistrationStart::Given}, one); });
+  const double prepared = median_of_five([&] { (void)capture::prepare_scans(std::vector<PointCloud>{target, source}, {}, one); });
   std::printf("time, %d and %d points, normals included, one thread: %.3f s, of it %.3f s for surfels and lines of sight\n", target.num_points(), source.num_points(), own, prepared);
-  for (const RegistrationMethod method : {RegistrationMethod::PclPoint, RegistrationMethod::PclPlane, RegistrationMethod::PclGicp}) {
-    const double pcl = seconds([&] { (void)register_pair_with_pcl(target, source, start, {.method = method}, one); }) - prepared;
-    std::printf("  %s: %.3f s, ratio %.2f\n", std::string(kRegistrationMethodNames[static_cast<std::size_t>(method)]).c_str(), pcl, own / pcl);
+  for (const capture::RegistrationMethod method : {capture::RegistrationMethod::PclPoint, capture::RegistrationMethod::PclPlane, capture::RegistrationMethod::PclGicp}) {
+    const double pcl = seconds([&] { (void)capture::register_pair_with_pcl(target, source, start, {.method = method}, one); }) - prepared;
+    std::printf("  %s: %.3f s, ratio %.2f\n", std::string(capture::kRegistrationMethodNames[static_cast<std::size_t>(method)]).c_str(), pcl, own / pcl);
   }
-  const double search = seconds([&] { (void)register_pair(target, source, std::nullopt, {}, one); });
+  const double search = seconds([&] { (void)capture::register_pair(target, source, std::nullopt, {}, one); });
   std::printf("  by search: %.2f s\n", search);
 }
 
@@ -45,7 +45,7 @@ void halves(const Bunny& bunny) {
     target.toward_scanner = source.toward_scanner = scan.toward_scanner;
     for (const Vec3& p : scan.points) (random.uniform() < 0.5 ? target : source).points.push_back(p);
     const RigidTransform off = perturbed({}, source, 5.0, 3.0, static_cast<std::uint64_t>(run));
-    const PairRegistration found = register_pair(target, moved(source, off), RigidTransform{});
+    const capture::PairRegistration found = capture::register_pair(target, moved(source, off), RigidTransform{});
     const Gap error = gap(found.target_from_source * off, {}, source);
     deg += error.deg * error.deg / kRuns;
     mm += error.mm * error.mm / kRuns;
@@ -62,7 +62,7 @@ void overlapping(const Bunny& bunny) {
   std::optional<RigidTransform> first;
   for (std::uint64_t k = 0; k < 5; ++k) {
     const RigidTransform start = perturbed(bunny.pair, source, 15.0, 10.0, 100 + k);
-    const RigidTransform found = register_pair(target, source, start).target_from_source, back = register_pair(source, target, start.inverse()).target_from_source;
+    const RigidTransform found = capture::register_pair(target, source, start).target_from_source, back = capture::register_pair(source, target, start.inverse()).target_from_source;
     if (!first) first = found;
     const Gap off = gap(found, bunny.pair, source), spread = gap(found, *first, source), swapped = gap(back * found, {}, source);
     deg = std::max(deg, off.deg);
@@ -74,26 +74,26 @@ void overlapping(const Bunny& bunny) {
   }
   std::printf("bun000 from bun045, 5 starts 15 deg / 10 mm off: %.4f deg / %.4f mm from the derived reference; between starts %.1e / %.1e; swapped and forth %.1e / %.1e\n", deg, mm,
               spread_deg, spread_mm, swap_deg, swap_mm);
-  for (const RegistrationMethod method : {RegistrationMethod::PclPlane, RegistrationMethod::PclPoint, RegistrationMethod::PclGicp}) {
-    const Gap off = gap(register_pair_with_pcl(target, source, perturbed(bunny.pair, source, 15.0, 10.0, 100), {.method = method}).target_from_source, bunny.pair, source);
-    std::printf("  %s: %.4f deg / %.4f mm\n", std::string(kRegistrationMethodNames[static_cast<std::size_t>(method)]).c_str(), off.deg, off.mm);
+  for (const capture::RegistrationMethod method : {capture::RegistrationMethod::PclPlane, capture::RegistrationMethod::PclPoint, capture::RegistrationMethod::PclGicp}) {
+    const Gap off = gap(capture::register_pair_with_pcl(target, source, perturbed(bunny.pair, source, 15.0, 10.0, 100), {.method = method}).target_from_source, bunny.pair, source);
+    std::printf("  %s: %.4f deg / %.4f mm\n", std::string(capture::kRegistrationMethodNames[static_cast<std::size_t>(method)]).c_str(), off.deg, off.mm);
   }
 }
 
 void units(const Bunny& bunny) {
   const PointCloud &target = bunny.scans[bunny.index("bun000")], &source = bunny.scans[bunny.index("bun045")];
-  const RigidTransform plain = register_pair(target, source, bunny.pair).target_from_source;
+  const RigidTransform plain = capture::register_pair(target, source, bunny.pair).target_from_source;
   double worst = 0.0;
   for (const double unit : {1e-3, 1e3}) {
     PointCloud a = target, b = source;
     scale_cloud(a, unit);
     scale_cloud(b, unit);
-    RigidTransform found = register_pair(a, b, RigidTransform{bunny.pair.rotation, unit * bunny.pair.translation}).target_from_source;
+    RigidTransform found = capture::register_pair(a, b, RigidTransform{bunny.pair.rotation, unit * bunny.pair.translation}).target_from_source;
     found.translation /= unit;
     worst = std::max(worst, gap(found, plain, source).mm / bounding_box(source).diagonal());
   }
   const RigidTransform far{Eigen::Matrix3d::Identity(), Vec3(1e6, 1e6, -1e6)};
-  const RigidTransform found = register_pair(moved(target, far), moved(source, far), far * bunny.pair * far.inverse()).target_from_source;
+  const RigidTransform found = capture::register_pair(moved(target, far), moved(source, far), far * bunny.pair * far.inverse()).target_from_source;
   std::printf("units m, mm, um: %.1e of the size; 10^6 mm off the origin: %.1e\n", worst, gap(far.inverse() * found * far, plain, source).mm / bounding_box(source).diagonal());
 }
 
@@ -115,8 +115,8 @@ double raw_residual(const PointCloud& target, const NearestPoints& tree, const s
 void joint(const Bunny& bunny) {
   std::vector<std::optional<RigidTransform>> initial;
   for (std::size_t k = 0; k < bunny.names.size(); ++k) initial.emplace_back(perturbed(bunny.published[k], bunny.scans[k], 10.0, 5.0, 200 + k));
-  JointRegistration found;
-  const double time = seconds([&] { found = register_jointly(bunny.scans, initial, 0); });
+  capture::JointRegistration found;
+  const double time = seconds([&] { found = capture::register_jointly(bunny.scans, initial, 0); });
   double deg = 0.0, mm = 0.0, conf_deg = 0.0, conf_mm = 0.0;
   for (std::size_t k = 1; k < bunny.names.size(); ++k) {
     const Gap off = gap(found.scans[k].reference_from_scan, bunny.derived[0].inverse() * bunny.derived[k], bunny.scans[k]);
@@ -134,15 +134,15 @@ void joint(const Bunny& bunny) {
   std::vector<std::vector<Vec3>> normals;
   for (const PointCloud& scan : bunny.scans) {
     trees.emplace_back(scan.points);
-    const double spacing = point_spacing(scan.points);
+    const double spacing = capture::point_spacing(scan.points);
     normals.emplace_back(scan.points.size(), Vec3::Zero());
-    for (const Surfel& s : make_surfels(scan.points, {}, 1e-3 * spacing, 2.5 * spacing).surfels) normals.back()[static_cast<std::size_t>(s.point)] = s.normal;
+    for (const capture::Surfel& s : capture::make_surfels(scan.points, {}, 1e-3 * spacing, 2.5 * spacing).surfels) normals.back()[static_cast<std::size_t>(s.point)] = s.normal;
   }
   std::vector<RigidTransform> own;
-  for (const RegisteredScan& s : found.scans) own.push_back(s.reference_from_scan);
+  for (const capture::RegisteredScan& s : found.scans) own.push_back(s.reference_from_scan);
   for (const auto& [name, poses] : {std::pair<const char*, const std::vector<RigidTransform>*>{"published", &bunny.published}, {"derived", &bunny.derived}, {"ours", &own}}) {
     std::vector<double> medians;
-    for (const RegistrationEdge& e : found.edges) {
+    for (const capture::RegistrationEdge& e : found.edges) {
       const auto t = static_cast<std::size_t>(e.target), s = static_cast<std::size_t>(e.source);
       medians.push_back(raw_residual(bunny.scans[t], trees[t], normals[t], bunny.scans[s], (*poses)[t].inverse() * (*poses)[s]));
     }
@@ -154,15 +154,15 @@ void joint(const Bunny& bunny) {
 
 void basin(const Bunny& bunny) {
   const PointCloud &target = bunny.scans[bunny.index("bun000")], &source = bunny.scans[bunny.index("bun045")];
-  const std::vector<PreparedScan> scans = prepare_scans(std::vector<PointCloud>{target, source}, {});
+  const std::vector<capture::PreparedScan> scans = capture::prepare_scans(std::vector<PointCloud>{target, source}, {});
   std::printf("basin, 20 starts (20 mm off as well), right / called converged though wrong:");
   for (const double angle : {45.0, 60.0, 90.0, 120.0, 180.0}) {
     int right = 0, wrong = 0;
     for (std::uint64_t k = 0; k < 20; ++k) {
-      const PairRegistration found = register_pair(scans[0], scans[1], perturbed(bunny.pair, source, angle, 20.0, 1000 + k));
+      const capture::PairRegistration found = capture::register_pair(scans[0], scans[1], perturbed(bunny.pair, source, angle, 20.0, 1000 + k));
       const bool is_right = gap(found.target_from_source, bunny.pair, source).deg < 0.5;
-      right += is_right && found.status == RegistrationStatus::Converged ? 1 : 0;
-      wrong += !is_right && found.status == RegistrationStatus::Converged ? 1 : 0;
+      right += is_right && found.status == capture::RegistrationStatus::Converged ? 1 : 0;
+      wrong += !is_right && found.status == capture::RegistrationStatus::Converged ? 1 : 0;
     }
     std::printf("  %.0f deg %d / %d", angle, right, wrong);
   }
@@ -170,12 +170,12 @@ void basin(const Bunny& bunny) {
 }
 
 void all_pairs(const Bunny& bunny) {
-  const std::vector<PreparedScan> scans = prepare_scans(bunny.scans, {});
+  const std::vector<capture::PreparedScan> scans = capture::prepare_scans(bunny.scans, {});
   int converged = 0, wrong = 0;
   for (std::size_t i = 0; i < bunny.names.size(); ++i) {
     for (std::size_t j = i + 1; j < bunny.names.size(); ++j) {
-      const PairRegistration found = register_pair(scans[i], scans[j], std::nullopt);
-      if (found.status != RegistrationStatus::Converged) continue;
+      const capture::PairRegistration found = capture::register_pair(scans[i], scans[j], std::nullopt);
+      if (found.status != capture::RegistrationStatus::Converged) continue;
       ++converged;
       wrong += gap(found.target_from_source, bunny.derived[i].inverse() * bunny.derived[j], bunny.scans[j]).deg > 1.0 ? 1 : 0;
     }

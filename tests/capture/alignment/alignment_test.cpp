@@ -15,7 +15,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -58,13 +58,13 @@ Eigen::Matrix3d view(double degrees, double scale, double perspective, int width
 class CrackleAlignment : public testing::Test {
  protected:
   void SetUp() override { make(options(), "crackle"); }
-  void make(const CrackleOptions& options, const std::string& name) {
-    (void)run_job(plan_crackle(options, folder_ / name), {}, {});
+  void make(const datasets::CrackleOptions& options, const std::string& name) {
+    (void)run_job(datasets::plan_crackle(options, folder_ / name), {}, {});
     frame_ = light_of(read_color(folder_ / name / "frames/0005.png"));
     backlight_ = light_of(read_color(folder_ / name / "backlight.png"));
   }
-  static CrackleOptions options() {
-    CrackleOptions o;
+  static datasets::CrackleOptions options() {
+    datasets::CrackleOptions o;
     o.width = 360;
     o.height = 300;
     o.num_frames = 6;
@@ -79,7 +79,7 @@ TEST_F(CrackleAlignment, FindsAKnownViewToHalfAPixelAtTheCorners) {
     double degrees, scale, perspective, noise;
   } kCases[] = {{0, 1.0, 0, 0}, {7, 0.9, 1e-4, 0}, {-25, 1.2, -2e-4, 0.01}, {170, 0.8, 1e-4, 0.01}};
   for (int seed = 1; seed <= 2; ++seed) {
-    CrackleOptions large = options();
+    datasets::CrackleOptions large = options();
     large.width = 480;
     large.height = 400;
     large.seed = static_cast<decltype(large.seed)>(seed);
@@ -129,9 +129,9 @@ TEST_F(CrackleAlignment, ThicknessFromAnotherPoseIsThatFromTheFramesPose) {
 }
 
 TEST_F(CrackleAlignment, RefusesPhotographsOfOtherThings) {
-  CrackleOptions other = options();
+  datasets::CrackleOptions other = options();
   other.seed = 99;
-  (void)run_job(plan_crackle(other, folder_ / "other"), {}, {});
+  (void)run_job(datasets::plan_crackle(other, folder_ / "other"), {}, {});
   EXPECT_NE(align_images(frame_, light_of(read_color(folder_ / "other/backlight.png"))).status, AlignmentStatus::Converged);
   ImageF flat(200, 200);
   for (float& v : flat.values()) v = 0.5f;
@@ -168,4 +168,4 @@ TEST(WarpImage, AShiftMovesPixelsAndLeavesAnEdgeUncovered) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

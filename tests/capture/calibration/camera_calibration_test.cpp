@@ -10,7 +10,7 @@
 #include "libcommon/core/random.h"
 #include "tests/support/errors.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using testing_support::error_of;
@@ -177,4 +177,4 @@ TEST(CameraCalibration, MistakesAreNamed) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

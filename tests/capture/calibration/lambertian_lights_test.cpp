@@ -13,7 +13,7 @@
 #include "libcommon/core/random.h"
 #include "tests/support/errors.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using testing_support::error_of;
@@ -187,4 +187,4 @@ TEST(LambertianLights, BlackWhiteAndWrongSamplesAreNamed) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

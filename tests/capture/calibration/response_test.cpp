@@ -9,7 +9,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 /// Photographs of a ramp of light through a response, with noise of half a code.
@@ -93,4 +93,4 @@ TEST(RecoverResponse, MistakesAreNamed) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

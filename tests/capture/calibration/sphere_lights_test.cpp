@@ -17,7 +17,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using namespace testing_support;
@@ -263,4 +263,4 @@ TEST(SphereLights, RealSpheresOfTheCatAgreeWithThePublishedDirections) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

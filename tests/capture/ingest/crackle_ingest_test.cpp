@@ -10,14 +10,14 @@
 #include "libcommon/image/image_io.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 TEST(IngestSynthetic, CrackledPaintGivesItsThicknessAlsoUnderTheCracks) {
   const testing_support::TempFolder folder;
-  const CrackleOptions paint{
-      .width = 256, .height = 256, .num_frames = 3, .law = TransmissionLaw::BeerLambert, .absorption_per_mm = 3.0};
-  (void)run_job(plan_crackle(paint, folder / "crackle"), {}, {});
+  const datasets::CrackleOptions paint{
+      .width = 256, .height = 256, .num_frames = 3, .law = datasets::TransmissionLaw::BeerLambert, .absorption_per_mm = 3.0};
+  (void)run_job(datasets::plan_crackle(paint, folder / "crackle"), {}, {});
   IngestOptions options;
   options.thickness.curve = ThicknessCurve::BeerLambert;  // The law of the synthetic paint.
   options.thickness.mode_filter.spatial_sigma_px = 10.0;  // Cracks are up to 6 px wide, and the plate is small.
@@ -53,4 +53,4 @@ TEST(IngestSynthetic, CrackledPaintGivesItsThicknessAlsoUnderTheCracks) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

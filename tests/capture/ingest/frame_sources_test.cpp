@@ -14,7 +14,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -182,4 +182,4 @@ TEST(FrameSourcesRealData, EveryTimeLapseIsReadAsAMovie) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -6,7 +6,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 TEST(FrameTimes, DatesCountFrom1970) {
@@ -75,4 +75,4 @@ TEST(FrameTimes, SayWhatWasTried) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

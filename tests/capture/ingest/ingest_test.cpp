@@ -17,7 +17,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -424,4 +424,4 @@ TEST(IngestRealData, BananaTakesItsUnevenDatesFromTheNames) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

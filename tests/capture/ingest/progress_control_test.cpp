@@ -10,7 +10,7 @@
 #include "libcommon/history/memory_history.h"
 #include "libcommon/image/color.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 constexpr int kWidth = 64, kHeight = 32, kNumFrames = 21;
@@ -139,4 +139,4 @@ TEST(Progress, OfAHistoryIsThatOfItsFramesTimesAndMask) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -18,15 +18,15 @@
 #include "tests/support/mould_errors.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 namespace fs = std::filesystem;
 using testing_support::MouldErrors;
 using testing_support::TempFolder;
 
-MouldOptions small() {
-  MouldOptions o;
+datasets::MouldOptions small() {
+  datasets::MouldOptions o;
   o.width = 128;
   o.height = 96;
   o.num_steps = 3;
@@ -36,7 +36,7 @@ MouldOptions small() {
   return o;
 }
 
-void make(const MouldOptions& options, const fs::path& folder) { run_job(plan_mould(options, folder), {}, {}); }
+void make(const datasets::MouldOptions& options, const fs::path& folder) { run_job(datasets::plan_mould(options, folder), {}, {}); }
 
 /// For tests of something else than highlights, whose fit takes most of the time.
 RelitOptions without_highlights() {
@@ -55,7 +55,7 @@ void ingest(const fs::path& data, const fs::path& history, const RelitOptions& o
 const fs::path& shared_exact() {
   static const TempFolder folder;
   static const fs::path data = [] {
-    MouldOptions o = small();
+    datasets::MouldOptions o = small();
     o.exact = true;
     make(o, folder / "exact");
     return folder / "exact";
@@ -113,9 +113,9 @@ TEST(RelitIngest, UndisturbedMouldGivesItsAlbedoToTheRoundingOfHalfFloats) {
 }
 
 TEST(RelitIngest, ReferencePatchTakesDriftOfExposureAndWhiteBalanceOut) {
-  MouldOptions o = small();
+  datasets::MouldOptions o = small();
   o.exact = true;
-  o = checked_mould(o);
+  o = datasets::checked_mould(o);
   o.exact = false;
   o.drift = 0.1;
   o.ambient = 0.05;
@@ -154,7 +154,7 @@ TEST(RelitIngest, DisturbedMouldIsWithinWhatWasMeasured) {
 }
 
 TEST(RelitIngest, FindsHowTheObjectWasMoved) {
-  MouldOptions o = small();
+  datasets::MouldOptions o = small();
   o.transforms = false;
   o.motion_deg = 12.0;
   const TempFolder temp;
@@ -363,4 +363,4 @@ TEST(RelitIngest, SaysWhatIsWrongWithAProject) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -17,7 +17,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -239,4 +239,4 @@ TEST(IngestScan, SaysWhatIsWrongWithIt) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

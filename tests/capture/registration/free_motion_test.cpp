@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using Directions = Eigen::Matrix<double, 6, Eigen::Dynamic>;
@@ -53,4 +53,4 @@ TEST(FreeMotion, ASphereTurnsAboutItsMiddle) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

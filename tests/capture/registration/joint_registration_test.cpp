@@ -11,7 +11,7 @@
 #include "libcommon/core/random.h"
 #include "tests/capture/registration/scan_shapes.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using testing_support::largest_gap;
@@ -135,4 +135,4 @@ TEST(ReferenceMethods, PclComesCloseAndTheSymmetricMethodCloser) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -10,7 +10,7 @@
 #include "libcommon/geometry/point_cloud_io.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 PointCloud bunny_scan(const std::filesystem::path& file) {
@@ -70,4 +70,4 @@ TEST(RealRegistration, OppositeSidesAreNoFit) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/core/random.h"
 #include "tests/capture/registration/scan_shapes.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using testing_support::GridScan;
@@ -224,4 +224,4 @@ TEST(RotationSearch, SixtyRotationsLeaveNoneFartherThanFortyFiveDegrees) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "tests/capture/stability/stability_scene.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using testing_support::render_scene;
@@ -104,4 +104,4 @@ TEST(Survey, PairsSurviveTheirFile) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

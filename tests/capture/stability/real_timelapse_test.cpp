@@ -16,7 +16,7 @@
 #include "libcommon/core/files.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 /// Goes through the frames of an animated file: linear colour.
@@ -205,4 +205,4 @@ TEST(RealTimelapse, WhiteMaterialIsNoHighlight) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

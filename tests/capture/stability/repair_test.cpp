@@ -12,7 +12,7 @@
 #include "libcommon/core/random.h"
 #include "tests/capture/stability/stability_scene.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using testing_support::render_scene;
@@ -247,4 +247,4 @@ TEST(Fill, ColourIsInterpolatedInTimeFromValidFramesOnly) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -11,7 +11,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 /// Sloping paint with noise and bright lines across.
@@ -154,4 +154,4 @@ TEST(ModeFilter, TakesNoLongerForLargerWindows) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

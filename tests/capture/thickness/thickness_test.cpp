@@ -10,7 +10,7 @@
 #include "libcommon/image/image_io.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 /// Light through paint whose thickness rises from left to right, with cracks of clear glass every 16 columns.
@@ -147,4 +147,4 @@ TEST(Thickness, CrackedLayerGivesTheMapOfTheLayerBeforeItCracked) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

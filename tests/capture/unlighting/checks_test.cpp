@@ -6,7 +6,7 @@
 #include "libcommon/image/color.h"
 #include "tests/capture/unlighting/lit_relief.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using namespace testing_support;
@@ -63,4 +63,4 @@ TEST(ResponseCheck, UndecodedCodesCostAFifthOfTheAlbedo) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

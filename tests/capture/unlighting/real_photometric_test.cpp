@@ -14,7 +14,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -114,4 +114,4 @@ TEST(RealPhotometric, ThePlasterCatIsFlatAndItsLampsAreUnequal) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

@@ -8,7 +8,7 @@
 #include "capture/unlighting/unlight.h"
 #include "tests/capture/unlighting/lit_relief.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using namespace testing_support;
@@ -119,4 +119,4 @@ TEST(UnlightRig, NearLampsMustNotBeTakenForDistantOnes) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

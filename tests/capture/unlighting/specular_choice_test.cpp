@@ -6,7 +6,7 @@
 
 #include "tests/capture/unlighting/lit_relief.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using namespace testing_support;
@@ -82,4 +82,4 @@ TEST(SharedHighlights, ALobeOfAllTexelsStaysAsItWasFitted) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

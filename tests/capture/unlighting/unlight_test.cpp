@@ -8,7 +8,7 @@
 #include "libcommon/core/error.h"
 #include "tests/capture/unlighting/lit_relief.h"
 
-namespace patinate {
+namespace patinate::capture {
 namespace {
 
 using namespace testing_support;
@@ -167,4 +167,4 @@ TEST(Unlight, TexelsWithoutACleanLampAreFlaggedAndNotGuessed) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::capture

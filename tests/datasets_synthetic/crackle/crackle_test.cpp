@@ -13,7 +13,7 @@
 #include "libcommon/metrics/correlation.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::datasets {
 namespace {
 
 CrackleOptions small(std::int64_t seed = 1) {
@@ -242,4 +242,4 @@ TEST(CrackleIo, WritesPhotographsAndTruthThatReadBack) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::datasets

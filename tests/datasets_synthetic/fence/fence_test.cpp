@@ -9,7 +9,7 @@
 #include "libcommon/atlas/texel_map.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::datasets {
 namespace {
 
 /// Volume by the divergence theorem, and whether every edge has two triangles.
@@ -85,4 +85,4 @@ TEST(Ledge, CutIntoChartsItIsTheSameSurface) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::datasets

@@ -8,7 +8,7 @@
 #include "libcommon/atlas/texel_map.h"
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::datasets {
 namespace {
 
 TEST(Ledge, IsMadeOfClosedBodiesThatFaceOutward) {
@@ -47,4 +47,4 @@ TEST(Ledge, SceneIsJson) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::datasets

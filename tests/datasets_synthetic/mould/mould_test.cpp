@@ -16,7 +16,7 @@
 #include "libcommon/image/image_io.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::datasets {
 namespace {
 
 using testing_support::TempFolder;
@@ -197,4 +197,4 @@ TEST(Mould, OptionsOutOfRangeAreRefused) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::datasets

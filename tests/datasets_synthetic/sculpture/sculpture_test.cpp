@@ -13,7 +13,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/geometry/curvature.h"
 
-namespace patinate {
+namespace patinate::datasets {
 namespace {
 
 double signed_uv_area(const Mesh& m, std::size_t t) {
@@ -132,4 +132,4 @@ TEST(Curve2, PassesThroughItsPointsByArcLength) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::datasets

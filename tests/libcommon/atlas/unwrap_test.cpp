@@ -157,9 +157,9 @@ TEST(Unwrap, IgnoresUvsThatThereAre) {
 }
 
 TEST(Unwrap, CoversThreeFifthsOfTheAtlasWithAnUrn) {
-  SculptureOptions shape;
+  datasets::SculptureOptions shape;
   shape.resolution = 40;
-  const Mesh urn = strip_uvs(sculpture(shape));
+  const Mesh urn = strip_uvs(datasets::sculpture(shape));
   const UnwrapResult r = unwrap(urn);
   expect_valid(r, urn);
   const TexelMap map(r.mesh, 1024, 1024);

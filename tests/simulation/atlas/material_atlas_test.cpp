@@ -9,7 +9,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::error_of;
@@ -209,4 +209,4 @@ TEST(BehaviourOfSlider, FollowsFigure10) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -10,7 +10,7 @@
 #include "simulation/composition/quantised_look.h"
 #include "tests/simulation/composition/compose_scene.h"
 
-namespace patinate::composition {
+namespace patinate::simulation::composition {
 namespace {
 
 using i64 = std::int64_t;
@@ -173,4 +173,4 @@ TEST(ComposeKernel, NormalsAreIntegerRootsAndQuotients) {
 }
 
 }  // namespace
-}  // namespace patinate::composition
+}  // namespace patinate::simulation::composition

@@ -13,7 +13,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::any_looks;
@@ -377,4 +377,4 @@ TEST(Composer, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/meshes.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::ComposeScene;
@@ -181,4 +181,4 @@ TEST(ComposedNormals, ANeighbourOverASeamCountsWhereItIs) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::error_of;
@@ -93,4 +93,4 @@ TEST(RuleIo, AFileNeedsItsFormatADriverAndAnEffect) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "tests/simulation/transport/transport_scene.h"
 #include "tests/support/errors.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::error_of;
@@ -324,4 +324,4 @@ TEST(SurfaceParameter, SlopeIsNoneOnTheFloorHalfOnAWallAndOneOnACeiling) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -12,7 +12,7 @@
 #include "tests/simulation/tracing/tracing_scene.h"
 #include "tests/support/errors.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::chi_square_limit;
@@ -214,4 +214,4 @@ TEST(GammatonTracer, AnInsideOutBallIsRainedOnLikeAnother) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -16,7 +16,7 @@
 #include "tests/simulation/tracing/tracing_scene.h"
 #include "tests/support/meshes.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::chi_square_limit;
@@ -418,4 +418,4 @@ TEST(GammatonTracer, AMovedObjectIsHitWhereItIs) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -9,7 +9,7 @@
 #include "libcommon/core/random.h"
 #include "tests/simulation/tracing/chi_square.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::chi_square_limit;
@@ -87,4 +87,4 @@ TEST(RandomDirection, ConeIsUniformInSolidAngle) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

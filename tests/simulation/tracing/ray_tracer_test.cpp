@@ -11,7 +11,7 @@
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::make_cube;
@@ -184,4 +184,4 @@ TEST(RayTracer, SeesAHydrantAsEmbreeDoes) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -12,7 +12,7 @@
 #include "simulation/transport/transfer.h"
 #include "tests/simulation/transport/transport_scene.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::random_cargo;
@@ -275,4 +275,4 @@ TEST(Splat, DealsOutLessThanAQuantumForEachPartWithoutBias) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

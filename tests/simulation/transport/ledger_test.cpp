@@ -9,7 +9,7 @@
 #include "tests/simulation/transport/transport_scene.h"
 #include "tests/support/errors.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 using testing_support::has;
@@ -99,4 +99,4 @@ TEST(MassLedger, CargoIsRoundedToWholeQuanta) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

@@ -6,7 +6,7 @@
 
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::simulation {
 namespace {
 
 constexpr double kSigmas = 4.0;
@@ -132,4 +132,4 @@ TEST(Transfer, RandomNumbersBelongToGammatonIterationAndPiece) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::simulation

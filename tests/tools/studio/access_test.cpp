@@ -4,7 +4,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::studio {
 namespace {
 
 constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
@@ -95,4 +95,4 @@ TEST(RequestTarget, ReadsBackWhatWasEncoded) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -7,7 +7,7 @@
 #include "libcommon/core/error.h"
 #include "tests/support/temp_folder.h"
 
-namespace patinate {
+namespace patinate::studio {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,4 +92,4 @@ TEST_F(ServedFolderTest, NothingNewGetsIntoAFinishedResult) {
 TEST(ServedFolder, WantsAFolder) { EXPECT_THROW(ServedFolder("/nowhere/at/all"), IoError); }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -12,26 +12,26 @@
 #include "tools/studio/overlay_plane.h"
 #include "tools/studio/tile_messages.h"
 
-namespace patinate {
+namespace patinate::studio {
 namespace {
 
 /// A plate in two charts with gutters between, in dirty rain; rust rises. A side that is no multiple of 8.
-Scene plate(int resolution = 100) {
-  Scene scene;
+simulation::Scene plate(int resolution = 100) {
+  simulation::Scene scene;
   scene.materials = {"water", "dirt"};
   scene.looks.resize(2);
   scene.looks[1].color.color = Vec3(0.05, 0.04, 0.03);
   scene.looks[1].height_mm = 0.7;
   scene.looks[1].specular = -0.5;
   scene.resolution = resolution;
-  SceneObject object;
+  simulation::SceneObject object;
   object.name = "plate";
   object.mesh = testing_support::cut_plane(100.0);
   object.rotate_deg = Vec3(-60, 0, 0);
   scene.objects.push_back(object);
-  Emitter rain;
+  simulation::Emitter rain;
   rain.name = "rain";
-  rain.shape = EmitterShape::Sky;
+  rain.shape = simulation::EmitterShape::Sky;
   rain.gammatons = 40;
   rain.carries = {0.8, 1.5};
   scene.emitters.push_back(rain);
@@ -56,7 +56,7 @@ struct Picture {
 };
 
 TEST(TilePlanes, UpdatesAddUpToThePicturesThatAreExported) {
-  Simulation simulation(plate());
+  simulation::Simulation simulation(plate());
   const ScreenLayout layout(simulation.atlas().surface());
   TilePlanes planes(layout);
   const ReliefRange range{-2.0, 2.0};
@@ -64,7 +64,7 @@ TEST(TilePlanes, UpdatesAddUpToThePicturesThatAreExported) {
   std::size_t num_sent = 0;
   for (int i = 0; i < 12; ++i) {
     for (int k = 0; k < i; ++k) simulation.step();
-    const Composer& composer = simulation.compose();
+    const simulation::Composer& composer = simulation.compose();
     const TilePlanes::Changes changes = planes.update(composer, layout.showing(simulation.composed_tiles()), range);
     surface.apply(planes, TilePlanes::Surface, changes.surface);
     relief.apply(planes, TilePlanes::Relief, changes.relief);
@@ -90,11 +90,11 @@ TEST(TilePlanes, UpdatesAddUpToThePicturesThatAreExported) {
 }
 
 TEST(TilePlanes, NothingNewIsNothingToSend) {
-  Simulation simulation(plate());
+  simulation::Simulation simulation(plate());
   const ScreenLayout layout(simulation.atlas().surface());
   TilePlanes planes(layout);
-  std::vector<TileIndex> all(simulation.atlas().surface().grid().num_tiles());
-  for (TileIndex t = 0; t < all.size(); ++t) all[t] = t;
+  std::vector<simulation::TileIndex> all(simulation.atlas().surface().grid().num_tiles());
+  for (simulation::TileIndex t = 0; t < all.size(); ++t) all[t] = t;
   EXPECT_FALSE(planes.update(simulation.compose(), layout.showing(all), {}).surface.empty());
   const TilePlanes::Changes again = planes.update(simulation.compose(), layout.showing(all), {});
   EXPECT_TRUE(again.surface.empty());
@@ -102,11 +102,11 @@ TEST(TilePlanes, NothingNewIsNothingToSend) {
 }
 
 TEST(TilePlanes, AnUndoneStateIsShownAgain) {
-  Simulation simulation(plate());
+  simulation::Simulation simulation(plate());
   const ScreenLayout layout(simulation.atlas().surface());
   TilePlanes planes(layout);
   const auto show = [&] {
-    const Composer& composer = simulation.compose();
+    const simulation::Composer& composer = simulation.compose();
     (void)planes.update(composer, layout.showing(simulation.composed_tiles()), {});
   };
   for (int i = 0; i < 20; ++i) simulation.step();
@@ -126,7 +126,7 @@ TEST(TilePlanes, AnUndoneStateIsShownAgain) {
 double byte_of(double value, const OverlayPlane& plane) { return 255.0 * std::sqrt(std::clamp(value / plane.high(), 0.0, 1.0)); }
 
 TEST(OverlayPlane, ShowsAmountsAndCountersWithTheirTop) {
-  Simulation simulation(plate(), {.parameter_maps = {"hits"}});
+  simulation::Simulation simulation(plate(), {.parameter_maps = {"hits"}});
   const ScreenLayout layout(simulation.atlas().surface());
   OverlayPlane dirt("dirt", simulation, layout), hits("hits", simulation, layout);
   for (int i = 0; i < 60; ++i) {
@@ -135,11 +135,11 @@ TEST(OverlayPlane, ShowsAmountsAndCountersWithTheirTop) {
   }
   (void)hits.update(simulation);
   const ImageF amounts = simulation.amounts(1), counts = simulation.parameter_map("hits").values;
-  const TileGrid& grid = simulation.atlas().surface().grid();
+  const simulation::TileGrid& grid = simulation.atlas().surface().grid();
   for (ScreenTile tile = 0; tile < layout.num_tiles(); ++tile) {
-    const std::array<TexelIndex, 64> sources = layout.sources(tile);
+    const std::array<simulation::TexelIndex, 64> sources = layout.sources(tile);
     for (std::size_t i = 0; i < 64; ++i) {
-      if (sources[i] == kNoTexel) continue;
+      if (sources[i] == simulation::kNoTexel) continue;
       const int x = grid.x(sources[i]), y = grid.y(sources[i]);
       EXPECT_NEAR(dirt.tile(tile)[i], byte_of(static_cast<double>(amounts.at(x, y)), dirt), 0.51);
       EXPECT_NEAR(hits.tile(tile)[i], byte_of(static_cast<double>(counts.at(x, y)), hits), 0.51);
@@ -149,7 +149,7 @@ TEST(OverlayPlane, ShowsAmountsAndCountersWithTheirTop) {
 }
 
 TEST(OverlayPlane, ItsRangeIsThatOfTheData) {
-  Simulation simulation(plate(), {.parameter_maps = {"hits"}});
+  simulation::Simulation simulation(plate(), {.parameter_maps = {"hits"}});
   const ScreenLayout layout(simulation.atlas().surface());
   OverlayPlane dirt("dirt", simulation, layout), hits("hits", simulation, layout);
   for (OverlayPlane* plane : {&dirt, &hits}) {
@@ -183,16 +183,16 @@ TEST(OverlayPlane, ItsRangeIsThatOfTheData) {
 }
 
 TEST(OverlayPlane, FollowsABrushWhileTimeStandsStill) {
-  Scene scene = plate();
-  Emitter brush;
+  simulation::Scene scene = plate();
+  simulation::Emitter brush;
   brush.name = "brush";
-  brush.shape = EmitterShape::Surface;
+  brush.shape = simulation::EmitterShape::Surface;
   brush.gammatons = 100;
   brush.size_mm = {20.0, 0.0};
   brush.carries = {2.0, 2.0};
   brush.is_on = false;
   scene.emitters.push_back(brush);
-  Simulation simulation(scene, {.parameter_maps = {"hits"}});
+  simulation::Simulation simulation(scene, {.parameter_maps = {"hits"}});
   const ScreenLayout layout(simulation.atlas().surface());
   OverlayPlane dirt("dirt", simulation, layout), hits("hits", simulation, layout);
   (void)dirt.update(simulation);
@@ -238,4 +238,4 @@ TEST(TileMessages, StayWithinFourMegabytesAndSayWhichIsLast) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -26,7 +26,7 @@
 #include "transfer/library/library_job.h"
 #include "transfer/synthesis/transfer.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 namespace fs = std::filesystem;
@@ -330,4 +330,4 @@ TEST_F(AppearanceCache, AChangedAnalysisNeedsANewVersion) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -6,7 +6,7 @@
 
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 /// m samples in n dimensions whose spread falls by `ratio` from axis to axis of a random rotation.
@@ -67,4 +67,4 @@ TEST(PrincipalComponents, DoNotDependOnTheProcessorsCaches) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

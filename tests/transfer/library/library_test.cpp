@@ -11,7 +11,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/library/library_job.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 namespace fs = std::filesystem;
@@ -254,4 +254,4 @@ TEST_F(Library, TheSameHistoriesAreUpToDateAndAnotherOrderIsNot) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -15,7 +15,7 @@
 #include "transfer/synthesis/transfer_controls.h"
 #include "transfer/job/transfer_job.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 namespace fs = std::filesystem;
@@ -186,4 +186,4 @@ TEST(MatchControlByLabel, OneLabelIsMatchControl) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -9,7 +9,7 @@
 #include "libcommon/history/history_sampling.h"
 #include "transfer/lookup/transfer_reader.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 constexpr int kSource = 37;
@@ -93,4 +93,4 @@ TEST(PackedLookup, SaysWhichTexelPointsNowhere) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -17,7 +17,7 @@
 #include "transfer/lookup/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 constexpr double kSide = 48.0;  // mm, and pixels of the source.
@@ -152,4 +152,4 @@ TEST(SourceTurn, SaysWhichTexelHasNone) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -16,7 +16,7 @@
 #include "transfer/lookup/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 using testing_support::TempFolder;
@@ -148,4 +148,4 @@ TEST_F(WrittenTextures, ATransferWithoutACoveredTexelIsBlack) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -12,7 +12,7 @@
 #include "transfer/lookup/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 using testing_support::TempFolder;
@@ -127,4 +127,4 @@ TEST_F(TransferOverTiles, SaysWhichTileIsMissing) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -10,7 +10,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/lookup/transfer_reader.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 /// Five frames at times 0 ... 4, and a 32 x 16 atlas whose texel (x, y) shows pixel (x / 2, y) and whose right column is no chart.
@@ -108,4 +108,4 @@ TEST_F(TimeMap, HoldShowsWhatWasAndNearestWhatIsNearer) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

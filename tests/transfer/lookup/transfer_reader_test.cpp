@@ -11,7 +11,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/job/transfer_job.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 using testing_support::TempFolder;
@@ -108,4 +108,4 @@ TEST_F(FinishedTransfer, ADamagedFolderIsOneLine) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -17,7 +17,7 @@
 #include "transfer/synthesis/window_search.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 constexpr int kSide = 64;
@@ -210,4 +210,4 @@ TEST(MapAudit, SizesThatDoNotFitAreNamed) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -12,7 +12,7 @@
 #include "libcommon/core/random.h"
 #include "transfer/synthesis/pixel_blocks.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 using Appearance = std::function<int(int x, int y, int c)>;
@@ -224,4 +224,4 @@ TEST(ReachKernel, SaysTheSameAsTheFormulaForEveryInstructionSet) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -14,7 +14,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/transfer.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 constexpr int kSource = 128;  // Pixels, of 1 mm.
@@ -149,4 +149,4 @@ TEST(OnTheSurface, ACheckerKeepsItsPitchOnAStretchedAtlas) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

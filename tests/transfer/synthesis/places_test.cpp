@@ -7,7 +7,7 @@
 
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 // A place is kept as its pixel and what is left: the same comes back, for widths around powers of two, at both ends of a row and of all pixels.
@@ -35,4 +35,4 @@ TEST(PlaceMap, GivesPlacesBackAsTheyWere) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

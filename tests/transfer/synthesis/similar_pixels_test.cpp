@@ -6,7 +6,7 @@
 
 #include "libcommon/core/random.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 // A picture of noise that repeats every 8 pixels: what looks most like a pixel are its copies, of which more are there than are asked for. The slack of the search
@@ -36,4 +36,4 @@ TEST(SimilarPixels, OfARepeatingPatternAreItsCopies) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -11,7 +11,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/transfer.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 using testing_support::TempFolder;
@@ -279,4 +279,4 @@ TEST(AppearanceSpace, KeepsAllOfAHistoryOfTwoFrames) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -11,7 +11,7 @@
 #include "tests/support/meshes.h"
 #include "transfer/synthesis/wavefronts.h"
 
-namespace patinate {
+namespace patinate::transfer {
 namespace {
 
 /// Smooth appearance and control over a source, with places that are equal, so that ties occur; and a plane of texels.
@@ -131,4 +131,4 @@ TEST(Wavefronts, NeighboursAreVisitedInRowOrderAlsoAcrossSeams) {
 }
 
 }  // namespace
-}  // namespace patinate
+}  // namespace patinate::transfer

@@ -4,7 +4,7 @@
 
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -98,4 +98,4 @@ std::string help_text(const CommandDeclaration& command) {
   return text;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

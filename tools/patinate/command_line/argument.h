@@ -11,7 +11,7 @@
 
 #include "libcommon/core/options.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 enum class ArgumentKind { Positional, PositionalList, Option, Repeated, Flag };
 /// What its value is.
@@ -67,4 +67,4 @@ struct CommandDeclaration {
 /// What --help prints.
 [[nodiscard]] std::string help_text(const CommandDeclaration& command);
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -6,7 +6,7 @@
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line/option_values.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 void describe(OptionVisitor& v, CommonOptions& o) {
   v.visit({"threads", "Threads; 0 = one per processor. Never changes a result", "", between(0, 1024)}, o.threads);
@@ -171,4 +171,4 @@ std::string CommandLine::config() const {
   return argument == nullptr || argument->found.empty() ? "" : argument->found.front();
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

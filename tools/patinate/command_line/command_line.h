@@ -16,7 +16,7 @@
 #include "libcommon/core/options.h"
 #include "tools/patinate/command_line/argument.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// What every command takes.
 struct CommonOptions {
@@ -126,4 +126,4 @@ class CommandLine {
   CommonOptions common_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -10,7 +10,7 @@
 #include "tools/patinate/command_line/output_place.h"
 #include "tools/patinate/command_line/path_kind.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -175,4 +175,4 @@ Json CommandLine::effective_options() const {
   return result;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -15,7 +15,7 @@
 #include "tools/patinate/command_line/progress_line.h"
 #include "tools/patinate/command_line/verbs.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -150,4 +150,4 @@ void CommandRun::report(const Json& json, const std::string& text) {
   print((line.common().json ? json.dump(2, ' ', false, Json::error_handler_t::replace) : printable_lines(text)) + "\n");
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -16,7 +16,7 @@
 #include "libcommon/job/job_report.h"
 #include "tools/patinate/command_line/command_line.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 class ProgressLine;
 
@@ -85,4 +85,4 @@ class CommandRun {
   double stage_begin_ = 0.0;
 };
 
-}  // namespace patinate
+}  // namespace patinate::cli

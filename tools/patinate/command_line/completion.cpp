@@ -2,7 +2,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -199,4 +199,4 @@ std::string completion_script(const std::string& shell, Commands commands) {
   throw InvalidInput("completion: there is none for `" + shell + "`");
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-namespace patinate {
+namespace patinate::cli {
 
 Facts::Facts(const std::string& kind) : json_(std::make_shared<Json>()), text_(kind) { (*json_)["kind"] = kind; }
 
@@ -19,4 +19,4 @@ void Facts::add(const std::string& name, const std::string& value) { add(name, J
 void Facts::add(const std::string& name, std::int64_t value) { add(name, Json(value), std::to_string(value)); }
 void Facts::report(CommandRun& run) const { run.report(*json_, text_); }
 
-}  // namespace patinate
+}  // namespace patinate::cli

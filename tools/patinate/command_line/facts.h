@@ -9,7 +9,7 @@
 #include "libcommon/core/json.h"
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// Lines "name: value" that are also members of a JSON object.
 class Facts {
@@ -26,4 +26,4 @@ class Facts {
   std::string text_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::cli

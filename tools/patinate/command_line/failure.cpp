@@ -8,7 +8,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -63,4 +63,4 @@ void rethrow_naming(const std::filesystem::path& file) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace patinate {
+namespace patinate::cli {
 
 struct Failure {
   int code;             ///< Of the process: 1 could not do it, 2 the command line is wrong, 3 the input is wrong.
@@ -18,4 +18,4 @@ struct Failure {
 /// Call in a `catch` block. The same error again; one that a library throws becomes ours, with the file that it is about in front.
 [[noreturn]] void rethrow_naming(const std::filesystem::path& file);
 
-}  // namespace patinate
+}  // namespace patinate::cli

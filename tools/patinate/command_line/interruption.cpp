@@ -13,7 +13,7 @@
 #include "libcommon/core/files.h"
 #include "tools/patinate/command_line/message_stream.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -66,4 +66,4 @@ void stop_on_signals(const std::stop_source& asked) {
   }).detach();
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

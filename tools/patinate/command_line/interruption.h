@@ -5,7 +5,7 @@
 #include <chrono>
 #include <stop_token>
 
-namespace patinate {
+namespace patinate::cli {
 
 inline constexpr int kInterruptedExitCode = 130;
 
@@ -19,4 +19,4 @@ void take_time_to_end(std::chrono::nanoseconds longest);
 /// Says once that the work was interrupted. @returns kInterruptedExitCode
 int report_interruption();
 
-}  // namespace patinate
+}  // namespace patinate::cli

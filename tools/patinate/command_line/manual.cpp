@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -127,4 +127,4 @@ std::string manual_markdown(Commands commands) {
   return text;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -7,7 +7,7 @@
 
 #include "libcommon/core/error.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 std::FILE* g_messages = stderr;
@@ -38,4 +38,4 @@ void print_error(std::string_view message) { std::fprintf(g_messages, "patinate:
 
 void print_note(std::string_view text) { std::fprintf(g_messages, "%s\n", printable_lines(text).c_str()); }
 
-}  // namespace patinate
+}  // namespace patinate::cli

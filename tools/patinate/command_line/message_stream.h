@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string_view>
 
-namespace patinate {
+namespace patinate::cli {
 
 /// Image libraries print on stderr what they throw or return as well; this keeps them quiet, so that an error is one line.
 /// Call before any thread starts. Does nothing under sanitizers, whose reports go there too.
@@ -19,4 +19,4 @@ void print_error(std::string_view message);
 /// Lines that are no errors; what they quote from files is made printable too.
 void print_note(std::string_view text);
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -43,4 +43,4 @@ std::filesystem::path numbered_path(const std::filesystem::path& path, int index
   return path.parent_path() / name.replace(field->begin, field->length, number);
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -4,11 +4,11 @@
 
 #include <filesystem>
 
-namespace patinate {
+namespace patinate::cli {
 
 /// The file name holds `%d`, or `%04d` with any number of digits.
 [[nodiscard]] bool has_number(const std::filesystem::path& path);
 /// The name of image `index` of a sequence. @pre has_number(path)
 [[nodiscard]] std::filesystem::path numbered_path(const std::filesystem::path& path, int index);
 
-}  // namespace patinate
+}  // namespace patinate::cli

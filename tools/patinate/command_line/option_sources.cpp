@@ -12,7 +12,7 @@
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line/path_kind.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -254,4 +254,4 @@ void supply_config(CommandLine& line, const std::string& verb, const std::filesy
   ConfigFile(line, verb, file, commands).read();
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

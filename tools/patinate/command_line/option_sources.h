@@ -12,7 +12,7 @@
 #include "tools/patinate/command_line/argument.h"
 #include "tools/patinate/command_line/command_line.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 using Environment = std::vector<std::pair<std::string, std::string>>;
 
@@ -35,4 +35,4 @@ std::vector<std::string> supply_environment(CommandLine& line, const Environment
 void supply_config(CommandLine& line, const std::string& verb, const std::filesystem::path& file,
                    std::span<const CommandDeclaration> commands);
 
-}  // namespace patinate
+}  // namespace patinate::cli

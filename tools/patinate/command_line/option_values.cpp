@@ -7,7 +7,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 void expect(const std::string& name, const std::string& found, const std::string& expected) {
   throw UsageError(name + ": found `" + found + "`; expected " + expected);
@@ -151,4 +151,4 @@ void assign_choices(DescribedOptions& options, const std::function<std::string(c
   options.accept(assigner);
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

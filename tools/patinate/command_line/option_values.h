@@ -10,7 +10,7 @@
 #include "libcommon/core/options.h"
 #include "tools/patinate/command_line/argument.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// @throws UsageError "NAME: found `FOUND`; expected EXPECTED".
 [[noreturn]] void expect(const std::string& name, const std::string& found, const std::string& expected);
@@ -25,4 +25,4 @@ void declare_options(DescribedOptions& options, const std::function<void(Argumen
 /// @param given  Value of an option by its name ("--method"), "" if it was not given.
 void assign_choices(DescribedOptions& options, const std::function<std::string(const std::string& name)>& given);
 
-}  // namespace patinate
+}  // namespace patinate::cli

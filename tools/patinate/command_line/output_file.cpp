@@ -9,7 +9,7 @@
 #include "libcommon/image/image_io.h"
 #include "tools/patinate/command_line/path_kind.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 void require_extension(const std::filesystem::path& output, const std::vector<std::string>& extensions) {
   const std::string found = lower_extension(output);
@@ -66,4 +66,4 @@ std::string image_file_key(const std::filesystem::path& path) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace patinate {
+namespace patinate::cli {
 
 /// @throws UsageError unless `output` has one of the extensions (lower case, with the dot).
 void require_extension(const std::filesystem::path& output, const std::vector<std::string>& extensions);
@@ -21,4 +21,4 @@ void require_no_file_name(const std::filesystem::path& output);
 /// The key in an image that patinate wrote; "" if the file is absent or carries none.
 [[nodiscard]] std::string image_file_key(const std::filesystem::path& path);
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -7,7 +7,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/job/result_folder.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -90,4 +90,4 @@ void require_apart(const fs::path& output, const std::vector<GivenInput>& inputs
   if (!result.empty()) refuse(output, "which lies inside " + result.string() + ", a finished result, which stays as it was made");
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

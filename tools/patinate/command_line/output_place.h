@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace patinate {
+namespace patinate::cli {
 
 /// What was given for an argument other than the output.
 struct GivenInput {
@@ -18,4 +18,4 @@ struct GivenInput {
 /// @throws UsageError if `output` is an input, is a folder that holds one, or lies in a folder that patinate made, of which it is no part.
 void require_apart(const std::filesystem::path& output, const std::vector<GivenInput>& inputs);
 
-}  // namespace patinate
+}  // namespace patinate::cli

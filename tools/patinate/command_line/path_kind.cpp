@@ -12,7 +12,7 @@
 #include "libcommon/core/json.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -114,4 +114,4 @@ fs::path capture_file(const fs::path& path) {
   return fs::is_directory(path, error) ? path / "capture.json" : path;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace patinate {
+namespace patinate::cli {
 
 enum class PathKind { History, Transfer, Capture, Simulation, Registration, Unlit, Calibration, Factorization, Fit, Mesh, Image };
 
@@ -28,4 +28,4 @@ void require_transfer(const std::filesystem::path& path);
 /// The capture.json in a folder, or the file itself.
 [[nodiscard]] std::filesystem::path capture_file(const std::filesystem::path& path);
 
-}  // namespace patinate
+}  // namespace patinate::cli

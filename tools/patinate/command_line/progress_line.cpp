@@ -10,7 +10,7 @@
 #include "libcommon/core/printable.h"
 #include "tools/patinate/command_line/message_stream.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -53,4 +53,4 @@ void ProgressLine::show(double fraction) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -7,7 +7,7 @@
 
 #include "libcommon/core/time_left.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 class ProgressLine {
  public:
@@ -29,4 +29,4 @@ class ProgressLine {
   TimeLeft left_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -1,6 +1,6 @@
 #include "tools/patinate/command_line/repeating_command.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 std::string shell_word(const std::string& word) {
   if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._/-=:,+@%") == std::string::npos) return word;
@@ -27,4 +27,4 @@ std::string changed_options(const std::vector<std::pair<std::string, std::string
   return text;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace patinate {
+namespace patinate::cli {
 
 /// How such a command ends. Like what changes no byte, the output's place is left out of results: equal work gives equal bytes, and run.json
 /// beside them has the command line as it was given.
@@ -24,4 +24,4 @@ inline constexpr const char* kAnyOutput = " -o OUT";
 /// " --name value" for every option that is not its default. @param values,defaults  option_values() of both.
 [[nodiscard]] std::string changed_options(const std::vector<std::pair<std::string, std::string>>& values, const std::vector<std::pair<std::string, std::string>>& defaults);
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -8,24 +8,24 @@
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line/path_kind.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
 std::string cell(const std::string& text) { return std::string(text.size() < 10 ? 10 - text.size() : 1, ' ') + text; }
 std::string cell(double v) { return cell(short_number_text(rounded(v, 4) + 0.0)); }
 
-Json quartiles_json(const std::optional<TimeQuartiles>& q) {
+Json quartiles_json(const std::optional<analysis::TimeQuartiles>& q) {
   if (!q) return Json{{"undefined", "no place ages visibly"}};
   return Json{{"q25", q->q25}, {"median", q->median}, {"q75", q->q75}};
 }
 
-std::string quartiles_text(const std::string& name, const std::optional<TimeQuartiles>& q, const std::string& unit) {
+std::string quartiles_text(const std::string& name, const std::optional<analysis::TimeQuartiles>& q, const std::string& unit) {
   if (!q) return "\n" + name + ": no place ages visibly";
   return "\n" + name + ": median " + short_number_text(rounded(q->median, 4)) + " " + unit + ", half of the places between " + short_number_text(rounded(q->q25, 4)) + " and " + short_number_text(rounded(q->q75, 4));
 }
 
-Json json_of(const HistoryStatistics& s, const std::vector<ColorClass>& classes, const std::string& unit) {
+Json json_of(const analysis::HistoryStatistics& s, const std::vector<analysis::ColorClass>& classes, const std::string& unit) {
   Json frames = Json::array();
   for (std::size_t t = 0; t < s.times.size(); ++t) {
     Json frame{{"time", s.times[t]}, {"mean_lab", s.mean_lab[t]}, {"correlation_length", s.correlation_length[t] ? Json(*s.correlation_length[t]) : Json(nullptr)}};
@@ -37,9 +37,9 @@ Json json_of(const HistoryStatistics& s, const std::vector<ColorClass>& classes,
               {"onset", quartiles_json(s.onset)}, {"saturation", quartiles_json(s.saturation)}};
 }
 
-std::string text_of(const HistoryStatistics& s, const std::vector<ColorClass>& classes, const std::string& unit) {
+std::string text_of(const analysis::HistoryStatistics& s, const std::vector<analysis::ColorClass>& classes, const std::string& unit) {
   std::string text = cell("time " + unit) + cell("L*") + cell("a*") + cell("b*") + cell("covered") + cell(s.is_metric ? "corr. mm" : "corr. px");
-  for (const ColorClass& c : classes) text += cell(c.name);
+  for (const analysis::ColorClass& c : classes) text += cell(c.name);
   for (std::size_t t = 0; t < s.times.size(); ++t) {
     text += "\n" + cell(s.times[t]);
     for (double v : s.mean_lab[t]) text += cell(v);
@@ -61,20 +61,20 @@ void StatsArgument::declare(CommandLine& line) {
 int report_stats(CommandRun& run, const StatsArgument& stats, const std::filesystem::path& subject) {
   const PathKind kind = kind_of(subject);
   if (kind != PathKind::History && kind != PathKind::Transfer) throw InvalidInput(subject.string() + ": is no history or transfer, and has no frames");
-  std::vector<ColorClass> classes;
+  std::vector<analysis::ColorClass> classes;
   for (const std::string& text : stats.classes) {
     try {
-      classes.push_back(parse_color_class(text));
+      classes.push_back(analysis::parse_color_class(text));
     } catch (const InvalidInput& e) {
       throw UsageError(std::string("--class: ") + e.what());
     }
   }
-  const CompareOptions options;
-  const TextureSeries series = open_series(subject).series;
-  const HistoryStatistics found = history_statistics(series, classes, options.size, options.visible_delta_e, run.control("statistics"));
+  const analysis::CompareOptions options;
+  const analysis::TextureSeries series = analysis::open_series(subject).series;
+  const analysis::HistoryStatistics found = analysis::history_statistics(series, classes, options.size, options.visible_delta_e, run.control("statistics"));
   const std::string unit = time_unit_text(series.facts().time_unit);
   run.report(json_of(found, classes, unit), text_of(found, classes, unit));
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -8,7 +8,7 @@
 
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 struct StatsArgument {
   bool is_asked = false;
@@ -19,4 +19,4 @@ struct StatsArgument {
 /// @returns the command's exit code.
 int report_stats(CommandRun& run, const StatsArgument& stats, const std::filesystem::path& subject);
 
-}  // namespace patinate
+}  // namespace patinate::cli

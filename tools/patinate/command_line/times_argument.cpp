@@ -6,7 +6,7 @@
 #include "libcommon/core/error.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -62,4 +62,4 @@ std::vector<std::string> time_labels(const std::vector<double>& times, TimeUnit 
   return labels;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -9,7 +9,7 @@
 #include "libcommon/history/history.h"
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 struct TimesArgument {
   std::optional<double> time;
@@ -28,4 +28,4 @@ struct TimesArgument {
 /// "12.5 d"; different times have different labels.
 [[nodiscard]] std::vector<std::string> time_labels(const std::vector<double>& times, TimeUnit unit);
 
-}  // namespace patinate
+}  // namespace patinate::cli

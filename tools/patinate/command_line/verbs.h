@@ -9,7 +9,7 @@
 #include "tools/patinate/command_line/argument.h"
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 struct Verb {
   const char* name;
@@ -26,4 +26,4 @@ struct Verb {
 /// What `patinate --help` prints.
 [[nodiscard]] std::string overview();
 
-}  // namespace patinate
+}  // namespace patinate::cli

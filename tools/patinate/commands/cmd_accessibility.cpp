@@ -16,7 +16,7 @@
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/mesh_source.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -59,7 +59,7 @@ Mesh load_surface(const MeshSource& source, double mm, CommandRun& run) {
 }
 
 /// The grid's values where a camera's pixels see them; the grid's own without a camera.
-ImageF in_view(const HeightAccessibility& found, const AccessibilityDefinition& definition, const std::optional<ScanView>& view) {
+ImageF in_view(const HeightAccessibility& found, const AccessibilityDefinition& definition, const std::optional<capture::ScanView>& view) {
   if (!view) return definition.values;
   ImageF out(view->seen.width(), view->seen.height());
   for (int y = 0; y < out.height(); ++y) {
@@ -112,10 +112,10 @@ void write_page(const fs::path& folder, const std::string& name, const Json& rep
 void run_item(const fs::path& folder, const Mesh& mesh, const Vec3& viewer, const std::optional<Camera>& camera, const HeightAccessibilityOptions& options,
               const RunControl& control) {
   const HeightAccessibility found = height_accessibility(mesh, viewer, options, control.part(0.0, 0.95));
-  std::optional<ScanView> view;
+  std::optional<capture::ScanView> view;
   if (camera) {
-    const Mesh shaded = with_scan_normals(mesh);
-    view = view_scan(shaded, RayScene(shaded), *camera);
+    const Mesh shaded = capture::with_scan_normals(mesh);
+    view = capture::view_scan(shaded, RayScene(shaded), *camera);
     if (view->num_seen == 0) throw InvalidInput("accessibility: the camera does not see the mesh; check --unit and its pose");
   }
   const ImageU8& mask = view ? view->seen : found.field.seen;
@@ -181,4 +181,4 @@ int cmd_accessibility(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

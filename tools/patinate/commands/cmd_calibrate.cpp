@@ -11,17 +11,17 @@
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
 const std::vector<std::string> kKinds{"camera", "spheres", "lambertian", "response"};
 
 /// What goes into the output, in the form that its extension asks for.
-std::string file_text(const CalibrationOutput& result, CalibrationKind kind, const std::filesystem::path& output) {
+std::string file_text(const capture::CalibrationOutput& result, capture::CalibrationKind kind, const std::filesystem::path& output) {
   const std::string extension = lower_extension(output);
   if (extension == ".yml") {
-    if (kind != CalibrationKind::Camera) throw UsageError("-o *.yml holds a camera, which `calibrate " + kKinds[static_cast<std::size_t>(kind)] + "` does not find; use .json");
+    if (kind != capture::CalibrationKind::Camera) throw UsageError("-o *.yml holds a camera, which `calibrate " + kKinds[static_cast<std::size_t>(kind)] + "` does not find; use .json");
     return opencv_text(*result.camera);
   }
   if (extension == ".lp") {
@@ -37,7 +37,7 @@ std::string file_text(const CalibrationOutput& result, CalibrationKind kind, con
 int cmd_calibrate(CommandRun& run) {
   std::string kind_name;
   std::filesystem::path description, output, picture;
-  CalibrateOptions options;
+  capture::CalibrateOptions options;
   run.line.positional("KIND", "camera (from a target), spheres (lights from mirror spheres), lambertian (lights from a matt object) or response", kind_name);
   run.line.choices(kKinds);
   run.line.positional("DESCRIPTION", "JSON file that names the photographs (docs/calibration.md)", description);
@@ -55,10 +55,10 @@ int cmd_calibrate(CommandRun& run) {
   if (!run.parse()) return 0;
   require_extension(output, {".json", ".yml", ".lp"});
   if (!picture.empty()) require_extension(picture, {".png"});
-  const auto kind = static_cast<CalibrationKind>(std::find(kKinds.begin(), kKinds.end(), kind_name) - kKinds.begin());
+  const auto kind = static_cast<capture::CalibrationKind>(std::find(kKinds.begin(), kKinds.end(), kind_name) - kKinds.begin());
 
   const Json content = load_json(description);
-  const CalibrationOutput result = calibrate(kind, JsonReader(description.string(), content), options, run.control("calibrate " + kind_name));
+  const capture::CalibrationOutput result = capture::calibrate(kind, JsonReader(description.string(), content), options, run.control("calibrate " + kind_name));
   const std::string text = file_text(result, kind, output);
   std::error_code error;
   const bool is_same = std::filesystem::is_regular_file(output, error) && read_file(output) == text;
@@ -78,4 +78,4 @@ int cmd_calibrate(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

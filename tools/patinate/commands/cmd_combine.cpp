@@ -6,16 +6,16 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "transfer/library/library_job.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
 /// NAME=A,B,...: a control of the library and the one of each history that becomes it. @throws UsageError
-LibraryControl parse_library_control(const std::string& text, std::size_t num_histories) {
+transfer::LibraryControl parse_library_control(const std::string& text, std::size_t num_histories) {
   const auto fail = [&](const std::string& problem) { throw UsageError("--control " + text + ": " + problem + "; use NAME=A,B,... with a control of each history, in their order"); };
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) fail("the library's name for it is missing");
-  LibraryControl control{.name = text.substr(0, equals), .sources = split(text.substr(equals + 1), ',')};
+  transfer::LibraryControl control{.name = text.substr(0, equals), .sources = split(text.substr(equals + 1), ',')};
   for (const std::string& source : control.sources) {
     if (source.empty()) fail("a control has no name");
   }
@@ -23,7 +23,7 @@ LibraryControl parse_library_control(const std::string& text, std::size_t num_hi
   return control;
 }
 
-Json parts_json(const LibraryLayout& layout) {
+Json parts_json(const transfer::LibraryLayout& layout) {
   Json parts = Json::array();
   for (const LibraryPart& part : layout.parts) parts.push_back({{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}});
   return parts;
@@ -32,7 +32,7 @@ Json parts_json(const LibraryLayout& layout) {
 }  // namespace
 
 int cmd_combine(CommandRun& run) {
-  LibraryTask task;
+  transfer::LibraryTask task;
   std::filesystem::path output;
   std::vector<std::string> control_texts;
   run.line.positional_list("HISTORY", "Two histories or more (or simulations); in the library they have the indices 0, 1, ...", task.histories);
@@ -48,16 +48,16 @@ int cmd_combine(CommandRun& run) {
     history = history_place(history);
     if (kind_of(history) != PathKind::History) throw InvalidInput(history.string() + ": is no history; only those can be combined");
   }
-  const std::shared_ptr<const OpenLibrary> library = open_library(std::move(task));
-  const LibraryLayout& layout = library->layout;
+  const std::shared_ptr<const transfer::OpenLibrary> library = transfer::open_library(std::move(task));
+  const transfer::LibraryLayout& layout = library->layout;
   for (const std::string& note : layout.notes) run.note(note);
-  const std::optional<JobStatus> status = run.make_folder(plan_library(library, output), "combine");
+  const std::optional<JobStatus> status = run.make_folder(transfer::plan_library(library, output), "combine");
   if (!status) return 0;
   Json controls = Json::array();
-  for (const LibraryControl& c : layout.controls) controls.push_back(c.name);
+  for (const transfer::LibraryControl& c : layout.controls) controls.push_back(c.name);
   controls.push_back(kLibraryControl);
   run.report_output(*status, output, Json{{"histories", parts_json(layout)}, {"width", layout.width}, {"height", layout.height}, {"frames", layout.frames.size()}, {"controls", controls}});
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -6,17 +6,17 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
 namespace {
 
 /// What repeats the comparison: options that are not the default, and nothing that changes no byte. @param task  As it was given.
-std::string command_of(const CompareTask& task) {
+std::string command_of(const analysis::CompareTask& task) {
   std::string text = "patinate compare " + input_word(task.a) + " " + input_word(task.b);
   if (!task.through.empty()) text += " --through " + input_word(task.through);
-  text += changed_options(option_values(task.options), option_values(CompareOptions{}));
+  text += changed_options(option_values(task.options), option_values(analysis::CompareOptions{}));
   if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.options.seed);
   return text + kAnyOutput;
 }
@@ -29,7 +29,7 @@ void require_comparable(const fs::path& path) {
 }  // namespace
 
 int cmd_compare(CommandRun& run) {
-  CompareTask task;
+  analysis::CompareTask task;
   fs::path output;
   run.line.positional("A", "A history, a simulation, or a transfer (over time, in its atlas)", task.a);
   run.line.positional("B", "What it is compared with: the same", task.b);
@@ -46,10 +46,10 @@ int cmd_compare(CommandRun& run) {
   require_comparable(task.a);
   require_comparable(task.b);
   if (!task.through.empty()) require_transfer(task.through);
-  const std::optional<JobStatus> status = run.make_folder(plan_compare(std::move(task), output), "compare");
+  const std::optional<JobStatus> status = run.make_folder(analysis::plan_compare(std::move(task), output), "compare");
   if (!status) return 0;
 
-  const Json report = load_json(output / kCompareReportFile);
+  const Json report = load_json(output / analysis::kCompareReportFile);
   for (const Json& section : report.at("undefined_sections")) run.note(section.at("section").get<std::string>() + ": undefined, " + section.at("reason").get<std::string>());
   for (const Json& f : report.at("figures")) {
     if (f.at("value").is_null()) {
@@ -64,4 +64,4 @@ int cmd_compare(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

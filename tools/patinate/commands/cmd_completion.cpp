@@ -2,7 +2,7 @@
 #include "tools/patinate/command_line/completion.h"
 #include "tools/patinate/command_line/verbs.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 int cmd_completion(CommandRun& run) {
   std::string shell;
@@ -17,4 +17,4 @@ int cmd_completion(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

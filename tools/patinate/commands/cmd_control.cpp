@@ -15,7 +15,7 @@
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/services/tile_files.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -130,4 +130,4 @@ int cmd_control(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

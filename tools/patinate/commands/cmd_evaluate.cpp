@@ -8,7 +8,7 @@
 #include "tools/patinate/command_line/repeating_command.h"
 #include "transfer/exemplar/appearance_cache.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -22,13 +22,13 @@ bool is_transfer(const fs::path& path) {
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const EvaluationTask& task, const std::vector<fs::path>& maps, const ForeignMapOptions& foreign) {
+std::string command_of(const analysis::EvaluationTask& task, const std::vector<fs::path>& maps, const ForeignMapOptions& foreign) {
   std::string text = "patinate evaluate";
   for (const fs::path& map : maps) text += " " + input_word(map);
   if (!foreign.history.empty()) text += " --history " + input_word(foreign.history);
   if (!foreign.control.empty()) text += " --control " + shell_word(named_control(foreign.control));
   if (!foreign.picture.empty()) text += " --picture " + input_word(foreign.picture);
-  text += changed_options(option_values(task.options), option_values(EvaluationOptions{}));
+  text += changed_options(option_values(task.options), option_values(analysis::EvaluationOptions{}));
   if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
   return text + kAnyOutput;
 }
@@ -36,11 +36,11 @@ std::string command_of(const EvaluationTask& task, const std::vector<fs::path>& 
 }  // namespace
 
 int cmd_evaluate(CommandRun& run) {
-  EvaluationTask task;
+  analysis::EvaluationTask task;
   std::vector<fs::path> maps;
   ForeignMapOptions foreign;
   fs::path output;
-  CacheOptions cache;
+  transfer::CacheOptions cache;
   run.line.positional_list("MAP", "Transfers, or coordinate maps of other tools (EXR, TIFF, 16-bit PNG, .nnf)", maps);
   run.line.output("REPORT", "Folder to make: evaluation.html, evaluation.json", output);
   run.line.option("history", "HISTORY", "For maps of other tools: what was copied from", foreign.history);
@@ -56,10 +56,10 @@ int cmd_evaluate(CommandRun& run) {
   for (const fs::path& map : maps) {
     task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache) : foreign_item(map, foreign, task.options, task.seed, cache));
   }
-  const std::optional<JobStatus> status = run.make_folder(plan_evaluation(std::move(task), output), "evaluate");
+  const std::optional<JobStatus> status = run.make_folder(analysis::plan_evaluation(std::move(task), output), "evaluate");
   if (!status) return 0;
 
-  const Json report = load_json(output / kEvaluationFile);
+  const Json report = load_json(output / analysis::kEvaluationFile);
   for (const Json& map : report.at("maps")) {
     run.note(map.at("name").get<std::string>() + ":");
     for (const Json& f : map.at("figures")) {
@@ -73,4 +73,4 @@ int cmd_evaluate(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

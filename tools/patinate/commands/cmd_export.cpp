@@ -22,7 +22,7 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "transfer/lookup/texture_files.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -105,13 +105,13 @@ int export_sequence(CommandRun& run, const SequenceSource& source, const History
 
 /// A movie or numbered images of a transfer's texture, strip by strip; nothing where its tiles make one sheet.
 std::optional<PictureSeries> texture_series(CommandRun& run, const std::filesystem::path& subject, const TimesArgument& times) {
-  const auto transfer = std::make_shared<const TransferFolder>(subject);
+  const auto transfer = std::make_shared<const transfer::TransferFolder>(subject);
   if (transfer->sheet().num_tiles() > 1) return std::nullopt;
-  const auto writer = std::make_shared<std::optional<const TextureWriter>>();  // Opened for the first texture that is not up to date.
-  const auto open = [transfer, writer](const RunControl& control) -> const TextureWriter& { return *writer ? **writer : writer->emplace(*transfer, CoordinateStripsOptions{}, control); };
+  const auto writer = std::make_shared<std::optional<const transfer::TextureWriter>>();  // Opened for the first texture that is not up to date.
+  const auto open = [transfer, writer](const RunControl& control) -> const transfer::TextureWriter& { return *writer ? **writer : writer->emplace(*transfer, transfer::CoordinateStripsOptions{}, control); };
   PictureSeries series{"export", transfer->manifest().key, times.resolve(run, transfer->history().manifest(), kMoviePictures), {}};
   series.write = [transfer, open](double t, const std::filesystem::path& file, const std::string& key, const RunControl& control) {
-    const std::vector<TextureFile> texture{{{file}, transfer->history().sample(t), key}};
+    const std::vector<transfer::TextureFile> texture{{{file}, transfer->history().sample(t), key}};
     open(control).write(texture, control);
   };
   series.codes = [transfer, open](double t, const RunControl& control) {
@@ -129,12 +129,12 @@ std::optional<PictureSeries> texture_series(CommandRun& run, const std::filesyst
 /// Textures of a transfer: strip by strip, however large the atlas.
 int export_textures(CommandRun& run, const std::filesystem::path& subject, const std::filesystem::path& output, const TimesArgument& times,
                     const SequenceFormat& format) {
-  const TransferFolder transfer(subject);
+  const transfer::TransferFolder transfer(subject);
   std::once_flag once;
-  std::unique_ptr<const TextureWriter> writer;  // Opened for the first texture that is not up to date.
+  std::unique_ptr<const transfer::TextureWriter> writer;  // Opened for the first texture that is not up to date.
   const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) {
-    std::call_once(once, [&] { writer = std::make_unique<const TextureWriter>(transfer, CoordinateStripsOptions{}, control); });
-    const std::vector<TextureFile> texture{{files, transfer.history().sample(t)}};
+    std::call_once(once, [&] { writer = std::make_unique<const transfer::TextureWriter>(transfer, transfer::CoordinateStripsOptions{}, control); });
+    const std::vector<transfer::TextureFile> texture{{files, transfer.history().sample(t)}};
     writer->write(texture, control);
   };
   const HistoryManifest& history = transfer.history().manifest();
@@ -189,11 +189,11 @@ int cmd_export(CommandRun& run) {
   const HistoryReader history(subject);
   if (is_glb) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
   if (is_pictures) {
-    const PictureSeries series{"export", history_content_key(history), times.resolve(run, history.manifest(), kMoviePictures),
+    const PictureSeries series{"export", transfer::history_content_key(history), times.resolve(run, history.manifest(), kMoviePictures),
                                [&](double t, const RunControl&) { return history.sample(t); }};
     return make_series(run, output, series, movie);
   }
-  return export_frames(run, history, history_content_key(history), output, times, format);
+  return export_frames(run, history, transfer::history_content_key(history), output, times, format);
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -7,15 +7,15 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
 namespace {
 
 /// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
-std::string command_of(const FactorizationTask& task) {
-  std::string text = "patinate factorise " + input_word(task.history) + changed_options(option_values(task.options), option_values(FactorizationOptions{}));
+std::string command_of(const analysis::FactorizationTask& task) {
+  std::string text = "patinate factorise " + input_word(task.history) + changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
   for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
   return text + kAnyOutput;
 }
@@ -23,7 +23,7 @@ std::string command_of(const FactorizationTask& task) {
 }  // namespace
 
 int cmd_factorise(CommandRun& run) {
-  FactorizationTask task;
+  analysis::FactorizationTask task;
   fs::path output;
   run.line.positional("HISTORY", "A history or a simulation", task.history);
   run.line.output("FOLDER", "Folder to make: factorization.json, report.html, maps/, and history/, the history without noise", output);
@@ -37,10 +37,10 @@ int cmd_factorise(CommandRun& run) {
   task.command = command_of(task);
   task.history = history_place(task.history);
   if (kind_of(task.history) != PathKind::History) throw InvalidInput(task.history.string() + ": is no history; only those can be factorised");
-  const std::optional<JobStatus> status = run.make_folder(plan_factorization(std::move(task), output), "factorise");
+  const std::optional<JobStatus> status = run.make_folder(analysis::plan_factorization(std::move(task), output), "factorise");
   if (!status) return 0;
 
-  const Json made = load_json(output / kFactorizationManifestFile);
+  const Json made = load_json(output / analysis::kFactorizationManifestFile);
   const std::string unit = made.at("time_unit").get<std::string>();
   const auto text = [](const Json& v) { return short_number_text(rounded(v.get<double>(), 3)); };
   for (const Json& f : made.at("frames")) {
@@ -59,4 +59,4 @@ int cmd_factorise(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -7,7 +7,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -15,8 +15,8 @@ namespace {
 
 /// What is varied and fitted, as given.
 struct Wanted {
-  std::vector<FitRange> ranges;
-  std::vector<FitTerm> terms;
+  std::vector<analysis::FitRange> ranges;
+  std::vector<analysis::FitTerm> terms;
 };
 
 void read_parameters(const fs::path& path, Wanted& wanted) {
@@ -24,14 +24,14 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
   JsonReader json(path.string(), root);
   json.expect_format("patinate.parameters", 1);
   const JsonReader vary = json.member("vary");
-  for (const JsonReader& range : vary.elements(100)) wanted.ranges.push_back(read_fit_range(range));
+  for (const JsonReader& range : vary.elements(100)) wanted.ranges.push_back(analysis::read_fit_range(range));
   if (wanted.ranges.empty()) vary.fail("at least one range");
   if (json.has("objective")) {
     JsonReader objective = json.member("objective");
     for (const std::string& name : objective.keys()) {
       const JsonReader weight = objective.member(name);
       try {
-        wanted.terms.push_back(parse_fit_term(name));
+        wanted.terms.push_back(analysis::parse_fit_term(name));
       } catch (const UsageError& e) {
         throw IoError(path.string(), weight.pointer() + ": " + e.what());
       }
@@ -42,12 +42,12 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const fs::path& scene, const fs::path& history, const fs::path& parameters, const std::vector<std::string>& vary, const std::vector<std::string>& objective, const FitTask& task) {
+std::string command_of(const fs::path& scene, const fs::path& history, const fs::path& parameters, const std::vector<std::string>& vary, const std::vector<std::string>& objective, const analysis::FitTask& task) {
   std::string text = "patinate fit " + input_word(scene) + " " + input_word(history);
   for (const std::string& word : vary) text += " --vary " + shell_word(word);
   if (!parameters.empty()) text += " --parameters " + input_word(parameters);
   for (const std::string& word : objective) text += " --objective " + shell_word(word);
-  text += changed_options(option_values(task.objective), option_values(ObjectiveOptions{})) + changed_options(option_values(task.options), option_values(FitOptions{}));
+  text += changed_options(option_values(task.objective), option_values(analysis::ObjectiveOptions{})) + changed_options(option_values(task.options), option_values(analysis::FitOptions{}));
   if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
   return text + kAnyOutput;
 }
@@ -55,7 +55,7 @@ std::string command_of(const fs::path& scene, const fs::path& history, const fs:
 }  // namespace
 
 int cmd_fit(CommandRun& run) {
-  FitTask task;
+  analysis::FitTask task;
   fs::path scene_path, history, parameters, output;
   std::vector<std::string> vary, objective;
   run.line.positional("SCENE", "A scene file with the starting values", scene_path);
@@ -64,7 +64,7 @@ int cmd_fit(CommandRun& run) {
   run.line.repeated("vary", "POINTER=LOW:HIGH[:log]", "A number of the scene, by its JSON pointer, and its range", vary);
   run.line.option("parameters", "FILE", "Ranges and figures from a JSON file (docs/fit.md)", parameters);
   run.line.repeated("objective", "FIGURE[=WEIGHT]", "What to bring near 0; default: color_distribution", objective);
-  run.line.suggestions({kFitFigureNames.begin(), kFitFigureNames.end()});
+  run.line.suggestions({analysis::kFitFigureNames.begin(), analysis::kFitFigureNames.end()});
   run.line.options(task.objective);
   run.line.options(task.options);
   run.line.list("Figures", {{"color_distribution", "distance between the distributions of colour, mean over times"},
@@ -80,12 +80,12 @@ int cmd_fit(CommandRun& run) {
 
   Wanted wanted;
   if (!parameters.empty()) read_parameters(parameters, wanted);
-  for (const std::string& text : vary) wanted.ranges.push_back(parse_fit_range(text));
+  for (const std::string& text : vary) wanted.ranges.push_back(analysis::parse_fit_range(text));
   if (!objective.empty()) wanted.terms.clear();
-  for (const std::string& text : objective) wanted.terms.push_back(parse_fit_term(text));
+  for (const std::string& text : objective) wanted.terms.push_back(analysis::parse_fit_term(text));
   for (std::size_t i = 0; i < wanted.terms.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
-      if (wanted.terms[i].figure == wanted.terms[k].figure) throw UsageError("--objective: " + std::string(kFitFigureNames[static_cast<std::size_t>(wanted.terms[i].figure)]) + " is given twice");
+      if (wanted.terms[i].figure == wanted.terms[k].figure) throw UsageError("--objective: " + std::string(analysis::kFitFigureNames[static_cast<std::size_t>(wanted.terms[i].figure)]) + " is given twice");
     }
   }
   if (wanted.terms.empty()) wanted.terms.emplace_back();
@@ -95,7 +95,7 @@ int cmd_fit(CommandRun& run) {
   const PathKind kind = kind_of(history);
   if (kind != PathKind::History && kind != PathKind::Transfer) throw InvalidInput(history.string() + ": is no history or transfer; only those age");
   std::vector<std::string> controls;
-  const TextureSeries series = open_series(history).series;
+  const analysis::TextureSeries series = analysis::open_series(history).series;
   for (const ControlFacts& c : series.facts().controls) controls.push_back(c.name);
 
   const FitScene scene(scene_path, wanted.ranges, controls, run.control("scene"));
@@ -110,14 +110,14 @@ int cmd_fit(CommandRun& run) {
   task.add_inputs = [scene](JobInputs& inputs) { scene.add_inputs(inputs); };
   task.write_model = [scene, output](const fs::path& folder, const std::vector<double>& values) { scene.write(folder, output, values); };
   task.command = command_of(scene_path, given_history, parameters, vary, objective, task);
-  const auto num_looks = static_cast<std::size_t>(std::count_if(task.parameters.begin(), task.parameters.end(), [](const FitParameter& p) { return p.is_look; }));
-  const FitBudget budget = fit_budget(task.options, task.parameters.size() - num_looks, num_looks);
+  const auto num_looks = static_cast<std::size_t>(std::count_if(task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_look; }));
+  const analysis::FitBudget budget = analysis::fit_budget(task.options, task.parameters.size() - num_looks, num_looks);
   if (budget.evaluations < budget.least) {
     throw UsageError("--evaluations: found " + std::to_string(budget.evaluations) + "; expected at least " + std::to_string(budget.least) + ", the start and two generations of " + std::to_string(budget.population));
   }
-  const std::optional<JobStatus> status = run.make_folder(plan_fit(std::move(task), output), "fit");
+  const std::optional<JobStatus> status = run.make_folder(analysis::plan_fit(std::move(task), output), "fit");
   if (!status) return 0;
-  const Json report = load_json(output / kFitReportFile);
+  const Json report = load_json(output / analysis::kFitReportFile);
   const auto text = [](const Json& v) { return v.is_null() ? std::string("undefined") : short_number_text(rounded(v.get<double>(), 4)); };
   run.note("objective: " + text(report.at("objective").at("before")) + " before, " + text(report.at("objective").at("after")) + " after");
   for (const Json& p : report.at("parameters")) run.note(p.at("pointer").get<std::string>() + ": " + text(p.at("initial")) + " -> " + text(p.at("best")) + "; " + p.at("verdict").get<std::string>());
@@ -125,4 +125,4 @@ int cmd_fit(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

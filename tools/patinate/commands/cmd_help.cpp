@@ -4,7 +4,7 @@
 #include "tools/patinate/command_line/manual.h"
 #include "tools/patinate/command_line/verbs.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 int cmd_help(CommandRun& run) {
   std::string command;
@@ -33,4 +33,4 @@ int cmd_help(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

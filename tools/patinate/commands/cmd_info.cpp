@@ -20,7 +20,7 @@
 #include "tools/patinate/command_line/stats.h"
 #include "transfer/files/transfer_io.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -65,16 +65,16 @@ Facts history_facts(const std::filesystem::path& path) {
 }
 
 Facts transfer_facts(const std::filesystem::path& path) {
-  const TransferManifest m = read_transfer_manifest(path);
+  const transfer::TransferManifest m = transfer::read_transfer_manifest(path);
   Facts facts("transfer");
   facts.add("history", m.history.string());
   facts.add("atlas", Json{m.width, m.height}, size_text(m.width, m.height) + (m.is_unwrapped ? ", unwrapped" : ""));
   std::string tiles;
-  for (const TransferTile& tile : m.tiles) tiles += (tiles.empty() ? "" : ", ") + tile.name;
+  for (const transfer::TransferTile& tile : m.tiles) tiles += (tiles.empty() ? "" : ", ") + tile.name;
   if (!tiles.empty()) facts.add("tiles", m.sheet().names, tiles);
   std::string shown;
   Json controls = Json::array();
-  for (const RecordedControl& c : m.controls) {
+  for (const transfer::RecordedControl& c : m.controls) {
     shown += (shown.empty() ? "" : "; ") + c.text();
     controls.push_back(c.text());
   }
@@ -87,7 +87,7 @@ Facts transfer_facts(const std::filesystem::path& path) {
 }
 
 Facts simulation_facts(const std::filesystem::path& path) {
-  const SimulationManifest m = read_simulation_manifest(path);
+  const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
   Facts facts("simulation");
   facts.add("name", m.name);
   facts.add("scene", m.scene.string());
@@ -106,11 +106,11 @@ Facts simulation_facts(const std::filesystem::path& path) {
 }
 
 Facts factorization_facts(const std::filesystem::path& path) {
-  const FactorizationManifest m = read_factorization(path);
+  const analysis::FactorizationManifest m = analysis::read_factorization(path);
   Facts facts("factorization");
   facts.add("name", m.name);
   facts.add("size", Json{m.width, m.height}, size_text(m.width, m.height));
-  const TemporalCurve& curve = m.models.front().curve;
+  const analysis::TemporalCurve& curve = m.models.front().curve;
   facts.add("clock", Json{curve.low, curve.high}, short_number_text(rounded(curve.low, 4)) + " to " + short_number_text(rounded(curve.high, 4)) + " " + time_unit_text(m.time_unit) + ", " + (m.models.size() == 1 ? "one for all channels" : "red; others for green and blue"));
   facts.add("frames", m.num_frames);
   facts.add("extrapolated", m.num_extrapolated, m.num_extrapolated == 0 ? "none" : std::to_string(m.num_extrapolated) + ", seen by nobody");
@@ -121,7 +121,7 @@ Facts factorization_facts(const std::filesystem::path& path) {
 }
 
 Facts fit_facts(const std::filesystem::path& path) {
-  const FitManifest m = read_fit_manifest(path);
+  const analysis::FitManifest m = analysis::read_fit_manifest(path);
   Facts facts("fit");
   facts.add("model", m.model);
   facts.add("history", m.history);
@@ -136,14 +136,14 @@ Facts fit_facts(const std::filesystem::path& path) {
   return facts;
 }
 
-Facts relit_facts(const RelitProject& project) {
+Facts relit_facts(const capture::RelitProject& project) {
   Facts facts("capture");
   facts.add("name", project.name);
   facts.add("capture_kind", "relit", "a scan and one photograph per light at every step");
   facts.add("photographs", Json{project.width(), project.height()}, size_text(project.width(), project.height()));
   facts.add("lights", static_cast<std::int64_t>(project.lights.size()));
   Json times = Json::array();
-  for (const RelitStep& step : project.steps) times.push_back(step.time);
+  for (const capture::RelitStep& step : project.steps) times.push_back(step.time);
   const std::string unit = time_unit_text(project.time_unit);
   facts.add("times", times,
             std::to_string(project.steps.size()) + " steps, " + short_number_text(project.steps.front().time) + " to " +
@@ -153,15 +153,15 @@ Facts relit_facts(const RelitProject& project) {
 }
 
 Facts capture_facts(const std::filesystem::path& path) {
-  if (is_relit_capture(capture_file(path))) return relit_facts(read_relit_project(capture_file(path)));
-  const CaptureProject project = read_capture_project(capture_file(path));
+  if (capture::is_relit_capture(capture_file(path))) return relit_facts(capture::read_relit_project(capture_file(path)));
+  const capture::CaptureProject project = capture::read_capture_project(capture_file(path));
   const std::string unit = time_unit_text(project.time_unit);
   Facts facts("capture");
   facts.add("name", project.name);
   facts.add("photographs", Json{project.photo_width, project.photo_height}, size_text(project.photo_width, project.photo_height));
   facts.add("size", Json{project.width(), project.height()}, size_text(project.width(), project.height()));
   Json times = Json::array();
-  for (const CapturePhoto& frame : project.frames) times.push_back(frame.time);
+  for (const capture::CapturePhoto& frame : project.frames) times.push_back(frame.time);
   facts.add("times", times,
             std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) + " to " +
                 short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source + ")");
@@ -254,4 +254,4 @@ int cmd_info(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

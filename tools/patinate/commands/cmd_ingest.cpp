@@ -8,7 +8,7 @@
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -34,16 +34,16 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
 }
 
 /// Names the photographs that do not follow from the ones before, and says what was masked.
-void note_survey(const SurveyReport& survey, CommandRun& run) {
+void note_survey(const capture::SurveyReport& survey, CommandRun& run) {
   constexpr std::size_t kMaxNamed = 40;
   std::size_t num_shifted = 0;
   for (std::size_t i = 0; i < survey.findings.size(); ++i) {
-    const SurveyFinding& f = survey.findings[i];
+    const capture::SurveyFinding& f = survey.findings[i];
     num_shifted += f.is_shifted ? 1 : 0;
     if (i < kMaxNamed) run.note(f.photo + " (time " + short_number_text(f.time) + "): " + f.problem);
   }
   if (survey.findings.size() > kMaxNamed) {
-    run.note(std::to_string(survey.findings.size() - kMaxNamed) + " more are named in " + kSurveyFile);
+    run.note(std::to_string(survey.findings.size() - kMaxNamed) + " more are named in " + capture::kSurveyFile);
   }
   if (num_shifted > 0 && !survey.is_stabilised) {
     run.note(std::to_string(num_shifted) + " photographs are moved against the ones before: --stabilise lays them over one another");
@@ -58,7 +58,7 @@ void note_survey(const SurveyReport& survey, CommandRun& run) {
 
 /// How well a transmission photograph from another pose was aligned.
 void note_alignment(const std::filesystem::path& output, CommandRun& run) {
-  const std::filesystem::path file = output / kTransmissionFile;
+  const std::filesystem::path file = output / capture::kTransmissionFile;
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return;
   const Json json = load_json(file);
@@ -66,13 +66,13 @@ void note_alignment(const std::filesystem::path& output, CommandRun& run) {
            short_number_text(json.at("residual_px").get<double>()) + " px");
 }
 
-int ingest_relit(CommandRun& run, const std::filesystem::path& file, RelitOptions options, const IngestOptions& shared, const std::filesystem::path& output) {
+int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::RelitOptions options, const capture::IngestOptions& shared, const std::filesystem::path& output) {
   options.scan = shared.scan;
   options.fill = shared.repair.fill;
   options.progress = shared.progress;
-  const std::optional<JobStatus> status = run.make_folder(plan_relit_ingest(read_relit_project(file), options, output), "ingest");
+  const std::optional<JobStatus> status = run.make_folder(capture::plan_relit_ingest(capture::read_relit_project(file), options, output), "ingest");
   if (!status) return 0;
-  const Json report = load_json(output / kRelitReportFile);
+  const Json report = load_json(output / capture::kRelitReportFile);
   Json left_out = Json::array();
   for (const Json& step : report.at("steps")) {
     const std::string name = "step " + std::to_string(step.at("step").get<int>());
@@ -87,7 +87,7 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, RelitOption
   const HistoryReader reader(output);
   Json controls = Json::array();
   for (const ControlParameter& c : reader.manifest().controls) controls.push_back(c.name);
-  run.report_output(*status, output, Json{{"frames", reader.num_frames()}, {"controls", controls}, {"left_out", left_out}, {"report", (output / kRelitPageFile).string()}});
+  run.report_output(*status, output, Json{{"frames", reader.num_frames()}, {"controls", controls}, {"left_out", left_out}, {"report", (output / capture::kRelitPageFile).string()}});
   return 0;
 }
 
@@ -95,8 +95,8 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, RelitOption
 
 int cmd_ingest(CommandRun& run) {
   std::filesystem::path project_file, output;
-  IngestOptions options;
-  RelitOptions relit_options;
+  capture::IngestOptions options;
+  capture::RelitOptions relit_options;
   run.line.positional("CAPTURE", "capture.json, or the folder that holds it (docs/capture.md)", project_file);
   run.line.output("HISTORY", "Folder of the material history to make", output);
   run.line.options(options);
@@ -104,9 +104,9 @@ int cmd_ingest(CommandRun& run) {
   run.line.example("ingest photos/capture.json -o copper");
   if (!run.parse()) return 0;
 
-  if (is_relit_capture(capture_file(project_file))) return ingest_relit(run, capture_file(project_file), relit_options, options, output);
-  const CaptureProject project = read_capture_project(capture_file(project_file));
-  const JobPlan plan = plan_ingest(project, options, output);
+  if (capture::is_relit_capture(capture_file(project_file))) return ingest_relit(run, capture_file(project_file), relit_options, options, output);
+  const capture::CaptureProject project = capture::read_capture_project(capture_file(project_file));
+  const JobPlan plan = capture::plan_ingest(project, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
   if (!status) return 0;
   const HistoryReader reader(output);
@@ -114,16 +114,16 @@ int cmd_ingest(CommandRun& run) {
   if (project.time_source == "frame rate") run.note("times are those of the movie's frame rate: for a time-lapse give `interval`");
   note_alignment(output, run);
   note_doubtful_controls(reader, run);
-  const SurveyReport survey = read_survey_report(reader.folder());
+  const capture::SurveyReport survey = capture::read_survey_report(reader.folder());
   note_survey(survey, run);
 
   const HistoryManifest& history = reader.manifest();
   Json controls = Json::array();
   for (const ControlParameter& c : history.controls) controls.push_back(c.name);
   Json findings = Json::array();
-  for (const SurveyFinding& f : survey.findings) findings.push_back({{"photo", f.photo}, {"time", f.time}, {"problem", f.problem}});
+  for (const capture::SurveyFinding& f : survey.findings) findings.push_back({{"photo", f.photo}, {"time", f.time}, {"problem", f.problem}});
   run.report_output(*status, output, Json{{"frames", history.frames.size()}, {"controls", controls}, {"findings", findings}, {"masked_share", survey.masked_share}, {"outside_share", survey.outside_share}});
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

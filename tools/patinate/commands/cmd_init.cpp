@@ -6,7 +6,7 @@
 #include "libcommon/core/files.h"
 #include "tools/patinate/commands/commands.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 int cmd_init(CommandRun& run) {
   std::filesystem::path folder, output;
@@ -20,7 +20,7 @@ int cmd_init(CommandRun& run) {
   if (!run.parse()) return 0;
   if (output.empty()) output = folder / "capture.json";
 
-  const ProjectDraft draft = draft_capture_project(folder, output.parent_path(), only);
+  const capture::ProjectDraft draft = capture::draft_capture_project(folder, output.parent_path(), only);
   std::error_code error;
   const bool exists = std::filesystem::exists(output, error);
   const bool is_same = exists && std::filesystem::is_regular_file(output, error) && read_file(output, 1 << 26) == draft.text;
@@ -30,7 +30,7 @@ int cmd_init(CommandRun& run) {
   for (const std::string& line : draft.found) run.note("found: " + line);
   for (const std::string& line : draft.to_check) run.note("check: " + line);
   try {
-    (void)read_capture_project(output);
+    (void)capture::read_capture_project(output);
   } catch (const InvalidInput& e) {
     run.note(std::string("check: `ingest` will refuse the draft as it is: ") + e.what());
   }
@@ -38,4 +38,4 @@ int cmd_init(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

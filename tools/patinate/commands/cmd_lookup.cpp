@@ -21,7 +21,7 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "transfer/lookup/texture_files.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -51,7 +51,7 @@ struct Texture {
   std::string key;
 };
 
-ContentHash begin_key(const LookupCommand& command, const TransferManifest& transfer) {
+ContentHash begin_key(const LookupCommand& command, const transfer::TransferManifest& transfer) {
   ContentHash hash;
   hash.add("lookup 3").add(transfer.key);
   for (const auto& [name, value] : option_values(command.sampling)) hash.add(name).add(value);
@@ -87,27 +87,27 @@ void report(CommandRun& run, const LookupCommand& command, const std::vector<Tex
   run.report_output(status, command.output, Json{{"images", files}});
 }
 
-TextureFile texture_file(const HistoryReader& history, const LookupCommand& command, const Texture& texture) {
+transfer::TextureFile texture_file(const HistoryReader& history, const LookupCommand& command, const Texture& texture) {
   const Between between = command.sampling.between;
   if (command.looked_up.map == LookedUp::Map::Color) return {texture.files, sample(history, texture.time, between), texture.key};
   const auto map = static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1);  // The same order.
-  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, map == MaterialMap::Normal ? TextureKind::Normal : TextureKind::Value};
+  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, map == MaterialMap::Normal ? transfer::TextureKind::Normal : transfer::TextureKind::Value};
 }
 
 /// In groups: each goes through the coordinates once.
-void write_textures(const TransferFolder& transfer, const LookupCommand& command, const std::vector<Texture>& textures, const RunControl& control) {
+void write_textures(const transfer::TransferFolder& transfer, const LookupCommand& command, const std::vector<Texture>& textures, const RunControl& control) {
   constexpr std::size_t kTogether = 8;
-  const TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal}, control.part(0.0, 0.2));
+  const transfer::TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal}, control.part(0.0, 0.2));
   for (std::size_t begin = 0; begin < textures.size(); begin += kTogether) {
     const std::size_t end = std::min(textures.size(), begin + kTogether);
-    std::vector<TextureFile> group;
+    std::vector<transfer::TextureFile> group;
     for (std::size_t i = begin; i < end; ++i) group.push_back(texture_file(transfer.history(), command, textures[i]));
     const auto share = [&](std::size_t i) { return 0.2 + 0.8 * static_cast<double>(i) / static_cast<double>(textures.size()); };
     writer.write(group, control.part(share(begin), share(end)));
   }
 }
 
-int lookup_times(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer) {
+int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::TransferFolder& transfer) {
   if (!command.times.is_given()) throw UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
   const std::vector<double> times = command.times.resolve(run, transfer.history().manifest(), 0);
   if (times.size() > 1 && !has_number(command.output)) {
@@ -142,7 +142,7 @@ TimeRange range_of(const LookupCommand& command, const ControlMap& map, bool is_
 }
 
 /// A time for every texel, over the sheet. What it takes to know them is gone before anything is looked up.
-ImageF times_of(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer, bool is_file) {
+ImageF times_of(CommandRun& run, const LookupCommand& command, const transfer::TransferFolder& transfer, bool is_file) {
   const RunControl control = run.control("time map");
   const TexelMap texels(sheet_mesh(transfer.read_atlas(), transfer.sheet()), transfer.sheet(), control.part(0.0, 0.2));
   ControlMap map = make_control_expression(command.time_map, texels, {}, control.part(0.2, 1.0));
@@ -152,7 +152,7 @@ ImageF times_of(CommandRun& run, const LookupCommand& command, const TransferFol
   return std::move(map.values);
 }
 
-int lookup_time_map(CommandRun& run, const LookupCommand& command, const TransferFolder& transfer) {
+int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfer::TransferFolder& transfer) {
   if (command.times.time || command.times.count || (!command.times.times.empty() && command.times.times.size() != 2)) {
     throw UsageError("--time-map: takes --times LOW,HIGH, the times that 0 and 1 of the map stand for, or nothing");
   }
@@ -170,7 +170,7 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const Transfe
   if (!todo) return 0;
   if (!todo->empty()) {
     ImageF at = times_of(run, command, transfer, is_file);
-    write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {}, run.control("lookup"));
+    transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {}, run.control("lookup"));
   }
   report(run, command, textures, !todo->empty());
   return 0;
@@ -197,8 +197,8 @@ int cmd_lookup(CommandRun& run) {
   if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output)) throw UsageError("--map height: is in mm; expected an .exr");
   if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty()) throw UsageError("--map: a time map looks up color; leave one of them out");
   require_transfer(command.transfer);
-  if (command.time_map.empty()) return lookup_times(run, command, TransferFolder(command.transfer));
-  return lookup_time_map(run, command, TransferFolder(command.transfer));
+  if (command.time_map.empty()) return lookup_times(run, command, transfer::TransferFolder(command.transfer));
+  return lookup_time_map(run, command, transfer::TransferFolder(command.transfer));
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -11,7 +11,7 @@
 #include "simulation/job/simulation_output.h"
 #include "tools/patinate/commands/commands.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -26,15 +26,15 @@ struct LookChange {
 
 struct LookField {
   std::string_view name;
-  double MaterialLook::* field;
+  double simulation::MaterialLook::* field;
   Range range;
 };
-constexpr std::array kFields{LookField{"strength", &MaterialLook::strength, {0, 1000}},
-                             LookField{"variation", &MaterialLook::variation, {0, 1}},
-                             LookField{"specular", &MaterialLook::specular, {-1, 1}},
-                             LookField{"specular_variation", &MaterialLook::specular_variation, {0, 1}},
-                             LookField{"height", &MaterialLook::height_mm, {-1e6, 1e6}},
-                             LookField{"height_variation", &MaterialLook::height_variation, {0, 1}}};
+constexpr std::array kFields{LookField{"strength", &simulation::MaterialLook::strength, {0, 1000}},
+                             LookField{"variation", &simulation::MaterialLook::variation, {0, 1}},
+                             LookField{"specular", &simulation::MaterialLook::specular, {-1, 1}},
+                             LookField{"specular_variation", &simulation::MaterialLook::specular_variation, {0, 1}},
+                             LookField{"height", &simulation::MaterialLook::height_mm, {-1e6, 1e6}},
+                             LookField{"height_variation", &simulation::MaterialLook::height_variation, {0, 1}}};
 
 LookChange parse_change(const std::string& text, const std::vector<std::string>& materials) {
   const auto fail = [&](const std::string& expected) -> UsageError {
@@ -60,17 +60,17 @@ LookChange parse_change(const std::string& text, const std::vector<std::string>&
   throw fail("strength, variation, specular, specular_variation, height or height_variation" + did_you_mean(change.what, names));
 }
 
-void apply_change(const LookChange& change, std::vector<MaterialLook>& looks) {
+void apply_change(const LookChange& change, std::vector<simulation::MaterialLook>& looks) {
   for (const LookField& field : kFields) {
     if (field.name == change.what) looks[change.material].*field.field = change.value;
   }
 }
 
 struct RecomposeOptions {
-  ColorForm color_form = ColorForm::Normalised;
+  simulation::ColorForm color_form = simulation::ColorForm::Normalised;
 };
 void describe(OptionVisitor& v, RecomposeOptions& o) {
-  v.visit_choice({"color_form", "How colours mix: normalised weights, or the form of the published shader"}, o.color_form, kColorFormNames);
+  v.visit_choice({"color_form", "How colours mix: normalised weights, or the form of the published shader"}, o.color_form, simulation::kColorFormNames);
 }
 
 }  // namespace
@@ -86,9 +86,9 @@ int cmd_recompose(CommandRun& run) {
   run.line.options(options);
   run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
-  const SimulationManifest manifest = read_simulation_manifest(folder);
+  const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   const fs::path source = manifest_folder(folder, "simulation.json");
-  SceneFile file = read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));
+  simulation::SceneFile file = simulation::read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));
   manifest.apply_to(file);
   if (file.scene.materials != manifest.materials) {
     throw IoError(file.file.string(), "has other materials than the simulation " + source.string());
@@ -108,9 +108,9 @@ int cmd_recompose(CommandRun& run) {
   inputs.add_options(option_values(options));
   JobPlan plan = inputs.plan(output, "recomposed.json");
   plan.join = [&](const fs::path& made, const RunControl& control) {
-    Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = options.color_form}, control.part(0.0, 0.5));
-    read_atlas_file(source, simulation);
-    write_composed_files(made, manifest.name, simulation, plan.key, control.part(0.5, 1.0));
+    simulation::Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = options.color_form}, control.part(0.0, 0.5));
+    simulation::read_atlas_file(source, simulation);
+    simulation::write_composed_files(made, manifest.name, simulation, plan.key, control.part(0.5, 1.0));
     save_json(made / "recomposed.json", Json{{"format", "patinate.recomposed"}, {"version", 1}, {"simulation", manifest.key}, {"set", texts}, {"key", plan.key}});
   };
   const std::optional<JobStatus> status = run.make_folder(plan, "recompose");
@@ -118,4 +118,4 @@ int cmd_recompose(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -9,13 +9,13 @@
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
 namespace {
 
-void add_poses(const std::vector<ScanPose>& poses, RegistrationTask& task) {
+void add_poses(const std::vector<ScanPose>& poses, capture::RegistrationTask& task) {
   for (const ScanPose& pose : poses) {
     require_exists(pose.scan);
     task.files.push_back(pose.scan);
@@ -24,10 +24,10 @@ void add_poses(const std::vector<ScanPose>& poses, RegistrationTask& task) {
 }
 
 /// Scans, folders of scans, and .conf files, which bring poses.
-void add_scans(const std::vector<fs::path>& given, RegistrationTask& task) {
+void add_scans(const std::vector<fs::path>& given, capture::RegistrationTask& task) {
   for (const fs::path& path : given) {
     if (fs::is_directory(path)) {
-      for (const fs::path& file : scans_in_folder(path)) task.files.push_back(file);
+      for (const fs::path& file : capture::scans_in_folder(path)) task.files.push_back(file);
       task.initial.resize(task.files.size());
     } else if (lower_extension(path) == ".conf") {
       add_poses(read_scan_poses(path), task);
@@ -40,7 +40,7 @@ void add_scans(const std::vector<fs::path>& given, RegistrationTask& task) {
 }
 
 /// Poses of another .conf for the scans that it names, by name, or by folder and name.
-void set_initial(const fs::path& conf, const std::vector<std::string>& names, RegistrationTask& task) {
+void set_initial(const fs::path& conf, const std::vector<std::string>& names, capture::RegistrationTask& task) {
   std::size_t num_found = 0;
   for (const ScanPose& pose : read_scan_poses(conf)) {
     for (std::size_t k = 0; k < names.size(); ++k) {
@@ -67,7 +67,7 @@ int cmd_register(CommandRun& run) {
   std::vector<fs::path> given;
   fs::path output, initial;
   std::string reference = "0";
-  RegistrationTask task;
+  capture::RegistrationTask task;
   run.line.positional_list("SCANS", "Scans (.ply, .pcd, .obj), folders of scans, or .conf files that name scans and where they stand", given);
   run.line.output("FOLDER", "Folder to make: registration.json, poses.conf, registration.png", output);
   run.line.option("reference", "SCAN", "The scan whose frame the others are brought into: its name, or its number from 0", reference);
@@ -83,16 +83,16 @@ int cmd_register(CommandRun& run) {
   if (!run.parse()) return 0;
 
   add_scans(given, task);
-  const std::vector<std::string> names = scan_names(task.files);
+  const std::vector<std::string> names = capture::scan_names(task.files);
   task.reference = reference_index(reference, names);
   if (!initial.empty()) set_initial(initial, names, task);
   if (std::none_of(task.initial.begin(), task.initial.end(), [](const auto& pose) { return pose.has_value(); })) task.initial.clear();
   const std::string file = names[static_cast<std::size_t>(task.reference)];
-  const std::optional<JobStatus> status = run.make_folder(plan_registration(std::move(task), output), "register");
+  const std::optional<JobStatus> status = run.make_folder(capture::plan_registration(std::move(task), output), "register");
   if (!status) return 0;
 
   const Json registration = load_json(output / "registration.json");
-  for (const std::string& line : registration_table(registration)) run.note(line);
+  for (const std::string& line : capture::registration_table(registration)) run.note(line);
   Json scans = Json::array();
   for (const Json& s : registration.at("scans")) {
     scans.push_back({{"file", s.at("file")}, {"status", s.at("status")}, {"matrix", s.at("matrix")}, {"residual", s.at("residual")}, {"overlap", s.at("overlap")}});
@@ -101,4 +101,4 @@ int cmd_register(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

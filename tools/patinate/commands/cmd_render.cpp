@@ -23,7 +23,7 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "transfer/lookup/transfer_reader.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -119,7 +119,7 @@ int render_history(CommandRun& run, const RenderCommand& command) {
   if (is_series(command.output)) throw UsageError("-o: a history has no object; `patinate export` makes movies of histories");
   const HistoryReader history(command.subject);
   const std::vector<double> times = command.times.resolve(run, history.manifest(), 5);
-  const std::string key = begin_key(command, times).add(history_content_key(history)).hex();
+  const std::string key = begin_key(command, times).add(transfer::history_content_key(history)).hex();
   return finish(run, command, key, [&] {
     std::vector<ImageF> pictures;
     for (double t : times) pictures.push_back(history.sample(t));
@@ -198,4 +198,4 @@ int cmd_render(CommandRun& run) {
   }
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -6,7 +6,7 @@
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/commands/commands.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -16,14 +16,14 @@ struct SimulateOptions {
   std::int64_t iterations = 0;
   std::int64_t history_every = 0;
   int resolution = 0;
-  ColorForm color_form = ColorForm::Normalised;
+  simulation::ColorForm color_form = simulation::ColorForm::Normalised;
 };
 
 void describe(OptionVisitor& v, SimulateOptions& o) {
   v.visit({"iterations", "How long it runs; 0 = as the scene says", "", between(0, 1e9)}, o.iterations);
   v.visit({"history_every", "Iterations from one frame of the history to the next; 0 = as the scene says", "", between(0, 1e9)}, o.history_every);
   v.visit({"resolution", "Texels along each side of the atlas; 0 = as the scene says", "", between(0, 16384)}, o.resolution);
-  v.visit_choice({"color_form", "How colours mix: normalised weights, or the form of the published shader"}, o.color_form, kColorFormNames);
+  v.visit_choice({"color_form", "How colours mix: normalised weights, or the form of the published shader"}, o.color_form, simulation::kColorFormNames);
 }
 
 std::string list_text(const Json& names) {
@@ -58,21 +58,21 @@ int cmd_simulate(CommandRun& run) {
   run.line.example("simulate rust.json -o rust");
   run.line.example("simulate rust.json -o rust --controls hits --controls water.deposited --iterations 500");
   if (!run.parse()) return 0;
-  SceneFile file = read_scene(scene_path, run.control("scene"));
+  simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
   for (const std::string& note : file.notes) run.note(note);
   if (options.iterations > 0) file.iterations = options.iterations;
   if (options.history_every > 0) file.history_every = options.history_every;
   if (options.resolution > 0 && options.resolution < 16) throw UsageError("--resolution: found `" + std::to_string(options.resolution) + "`; expected 0 or [16, 16384]");
   if (options.resolution > 0) file.scene.resolution = options.resolution;
   if (run.line.is_given("seed")) file.scene.seed = static_cast<std::uint64_t>(run.line.common().seed);
-  const std::vector<std::string> names = parameter_map_names(file.scene.materials);
+  const std::vector<std::string> names = simulation::parameter_map_names(file.scene.materials);
   for (const std::string& name : controls) {
     if (std::find(names.begin(), names.end(), name) == names.end()) throw UsageError("--controls: found `" + name + "`; expected a parameter map" + did_you_mean(name, names));
     if (std::find(file.controls.begin(), file.controls.end(), name) == file.controls.end()) file.controls.push_back(name);
   }
-  SimulationOptions simulation;
+  simulation::SimulationOptions simulation;
   simulation.color_form = options.color_form;
-  const std::optional<JobStatus> status = run.make_folder(plan_simulation(std::move(file), simulation, output), "simulate");
+  const std::optional<JobStatus> status = run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");
   if (!status) return 0;
   const Json manifest = load_json(output / "simulation.json");
   if (manifest.contains("outside")) run.note("its folder holds its scene but for " + list_text(manifest["outside"]) + ", which stays where it is; keep both to open it again");
@@ -81,4 +81,4 @@ int cmd_simulate(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -19,7 +19,7 @@
 #include "tools/studio/session.h"
 #include "tools/studio/studio.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -55,7 +55,7 @@ struct SessionArgument {
 
 int save_session(CommandRun& run, const fs::path& folder, const SessionArgument& argument) {
   require_extension(argument.file, {".html"});
-  SessionOptions options;
+  studio::SessionOptions options;
   options.place = argument.place.empty() ? "." : argument.place;
   options.times = argument.times;
   if (argument.size) {
@@ -64,7 +64,7 @@ int save_session(CommandRun& run, const fs::path& folder, const SessionArgument&
   }
   std::error_code error;
   if (fs::exists(argument.file, error) && !run.line.common().force) throw CannotComplete(argument.file.string() + ": exists; --force replaces it");
-  Studio studio(ServedFolder(folder), {.version = PATINATE_VERSION, .token = {}, .port = 0, .hosts = {}, .num_threads = run.line.common().threads}, [] {});
+  studio::Studio studio(studio::ServedFolder(folder), {.version = PATINATE_VERSION, .token = {}, .port = 0, .hosts = {}, .num_threads = run.line.common().threads}, [] {});
   write_atomically(argument.file, studio.session(options, run.control("studio")));
   run.report_output(JobStatus::Done, argument.file);
   return 0;
@@ -99,26 +99,26 @@ int cmd_studio(CommandRun& run) {
   std::error_code error;
   if (fs::is_regular_file(folder, error)) folder = folder_of(folder);
   if (session.is_given()) return save_session(run, folder, session);
-  ServedFolder served(folder);
+  studio::ServedFolder served(folder);
   std::vector<fs::path> readable{served.path()};
   readable.insert(readable.end(), also_read.begin(), also_read.end());
-  const fs::path recordings = recording_folder(served);
+  const fs::path recordings = studio::recording_folder(served);
   const ReadLimit limit(readable);  // also of what histories, scenes and meshes name
-  HttpServer server({.port = port.port});
-  const std::string token = random_token();
+  studio::HttpServer server({.port = port.port});
+  const std::string token = studio::random_token();
   bool has_quit = false;
   take_time_to_end(kLongestEnd);
-  Studio studio(std::move(served), {.version = PATINATE_VERSION, .token = token, .port = server.port(), .hosts = hosts, .num_threads = run.line.common().threads},
+  studio::Studio studio(std::move(served), {.version = PATINATE_VERSION, .token = token, .port = server.port(), .hosts = hosts, .num_threads = run.line.common().threads},
                 [&] {
                   has_quit = true;
                   server.stop();
                 });
   tell_address(run, server.port(), token, recordings);
-  server.run({.admit = [&](const HttpRequest& request) { return studio.admit(request); },
-              .answer = [&](const HttpRequest& request, const std::stop_token& gone) { return studio.answer(request, gone); },
-              .open = [&](const HttpRequest& request, const std::shared_ptr<WebSocketPeer>& peer) { return studio.open(request, peer); }},
+  server.run({.admit = [&](const studio::HttpRequest& request) { return studio.admit(request); },
+              .answer = [&](const studio::HttpRequest& request, const std::stop_token& gone) { return studio.answer(request, gone); },
+              .open = [&](const studio::HttpRequest& request, const std::shared_ptr<studio::WebSocketPeer>& peer) { return studio.open(request, peer); }},
              run.control("studio").stop);
   return has_quit ? 0 : kInterruptedExitCode;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

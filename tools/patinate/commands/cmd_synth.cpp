@@ -3,7 +3,7 @@
 #include "datasets_synthetic/object_io.h"
 #include "tools/patinate/commands/commands.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -14,11 +14,11 @@ const std::vector<std::string> kKinds{"crackle", "fence", "ledge", "mould", "scu
 int cmd_synth(CommandRun& run) {
   std::string kind;
   std::filesystem::path output;
-  CrackleOptions crackle_options;
-  FenceOptions fence_options;
-  LedgeOptions ledge_options;
-  MouldOptions mould_options;
-  SculptureOptions sculpture_options;
+  datasets::CrackleOptions crackle_options;
+  datasets::FenceOptions fence_options;
+  datasets::LedgeOptions ledge_options;
+  datasets::MouldOptions mould_options;
+  datasets::SculptureOptions sculpture_options;
   run.line.positional("KIND", "crackle (a capture project with its truth), mould (one of scans and lights, with its truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)", kind);
   run.line.choices(kKinds);
   run.line.output("FOLDER", "Folder to make", output);
@@ -36,14 +36,14 @@ int cmd_synth(CommandRun& run) {
   run.line.example("synth fence -o fence");
   run.line.example("synth crackle --help");
   if (!run.parse()) return 0;
-  const JobPlan plan = kind == "crackle" ? plan_crackle(crackle_options, output)
-                       : kind == "fence" ? plan_fence(fence_options, output)
-                       : kind == "ledge" ? plan_ledge(ledge_options, output)
-                       : kind == "mould" ? plan_mould(mould_options, output)
-                                         : plan_sculpture(sculpture_options, output);
+  const JobPlan plan = kind == "crackle" ? datasets::plan_crackle(crackle_options, output)
+                       : kind == "fence" ? datasets::plan_fence(fence_options, output)
+                       : kind == "ledge" ? datasets::plan_ledge(ledge_options, output)
+                       : kind == "mould" ? datasets::plan_mould(mould_options, output)
+                                         : datasets::plan_sculpture(sculpture_options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "synth " + kind);
   if (status) run.report_output(*status, output);
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

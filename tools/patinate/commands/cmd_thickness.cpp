@@ -10,12 +10,12 @@
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/output_file.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
 struct ThicknessCommandOptions {
-  ThicknessOptions thickness;
+  capture::ThicknessOptions thickness;
 };
 void describe(OptionVisitor& v, ThicknessCommandOptions& o) { describe(v, o.thickness); }
 
@@ -67,9 +67,9 @@ int cmd_thickness(CommandRun& run) {
     run.report_output(*status, output);
     return 0;
   }
-  ThicknessMap map;
+  capture::ThicknessMap map;
   try {
-    map = thickness_from_transmission(read_light(photo, curve), blank.empty() ? ImageF() : read_light(blank, curve), mask.empty() ? ImageU8() : read_mask(mask),
+    map = capture::thickness_from_transmission(read_light(photo, curve), blank.empty() ? ImageF() : read_light(blank, curve), mask.empty() ? ImageU8() : read_mask(mask),
                                       options.thickness, run.control("thickness"));
   } catch (const IoError&) {
     throw;
@@ -93,4 +93,4 @@ int cmd_thickness(CommandRun& run) {
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -21,7 +21,7 @@
 #include "transfer/synthesis/transfer_controls.h"
 #include "transfer/job/transfer_job.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -44,9 +44,9 @@ std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map)
 }
 
 /// Says what the values of a library's control mean, and that it would help. Candidates are drawn by the first two controls: it becomes one of them.
-void note_library(const std::vector<LibraryPart>& library, std::vector<TransferControl>& controls, CommandRun& run) {
+void note_library(const std::vector<LibraryPart>& library, std::vector<transfer::TransferControl>& controls, CommandRun& run) {
   if (library.empty()) return;
-  const auto found = std::find_if(controls.begin(), controls.end(), [](const TransferControl& c) { return c.source == kLibraryControl; });
+  const auto found = std::find_if(controls.begin(), controls.end(), [](const transfer::TransferControl& c) { return c.source == kLibraryControl; });
   std::string list;
   for (std::size_t p = 0; p < library.size(); ++p) list += (p == 0 ? "" : ", ") + std::to_string(p) + " " + library[p].name;
   if (found == controls.end()) {
@@ -57,20 +57,20 @@ void note_library(const std::vector<LibraryPart>& library, std::vector<TransferC
   if (found - controls.begin() > 1) std::rotate(controls.begin() + 1, found, found + 1);
 }
 
-std::vector<TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
+std::vector<transfer::TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
                                            const ControlKindOptions& kinds, CommandRun& run) {
-  std::vector<TransferControl> controls;
+  std::vector<transfer::TransferControl> controls;
   for (const std::string& text : texts) {
-    const ControlSpec spec = parse_control_spec(text);
-    const std::string source = source_control(history, spec);
-    for (const TransferControl& other : controls) {
+    const transfer::ControlSpec spec = transfer::parse_control_spec(text);
+    const std::string source = transfer::source_control(history, spec);
+    for (const transfer::TransferControl& other : controls) {
       if (other.source == source) throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
     }
     ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source));
     for (const std::string& note : made.notes) run.note(note);
     const auto [low, high] = covered_range(made.values, map);
-    controls.push_back(make_transfer_control(history, spec, std::move(made)));
-    if (!(low < high) && controls.back().mapping != ControlMapping::Physical) {
+    controls.push_back(transfer::make_transfer_control(history, spec, std::move(made)));
+    if (!(low < high) && controls.back().mapping != transfer::ControlMapping::Physical) {
       run.note("control `" + source + "`: `" + spec.destination + "` is the same all over the mesh, so that it decides nothing");
     }
   }
@@ -82,7 +82,7 @@ std::vector<TransferControl> make_controls(const std::vector<std::string>& texts
 ImageU8 read_source_mask(const std::filesystem::path& file, const HistoryReader& history) {
   ImageU8 mask = read_mask(file);
   try {
-    (void)usable_mask(history, mask);
+    (void)transfer::usable_mask(history, mask);
   } catch (const IoError&) {
     throw;
   } catch (const InvalidInput& e) {
@@ -124,11 +124,11 @@ int cmd_transfer(CommandRun& run) {
   MeshSource mesh_source;
   AtlasOptions atlas;
   std::optional<double> texel_size_mm;
-  TransferOptions options;
+  transfer::TransferOptions options;
   ControlKindOptions kinds;
   std::string flow = "gravity";
   std::filesystem::path source_mask;
-  CacheOptions cache;
+  transfer::CacheOptions cache;
   run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
@@ -153,10 +153,10 @@ int cmd_transfer(CommandRun& run) {
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.
-    (void)ControlExpression(parse_control_spec(text).destination, control_kind_names());
+    (void)ControlExpression(transfer::parse_control_spec(text).destination, control_kind_names());
   }
 
-  TransferTask task;
+  transfer::TransferTask task;
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;
@@ -178,11 +178,11 @@ int cmd_transfer(CommandRun& run) {
   task.input.controls = make_controls(control_texts, history, *task.input.map, kinds, run);
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
-  task.input.appearance = appearance_source(history, cache);
-  const std::optional<JobStatus> status = run.make_folder(plan_transfer(std::move(task), output), "transfer");
+  task.input.appearance = transfer::appearance_source(history, cache);
+  const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;
-  run.report_output(*status, output, energy_json(read_transfer_manifest(output).energy));
+  run.report_output(*status, output, transfer::energy_json(transfer::read_transfer_manifest(output).energy));
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

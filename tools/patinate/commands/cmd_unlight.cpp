@@ -5,11 +5,11 @@
 #include "libcommon/core/text.h"
 #include "tools/patinate/commands/commands.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 int cmd_unlight(CommandRun& run) {
   std::filesystem::path step_file, output;
-  UnlightOptions options;
+  capture::UnlightOptions options;
   run.line.positional("STEP", "A step.json: photographs, lights and scan (docs/unlighting.md)", step_file);
   run.line.output("FOLDER", "Folder of maps to make: albedo, standard deviation, normals, highlights, a report", output);
   run.line.options(options);
@@ -17,10 +17,10 @@ int cmd_unlight(CommandRun& run) {
   run.line.example("unlight cat.json --strengths -o cat");
   if (!run.parse()) return 0;
 
-  const JobPlan plan = plan_unlight(read_unlight_step(step_file), options, output);
+  const JobPlan plan = capture::plan_unlight(capture::read_unlight_step(step_file), options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "unlight");
   if (!status) return 0;
-  const Json made = load_json(output / kUnlitManifestFile);
+  const Json made = load_json(output / capture::kUnlitManifestFile);
   for (const Json& note : made.at("notes")) run.note(note.get<std::string>());
   const double determined = made.at("determined_pixels").get<double>(), surface = made.at("surface_pixels").get<double>();
   double left_out = 0.0;
@@ -34,4 +34,4 @@ int cmd_unlight(CommandRun& run) {
   return made.at("is_converged").get<bool>() ? 0 : 1;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -18,7 +18,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "transfer/lookup/transfer_reader.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -53,25 +53,25 @@ void check_history(const std::filesystem::path& path, Checks& checks, const RunC
 }
 
 /// Decodes every photograph.
-void check_capture(const CaptureProject& project, Checks& checks, const RunControl& control) {
+void check_capture(const capture::CaptureProject& project, Checks& checks, const RunControl& control) {
   double num_done = 0.0;
-  for (const CapturePhoto& frame : project.frames) {
+  for (const capture::CapturePhoto& frame : project.frames) {
     control.throw_if_stopped();
-    checks.run([&] { (void)read_photo(project, frame.file); });
+    checks.run([&] { (void)capture::read_photo(project, frame.file); });
     control.report(++num_done / (static_cast<double>(project.frames.size()) + 1.0));
   }
   if (project.transmission) {
-    checks.run([&] { (void)read_photo(project, project.transmission->photo); });
-    if (project.transmission->blank) checks.run([&] { (void)read_photo(project, *project.transmission->blank); });
+    checks.run([&] { (void)capture::read_photo(project, project.transmission->photo); });
+    if (project.transmission->blank) checks.run([&] { (void)capture::read_photo(project, *project.transmission->blank); });
   }
-  for (const GivenControl& c : project.controls) {
-    checks.run([&] { (void)to_history_size(read_gray(c.file), project, c.file); });
+  for (const capture::GivenControl& c : project.controls) {
+    checks.run([&] { (void)capture::to_history_size(read_gray(c.file), project, c.file); });
   }
-  checks.run([&] { (void)read_capture_mask(project); });
+  checks.run([&] { (void)capture::read_capture_mask(project); });
 }
 
-void check_relit(const RelitProject& project, Checks& checks, const RunControl& control) {
-  for (const RelitStep& step : project.steps) {
+void check_relit(const capture::RelitProject& project, Checks& checks, const RunControl& control) {
+  for (const capture::RelitStep& step : project.steps) {
     control.throw_if_stopped();
     if (step.scan) checks.run([&] { (void)read_point_cloud(*step.scan); });
     for (const std::filesystem::path& photo : step.photos) checks.run([&] { (void)read_color(photo, project.response); });
@@ -87,18 +87,18 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
   switch (kind_of(path)) {
     case PathKind::History: return check_history(path, checks, control);
     case PathKind::Transfer: {
-      const TransferReader transfer(path);
+      const transfer::TransferReader transfer(path);
       return check_history(transfer.history().folder(), checks, control);
     }
     case PathKind::Capture:
-      if (is_relit_capture(capture_file(path))) return check_relit(read_relit_project(capture_file(path)), checks, control);
-      return check_capture(read_capture_project(capture_file(path)), checks, control);
+      if (capture::is_relit_capture(capture_file(path))) return check_relit(capture::read_relit_project(capture_file(path)), checks, control);
+      return check_capture(capture::read_capture_project(capture_file(path)), checks, control);
     case PathKind::Registration: return check_registration(path);
     case PathKind::Unlit: return check_unlit(path);
     case PathKind::Calibration: return check_calibration(path);
     case PathKind::Simulation: {
       const std::filesystem::path folder = manifest_folder(path, "simulation.json");
-      const SimulationManifest m = read_simulation_manifest(path);
+      const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
       std::vector<std::string> channels;
       for (const std::string& material : m.materials) channels.push_back("amount." + material);
       checks.run([&] { (void)read_channels(folder / "atlas.exr", channels); });
@@ -109,15 +109,15 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
       return check_history(folder / "history", checks, control);
     }
     case PathKind::Factorization: {
-      const FactorizationManifest m = read_factorization(path);
+      const analysis::FactorizationManifest m = analysis::read_factorization(path);
       for (const auto& [name, file] : m.maps) checks.run([&file = file] { (void)(file.extension() == ".png" ? read_mask(file).width() : static_cast<int>(probe_image(file).channels.size())); });
-      for (const char* name : {"base", "gain"}) checks.run([&] { (void)read_channels(manifest_folder(path, kFactorizationManifestFile) / "maps" / (std::string(name) + ".exr"), {"R", "G", "B"}); });
+      for (const char* name : {"base", "gain"}) checks.run([&] { (void)read_channels(manifest_folder(path, analysis::kFactorizationManifestFile) / "maps" / (std::string(name) + ".exr"), {"R", "G", "B"}); });
       return check_history(m.history, checks, control);
     }
     case PathKind::Fit: {
-      const std::filesystem::path folder = manifest_folder(path, kFitReportFile);
-      (void)read_fit_manifest(path);
-      checks.run([&] { (void)read_scene(folder / "scene.json", control); });
+      const std::filesystem::path folder = manifest_folder(path, analysis::kFitReportFile);
+      (void)analysis::read_fit_manifest(path);
+      checks.run([&] { (void)simulation::read_scene(folder / "scene.json", control); });
       checks.run([&] { check_history(folder / "before", checks, control); });
       return checks.run([&] { check_history(folder / "after", checks, control); });
     }
@@ -151,4 +151,4 @@ int cmd_validate(CommandRun& run) {
   return 3;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

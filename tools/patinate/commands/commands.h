@@ -4,7 +4,7 @@
 
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/core/error.h.
 int cmd_accessibility(CommandRun& run);
@@ -33,4 +33,4 @@ int cmd_transfer(CommandRun& run);
 int cmd_unlight(CommandRun& run);
 int cmd_validate(CommandRun& run);
 
-}  // namespace patinate
+}  // namespace patinate::cli

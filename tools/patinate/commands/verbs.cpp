@@ -5,7 +5,7 @@
 
 #include "tools/patinate/commands/commands.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -84,4 +84,4 @@ std::string overview() {
   return text + "\n`patinate COMMAND --help` says more. `patinate --version` prints the version.\n";
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -10,7 +10,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "transfer/lookup/texture_files.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -25,8 +25,8 @@ using Write = std::function<void(std::span<const std::uint8_t> rows)>;
 
 /// Of one transfer, for all of its textures.
 struct TransferTextures {
-  std::shared_ptr<const TransferFolder> transfer;
-  TextureWriter writer;
+  std::shared_ptr<const transfer::TransferFolder> transfer;
+  transfer::TextureWriter writer;
   RunControl silent;
 
   /// @param make  make(tile, write)
@@ -40,14 +40,14 @@ struct TransferTextures {
   }
 };
 
-std::vector<GlbLook> looks_of_transfer(const std::shared_ptr<const TransferFolder>& transfer, const std::vector<double>& times, const std::vector<std::string>& labels,
+std::vector<GlbLook> looks_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer, const std::vector<double>& times, const std::vector<std::string>& labels,
                                        const RunControl& control) {
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   RunControl silent = control;
   silent.on_progress = {};
   const auto textures = std::make_shared<const TransferTextures>(
-      TransferTextures{transfer, TextureWriter(*transfer, {.with_turns = has(MaterialMap::Normal)}, control), silent});
+      TransferTextures{transfer, transfer::TextureWriter(*transfer, {.with_turns = has(MaterialMap::Normal)}, control), silent});
   const auto map_at = [textures](MaterialMap map, double t) { return sample_material_map(textures->transfer->history(), map, t, Between::Blend); };
   std::vector<GlbLook> looks;
   for (std::size_t i = 0; i < times.size(); ++i) {
@@ -73,15 +73,15 @@ std::vector<GlbLook> looks_of_transfer(const std::shared_ptr<const TransferFolde
 }
 
 AgingGlb glb_of_transfer(const std::filesystem::path& path) {
-  const auto transfer = std::make_shared<const TransferFolder>(path);
+  const auto transfer = std::make_shared<const transfer::TransferFolder>(path);
   const AtlasMesh atlas = transfer->read_atlas();
-  const TransferManifest& m = transfer->manifest();
+  const transfer::TransferManifest& m = transfer->manifest();
   AgingGlb out;
   out.key = m.key;
   out.history = transfer->history().manifest();
   out.tiles = {transfer->sheet().names, atlas.triangle_tile};
   out.mesh = unit_square_mesh(atlas);
-  out.metres_per_unit = metres_per_unit(m);
+  out.metres_per_unit = transfer::metres_per_unit(m);
   out.looks = [transfer](const auto& times, const auto& labels, const RunControl& control) { return looks_of_transfer(transfer, times, labels, control); };
   return out;
 }
@@ -108,4 +108,4 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path) {
 
 AgingGlb open_aging_glb(const std::filesystem::path& path) { return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path) : glb_of_transfer(path); }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -12,7 +12,7 @@
 #include "libcommon/history/history.h"
 #include "libcommon/output/glb.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 struct AgingGlb {
   std::string key;          ///< Content key of all that its looks depend on.
@@ -27,4 +27,4 @@ struct AgingGlb {
 /// @param path  A transfer or a simulation. @throws IoError
 [[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path);
 
-}  // namespace patinate
+}  // namespace patinate::cli

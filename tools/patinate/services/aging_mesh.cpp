@@ -9,13 +9,13 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "transfer/lookup/transfer_reader.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
 AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
-  const auto transfer = std::make_shared<const TransferReader>(path);
-  const TransferManifest& m = transfer->manifest();
+  const auto transfer = std::make_shared<const transfer::TransferReader>(path);
+  const transfer::TransferManifest& m = transfer->manifest();
   AgingMesh mesh;
   mesh.key = m.key;
   mesh.history = transfer->history().manifest();
@@ -23,7 +23,7 @@ AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
   mesh.triangle_tile = transfer->atlas().triangle_tile;
   mesh.mesh = transfer->mesh();
   mesh.unit_mesh = unit_square_mesh(transfer->atlas());
-  mesh.metres_per_unit = metres_per_unit(m);
+  mesh.metres_per_unit = transfer::metres_per_unit(m);
   mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
   const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
@@ -43,7 +43,7 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path) {
   const std::filesystem::path folder = manifest_folder(path, "simulation.json");
   const auto history = std::make_shared<const HistoryReader>(folder / "history");
   AgingMesh mesh;
-  mesh.key = read_simulation_manifest(path).key;
+  mesh.key = simulation::read_simulation_manifest(path).key;
   mesh.history = history->manifest();
   mesh.tile_names = {""};
   mesh.mesh = with_normals(read_mesh(folder / "model.glb"));
@@ -59,4 +59,4 @@ AgingMesh open_aging_mesh(const std::filesystem::path& path) {
   return kind_of(path) == PathKind::Simulation ? aging_mesh_of_simulation(path) : aging_mesh_of_transfer(path);
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -16,7 +16,7 @@
 #include "libcommon/image/image.h"
 #include "libcommon/output/render.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 struct AgingMesh {
   std::string key;           ///< Content key of all that its looks depend on.
@@ -35,4 +35,4 @@ struct AgingMesh {
 /// @param path  A transfer or a simulation. @throws IoError
 [[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path);
 
-}  // namespace patinate
+}  // namespace patinate::cli

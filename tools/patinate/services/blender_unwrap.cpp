@@ -26,7 +26,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -226,4 +226,4 @@ Mesh blender_unwrap(Mesh mesh, int resolution, const RunControl& control) {
   return mesh;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

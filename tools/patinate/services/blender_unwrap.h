@@ -5,7 +5,7 @@
 #include "libcommon/core/run_control.h"
 #include "libcommon/geometry/mesh.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// The mesh with UVs in [0, 1] that `blender`, found on the PATH, makes; existing ones are replaced. Charts lie two texels apart at
 /// `resolution` x `resolution` texels, as far as Blender keeps to that. Positions and triangles stay as they are.
@@ -13,4 +13,4 @@ namespace patinate {
 /// @throws Cancelled within 50 ms of a stop; Blender is ended then.
 [[nodiscard]] Mesh blender_unwrap(Mesh mesh, int resolution, const RunControl& control = {});
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -17,7 +17,7 @@
 #include "libcommon/geometry/light_io.h"
 #include "libcommon/image/image_io.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -49,7 +49,7 @@ struct Unlit {
 };
 
 Unlit read_unlit(const fs::path& path) {
-  const fs::path file = file_in(path, kUnlitManifestFile);
+  const fs::path file = file_in(path, capture::kUnlitManifestFile);
   const Json content = load_json(file);
   JsonReader json(file.string(), content);
   json.expect_format("patinate.unlit", 1);
@@ -89,7 +89,7 @@ Facts registration_facts(const fs::path& path) {
   facts.add("unit", json.at("unit"), json.at("unit").is_string() ? json.at("unit").get<std::string>() : "not said");
   facts.add("reference", json.at("reference").get<std::string>());
   std::string table = std::to_string(scans.size()) + ", " + std::to_string(placed) + " of them placed";
-  for (const std::string& line : registration_table(json)) table += "\n    " + line;
+  for (const std::string& line : capture::registration_table(json)) table += "\n    " + line;
   facts.add("scans", list, table);
   facts.add("pairs", static_cast<std::int64_t>(json.at("pairs").size()));
   facts.add("key", json.at("key").get<std::string>());
@@ -124,7 +124,7 @@ Facts calibration_facts(const fs::path& path) {
   JsonReader json(path.string(), content);
   json.expect_format("patinate.calibration", 1);
   Facts facts("calibration");
-  facts.add("calibrated", std::string(kCalibrationKindNames[static_cast<std::size_t>(json.member("kind").choice(kCalibrationKindNames))]));
+  facts.add("calibrated", std::string(capture::kCalibrationKindNames[static_cast<std::size_t>(json.member("kind").choice(capture::kCalibrationKindNames))]));
   facts.add("unit", json.member("unit").string());
   if (json.has("camera")) {
     const Camera camera = read_camera(path);
@@ -212,4 +212,4 @@ void check_unlit(const fs::path& path) {
 
 void check_calibration(const fs::path& path) { (void)calibration_facts(path); }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -6,7 +6,7 @@
 
 #include "tools/patinate/command_line/facts.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// @param path  The folder, or its registration.json. @throws IoError
 [[nodiscard]] Facts registration_facts(const std::filesystem::path& path);
@@ -22,4 +22,4 @@ void check_unlit(const std::filesystem::path& path);
 /// Camera and lights can be read as a project reads them. @throws IoError
 void check_calibration(const std::filesystem::path& path);
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -13,7 +13,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "transfer/lookup/transfer_reader.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -40,7 +40,7 @@ std::int64_t pixel_of(const ImageF& coordinates, int width, std::int64_t texel) 
   return x < 0.0f ? -1 : static_cast<std::int64_t>(y) * width + static_cast<std::int64_t>(x);
 }
 
-std::vector<std::uint32_t> pixels_of(const TransferReader& transfer) {
+std::vector<std::uint32_t> pixels_of(const transfer::TransferReader& transfer) {
   std::vector<std::uint32_t> pixels;
   for (std::int64_t i = 0; i < transfer.coordinates().num_pixels(); ++i) {
     const std::int64_t pixel = pixel_of(transfer.coordinates(), transfer.history().manifest().width, i);
@@ -114,7 +114,7 @@ std::string csv_of(CommandRun& run, const HistoryReader& history, const std::vec
   return text;
 }
 
-std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader& history, const TransferReader* transfer) {
+std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader& history, const transfer::TransferReader* transfer) {
   const std::vector<std::uint32_t> all = transfer != nullptr ? pixels_of(*transfer) : pixels_of(history);
   std::vector<Region> regions{{"all", all}};
   if (!curves.by.empty()) {
@@ -149,8 +149,8 @@ int write_curves(CommandRun& run, const CurvesArgument& curves, const std::files
   if (kind != PathKind::History && kind != PathKind::Transfer) {
     throw InvalidInput(subject.string() + ": is no history or transfer, and has no curves");
   }
-  std::unique_ptr<const TransferReader> transfer;
-  if (kind == PathKind::Transfer) transfer = std::make_unique<const TransferReader>(subject);
+  std::unique_ptr<const transfer::TransferReader> transfer;
+  if (kind == PathKind::Transfer) transfer = std::make_unique<const transfer::TransferReader>(subject);
   const HistoryReader history(transfer ? transfer->history().folder() : subject);
   const std::string text = csv_of(run, history, regions_of(curves, history, transfer.get()));
   // A CSV carries no key: it is up to date when it holds just this.
@@ -162,4 +162,4 @@ int write_curves(CommandRun& run, const CurvesArgument& curves, const std::files
   return 0;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -8,7 +8,7 @@
 
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 struct CurvesArgument {
   std::filesystem::path file;     ///< "" = no curves.
@@ -22,4 +22,4 @@ struct CurvesArgument {
 /// @returns the command's exit code.
 int write_curves(CommandRun& run, const CurvesArgument& curves, const std::filesystem::path& subject);
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -8,15 +8,15 @@
 #include "libcommon/core/text.h"
 #include "transfer/guidance/scale.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
 /// What the command says when sizes were chosen, not known.
-void note_scale(const TransferScale& scale, CommandRun& run) {
-  if (scale.source == ScaleSource::PixelAssumed) {
+void note_scale(const transfer::TransferScale& scale, CommandRun& run) {
+  if (scale.source == transfer::ScaleSource::PixelAssumed) {
     run.note("the history has no texel size: one pixel of it covers one texel (" + number_text(scale.texel_size_mm) + " mm); --texel-size sets it");
-  } else if (scale.source == ScaleSource::MeshScaled) {
+  } else if (scale.source == transfer::ScaleSource::MeshScaled) {
     run.note("the mesh has no unit: it is scaled so that one texel equals one pixel of the history; --unit sets it");
   }
 }
@@ -32,7 +32,7 @@ void note_ratio(double pixels_per_texel, double equal_resolution, CommandRun& ru
 
 /// A surface on which texture makes no sense: of a few pixels of the history, around which every neighborhood would go many times, or of
 /// more than any history can be spread over.
-void require_plausible(const MeshSource& source, const TransferScale& scale, double equal_resolution) {
+void require_plausible(const MeshSource& source, const transfer::TransferScale& scale, double equal_resolution) {
   constexpr double kLeast = 4.0, kMost = 1e8;  // Of the history's pixels, along a side of the atlas.
   if (equal_resolution >= kLeast && equal_resolution <= kMost) return;
   throw IoError(source.path.string(), "with " + number_text(scale.mm_per_mesh_unit) + " mm to its unit and " + number_text(scale.texel_size_mm) + " mm to a pixel of the history, its whole surface is " +
@@ -58,13 +58,13 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
     throw IoError(source.path.string(), "its UVs cover no texel; use a larger --resolution, or --atlas unwrap");
   }
   const auto mm = out.unit ? std::optional(mm_per_unit(*out.unit)) : std::nullopt;
-  const TransferScale scale = choose_scale(mm, pixel_mm, unscaled->median_texel_size_mm());
+  const transfer::TransferScale scale = transfer::choose_scale(mm, pixel_mm, unscaled->median_texel_size_mm());
   out.mm_per_mesh_unit = scale.mm_per_mesh_unit;
   out.texel_size_mm = scale.texel_size_mm;
   AtlasOptions chosen = options;
   require_plausible(source, scale, options.resolution * unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit / scale.texel_size_mm);
   if (!is_resolution_given && out.unit && pixel_mm) {
-    chosen.resolution = choose_resolution(options.resolution, unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit, *pixel_mm,
+    chosen.resolution = transfer::choose_resolution(options.resolution, unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit, *pixel_mm,
                                           static_cast<int>(atlas.tiles.size()));
     note_chosen(chosen.resolution, atlas.tiles.size(), run);
   }
@@ -82,4 +82,4 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
   return out;
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

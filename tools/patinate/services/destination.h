@@ -11,7 +11,7 @@
 #include "tools/patinate/command_line/command_run.h"
 #include "tools/patinate/services/mesh_source.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 struct Destination {
   std::shared_ptr<const AtlasMesh> atlas;  ///< In mm.
@@ -29,4 +29,4 @@ struct Destination {
 [[nodiscard]] Destination make_destination(const MeshSource& source, const AtlasOptions& options, bool is_resolution_given,
                                            std::optional<double> pixel_mm, CommandRun& run);
 
-}  // namespace patinate
+}  // namespace patinate::cli

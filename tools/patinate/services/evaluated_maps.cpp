@@ -17,7 +17,7 @@
 #include "transfer/lookup/transfer_reader.h"
 #include "transfer/synthesis/map_audit.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -38,8 +38,8 @@ std::vector<int> frames_to_compare(int num_frames, int num_times) {
   return out;
 }
 
-SynthesisSource source_of(const History& history, const std::string& control, double pixel_mm, int num_times) {
-  SynthesisSource source;
+analysis::SynthesisSource source_of(const History& history, const std::string& control, double pixel_mm, int num_times) {
+  analysis::SynthesisSource source;
   for (int frame : frames_to_compare(history.num_frames(), num_times)) source.frames.push_back(codes_of(history.read_frame(frame)));
   source.mask = history.read_mask();
   if (!control.empty()) source.control = history.read_control(control);
@@ -47,12 +47,12 @@ SynthesisSource source_of(const History& history, const std::string& control, do
   return source;
 }
 
-Figure energy_figure(const char* name, const char* title, std::optional<double> value, const std::string& undefined = {}) {
+analysis::Figure energy_figure(const char* name, const char* title, std::optional<double> value, const std::string& undefined = {}) {
   return {.name = name, .title = title, .unit = "", .value = value, .undefined = value ? "" : undefined};
 }
 
 /// @param why  Why nothing was audited; "" when it was tried.
-void add_audit(std::vector<Figure>& figures, const OptimumAudit& audit, const std::string& why = {}) {
+void add_audit(std::vector<analysis::Figure>& figures, const transfer::OptimumAudit& audit, const std::string& why = {}) {
   const bool has = audit.num_audited > 0;
   const std::string none = why.empty() ? "no audited texel shows a pixel whose whole neighbourhood lies in the source" : why;
   const std::string undefined = has ? "the least energy is 0" : none;
@@ -88,7 +88,7 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
   }
   const ImageInfo info = probe_image(file);
   const auto has = [&](const char* name) { return std::find(info.channels.begin(), info.channels.end(), name) != info.channels.end(); };
-  if (has(kCoordinateChannels[0]) && has(kCoordinateChannels[1])) return read_channels(file, {kCoordinateChannels[0], kCoordinateChannels[1]});
+  if (has(transfer::kCoordinateChannels[0]) && has(transfer::kCoordinateChannels[1])) return read_channels(file, {transfer::kCoordinateChannels[0], transfer::kCoordinateChannels[1]});
   if (info.channels.size() < 2) throw IoError(file.string(), "has one channel; a coordinate map has x and y");
   ImageF out = read_channels(file, {info.channels[0], info.channels[1]});
   if (extension == ".png") {  // Codes, not shares of 65535.
@@ -99,32 +99,32 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
 
 }  // namespace
 
-EvaluationItem transfer_item(const fs::path& transfer, const EvaluationOptions& options, std::uint64_t seed, const CacheOptions& cache) {
-  const TransferManifest manifest = read_transfer_manifest(transfer);
+analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis::EvaluationOptions& options, std::uint64_t seed, const transfer::CacheOptions& cache) {
+  const transfer::TransferManifest manifest = transfer::read_transfer_manifest(transfer);
   const std::string name = input_name(transfer);
   std::string about = "transfer " + name + ", history " + input_name(manifest.history);
-  for (const RecordedControl& c : manifest.controls) about += ", " + c.text();
+  for (const transfer::RecordedControl& c : manifest.controls) about += ", " + c.text();
   return {.name = name,
           .about = about,
           .key = manifest.key,
           .open = [transfer, name, options, seed, cache](const RunControl& control) {
-            const TransferReader reader(transfer);
-            const TransferManifest& m = reader.manifest();
-            MapToEvaluate out;
+            const transfer::TransferReader reader(transfer);
+            const transfer::TransferManifest& m = reader.manifest();
+            analysis::MapToEvaluate out;
             out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source, m.texel_size_mm, options.num_times);
             out.source.mask = reader.source_mask();
             out.map = {.name = name,
                        .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
                        .coordinates = reader.coordinates(),
                        .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
-            out.map.frames = read_flow_frames(m, *out.map.surface);
+            out.map.frames = transfer::read_flow_frames(m, *out.map.surface);
             out.more = {energy_figure("energy", "Energy (M1)", m.energy.energy), energy_figure("energy_coherence", "Energy, part of coherence (M1)", m.energy.coherence),
                         energy_figure("energy_control", "Energy, part of control (M1)", m.energy.control_mismatch)};
             if (options.num_audits == 0) return out;
-            MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = m.texel_size_mm, .controls = {}, .frames = out.map.frames};
+            transfer::MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = m.texel_size_mm, .controls = {}, .frames = out.map.frames};
             made.source_mask = out.source.mask;
             for (std::size_t i = 0; i < m.controls.size(); ++i) made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
-            add_audit(out.more, audit_map(reader.history(), made, m.measured_with, options.num_audits, seed, control.part(0.3, 1.0), appearance_source(reader.history(), cache)));
+            add_audit(out.more, transfer::audit_map(reader.history(), made, m.measured_with, options.num_audits, seed, control.part(0.3, 1.0), transfer::appearance_source(reader.history(), cache)));
             return out;
           }};
 }
@@ -134,14 +134,14 @@ std::string named_control(const std::string& spec) {
   return spec.substr(0, at + 1) + input_name(spec.substr(at + 1));
 }
 
-EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign, const EvaluationOptions& options, std::uint64_t seed, const CacheOptions& cache) {
+analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign, const analysis::EvaluationOptions& options, std::uint64_t seed, const transfer::CacheOptions& cache) {
   if (foreign.history.empty()) throw UsageError("--history: is needed for " + map.string() + ", which is no transfer: the history that the tool copied from");
   const HistoryReader history(foreign.history);
-  const std::optional<ControlSpec> spec = foreign.control.empty() ? std::nullopt : std::optional(parse_control_spec(foreign.control));
-  if (spec && (spec->weight != 1.0 || spec->mapping != ControlMapping::Rank)) throw UsageError("--control: weight and mapping are the tool's own; give [SOURCE=]MAP with the values that the tool was given");
-  const std::string source_name = spec ? source_control(history, *spec) : "";
+  const std::optional<transfer::ControlSpec> spec = foreign.control.empty() ? std::nullopt : std::optional(transfer::parse_control_spec(foreign.control));
+  if (spec && (spec->weight != 1.0 || spec->mapping != transfer::ControlMapping::Rank)) throw UsageError("--control: weight and mapping are the tool's own; give [SOURCE=]MAP with the values that the tool was given");
+  const std::string source_name = spec ? transfer::source_control(history, *spec) : "";
   ContentHash hash;
-  hash.add_file(map).add(history_content_key(history)).add(source_name);
+  hash.add_file(map).add(transfer::history_content_key(history)).add(source_name);
   if (spec) hash.add_file(spec->destination);
   if (!foreign.picture.empty()) hash.add_file(foreign.picture);
   return {.name = map.stem().string(),
@@ -149,13 +149,13 @@ EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreig
           .key = hash.hex(),
           .open = [map, foreign, spec, source_name, options, seed, cache](const RunControl& control) {
             const HistoryReader source(foreign.history);
-            MapToEvaluate out;
+            analysis::MapToEvaluate out;
             out.source = source_of(source, source_name, 1.0, options.num_times);
             const ImageF wanted = spec ? read_gray(spec->destination) : ImageF();
-            if (!foreign.picture.empty()) out.made = MadePicture{.frame = out.source.frames.size() - 1, .codes = codes_of(read_color(foreign.picture))};
+            if (!foreign.picture.empty()) out.made = analysis::MadePicture{.frame = out.source.frames.size() - 1, .codes = codes_of(read_color(foreign.picture))};
             out.map.name = map.filename().string();
             out.map.coordinates = read_coordinates(map, !wanted.empty() ? wanted : out.made ? out.made->codes : ImageF());
-            out.map.surface = flat_surface(out.map.coordinates.width(), out.map.coordinates.height(), 1.0);
+            out.map.surface = analysis::flat_surface(out.map.coordinates.width(), out.map.coordinates.height(), 1.0);
             if (!spec) {
               if (options.num_audits > 0) add_audit(out.more, {}, "no control was given");
               return out;
@@ -166,10 +166,10 @@ EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreig
             out.map.control = wanted;
             if (options.num_audits == 0) return out;
             const double pixel_mm = options.source_step > 0 ? 1.0 / options.source_step : 1.0;
-            const MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = pixel_mm, .controls = {{source_name, wanted}}};
-            add_audit(out.more, audit_map(source, made, {}, options.num_audits, seed, control, appearance_source(source, cache)));
+            const transfer::MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = pixel_mm, .controls = {{source_name, wanted}}};
+            add_audit(out.more, transfer::audit_map(source, made, {}, options.num_audits, seed, control, transfer::appearance_source(source, cache)));
             return out;
           }};
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

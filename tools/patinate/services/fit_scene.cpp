@@ -11,7 +11,7 @@
 #include "libcommon/core/text.h"
 #include "simulation/job/aged_frames.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace fs = std::filesystem;
 
@@ -98,26 +98,26 @@ void for_each_path(Json& root, F&& f) {
 
 }  // namespace
 
-FitScene::FitScene(const fs::path& file, const std::vector<FitRange>& ranges, const std::vector<std::string>& controls, const RunControl& control)
+FitScene::FitScene(const fs::path& file, const std::vector<analysis::FitRange>& ranges, const std::vector<std::string>& controls, const RunControl& control)
     : file_(file), root_(std::make_shared<Json>(load_json(file))) {
   given_ = root_->dump();
-  base_ = std::make_shared<const SceneFile>(read_scene(file_, *root_, *assets_, control));
-  const std::vector<std::string> known = parameter_map_names(base_->scene.materials);
+  base_ = std::make_shared<const simulation::SceneFile>(simulation::read_scene(file_, *root_, *assets_, control));
+  const std::vector<std::string> known = simulation::parameter_map_names(base_->scene.materials);
   controls_ = base_->controls;
   for (const std::string& name : controls) {
     if (std::find(known.begin(), known.end(), name) != known.end() && std::find(controls_.begin(), controls_.end(), name) == controls_.end()) controls_.push_back(name);
   }
-  for (const FitRange& range : ranges) add_parameter(range);
+  for (const analysis::FitRange& range : ranges) add_parameter(range);
 }
 
-void FitScene::add_parameter(const FitRange& range) {
+void FitScene::add_parameter(const analysis::FitRange& range) {
   Json& root = *root_;
   const std::string& pointer = range.name;
   const auto fail = [&](const std::string& problem) {
     if (range.place.empty()) throw UsageError("--vary: " + pointer + ": " + problem);
     throw IoError(range.place, pointer + " " + problem);
   };
-  for (const FitParameter& p : parameters_) {
+  for (const analysis::FitParameter& p : parameters_) {
     if (p.range.name == pointer) fail("is given twice");
   }
   if (kFixed.contains(pointer)) fail("cannot be varied: it is no property of the surface or its weather");
@@ -138,7 +138,7 @@ void FitScene::add_parameter(const FitRange& range) {
     fail("is not in " + file_.string() + nearest(pointer, all));
   }
   if (!value->is_number()) fail("is " + value->dump().substr(0, 40) + " in " + file_.string() + "; expected a number");
-  FitParameter parameter{.range = range, .start = value->get<double>(), .is_whole = false, .is_look = pointer.starts_with("/appearance/")};
+  analysis::FitParameter parameter{.range = range, .start = value->get<double>(), .is_whole = false, .is_look = pointer.starts_with("/appearance/")};
   const Json before = *value;
   for (const double end : {range.low, range.high}) {
     *value = end;
@@ -167,28 +167,28 @@ Json FitScene::with(const std::vector<double>& values) const {
   return json;
 }
 
-SceneFile FitScene::read(const Json& json) const {
-  SceneFile file = read_scene(file_, json, *assets_);
+simulation::SceneFile FitScene::read(const Json& json) const {
+  simulation::SceneFile file = simulation::read_scene(file_, json, *assets_);
   file.controls = controls_;
   return file;
 }
 
-SurfaceOutline FitScene::outline() const {
-  SurfaceOutline outline{.name = base_->name, .width = base_->scene.resolution, .height = base_->scene.resolution, .time_unit = base_->time_unit, .times = {}, .control_names = controls_};
+analysis::SurfaceOutline FitScene::outline() const {
+  analysis::SurfaceOutline outline{.name = base_->name, .width = base_->scene.resolution, .height = base_->scene.resolution, .time_unit = base_->time_unit, .times = {}, .control_names = controls_};
   for (std::int64_t i = 0; i < base_->iterations; i += base_->history_every) outline.times.push_back(base_->frame_time(i));
   outline.times.push_back(base_->frame_time(base_->iterations));
   return outline;
 }
 
-AgeWith FitScene::age() const {
+analysis::AgeWith FitScene::age() const {
   return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift, const RunControl& control) -> LookAt {
-    SceneFile file = scene.read(scene.with(values));
+    simulation::SceneFile file = scene.read(scene.with(values));
     file.scene.seed += seed_shift;
-    const auto aged = std::make_shared<AgedFrames>(file, SimulationOptions{}, control);
+    const auto aged = std::make_shared<simulation::AgedFrames>(file, simulation::SimulationOptions{}, control);
     return [scene, aged](const std::vector<double>& look_values, const RunControl& look_control) {
-      AgedSurface frames{.name = scene.base_->name, .time_unit = scene.base_->time_unit, .texel_size_mm = aged->texel_size_mm(), .times = aged->times(), .colors = {}, .mask = aged->coverage(), .controls = {}};
+      analysis::AgedSurface frames{.name = scene.base_->name, .time_unit = scene.base_->time_unit, .texel_size_mm = aged->texel_size_mm(), .times = aged->times(), .colors = {}, .mask = aged->coverage(), .controls = {}};
       frames.colors = aged->compose(scene.read(scene.with(look_values)).scene.looks, look_control);
-      for (const ParameterControl& c : aged->controls()) frames.controls.push_back({{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
+      for (const simulation::ParameterControl& c : aged->controls()) frames.controls.push_back({{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
       return frames;
     };
   };
@@ -206,4 +206,4 @@ void FitScene::write(const fs::path& folder, const fs::path& output, const std::
   save_json(folder / "scene.json", json);
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

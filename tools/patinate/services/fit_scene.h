@@ -12,7 +12,7 @@
 #include "libcommon/job/job_inputs.h"
 #include "simulation/files/scene_io.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// Copies are cheap: they share what was read.
 class FitScene {
@@ -21,28 +21,28 @@ class FitScene {
   /// @param controls  Parameter maps to write beside those that the scene asks for, as far as its materials have them: what the history has.
   /// @throws UsageError (IoError where a file names it) for a pointer that is no number of the scene (with those that are named nearly so), is named twice or cannot be varied;
   /// IoError for a scene that cannot be read, or not with an end of a range.
-  FitScene(const std::filesystem::path& file, const std::vector<FitRange>& ranges, const std::vector<std::string>& controls, const RunControl& control);
+  FitScene(const std::filesystem::path& file, const std::vector<analysis::FitRange>& ranges, const std::vector<std::string>& controls, const RunControl& control);
 
-  [[nodiscard]] const std::vector<FitParameter>& parameters() const { return parameters_; }
+  [[nodiscard]] const std::vector<analysis::FitParameter>& parameters() const { return parameters_; }
   [[nodiscard]] const std::vector<std::string>& notes() const { return base_->notes; }
-  [[nodiscard]] SurfaceOutline outline() const;
-  [[nodiscard]] AgeWith age() const;
+  [[nodiscard]] analysis::SurfaceOutline outline() const;
+  [[nodiscard]] analysis::AgeWith age() const;
   void add_inputs(JobInputs& inputs) const;
   /// Writes `folder / scene.json` with these values. @param output  The folder's name in the end: paths are relative to it.
   void write(const std::filesystem::path& folder, const std::filesystem::path& output, const std::vector<double>& values) const;
 
  private:
   [[nodiscard]] Json with(const std::vector<double>& values) const;
-  [[nodiscard]] SceneFile read(const Json& json) const;
-  void add_parameter(const FitRange& range);
+  [[nodiscard]] simulation::SceneFile read(const Json& json) const;
+  void add_parameter(const analysis::FitRange& range);
 
   std::filesystem::path file_;
   std::string given_;  ///< The scene's content, as it was.
   std::shared_ptr<Json> root_;
-  std::shared_ptr<SceneAssets> assets_ = std::make_shared<SceneAssets>();
-  std::shared_ptr<const SceneFile> base_;  ///< With the starting values.
+  std::shared_ptr<simulation::SceneAssets> assets_ = std::make_shared<simulation::SceneAssets>();
+  std::shared_ptr<const simulation::SceneFile> base_;  ///< With the starting values.
   std::vector<std::string> controls_;
-  std::vector<FitParameter> parameters_;
+  std::vector<analysis::FitParameter> parameters_;
 };
 
-}  // namespace patinate
+}  // namespace patinate::cli

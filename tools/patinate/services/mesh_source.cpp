@@ -10,7 +10,7 @@
 #include "tools/patinate/services/blender_unwrap.h"
 #include "tools/patinate/command_line/failure.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 /// What is wrong with the mesh, with its file's name in front.
@@ -90,4 +90,4 @@ TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int re
   return naming_file(source, [&] { return make_texel_map(atlas, resolution, control); });
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

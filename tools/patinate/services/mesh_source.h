@@ -13,7 +13,7 @@
 #include "libcommon/geometry/mesh.h"
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 struct MeshSource {
   std::filesystem::path path;
@@ -51,4 +51,4 @@ void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& ru
 /// make_texel_map(); errors name the file.
 [[nodiscard]] TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution, const RunControl& control);
 
-}  // namespace patinate
+}  // namespace patinate::cli

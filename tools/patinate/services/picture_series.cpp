@@ -11,7 +11,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/services/tile_files.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 namespace {
 
@@ -86,4 +86,4 @@ int make_series(CommandRun& run, const std::filesystem::path& output, const Pict
   return is_movie(output) ? make_movie(run, output, series, movie) : make_images(run, output, series);
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

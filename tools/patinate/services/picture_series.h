@@ -12,7 +12,7 @@
 #include "libcommon/output/movie.h"
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// Pictures at several times.
 struct PictureSeries {
@@ -34,4 +34,4 @@ inline constexpr int kMoviePictures = 100;
 /// @returns the command's exit code.
 int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie);
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -5,7 +5,7 @@
 #include "libcommon/atlas/sheet.h"
 #include "tools/patinate/command_line/output_file.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 std::vector<std::filesystem::path> tile_files(const std::filesystem::path& output, const std::vector<std::string>& tile_names) {
   std::vector<std::filesystem::path> files;
@@ -39,4 +39,4 @@ void report_tile_files(CommandRun& run, JobStatus status, const std::filesystem:
   run.report_output(status, tile_path(output, "<UDIM>"), more);
 }
 
-}  // namespace patinate
+}  // namespace patinate::cli

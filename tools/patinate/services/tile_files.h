@@ -11,7 +11,7 @@
 #include "libcommon/image/image.h"
 #include "tools/patinate/command_line/command_run.h"
 
-namespace patinate {
+namespace patinate::cli {
 
 /// The file of each tile (tile_path()).
 [[nodiscard]] std::vector<std::filesystem::path> tile_files(const std::filesystem::path& output, const std::vector<std::string>& tile_names);
@@ -26,4 +26,4 @@ namespace patinate {
 void report_tile_files(CommandRun& run, JobStatus status, const std::filesystem::path& output,
                        const std::vector<std::filesystem::path>& files, Json more);
 
-}  // namespace patinate
+}  // namespace patinate::cli

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace patinate {
+namespace patinate::studio {
 
 #ifdef PATINATE_STUDIO_CLIENT
 extern const std::string_view kStudioIndex;
@@ -38,4 +38,4 @@ const StudioAsset* find_studio_asset(std::string_view path) {
   return found == assets.end() ? nullptr : &*found;
 }
 
-}  // namespace patinate
+}  // namespace patinate::studio

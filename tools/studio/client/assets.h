@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-namespace patinate {
+namespace patinate::studio {
 
 struct StudioAsset {
   std::string_view path;  ///< "/", "/studio.js", "/studio.css".
@@ -20,4 +20,4 @@ struct StudioAsset {
 /// @return nullptr for a path that is none of them.
 [[nodiscard]] const StudioAsset* find_studio_asset(std::string_view path);
 
-}  // namespace patinate
+}  // namespace patinate::studio

@@ -33,15 +33,13 @@ struct Work {
   }
 };
 
-using MakeSection = std::function<Section(const ComparedPair&, const CompareOptions&, const RunControl&)>;
-
 fs::path section_file(const std::string& name) { return fs::path(kJobWorkFolder) / (name + ".json"); }
 
 /// A section's pictures are PNGs inside its JSON, so that an item is one file.
-JobItem section_item(const std::shared_ptr<Work>& work, const std::string& name, MakeSection make) {
-  return {.name = name,
-          .outputs = part_files(section_file(name)),
-          .run = [work, name, make = std::move(make)](const fs::path& folder, const RunControl& control) {
+JobItem section_item(const std::shared_ptr<Work>& work, const NamedSection& section) {
+  return {.name = section.name,
+          .outputs = part_files(section_file(section.name)),
+          .run = [work, name = section.name, make = section.make](const fs::path& folder, const RunControl& control) {
             const Section section = make(work->loaded(control.part(0.0, 0.3)), work->task.options, control.part(0.3, 1.0));
             Json json = section_json(section);
             for (std::size_t i = 0; i < section.pictures.size(); ++i) json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
@@ -70,17 +68,10 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
   work->task = std::move(task);
   JobPlan plan = inputs.plan(output, kCompareReportFile);
   plan.parallel_items = false;
-  std::vector<std::pair<std::string, MakeSection>> sections{
-      {"look", [](const ComparedPair& p, const CompareOptions&, const RunControl&) { return look_section(p); }},
-      {"places", places_section},
-      {"colors", colors_section},
-      {"controls", controls_section},
-      {"structure", structure_section}};
-  if (work->task.options.cracks) sections.emplace_back("cracks", cracks_section);
   std::vector<std::string> names;
-  for (const auto& [name, make] : sections) {
-    names.push_back(name);
-    plan.items.push_back(section_item(work, name, make));
+  for (const NamedSection& section : compared_sections(work->task.options)) {
+    names.push_back(section.name);
+    plan.items.push_back(section_item(work, section));
   }
   plan.join = [work, names, key = plan.key](const fs::path& folder, const RunControl&) {
     std::vector<Json> made;

@@ -73,4 +73,15 @@ Section look_section(const ComparedPair& pair) {
   return section;
 }
 
+std::vector<NamedSection> compared_sections(const CompareOptions& options) {
+  std::vector<NamedSection> sections{
+      {"look", [](const ComparedPair& pair, const CompareOptions&, const RunControl&) { return look_section(pair); }},
+      {"places", places_section},
+      {"colors", colors_section},
+      {"controls", controls_section},
+      {"structure", structure_section}};
+  if (options.cracks) sections.push_back({"cracks", cracks_section});
+  return sections;
+}
+
 }  // namespace patinate::analysis

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "analysis/figures/compared_pair.h"
 #include "analysis/report/report_parts.h"
@@ -22,6 +25,14 @@ namespace patinate::analysis {
 
 /// Dark lines at the last common time: their share, width, cells and the angles at which they meet.
 [[nodiscard]] Section cracks_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
+
+/// A section and how it is made.
+struct NamedSection {
+  std::string name;
+  std::function<Section(const ComparedPair&, const CompareOptions&, const RunControl&)> make;
+};
+/// Those of a comparison, in the order of its report.
+[[nodiscard]] std::vector<NamedSection> compared_sections(const CompareOptions& options);
 
 /// Sections share these.
 

@@ -170,4 +170,9 @@ CaptureProject read_capture_project(const fs::path& file) {
   return project;
 }
 
+std::filesystem::path capture_file(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_directory(path, error) ? path / "capture.json" : path;
+}
+
 }  // namespace patinate::capture

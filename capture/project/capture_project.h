@@ -93,4 +93,7 @@ struct CaptureProject {
 /// @throws IoError naming the file if nothing is left.
 [[nodiscard]] ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& control = {});
 
+/// The capture.json in a folder, or the file itself.
+[[nodiscard]] std::filesystem::path capture_file(const std::filesystem::path& path);
+
 }  // namespace patinate::capture

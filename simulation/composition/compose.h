@@ -9,11 +9,14 @@
 #include <string_view>
 #include <vector>
 
-#include "libcommon/core/instruction_set.h"
 #include "libcommon/core/run_control.h"
 #include "libcommon/image/image.h"
 #include "simulation/atlas/material_atlas.h"
 #include "simulation/scene/scene.h"
+
+namespace patinate {
+enum class InstructionSet;
+}
 
 namespace patinate::simulation {
 

@@ -15,10 +15,11 @@
 #include "simulation/atlas/material_atlas.h"
 #include "simulation/composition/compose.h"
 #include "simulation/scene/scene.h"
-#include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger.h"
 
 namespace patinate::simulation {
+
+struct Gammatons;
 
 struct SimulationOptions {
   std::vector<std::string> parameter_maps;        ///< Of parameter_map_names(): what to count along the way. Costs memory and little time.

@@ -6,6 +6,8 @@
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "simulation/transport/cargo.h"
+#include "simulation/transport/exchange.h"
 
 namespace patinate::simulation {
 

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "simulation/atlas/material_atlas.h"
-#include "simulation/transport/cargo.h"
-#include "simulation/transport/exchange.h"
 
 namespace patinate::simulation {
+
+struct Cargo;
+struct ExchangeReport;
 
 /// A sum of mass quanta that does not overflow: high * 2^32 + low. A million gammatons with 16 of everything, born again in each of a
 /// million iterations, are 2^66.

@@ -7,6 +7,7 @@
 #include "libcommon/core/error.h"
 #include "simulation/engine/engine.h"
 #include "simulation/files/scene_json.h"
+#include "simulation/tracing/gammatons.h"
 #include "tests/support/errors.h"
 #include "tests/support/plate_scene.h"
 

@@ -11,6 +11,8 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
+#include "transfer/synthesis/multi_level.h"
+#include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/source_levels.h"
 #include "transfer/synthesis/audit.h"
 #include "transfer/synthesis/transfer.h"

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/studio/live_client.h"
+#include "simulation/tracing/gammatons.h"
 #include "tools/studio/picture_bytes.h"
 
 namespace patinate::studio {

@@ -12,7 +12,6 @@
 #include "libcommon/core/json.h"
 #include "libcommon/history/history.h"
 #include "libcommon/image/image.h"
-#include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/transfer.h"
 
 namespace patinate::transfer {

@@ -8,6 +8,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_io.h"
+#include "transfer/lookup/packed_lookup.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/lookup/time_map.h"

@@ -2,6 +2,7 @@
 /// A finished transfer at any time: lookups through its coordinates.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <mutex>
 #include <vector>
@@ -12,7 +13,6 @@
 #include "libcommon/history/history_sampling.h"
 #include "libcommon/history/material_maps.h"
 #include "libcommon/image/image.h"
-#include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/transfer_folder.h"
 
 namespace patinate::transfer {
@@ -38,8 +38,8 @@ class TransferReader {
   [[nodiscard]] const Sheet& sheet() const { return folder_.sheet(); }
   /// H x W x 2, over the sheet.
   [[nodiscard]] const ImageF& coordinates() const { return coordinates_; }
-  /// The same as one number a texel, gutters filled and borders repeated over the margins tile by tile; made when first asked for.
-  [[nodiscard]] const PackedCoordinates& filled_indices() const;
+  /// The same as one number a texel (packed_lookup.h), gutters filled and borders repeated over the margins tile by tile; made when first asked for.
+  [[nodiscard]] const Image<std::uint32_t>& filled_indices() const;
   [[nodiscard]] ImageU8 coverage() const;
   /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control (match_controls()).
   /// @param index  Into manifest().controls. @throws IoError if its file is missing or does not fit.
@@ -76,7 +76,7 @@ class TransferReader {
   Mesh mesh_;
   ImageF coordinates_;
   mutable std::once_flag filled_once_, turns_once_;
-  mutable PackedCoordinates filled_;
+  mutable Image<std::uint32_t> filled_;
   mutable Image<std::uint32_t> turns_;
 };
 

@@ -20,12 +20,10 @@
 #include <vector>
 
 #include "libcommon/core/run_control.h"
+#include "transfer/synthesis/coordinate_map.h"
 #include "transfer/synthesis/levels.h"
 
 namespace patinate::transfer {
-
-/// Source pixel (y * width + x) per texel of the atlas; -1 = none (yet).
-using CoordinateMap = std::vector<std::int32_t>;
 
 /// Weights of the energy as integers: cost = coherence * coherence_scales[sum of weights] + sum_c difference_c^2 * control_scale[c].
 struct EnergyScale {
@@ -97,17 +95,6 @@ class TexelCost {
   std::int64_t coherence_scale_ = 0;
   int num_known_ = 0;
   unsigned whole_quarters_ = 0;
-};
-
-/// The figures that transfer.json reports.
-struct EnergyReport {
-  double energy = 0.0;          ///< a C + (1 - a) K, mean over texels.
-  double coherence = 0.0;       ///< C, mean.
-  double control_mismatch = 0.0;  ///< K, mean.
-  double control_error_mean = 0.0;  ///< Mean |P - Q| of the first control, in [0, 1].
-  double control_error_p95 = 0.0;
-  double coherent_share = 0.0;  ///< Adjacent texel pairs whose step in the source is that on the surface, to less than a pixel or texel.
-  double used_share = 0.0;      ///< Usable source pixels that appear in the result.
 };
 
 /// Every neighbour known, whatever order made the map: figures of different methods can be compared.

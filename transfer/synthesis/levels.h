@@ -12,12 +12,9 @@
 #include "libcommon/atlas/texel_set.h"
 #include "libcommon/core/run_control.h"
 #include "transfer/exemplar/appearance_space.h"
+#include "transfer/synthesis/coordinate_map.h"
 
 namespace patinate::transfer {
-
-inline constexpr int kControlSteps = 4095;  ///< Controls are integers in [0, 4095].
-
-using ControlImage = Image<std::uint16_t>;  ///< H x W x C.
 
 struct Offset {
   int x = 0, y = 0;

@@ -5,21 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/core/options.h"
 #include "transfer/synthesis/energy.h"
+#include "transfer/synthesis/method_options.h"
 
 namespace patinate::transfer {
-
-struct MultiLevelOptions {
-  int num_levels = 8;            ///< [1, 8]. Fewer when source or atlas become smaller than 12. Large structures need all.
-  int coarse_passes = 12;        ///< [1, 16]. On each level but the finest.
-  int fine_passes = 2;           ///< [1, 16]. On the finest; the last goes by the energy alone.
-  int num_random = 6;            ///< [0, 64]. Candidates of similar control value a texel and pass.
-  double first_coherence = 0.2;  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one.
-  double coherence_bonus = 8.0;  ///< [0, 8]. A candidate that continues no neighbour's source counts (1 + this) times its cost.
-  double reuse_penalty = 1.5;    ///< [0, 8]. ... and this much more for each time its source is already overused.
-};
-void describe(OptionVisitor& v, MultiLevelOptions& o);
 
 /// Starts on the coarsest level from pixels of similar control value. Each pass visits the texels in four interleaved sets;
 /// a texel takes the best of: what it has, where its eight neighbours' sources lead (to fractions of a pixel, so that pieces keep their shape on turned and stretched texels), what looks like those (k-coherence), and a few

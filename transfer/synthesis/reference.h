@@ -4,18 +4,10 @@
 
 #include <span>
 
-#include "libcommon/core/options.h"
 #include "transfer/synthesis/energy.h"
+#include "transfer/synthesis/method_options.h"
 
 namespace patinate::transfer {
-
-struct ReferenceOptions {
-  int window_px = 100;           ///< [8, 4096]. Side of the search window.
-  double tolerance = 0.05;       ///< [0, 1]. How near a window's centre must be in control value.
-  int num_passes = 3;            ///< [1, 8]. The first sees only texels done before; later ones see all.
-  double first_coherence = 0.1;  ///< [0, 1]. Coherence share of the first pass; rises linearly to the final one.
-};
-void describe(OptionVisitor& v, ReferenceOptions& o);
 
 /// Searches, for each texel in row order, the whole window for the source pixel of least energy. The window's centre is the
 /// source pixel of similar control value (one of 64 tried) that lies nearest to the weighted mean position from which the

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "transfer/synthesis/multi_level.h"
+#include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/source_levels.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/transfer_controls.h"

@@ -15,9 +15,8 @@
 #include "transfer/exemplar/appearance_space.h"
 #include "transfer/guidance/control_matching.h"
 #include "transfer/guidance/control_spec.h"
-#include "transfer/synthesis/multi_level.h"
-#include "transfer/synthesis/energy.h"
-#include "transfer/synthesis/reference.h"
+#include "transfer/synthesis/coordinate_map.h"
+#include "transfer/synthesis/method_options.h"
 
 namespace patinate::transfer {
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/random.h"
+#include "simulation/transport/exchange.h"
 #include "simulation/transport/ledger_json.h"
 #include "tests/simulation/transport/transport_scene.h"
 #include "tests/support/errors.h"

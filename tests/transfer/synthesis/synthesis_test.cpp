@@ -9,6 +9,8 @@
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
+#include "transfer/synthesis/energy.h"
+#include "transfer/synthesis/levels.h"
 #include "transfer/synthesis/transfer.h"
 
 namespace patinate::transfer {

@@ -109,9 +109,4 @@ fs::path history_place(const fs::path& path) {
   return path;
 }
 
-fs::path capture_file(const fs::path& path) {
-  std::error_code error;
-  return fs::is_directory(path, error) ? path / "capture.json" : path;
-}
-
 }  // namespace patinate::cli

@@ -25,7 +25,4 @@ void require_transfer(const std::filesystem::path& path);
 /// The history that a path stands for: its own `history` for a simulation or factorisation, else the path itself.
 [[nodiscard]] std::filesystem::path history_place(const std::filesystem::path& path);
 
-/// The capture.json in a folder, or the file itself.
-[[nodiscard]] std::filesystem::path capture_file(const std::filesystem::path& path);
-
 }  // namespace patinate::cli

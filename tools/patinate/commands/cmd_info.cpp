@@ -153,8 +153,8 @@ Facts relit_facts(const capture::RelitProject& project) {
 }
 
 Facts capture_facts(const std::filesystem::path& path) {
-  if (capture::is_relit_capture(capture_file(path))) return relit_facts(capture::read_relit_project(capture_file(path)));
-  const capture::CaptureProject project = capture::read_capture_project(capture_file(path));
+  if (capture::is_relit_capture(capture::capture_file(path))) return relit_facts(capture::read_relit_project(capture::capture_file(path)));
+  const capture::CaptureProject project = capture::read_capture_project(capture::capture_file(path));
   const std::string unit = time_unit_text(project.time_unit);
   Facts facts("capture");
   facts.add("name", project.name);

@@ -104,8 +104,8 @@ int cmd_ingest(CommandRun& run) {
   run.line.example("ingest photos/capture.json -o copper");
   if (!run.parse()) return 0;
 
-  if (capture::is_relit_capture(capture_file(project_file))) return ingest_relit(run, capture_file(project_file), relit_options, options, output);
-  const capture::CaptureProject project = capture::read_capture_project(capture_file(project_file));
+  if (capture::is_relit_capture(capture::capture_file(project_file))) return ingest_relit(run, capture::capture_file(project_file), relit_options, options, output);
+  const capture::CaptureProject project = capture::read_capture_project(capture::capture_file(project_file));
   const JobPlan plan = capture::plan_ingest(project, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
   if (!status) return 0;

@@ -91,8 +91,8 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
       return check_history(transfer.history().folder(), checks, control);
     }
     case PathKind::Capture:
-      if (capture::is_relit_capture(capture_file(path))) return check_relit(capture::read_relit_project(capture_file(path)), checks, control);
-      return check_capture(capture::read_capture_project(capture_file(path)), checks, control);
+      if (capture::is_relit_capture(capture::capture_file(path))) return check_relit(capture::read_relit_project(capture::capture_file(path)), checks, control);
+      return check_capture(capture::read_capture_project(capture::capture_file(path)), checks, control);
     case PathKind::Registration: return check_registration(path);
     case PathKind::Unlit: return check_unlit(path);
     case PathKind::Calibration: return check_calibration(path);

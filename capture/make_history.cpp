@@ -1,4 +1,4 @@
-#include "capture/make_history.h"
+#include "patinate/capture/make_history.h"
 
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"

@@ -20,16 +20,28 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
 endif()
 
-# patinate_library(NAME SOURCES a.cpp ... HEADERS a.h ... PUBLIC deps PRIVATE deps)
-# Headers are found from the repository root ("libcommon/image/image.h"), and each is compiled alone by the target
-# all_verify_interface_header_sets.
+# patinate_library(NAME SOURCES a.cpp ... HEADERS include/patinate/x/a.h ... x/b.h ... PUBLIC deps PRIVATE deps)
+# Headers below include/ are public: installed, and included as "patinate/x/a.h" everywhere. The others are found from the repository root
+# ("libcommon/image/b.h") while we build, and not installed. Each header is compiled alone by the target all_verify_interface_header_sets.
 function(patinate_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE")
+  set(public_headers ${arg_HEADERS})
+  list(FILTER public_headers INCLUDE REGEX "^include/")
+  set(internal_headers ${arg_HEADERS})
+  list(FILTER internal_headers EXCLUDE REGEX "^include/")
   add_library(${name} STATIC ${arg_SOURCES})
-  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${arg_HEADERS})
+  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${public_headers})
+  target_include_directories(${name} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>")
   set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE $<BUILD_INTERFACE:patinate_flags> ${arg_PRIVATE})
+  if(internal_headers)
+    # A target of their own, so that the exported one does not offer them.
+    add_library(${name}_internal INTERFACE)
+    target_sources(${name}_internal INTERFACE FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${internal_headers})
+    set_target_properties(${name}_internal PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+    target_link_libraries(${name}_internal INTERFACE ${name})
+  endif()
 endfunction()
 
 # patinate_kernels(a b ...): a_baseline.cpp, a_avx2.cpp and a_avx512.cpp in this folder, which include one source, get the flags of

@@ -9,7 +9,7 @@ foreach(component common calibration capture registration transfer simulation an
   add_library(patinate::${component} ALIAS patinate_${component})
   install(TARGETS patinate_${component} EXPORT patinate
     ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
-    FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/patinate")
+    FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 endforeach()
 install(TARGETS patinate patinate-decode RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 

@@ -1,4 +1,4 @@
-#include "datasets_synthetic/crackle.h"
+#include "patinate/datasets/crackle.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "datasets_synthetic/crackle_growth.h"
 #include "datasets_synthetic/smooth_noise.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::datasets {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "datasets_synthetic/crackle.h"
+#include "patinate/datasets/crackle.h"
 
 namespace patinate::datasets {
 

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "libcommon/core/json.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
 namespace patinate::datasets {

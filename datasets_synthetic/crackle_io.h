@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "datasets_synthetic/crackle.h"
+#include "patinate/datasets/crackle.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::datasets {

@@ -3,10 +3,10 @@
 #include <array>
 #include <cmath>
 
-#include "datasets_synthetic/crackle.h"
+#include "patinate/datasets/crackle.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 
 namespace patinate::datasets {
 

@@ -1,4 +1,4 @@
-#include "datasets_synthetic/fence.h"
+#include "patinate/datasets/fence.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "datasets_synthetic/bars.h"
 #include "datasets_synthetic/smooth_noise.h"
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/atlas/texel_map.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 

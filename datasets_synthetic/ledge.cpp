@@ -1,9 +1,9 @@
-#include "datasets_synthetic/ledge.h"
+#include "patinate/datasets/ledge.h"
 
 #include <nlohmann/json.hpp>
 
 #include "datasets_synthetic/bars.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::datasets {
 

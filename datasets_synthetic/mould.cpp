@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/height_field.h"
 #include "libcommon/image/filters.h"

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "datasets_synthetic/smooth_noise.h"
-#include "libcommon/core/options.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/camera.h"
-#include "libcommon/geometry/light.h"
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/geometry/point_cloud.h"
-#include "libcommon/geometry/rigid_transform.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/camera.h"
+#include "patinate/geometry/light.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/geometry/point_cloud.h"
+#include "patinate/geometry/rigid_transform.h"
+#include "patinate/image/image.h"
 
 namespace patinate::datasets {
 

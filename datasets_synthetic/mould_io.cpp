@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "datasets_synthetic/crackle.h"
+#include "patinate/datasets/crackle.h"
 #include "datasets_synthetic/mould_light.h"
-#include "libcommon/core/json.h"
-#include "libcommon/geometry/point_cloud_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
 namespace patinate::datasets {

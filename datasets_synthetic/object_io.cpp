@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
 namespace patinate::datasets {

@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include "datasets_synthetic/fence.h"
-#include "datasets_synthetic/ledge.h"
-#include "datasets_synthetic/sculpture.h"
+#include "patinate/datasets/fence.h"
+#include "patinate/datasets/ledge.h"
+#include "patinate/datasets/sculpture.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::datasets {

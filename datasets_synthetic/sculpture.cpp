@@ -1,4 +1,4 @@
-#include "datasets_synthetic/sculpture.h"
+#include "patinate/datasets/sculpture.h"
 
 #include <algorithm>
 #include <array>

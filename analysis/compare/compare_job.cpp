@@ -9,7 +9,7 @@
 #include "analysis/compare/compare_report.h"
 #include "analysis/report/report_page.h"
 #include "analysis/compare/sections.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
 namespace patinate::analysis {

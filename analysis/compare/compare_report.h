@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis/figures/compared_pair.h"
-#include "analysis/report/report_parts.h"
+#include "patinate/analysis/report_parts.h"
 
 namespace patinate::analysis {
 

@@ -1,9 +1,9 @@
-#include "analysis/compare/comparison.h"
+#include "patinate/analysis/comparison.h"
 
 #include <utility>
 
 #include "analysis/compare/sections.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate::analysis {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 

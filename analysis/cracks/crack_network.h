@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::analysis {
 

@@ -6,9 +6,9 @@
 
 #include "analysis/evaluation/coherence.h"
 #include "libcommon/atlas/direction_field.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/color_ramp.h"
 

@@ -8,8 +8,8 @@
 
 #include "analysis/evaluation/synthesised_map.h"
 #include "analysis/evaluation/texture_distance.h"
-#include "analysis/report/report_parts.h"
-#include "libcommon/core/options.h"
+#include "patinate/analysis/report_parts.h"
+#include "patinate/core/options.h"
 
 namespace patinate::analysis {
 

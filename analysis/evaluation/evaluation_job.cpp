@@ -5,9 +5,9 @@
 #include <set>
 
 #include "analysis/report/report_page.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
 

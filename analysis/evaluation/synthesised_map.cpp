@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 

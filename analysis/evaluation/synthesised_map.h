@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 
 namespace patinate::analysis {
 

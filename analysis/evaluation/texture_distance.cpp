@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "analysis/figures/spatial.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "libcommon/metrics/color_curves.h"
 
 namespace patinate::analysis {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "analysis/factorization/factorization.h"
+#include "patinate/analysis/factorization.h"
 
 namespace patinate::analysis {
 

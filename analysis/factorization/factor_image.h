@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "analysis/factorization/factorization.h"
-#include "libcommon/core/json.h"
-#include "libcommon/image/image.h"
+#include "patinate/analysis/factorization.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image.h"
 
 namespace patinate::analysis {
 

@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_work.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
 

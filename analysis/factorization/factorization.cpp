@@ -1,10 +1,10 @@
-#include "analysis/factorization/factorization.h"
+#include "patinate/analysis/factorization.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "analysis/factorization/place_fit.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 

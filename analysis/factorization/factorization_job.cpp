@@ -3,9 +3,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "analysis/figures/texture_series.h"
+#include "patinate/analysis/texture_series.h"
 #include "analysis/factorization/factorization_work.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/factorization/factorization.h"
-#include "libcommon/history/history.h"
+#include "patinate/analysis/factorization.h"
+#include "patinate/history/history.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::analysis {

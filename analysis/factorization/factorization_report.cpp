@@ -10,7 +10,7 @@
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/output/color_ramp.h"
 #include "libcommon/output/contact_strip.h"
 

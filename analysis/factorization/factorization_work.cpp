@@ -5,14 +5,14 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "libcommon/core/error.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/metrics/color_curves.h"
-#include "libcommon/metrics/color_difference.h"
+#include "patinate/metrics/color_difference.h"
 
 namespace patinate::analysis {
 

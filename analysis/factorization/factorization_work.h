@@ -11,7 +11,7 @@
 
 #include "analysis/factorization/factor_image.h"
 #include "analysis/factorization/factorization_job.h"
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::analysis {
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "analysis/factorization/factorization.h"
+#include "patinate/analysis/factorization.h"
 
 namespace patinate::analysis {
 

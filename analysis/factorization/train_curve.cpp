@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "analysis/factorization/curve_refine.h"
-#include "analysis/factorization/factorization.h"
+#include "patinate/analysis/factorization.h"
 #include "analysis/factorization/place_fit.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/metrics/color_curves.h"

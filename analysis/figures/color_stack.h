@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/figures/texture_series.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/analysis/texture_series.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate::analysis {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <iterator>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {

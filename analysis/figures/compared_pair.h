@@ -9,7 +9,7 @@
 
 #include "analysis/figures/block_bootstrap.h"
 #include "analysis/figures/color_stack.h"
-#include "analysis/figures/compare_options.h"
+#include "patinate/analysis/compare_options.h"
 
 namespace patinate::analysis {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/figures/texture_series.h"
+#include "patinate/analysis/texture_series.h"
 
 namespace patinate::analysis {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
-#include "libcommon/metrics/color_difference.h"
-#include "libcommon/metrics/ssim.h"
+#include "patinate/metrics/color_difference.h"
+#include "patinate/metrics/ssim.h"
 
 namespace patinate::analysis {
 

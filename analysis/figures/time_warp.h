@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "analysis/figures/color_stack.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate::analysis {
 

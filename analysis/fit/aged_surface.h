@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "analysis/figures/color_stack.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/history/history.h"
+#include "patinate/core/run_control.h"
+#include "patinate/history/history.h"
 
 namespace patinate::analysis {
 

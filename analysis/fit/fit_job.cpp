@@ -14,7 +14,7 @@
 #include "analysis/fit/fit_report.h"
 #include "analysis/fit/fit_search.h"
 #include "analysis/report/report_page.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {

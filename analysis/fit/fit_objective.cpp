@@ -10,7 +10,7 @@
 #include "analysis/figures/pixel_difference.h"
 #include "analysis/compare/sections.h"
 #include "analysis/figures/sliced_distance.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {

@@ -10,7 +10,7 @@
 
 #include "analysis/fit/fit_objective.h"
 #include "analysis/fit/fit_parameter.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate::analysis {
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "analysis/report/report_parts.h"
+#include "patinate/analysis/report_parts.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"

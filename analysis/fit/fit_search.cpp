@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "analysis/report/report_parts.h"
-#include "libcommon/core/json.h"
+#include "patinate/analysis/report_parts.h"
+#include "patinate/core/json.h"
 #include "libcommon/output/html_page.h"
 
 namespace patinate::analysis {

@@ -1,9 +1,9 @@
-#include "analysis/report/report_parts.h"
+#include "patinate/analysis/report_parts.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "libcommon/core/error.h"
-#include "libcommon/image/color.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 
 namespace patinate::analysis {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::analysis {
 

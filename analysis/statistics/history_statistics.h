@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "analysis/figures/texture_series.h"
+#include "patinate/analysis/texture_series.h"
 #include "analysis/statistics/color_classes.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate::analysis {
 

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/calibration/calibrate_kinds.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/geometry/length_unit.h"
 
 namespace patinate::capture {

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "capture/calibration/camera_calibration.h"
-#include "capture/calibration/lambertian_lights.h"
+#include "patinate/capture/camera_calibration.h"
+#include "patinate/capture/lambertian_lights.h"
 #include "capture/calibration/response.h"
-#include "capture/calibration/sphere_lights.h"
-#include "libcommon/core/json.h"
-#include "libcommon/image/image.h"
+#include "patinate/capture/sphere_lights.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -1,4 +1,4 @@
-#include "capture/calibration/camera_calibration.h"
+#include "patinate/capture/camera_calibration.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "capture/calibration/camera_problem.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "capture/calibration/camera_calibration.h"
+#include "patinate/capture/camera_calibration.h"
 #include "capture/calibration/ceres_solve.h"
 
 namespace patinate::capture {

@@ -1,4 +1,4 @@
-#include "capture/calibration/lambertian_lights.h"
+#include "patinate/capture/lambertian_lights.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "capture/calibration/lambertian_problem.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {

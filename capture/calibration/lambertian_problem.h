@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "capture/calibration/ceres_solve.h"
-#include "capture/calibration/lambertian_lights.h"
+#include "patinate/capture/lambertian_lights.h"
 
 namespace patinate::capture {
 

@@ -1,4 +1,4 @@
-#include "capture/calibration/mirror_sphere.h"
+#include "patinate/capture/mirror_sphere.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 

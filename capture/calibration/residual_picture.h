@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "capture/calibration/camera_calibration.h"
-#include "capture/calibration/sphere_lights.h"
-#include "libcommon/image/image.h"
+#include "patinate/capture/camera_calibration.h"
+#include "patinate/capture/sphere_lights.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/options.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/options.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -6,10 +6,10 @@
 #include "capture/calibration/calibrate_kinds.h"
 #include "capture/calibration/residual_picture.h"
 #include "capture/calibration/target_corners.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/camera_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/camera_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

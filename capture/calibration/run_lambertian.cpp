@@ -3,13 +3,13 @@
 
 #include "capture/calibration/calibrate_kinds.h"
 #include "capture/calibration/surface_samples.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/camera_io.h"
+#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/light_io.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/geometry/rigid_transform.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/geometry/rigid_transform.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
 namespace patinate::capture {

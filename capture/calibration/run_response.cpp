@@ -2,9 +2,9 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/calibration/calibrate_kinds.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
 namespace patinate::capture {

@@ -1,11 +1,11 @@
-#include "capture/calibration/sphere_lights.h"
+#include "patinate/capture/sphere_lights.h"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
 #include "capture/calibration/sphere_lights_problem.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "capture/calibration/sphere_lights.h"
+#include "patinate/capture/sphere_lights.h"
 
 namespace patinate::capture {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"
 

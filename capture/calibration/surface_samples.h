@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "capture/calibration/lambertian_lights.h"
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/image/image.h"
+#include "patinate/capture/lambertian_lights.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

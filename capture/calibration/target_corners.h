@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/image/image.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -7,13 +7,13 @@
 #include <set>
 
 #include "capture/project/capture_text.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/camera_io.h"
+#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/image/response_io.h"
 
 namespace patinate::capture {

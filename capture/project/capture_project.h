@@ -9,12 +9,12 @@
 
 #include "capture/alignment/alignment.h"
 #include "capture/project/frame_sources.h"
-#include "libcommon/core/json.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/camera.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/json.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/camera.h"
+#include "patinate/history/history.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "capture/project/frame_times.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
 #include "libcommon/image/decoder_process.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "libcommon/history/history.h"
+#include "patinate/core/json.h"
+#include "patinate/history/history.h"
 #include "libcommon/image/frame_stream.h"
 
 namespace patinate::capture {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 
 namespace patinate::capture {
 

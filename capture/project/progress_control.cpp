@@ -5,9 +5,9 @@
 #include <cmath>
 #include <deque>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "libcommon/image/filters.h"
 
 namespace patinate::capture {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "libcommon/core/options.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/history/history_value.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+#include "patinate/history/history_value.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

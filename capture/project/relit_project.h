@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/geometry/camera.h"
-#include "libcommon/geometry/light.h"
-#include "libcommon/geometry/rigid_transform.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/color.h"
+#include "patinate/geometry/camera.h"
+#include "patinate/geometry/light.h"
+#include "patinate/geometry/rigid_transform.h"
+#include "patinate/history/history.h"
+#include "patinate/image/color.h"
 
 namespace patinate::capture {
 

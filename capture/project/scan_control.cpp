@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "libcommon/controls/accessibility.h"
+#include "patinate/controls/accessibility.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"

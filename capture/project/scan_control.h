@@ -5,11 +5,11 @@
 #include <optional>
 #include <string>
 
-#include "libcommon/core/options.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/camera.h"
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/camera.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -1,4 +1,4 @@
-#include "capture/registration/free_motion.h"
+#include "patinate/capture/free_motion.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>

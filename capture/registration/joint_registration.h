@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "capture/registration/registration.h"
+#include "patinate/capture/registration.h"
 
 namespace patinate::capture {
 

@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "libcommon/geometry/rigid_transform.h"
+#include "patinate/geometry/rigid_transform.h"
 
 namespace patinate::capture {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/geometry/rigid_transform.h"
+#include "patinate/geometry/rigid_transform.h"
 
 namespace patinate::capture {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/registration/line_of_sight.h"
-#include "capture/registration/registration.h"
+#include "patinate/capture/registration.h"
 #include "capture/registration/surfel_alignment.h"
 
 namespace patinate::capture {

@@ -6,7 +6,7 @@
 #include <pcl/registration/icp.h>
 
 #include "capture/registration/prepared_scan.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 

@@ -2,7 +2,7 @@
 /// PCL's plain methods, kept for comparison.
 #pragma once
 
-#include "capture/registration/registration.h"
+#include "patinate/capture/registration.h"
 
 namespace patinate::capture {
 

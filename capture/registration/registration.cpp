@@ -1,4 +1,4 @@
-#include "capture/registration/registration.h"
+#include "patinate/capture/registration.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -7,7 +7,7 @@
 
 #include "capture/registration/prepared_scan.h"
 #include "capture/registration/rotation_search.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 

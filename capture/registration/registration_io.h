@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capture/registration/joint_registration.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate::capture {
 

@@ -10,11 +10,11 @@
 #include "capture/registration/registration_io.h"
 #include "capture/registration/registration_picture.h"
 #include "capture/registration/surfels.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/point_cloud_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
 namespace patinate::capture {

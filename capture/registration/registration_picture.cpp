@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/output/contact_strip.h"
 
 namespace patinate::capture {

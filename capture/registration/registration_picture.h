@@ -4,9 +4,9 @@
 
 #include <span>
 
-#include "libcommon/geometry/point_cloud.h"
-#include "libcommon/geometry/rigid_transform.h"
-#include "libcommon/image/image.h"
+#include "patinate/geometry/point_cloud.h"
+#include "patinate/geometry/rigid_transform.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

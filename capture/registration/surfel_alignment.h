@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "capture/registration/surfels.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 #include "libcommon/geometry/nearest_points.h"
-#include "libcommon/geometry/rigid_transform.h"
+#include "patinate/geometry/rigid_transform.h"
 
 namespace patinate::capture {
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "capture/registration/point_cells.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {

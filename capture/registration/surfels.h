@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/point_cloud.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/point_cloud.h"
 
 namespace patinate::capture {
 

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "capture/relit/relit_work.h"
-#include "libcommon/controls/accessibility.h"
-#include "libcommon/core/error.h"
+#include "patinate/controls/accessibility.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 
 namespace patinate::capture {

@@ -7,10 +7,10 @@
 #include "capture/project/progress_control.h"
 #include "capture/project/relit_project.h"
 #include "capture/project/scan_control.h"
-#include "capture/registration/registration.h"
+#include "patinate/capture/registration.h"
 #include "capture/stability/fill.h"
-#include "capture/unlighting/unlight.h"
-#include "libcommon/core/options.h"
+#include "patinate/capture/unlight.h"
+#include "patinate/core/options.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::capture {

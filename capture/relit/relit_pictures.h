@@ -2,7 +2,7 @@
 /// Pictures of a relit ingest's report: linear, at most 480 pixels wide. Inside of ingest only.
 #pragma once
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

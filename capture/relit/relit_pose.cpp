@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "capture/relit/relit_work.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::capture {

@@ -5,10 +5,10 @@
 
 #include "capture/relit/relit_work.h"
 #include "capture/project/scan_control.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/height_field.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

@@ -8,9 +8,9 @@
 #include "capture/relit/relit_pictures.h"
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_report.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

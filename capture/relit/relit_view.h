@@ -4,12 +4,12 @@
 
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/camera.h"
-#include "libcommon/geometry/mesh.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/camera.h"
+#include "patinate/geometry/mesh.h"
 #include "libcommon/geometry/ray_scene.h"
-#include "libcommon/geometry/rigid_transform.h"
-#include "libcommon/image/image.h"
+#include "patinate/geometry/rigid_transform.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -13,9 +13,9 @@
 
 #include "capture/relit/relit_ingest.h"
 #include "capture/relit/relit_view.h"
-#include "capture/unlighting/unlight.h"
-#include "libcommon/core/json.h"
-#include "libcommon/geometry/point_cloud.h"
+#include "patinate/capture/unlight.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/point_cloud.h"
 
 namespace patinate::capture {
 

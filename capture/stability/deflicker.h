@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "libcommon/core/options.h"
+#include "patinate/core/options.h"
 
 namespace patinate::capture {
 

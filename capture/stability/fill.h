@@ -6,9 +6,9 @@
 #include <functional>
 #include <vector>
 
-#include "libcommon/core/options.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "libcommon/core/error.h"
-#include "libcommon/image/color.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 #include "libcommon/image/filters.h"
 
 namespace patinate::capture {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "libcommon/core/error.h"
-#include "libcommon/image/color.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 
 namespace patinate::capture {
 

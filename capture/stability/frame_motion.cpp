@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
 
 namespace patinate::capture {

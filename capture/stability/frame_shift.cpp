@@ -6,8 +6,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "libcommon/core/error.h"
-#include "libcommon/image/color.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 #include "libcommon/image/filters.h"
 
 namespace patinate::capture {

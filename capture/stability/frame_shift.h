@@ -2,9 +2,9 @@
 /// How far a photograph is shifted against another one of the same scene.
 #pragma once
 
-#include "libcommon/core/options.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -4,9 +4,9 @@
 
 #include <functional>
 
-#include "libcommon/core/options.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

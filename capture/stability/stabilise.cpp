@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capture/stability/survey.h"
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/stability/frame_change.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate::capture {
 

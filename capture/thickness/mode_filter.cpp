@@ -1,4 +1,4 @@
-#include "capture/thickness/mode_filter.h"
+#include "patinate/capture/mode_filter.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {

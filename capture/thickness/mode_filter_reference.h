@@ -2,7 +2,7 @@
 /// Slow, plain forms of the mode filter: the truth that mode_filter() is tested against, and the form that the source uses.
 #pragma once
 
-#include "capture/thickness/mode_filter.h"
+#include "patinate/capture/mode_filter.h"
 
 namespace patinate::capture {
 

@@ -1,4 +1,4 @@
-#include "capture/thickness/thickness.h"
+#include "patinate/capture/thickness.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
 
 namespace patinate::capture {

@@ -4,9 +4,9 @@
 
 #include "capture/timelapse/repair_steps.h"
 #include "capture/stability/stabilise.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

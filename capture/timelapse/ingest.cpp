@@ -8,7 +8,7 @@
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 
 namespace patinate::capture {

@@ -8,8 +8,8 @@
 #include "capture/project/progress_control.h"
 #include "capture/timelapse/repair.h"
 #include "capture/project/scan_control.h"
-#include "capture/thickness/thickness.h"
-#include "libcommon/core/options.h"
+#include "patinate/capture/thickness.h"
+#include "patinate/core/options.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::capture {

@@ -1,7 +1,7 @@
 #include "capture/timelapse/ingest_work.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

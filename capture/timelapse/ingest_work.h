@@ -9,8 +9,8 @@
 
 #include "capture/project/capture_project.h"
 #include "capture/timelapse/ingest.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/history/history.h"
+#include "patinate/core/run_control.h"
+#include "patinate/history/history.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::capture {

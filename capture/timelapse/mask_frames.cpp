@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/timelapse/repair_steps.h"
-#include "libcommon/core/error.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

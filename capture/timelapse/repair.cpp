@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate::capture {
 

@@ -12,7 +12,7 @@
 #include "capture/stability/flat_field.h"
 #include "capture/stability/highlights.h"
 #include "capture/stability/survey.h"
-#include "libcommon/core/options.h"
+#include "patinate/core/options.h"
 
 namespace patinate::capture {
 

@@ -4,16 +4,16 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "libcommon/controls/accessibility.h"
-#include "libcommon/core/error.h"
+#include "patinate/controls/accessibility.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

@@ -5,10 +5,10 @@
 
 #include "capture/timelapse/repair_steps.h"
 #include "capture/stability/stabilise.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

@@ -2,10 +2,10 @@
 
 #include "capture/alignment/alignment.h"
 #include "capture/timelapse/ingest_work.h"
-#include "libcommon/core/error.h"
-#include "libcommon/core/json.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

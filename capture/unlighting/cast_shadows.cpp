@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "capture/unlighting/unlight_work.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/ray_scene.h"
 

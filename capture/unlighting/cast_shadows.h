@@ -2,10 +2,10 @@
 /// Which texels each lamp does not see.
 #pragma once
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/light.h"
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/light.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

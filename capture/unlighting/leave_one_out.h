@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "capture/unlighting/unlight.h"
+#include "patinate/capture/unlight.h"
 
 namespace patinate::capture {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/light.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/light.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

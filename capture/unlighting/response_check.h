@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "capture/unlighting/unlight.h"
-#include "libcommon/image/color.h"
+#include "patinate/capture/unlight.h"
+#include "patinate/image/color.h"
 
 namespace patinate::capture {
 

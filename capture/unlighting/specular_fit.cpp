@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "capture/unlighting/specular_lobe.h"
+#include "patinate/capture/specular_lobe.h"
 #include "capture/unlighting/specular_tiles.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"

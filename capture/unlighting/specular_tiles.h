@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::capture {
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "capture/unlighting/unlight.h"
+#include "patinate/capture/unlight.h"
 
 namespace patinate::capture {
 

@@ -1,4 +1,4 @@
-#include "capture/unlighting/unlight.h"
+#include "patinate/capture/unlight.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "capture/unlighting/specular_choice.h"
 #include "capture/unlighting/specular_fit.h"
 #include "capture/unlighting/unlight_work.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 

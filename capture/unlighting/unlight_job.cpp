@@ -8,7 +8,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/light_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

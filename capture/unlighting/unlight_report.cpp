@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/output/html_page.h"
 
 namespace patinate::capture {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "capture/unlighting/unlight.h"
-#include "libcommon/geometry/camera.h"
-#include "libcommon/image/color.h"
+#include "patinate/capture/unlight.h"
+#include "patinate/geometry/camera.h"
+#include "patinate/image/color.h"
 
 namespace patinate::capture {
 

@@ -7,7 +7,7 @@
 
 #include "capture/unlighting/cast_shadows.h"
 #include "capture/unlighting/photometric_normals.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 

@@ -4,10 +4,10 @@
 #include <exception>
 #include <memory>
 
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/image_io.h"
-#include "transfer/job/age.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
+#include "patinate/transfer/age.h"
 
 using namespace patinate;
 

@@ -5,13 +5,13 @@
 #include <exception>
 #include <memory>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/image_io.h"
-#include "transfer/lookup/transfer_reader.h"
-#include "transfer/synthesis/transfer.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer_reader.h"
+#include "patinate/transfer/transfer.h"
+#include "patinate/transfer/transfer_io.h"
 
 using namespace patinate;
 

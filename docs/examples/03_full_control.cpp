@@ -8,18 +8,17 @@
 #include <stop_token>
 #include <utility>
 
-#include "datasets_synthetic/crackle.h"
-#include "datasets_synthetic/sculpture.h"
-#include "libcommon/atlas/dilate.h"
-#include "libcommon/controls/accessibility.h"
-#include "libcommon/controls/facing.h"
-#include "libcommon/history/memory_history.h"
-#include "libcommon/image/image_io.h"
-#include "libcommon/output/render.h"
-#include "transfer/lookup/packed_lookup.h"
-#include "transfer/lookup/time_map.h"
-#include "transfer/synthesis/transfer.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/datasets/crackle.h"
+#include "patinate/datasets/sculpture.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/controls/accessibility.h"
+#include "patinate/controls/facing.h"
+#include "patinate/history/memory_history.h"
+#include "patinate/image/image_io.h"
+#include "patinate/output/render.h"
+#include "patinate/transfer/time_map.h"
+#include "patinate/transfer/transfer.h"
+#include "patinate/transfer/transfer_io.h"
 
 using namespace patinate;
 
@@ -59,7 +58,7 @@ ImageF aged_by_map(const History& history, const ImageF& coordinates, const Imag
   const double first = history.times().front(), span = history.times().back() - first;
   ImageF times = age;
   for (float& t : times.values()) t = static_cast<float>(first + static_cast<double>(t) * span);
-  return transfer::gather_at_times(history, transfer::pack_coordinates(coordinates, history.facts().width), times, Between::Blend, control);
+  return transfer::gather_at_times(history, coordinates, times, Between::Blend, control);
 }
 
 int main(int argc, char** argv) try {

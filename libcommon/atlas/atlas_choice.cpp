@@ -1,10 +1,10 @@
-#include "libcommon/atlas/atlas_choice.h"
+#include "patinate/atlas/atlas_choice.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "libcommon/atlas/unwrap.h"
-#include "libcommon/core/error.h"
+#include "patinate/atlas/unwrap.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {

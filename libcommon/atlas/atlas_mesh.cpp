@@ -1,9 +1,9 @@
-#include "libcommon/atlas/atlas_mesh.h"
+#include "patinate/atlas/atlas_mesh.h"
 
 #include <unordered_map>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

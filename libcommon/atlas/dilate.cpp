@@ -1,10 +1,10 @@
-#include "libcommon/atlas/dilate.h"
+#include "patinate/atlas/dilate.h"
 
 #include <algorithm>
 #include <cstdint>
 
 #include "libcommon/atlas/gutter_fill.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

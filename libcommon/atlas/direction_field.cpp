@@ -7,7 +7,7 @@
 #include <complex>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/nearest_points.h"
 

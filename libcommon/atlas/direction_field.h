@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate {
 

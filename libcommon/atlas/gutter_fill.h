@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 
 namespace patinate {
 

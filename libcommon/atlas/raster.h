@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

@@ -1,10 +1,10 @@
-#include "libcommon/atlas/sheet.h"
+#include "patinate/atlas/sheet.h"
 
 #include <cmath>
 #include <string_view>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

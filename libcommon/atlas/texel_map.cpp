@@ -1,4 +1,4 @@
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/atlas/texel_map.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

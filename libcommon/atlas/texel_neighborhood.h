@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/atlas/texel_map.h"
 #include "libcommon/atlas/texel_set.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate {
 

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/atlas/texel_map.h"
 
 namespace patinate {
 

@@ -1,4 +1,4 @@
-#include "libcommon/atlas/unwrap.h"
+#include "patinate/atlas/unwrap.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "libcommon/atlas/unwrap_surface.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate {
 

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "libcommon/atlas/unwrap_bitmap.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 
 namespace patinate {

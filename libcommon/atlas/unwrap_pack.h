@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "libcommon/atlas/unwrap_flatten.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate {
 

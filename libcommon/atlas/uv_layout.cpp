@@ -1,4 +1,4 @@
-#include "libcommon/atlas/uv_layout.h"
+#include "patinate/atlas/uv_layout.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,10 +1,10 @@
-#include "libcommon/controls/accessibility.h"
+#include "patinate/controls/accessibility.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "libcommon/controls/smooth_surface.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/geometry/curvature.h"
 
 namespace patinate {

@@ -1,10 +1,10 @@
-#include "libcommon/controls/control_expression.h"
+#include "patinate/controls/control_expression.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

@@ -1,4 +1,4 @@
-#include "libcommon/controls/control_map.h"
+#include "patinate/controls/control_map.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {

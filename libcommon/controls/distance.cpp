@@ -1,4 +1,4 @@
-#include "libcommon/controls/distance.h"
+#include "patinate/controls/distance.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "libcommon/controls/light_set.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/geodesic.h"

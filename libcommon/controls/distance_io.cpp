@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

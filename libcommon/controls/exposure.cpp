@@ -1,4 +1,4 @@
-#include "libcommon/controls/exposure.h"
+#include "patinate/controls/exposure.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "libcommon/controls/facing.h"
+#include "patinate/controls/facing.h"
 
 #include <algorithm>
 

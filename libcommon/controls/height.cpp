@@ -1,4 +1,4 @@
-#include "libcommon/controls/height.h"
+#include "patinate/controls/height.h"
 
 #include <algorithm>
 #include <limits>

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/controls/accessibility.h"
-#include "libcommon/core/error.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/controls/accessibility.h"
+#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/metrics/correlation.h"
 

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "libcommon/controls/ray_share.h"
-#include "libcommon/controls/tangent_sphere.h"
-#include "libcommon/core/options.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/controls/ray_share.h"
+#include "patinate/controls/tangent_sphere.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
 #include "libcommon/geometry/height_field.h"
 
 namespace patinate {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/atlas/sheet.h"
-#include "libcommon/controls/control_map.h"
+#include "patinate/atlas/sheet.h"
+#include "patinate/controls/control_map.h"
 
 namespace patinate {
 

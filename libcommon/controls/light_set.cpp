@@ -8,7 +8,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/ray_scene.h"
 

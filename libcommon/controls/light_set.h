@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "libcommon/controls/smooth_surface.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 
 namespace patinate {
 

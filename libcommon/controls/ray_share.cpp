@@ -1,4 +1,4 @@
-#include "libcommon/controls/ray_share.h"
+#include "patinate/controls/ray_share.h"
 
 #include "libcommon/controls/light_set.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "libcommon/atlas/dilate.h"
+#include "patinate/atlas/dilate.h"
 
 namespace patinate {
 

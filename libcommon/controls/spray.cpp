@@ -1,4 +1,4 @@
-#include "libcommon/controls/spray.h"
+#include "patinate/controls/spray.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"

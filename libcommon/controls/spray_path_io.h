@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "libcommon/controls/spray.h"
+#include "patinate/controls/spray.h"
 
 namespace patinate {
 

@@ -1,4 +1,4 @@
-#include "libcommon/controls/tangent_sphere.h"
+#include "patinate/controls/tangent_sphere.h"
 
 #include <cmath>
 #include <numbers>

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/expression_kernel.h"
 #include "libcommon/core/portable_math.h"
 

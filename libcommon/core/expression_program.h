@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "libcommon/core/expression.h"
+#include "patinate/core/expression.h"
 #include "libcommon/core/instruction_set.h"
 
 namespace patinate {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

@@ -19,7 +19,7 @@
 #include <system_error>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/temporary_file.h"

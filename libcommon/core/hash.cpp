@@ -8,7 +8,7 @@
 #include <fstream>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 

@@ -1,10 +1,10 @@
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json_text.h"
 #include "libcommon/core/text.h"

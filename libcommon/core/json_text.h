@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate {
 

@@ -1,8 +1,8 @@
-#include "libcommon/core/options.h"
+#include "patinate/core/options.h"
 
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {

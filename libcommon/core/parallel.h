@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate {
 

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <system_error>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

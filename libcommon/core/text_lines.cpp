@@ -1,6 +1,6 @@
 #include "libcommon/core/text_lines.h"
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 
 namespace patinate {

@@ -1,4 +1,4 @@
-#include "libcommon/geometry/camera.h"
+#include "patinate/geometry/camera.h"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {

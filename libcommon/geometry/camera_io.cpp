@@ -1,4 +1,4 @@
-#include "libcommon/geometry/camera_io.h"
+#include "patinate/geometry/camera_io.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/camera_text_io.h"
 #include "libcommon/geometry/length_unit.h"

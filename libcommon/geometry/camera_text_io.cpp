@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/core/text_lines.h"
 

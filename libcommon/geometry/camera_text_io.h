@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "libcommon/geometry/camera.h"
+#include "patinate/geometry/camera.h"
 
 namespace patinate {
 

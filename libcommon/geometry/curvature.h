@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/mesh.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/geometry/gltf_json.h"

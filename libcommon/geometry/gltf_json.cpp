@@ -5,9 +5,9 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/geometry/mesh_files.h"
 
 namespace patinate {

@@ -4,10 +4,10 @@
 
 #include <optional>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/mesh.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
 #include "libcommon/geometry/ray_scene.h"
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate {
 

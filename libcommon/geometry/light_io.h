@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "libcommon/geometry/camera.h"
-#include "libcommon/geometry/light.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/camera.h"
+#include "patinate/geometry/light.h"
 
 namespace patinate {
 

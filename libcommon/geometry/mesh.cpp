@@ -1,4 +1,4 @@
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {

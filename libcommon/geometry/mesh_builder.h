@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

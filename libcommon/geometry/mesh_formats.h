@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

@@ -5,9 +5,9 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

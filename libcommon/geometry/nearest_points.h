@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "libcommon/geometry/mesh_formats.h"

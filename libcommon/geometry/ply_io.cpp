@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "libcommon/geometry/mesh_formats.h"
 #include "libcommon/geometry/ply_parser.h"

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cstring>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 
 namespace patinate {

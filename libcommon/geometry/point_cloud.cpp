@@ -1,4 +1,4 @@
-#include "libcommon/geometry/point_cloud.h"
+#include "patinate/geometry/point_cloud.h"
 
 namespace patinate {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/geometry/point_cloud.h"
+#include "patinate/geometry/point_cloud.h"
 
 namespace patinate {
 

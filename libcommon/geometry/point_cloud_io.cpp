@@ -1,4 +1,4 @@
-#include "libcommon/geometry/point_cloud_io.h"
+#include "patinate/geometry/point_cloud_io.h"
 
 #include <algorithm>
 #include <bit>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/geometry/mesh_builder.h"

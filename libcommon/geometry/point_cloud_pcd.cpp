@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cstring>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/point_cloud_formats.h"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ply_parser.h"
 #include "libcommon/geometry/point_cloud_formats.h"

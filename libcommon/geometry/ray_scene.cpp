@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

@@ -1,10 +1,10 @@
-#include "libcommon/geometry/rigid_transform.h"
+#include "patinate/geometry/rigid_transform.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

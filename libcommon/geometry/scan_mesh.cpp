@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

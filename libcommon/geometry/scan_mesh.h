@@ -2,8 +2,8 @@
 /// The surface that a scan shows: its own triangles, or its range grid triangulated.
 #pragma once
 
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/geometry/point_cloud.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/geometry/point_cloud.h"
 
 namespace patinate {
 

@@ -2,7 +2,7 @@
 /// How a mesh hangs together, seen as an OpenMesh.
 #pragma once
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

@@ -1,4 +1,4 @@
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 
 #include <algorithm>
 #include <array>
@@ -6,12 +6,12 @@
 #include <cstdio>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate {
 

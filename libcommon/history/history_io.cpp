@@ -3,12 +3,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 #include "libcommon/history/history_times.h"
 
 namespace patinate {

@@ -1,4 +1,4 @@
-#include "libcommon/history/history_sampling.h"
+#include "patinate/history/history_sampling.h"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
-#include "libcommon/history/history_value.h"
+#include "patinate/history/history_value.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate {

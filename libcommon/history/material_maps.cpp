@@ -1,4 +1,4 @@
-#include "libcommon/history/material_maps.h"
+#include "patinate/history/material_maps.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

@@ -1,4 +1,4 @@
-#include "libcommon/history/memory_history.h"
+#include "patinate/history/memory_history.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"

@@ -1,4 +1,4 @@
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

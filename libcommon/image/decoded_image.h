@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/image/color.h"
-#include "libcommon/image/image.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image.h"
 
 namespace patinate {
 

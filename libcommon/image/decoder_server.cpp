@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <new>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/decoder_wire.h"
 #include "libcommon/image/movie_decoder.h"

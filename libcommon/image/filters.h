@@ -2,8 +2,8 @@
 /// Smoothing and resampling of float images. Same bits for any number of threads.
 #pragma once
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 
 namespace patinate {
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/text.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "libcommon/image/decoded_image.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate {
 

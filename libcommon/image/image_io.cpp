@@ -1,4 +1,4 @@
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -15,7 +15,7 @@
 #include <numeric>
 #include <string_view>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/decoded_image.h"
 #include "libcommon/image/decoder_process.h"

@@ -4,7 +4,7 @@
 #include <new>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/image/decoded_image.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_decoder.h"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/image/image.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>

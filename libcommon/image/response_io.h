@@ -2,8 +2,8 @@
 /// How integer codes become linear values, as our JSON files say it.
 #pragma once
 
-#include "libcommon/core/json.h"
-#include "libcommon/image/color.h"
+#include "patinate/core/json.h"
+#include "patinate/image/color.h"
 
 namespace patinate {
 

@@ -14,7 +14,7 @@
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/job/output_state.h"
 #include "libcommon/job/partial_folder.h"

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/json.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate {
 

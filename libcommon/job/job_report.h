@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/job/job.h"
 #include "libcommon/job/job_record.h"
 

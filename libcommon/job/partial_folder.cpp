@@ -13,10 +13,10 @@
 #include <system_error>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate {
 

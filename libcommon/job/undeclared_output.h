@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/job/job.h"
 
 namespace patinate {

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

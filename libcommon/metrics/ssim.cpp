@@ -1,11 +1,11 @@
-#include "libcommon/metrics/ssim.h"
+#include "patinate/metrics/ssim.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate {

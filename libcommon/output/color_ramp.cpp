@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "libcommon/core/error.h"
-#include "libcommon/metrics/color_difference.h"
+#include "patinate/core/error.h"
+#include "patinate/metrics/color_difference.h"
 
 namespace patinate {
 

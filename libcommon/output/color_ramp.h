@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate {
 

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

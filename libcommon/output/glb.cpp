@@ -1,4 +1,4 @@
-#include "libcommon/output/glb.h"
+#include "patinate/output/glb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,13 +9,13 @@
 #include <set>
 #include <string_view>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/json_text.h"
 #include "libcommon/core/regular_file.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "libcommon/output/glb_binary.h"
 #include "libcommon/output/glb_tangents.h"
 

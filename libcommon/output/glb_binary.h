@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "libcommon/core/files.h"
-#include "libcommon/output/glb.h"
+#include "patinate/output/glb.h"
 
 namespace patinate {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 

@@ -1,4 +1,4 @@
-#include "libcommon/output/movie.h"
+#include "patinate/output/movie.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -7,9 +7,9 @@
 #include <memory>
 #include <new>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "libcommon/image/watched_file.h"
 
 extern "C" {

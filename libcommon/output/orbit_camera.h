@@ -2,8 +2,8 @@
 /// The camera of render().
 #pragma once
 
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/output/render.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/output/render.h"
 
 namespace patinate {
 

@@ -1,11 +1,11 @@
-#include "libcommon/output/render.h"
+#include "patinate/output/render.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/output/render_light.h"
 

@@ -10,7 +10,7 @@
 #include "libcommon/geometry/ray_scene.h"
 #include "libcommon/output/glb_tangents.h"
 #include "libcommon/output/orbit_camera.h"
-#include "libcommon/output/render.h"
+#include "patinate/output/render.h"
 
 namespace patinate {
 

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
 

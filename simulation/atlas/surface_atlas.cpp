@@ -1,10 +1,10 @@
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/simulation/surface_atlas.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/atlas/uv_layout.h"
+#include "patinate/atlas/uv_layout.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::simulation {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libcommon/core/parallel.h"
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
 

@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/core/run_control.h"
+#include "patinate/simulation/surface_atlas.h"
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/quantised_look.h"
 

@@ -1,10 +1,10 @@
-#include "simulation/composition/compose.h"
+#include "patinate/simulation/compose.h"
 
 #include <algorithm>
 #include <cstring>
 #include <iterator>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "simulation/composition/composer_state.h"
 

@@ -1,7 +1,7 @@
 #include <Eigen/Geometry>
 
-#include "libcommon/atlas/dilate.h"
-#include "libcommon/image/color.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/image/color.h"
 #include "simulation/composition/composer_state.h"
 
 namespace patinate::simulation {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "simulation/composition/base_layer.h"
-#include "simulation/composition/compose.h"
+#include "patinate/simulation/compose.h"
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/height_frames.h"
 #include "simulation/composition/quantised_look.h"

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/simulation/surface_atlas.h"
 #include "simulation/composition/compose_kernel.h"
 
 namespace patinate::simulation::composition {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 
 namespace patinate::simulation::composition {
 

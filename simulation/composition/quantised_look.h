@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 #include "simulation/composition/compose_kernel.h"
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::simulation::composition {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "simulation/composition/height_frames.h"
 #include "simulation/composition/quantised_look.h"
 

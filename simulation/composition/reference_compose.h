@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "simulation/atlas/material_atlas.h"
-#include "simulation/composition/compose.h"
+#include "patinate/simulation/material_atlas.h"
+#include "patinate/simulation/compose.h"
 
 namespace patinate::simulation {
 

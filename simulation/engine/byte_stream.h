@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::simulation {
 

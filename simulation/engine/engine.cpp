@@ -1,11 +1,11 @@
-#include "simulation/engine/engine.h"
+#include "patinate/simulation/engine.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "simulation/engine/engine_state.h"
 

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "simulation/engine/engine_state.h"
 

@@ -1,7 +1,7 @@
 // A brush alone, while everything else stands still.
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "simulation/engine/engine_state.h"
 
 namespace patinate::simulation {

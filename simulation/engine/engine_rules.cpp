@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/controls/control_kinds.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/controls/control_kinds.h"
 #include "simulation/engine/engine_state.h"
 
 namespace patinate::simulation {

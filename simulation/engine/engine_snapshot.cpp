@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "simulation/engine/byte_stream.h"
 #include "simulation/engine/engine_state.h"
 

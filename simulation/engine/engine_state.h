@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "simulation/engine/engine.h"
+#include "patinate/simulation/engine.h"
 #include "simulation/rules/rules.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/scene_checks.h"

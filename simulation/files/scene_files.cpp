@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/geometry/mesh_files.h"

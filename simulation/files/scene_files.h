@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate::simulation {
 

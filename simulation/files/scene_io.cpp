@@ -1,17 +1,17 @@
-#include "simulation/files/scene_io.h"
+#include "patinate/simulation/scene_io.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/atlas/atlas_choice.h"
-#include "libcommon/core/error.h"
+#include "patinate/atlas/atlas_choice.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "libcommon/history/history_times.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "simulation/rules/rule_io.h"
 #include "simulation/files/scene_json.h"
 #include "simulation/tracing/scene_checks.h"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "simulation/scene/scene.h"
+#include "patinate/core/json.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::simulation {
 

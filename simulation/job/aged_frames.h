@@ -4,10 +4,10 @@
 
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
-#include "simulation/engine/engine.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
+#include "patinate/simulation/engine.h"
+#include "patinate/simulation/scene_io.h"
 #include "simulation/job/simulation_output.h"
 
 namespace patinate::simulation {

@@ -4,15 +4,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_files.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/job/job_record.h"
 #include "simulation/files/scene_files.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "libcommon/job/job.h"
-#include "simulation/engine/engine.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/simulation/engine.h"
+#include "patinate/simulation/scene_io.h"
 
 namespace patinate::simulation {
 

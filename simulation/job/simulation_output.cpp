@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
-#include "libcommon/output/glb.h"
+#include "patinate/image/image_io.h"
+#include "patinate/output/glb.h"
 
 namespace patinate::simulation {
 

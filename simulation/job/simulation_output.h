@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <string>
 
-#include "libcommon/core/run_control.h"
-#include "simulation/engine/engine.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/core/run_control.h"
+#include "patinate/simulation/engine.h"
+#include "patinate/simulation/scene_io.h"
 
 namespace patinate::simulation {
 

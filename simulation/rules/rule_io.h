@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "simulation/scene/scene.h"
+#include "patinate/core/json.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::simulation {
 

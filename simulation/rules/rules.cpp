@@ -5,7 +5,7 @@
 #include <bit>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/expression_program.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"

@@ -20,10 +20,10 @@
 #include <vector>
 
 #include "libcommon/core/instruction_set.h"
-#include "libcommon/core/run_control.h"
-#include "simulation/atlas/material_atlas.h"
+#include "patinate/core/run_control.h"
+#include "patinate/simulation/material_atlas.h"
 #include "simulation/rules/surface_parameter.h"
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::simulation {
 

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
 

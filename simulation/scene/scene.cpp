@@ -1,10 +1,10 @@
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::simulation {

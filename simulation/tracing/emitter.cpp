@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "simulation/tracing/random_direction.h"
 

@@ -2,8 +2,8 @@
 /// Where and how gammatons are born.
 #pragma once
 
-#include "simulation/atlas/surface_atlas.h"
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/surface_atlas.h"
+#include "patinate/simulation/scene.h"
 #include "simulation/tracing/ray_tracer.h"
 
 namespace patinate::simulation {

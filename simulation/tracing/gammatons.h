@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::simulation {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "simulation/tracing/emitter.h"

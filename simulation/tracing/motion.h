@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "simulation/atlas/surface_atlas.h"
-#include "simulation/scene/scene.h"
+#include "patinate/core/run_control.h"
+#include "patinate/simulation/surface_atlas.h"
+#include "patinate/simulation/scene.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/cargo.h"
 

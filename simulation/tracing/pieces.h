@@ -2,7 +2,7 @@
 /// One gammaton's way through a scene, piece by piece: what trace() and respond() are made of.
 #pragma once
 
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 #include "simulation/tracing/clearance.h"
 #include "simulation/tracing/free_space.h"
 #include "simulation/tracing/gammatons.h"

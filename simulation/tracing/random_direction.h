@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "libcommon/core/portable_math.h"
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate::simulation {
 

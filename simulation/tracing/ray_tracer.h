@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate::simulation {
 

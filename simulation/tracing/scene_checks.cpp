@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/geometry/topology.h"
 #include "simulation/tracing/emitter.h"
 

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "simulation/atlas/tile_grid.h"
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/tile_grid.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::simulation {
 

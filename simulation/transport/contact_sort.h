@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate::simulation {
 

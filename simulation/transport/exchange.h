@@ -7,9 +7,9 @@
 #include <memory>
 #include <span>
 
-#include "libcommon/core/run_control.h"
-#include "simulation/atlas/material_atlas.h"
-#include "simulation/scene/scene.h"
+#include "patinate/core/run_control.h"
+#include "patinate/simulation/material_atlas.h"
+#include "patinate/simulation/scene.h"
 #include "simulation/transport/cargo.h"
 #include "simulation/transport/parameter_maps.h"
 

@@ -1,4 +1,4 @@
-#include "simulation/transport/ledger.h"
+#include "patinate/simulation/ledger.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "libcommon/core/json.h"
-#include "simulation/transport/ledger.h"
+#include "patinate/core/json.h"
+#include "patinate/simulation/ledger.h"
 
 namespace patinate::simulation {
 

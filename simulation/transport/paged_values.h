@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "simulation/atlas/tile_grid.h"
+#include "patinate/simulation/tile_grid.h"
 
 namespace patinate::simulation {
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 #include "simulation/transport/paged_values.h"
 
 namespace patinate::simulation {

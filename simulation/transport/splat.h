@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
 

@@ -10,7 +10,7 @@
 #include <array>
 #include <cstdint>
 
-#include "simulation/atlas/material_atlas.h"
+#include "patinate/simulation/material_atlas.h"
 
 namespace patinate::simulation {
 

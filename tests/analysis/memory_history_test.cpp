@@ -4,10 +4,10 @@
 #include <memory>
 
 #include "analysis/compare/sections.h"
-#include "analysis/factorization/factorization.h"
+#include "patinate/analysis/factorization.h"
 #include "analysis/fit/fit_objective.h"
 #include "analysis/statistics/history_statistics.h"
-#include "libcommon/history/memory_history.h"
+#include "patinate/history/memory_history.h"
 #include "tests/analysis/fit/fit_model.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"

@@ -14,15 +14,15 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/atlas/dilate.h"
-#include "libcommon/controls/control_kinds.h"
-#include "libcommon/core/error.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/controls/control_kinds.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/metrics/correlation.h"
 #include "libcommon/output/contact_strip.h"
-#include "libcommon/output/render.h"
+#include "patinate/output/render.h"
 #include "tests/support/test_data.h"
 
 namespace patinate {

@@ -12,8 +12,8 @@
 
 #include "capture/timelapse/ingest.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image_io.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/temp_folder.h"
 

@@ -10,17 +10,17 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/lookup/texture_files.h"
-#include "transfer/lookup/time_map.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/time_map.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
 namespace patinate {

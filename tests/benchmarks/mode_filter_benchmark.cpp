@@ -2,8 +2,8 @@
 //     build/release/bin/mode_filter_benchmark
 #include <cstdio>
 
-#include "capture/thickness/mode_filter.h"
-#include "datasets_synthetic/crackle.h"
+#include "patinate/capture/mode_filter.h"
+#include "patinate/datasets/crackle.h"
 #include "libcommon/image/filters.h"
 #include "tests/benchmarks/timing.h"
 

@@ -11,14 +11,14 @@
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/window_search.h"
-#include "transfer/synthesis/transfer.h"
+#include "patinate/transfer/transfer.h"
 
 namespace patinate {
 namespace {

@@ -1,7 +1,7 @@
 // The mass ledger after a million iterations, for several ratios and rates.
 #include <cstdio>
 
-#include "simulation/engine/engine.h"
+#include "patinate/simulation/engine.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/long_scene.h"

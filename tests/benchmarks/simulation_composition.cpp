@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "simulation/composition/compose.h"
+#include "patinate/simulation/compose.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/meshes.h"

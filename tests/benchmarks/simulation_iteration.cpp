@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <memory>
 
-#include "datasets_synthetic/ledge.h"
+#include "patinate/datasets/ledge.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "simulation/engine/engine.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/simulation/engine.h"
+#include "patinate/simulation/scene_io.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 

@@ -6,7 +6,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/ray_scene.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/ray_tracer.h"

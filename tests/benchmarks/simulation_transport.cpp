@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "libcommon/core/random.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 #include "simulation/rules/rules.h"
 #include "simulation/transport/contact_sort.h"
 #include "simulation/transport/exchange.h"

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "datasets_synthetic/ledge.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/datasets/ledge.h"
+#include "patinate/geometry/mesh_io.h"
 #include "tests/support/temp_folder.h"
 #include "tools/studio/live_engine.h"
 

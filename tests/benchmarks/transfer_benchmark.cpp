@@ -9,14 +9,14 @@
 #include <tuple>
 #include <vector>
 
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/exemplar/appearance_cache.h"
-#include "transfer/lookup/transfer_reader.h"
-#include "transfer/synthesis/transfer.h"
+#include "patinate/transfer/transfer_reader.h"
+#include "patinate/transfer/transfer.h"
 
 namespace patinate {
 namespace {

@@ -10,10 +10,10 @@
 #include <functional>
 #include <string>
 
-#include "datasets_synthetic/sculpture.h"
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/atlas/unwrap.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/datasets/sculpture.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/atlas/unwrap.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/ray_scene.h"
 
 namespace patinate {

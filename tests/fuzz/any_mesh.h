@@ -2,7 +2,7 @@
 /// Small meshes from bytes, for algorithms that must take whatever a reader gives them.
 #pragma once
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace patinate::fuzz {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "libcommon/geometry/camera_io.h"
+#include "patinate/geometry/camera_io.h"
 
 namespace patinate::fuzz {
 

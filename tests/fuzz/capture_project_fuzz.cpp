@@ -1,6 +1,6 @@
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

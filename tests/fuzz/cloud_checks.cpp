@@ -1,6 +1,6 @@
 #include "tests/fuzz/cloud_checks.h"
 
-#include "libcommon/geometry/point_cloud_io.h"
+#include "patinate/geometry/point_cloud_io.h"
 #include "libcommon/geometry/scan_mesh.h"
 
 namespace patinate::fuzz {

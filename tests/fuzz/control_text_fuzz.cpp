@@ -1,7 +1,7 @@
-#include "libcommon/controls/control_expression.h"
+#include "patinate/controls/control_expression.h"
 #include "libcommon/core/text.h"
 #include "tests/fuzz/fuzz_target.h"
-#include "transfer/guidance/control_spec.h"
+#include "patinate/transfer/control_spec.h"
 
 #include <cmath>
 #include <string>

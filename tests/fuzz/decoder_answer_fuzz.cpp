@@ -1,6 +1,6 @@
 #include <cstring>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/image/decoder_wire.h"
 #include "tests/fuzz/fuzz_target.h"
 

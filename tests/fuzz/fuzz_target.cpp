@@ -8,7 +8,7 @@
 #include <fstream>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/fuzz/fuzz_registry.h"
 #include "tests/support/temp_folder.h"
 

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
-#include "libcommon/history/history.h"
-#include "libcommon/history/history_sampling.h"
+#include "patinate/history/history.h"
+#include "patinate/history/history_sampling.h"
 #include "libcommon/history/history_times.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "transfer/library/library_layout.h"

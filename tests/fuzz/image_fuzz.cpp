@@ -2,9 +2,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/image/image_decoder.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

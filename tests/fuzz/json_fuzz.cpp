@@ -2,7 +2,7 @@
 #include <set>
 #include <string>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

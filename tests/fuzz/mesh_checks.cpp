@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 
 namespace patinate::fuzz {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "libcommon/atlas/direction_field.h"
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/atlas/texel_map.h"
 #include "libcommon/atlas/texel_neighborhood.h"
 #include "tests/fuzz/any_mesh.h"
 #include "tests/fuzz/fuzz_target.h"

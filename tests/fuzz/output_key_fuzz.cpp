@@ -1,8 +1,8 @@
 #include <array>
 
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/output/glb.h"
-#include "libcommon/output/movie.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/output/glb.h"
+#include "patinate/output/movie.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

@@ -1,4 +1,4 @@
-#include "libcommon/geometry/point_cloud_io.h"
+#include "patinate/geometry/point_cloud_io.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

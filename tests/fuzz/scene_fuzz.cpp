@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "libcommon/geometry/mesh_io.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/simulation/scene_io.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

@@ -1,5 +1,5 @@
 #include "tests/fuzz/fuzz_target.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 using namespace patinate;
 

@@ -1,5 +1,5 @@
 #include "capture/unlighting/unlight_step.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

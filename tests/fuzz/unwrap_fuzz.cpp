@@ -1,7 +1,7 @@
 // Unwrapping any mesh that a reader could have made.
 #include <cmath>
 
-#include "libcommon/atlas/unwrap.h"
+#include "patinate/atlas/unwrap.h"
 #include "tests/fuzz/any_mesh.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -7,15 +7,15 @@
 
 #include "capture/project/capture_project.h"
 #include "capture/timelapse/ingest.h"
-#include "libcommon/controls/control_kinds.h"
+#include "patinate/controls/control_kinds.h"
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job.h"
 #include "libcommon/metrics/correlation.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
 namespace patinate {

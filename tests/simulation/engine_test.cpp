@@ -1,10 +1,10 @@
-#include "simulation/engine/engine.h"
+#include "patinate/simulation/engine.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
 #include "tests/support/plate_scene.h"

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
-#include "simulation/engine/engine.h"
+#include "patinate/core/error.h"
+#include "patinate/simulation/engine.h"
 #include "simulation/files/scene_json.h"
 #include "simulation/tracing/gammatons.h"
 #include "tests/support/errors.h"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "simulation/engine/engine.h"
+#include "patinate/simulation/engine.h"
 #include "tests/support/meshes.h"
 
 namespace patinate::simulation {

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "simulation/engine/engine.h"
+#include "patinate/simulation/engine.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/simulation/tracing/chi_square.h"
 #include "tests/simulation/tracing/tracing_scene.h"

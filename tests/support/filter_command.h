@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/options.h"
+#include "patinate/core/options.h"
 #include "tools/patinate/command_line/command_line.h"
 
 namespace patinate::testing_support {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "libcommon/core/random.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::testing_support {
 

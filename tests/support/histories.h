@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <functional>
 
-#include "libcommon/history/history.h"
-#include "libcommon/history/memory_history.h"
+#include "patinate/history/history.h"
+#include "patinate/history/memory_history.h"
 
 namespace patinate::testing_support {
 

@@ -2,7 +2,7 @@
 /// A scene that is quick to step: for what must hold after very many iterations.
 #pragma once
 
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::testing_support {
 

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "libcommon/geometry/rigid_transform.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/rigid_transform.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/metrics/correlation.h"
 
 namespace patinate::testing_support {

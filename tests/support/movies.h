@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::testing_support {
 

@@ -2,7 +2,7 @@
 /// The smallest scene in which something ages.
 #pragma once
 
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::testing_support {
 

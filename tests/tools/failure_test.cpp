@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 namespace {

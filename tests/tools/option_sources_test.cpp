@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "tests/support/filter_command.h"
 #include "tests/support/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "transfer/job/age.h"
+#include "patinate/transfer/age.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"

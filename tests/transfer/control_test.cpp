@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
-#include "transfer/guidance/control_matching.h"
-#include "transfer/guidance/control_spec.h"
+#include "patinate/transfer/control_matching.h"
+#include "patinate/transfer/control_spec.h"
 
 namespace patinate::transfer {
 namespace {

@@ -3,16 +3,16 @@
 
 #include <memory>
 
-#include "libcommon/history/memory_history.h"
+#include "patinate/history/memory_history.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/job/age.h"
+#include "patinate/transfer/age.h"
 #include "transfer/lookup/packed_lookup.h"
-#include "transfer/lookup/time_map.h"
+#include "patinate/transfer/time_map.h"
 #include "transfer/synthesis/map_audit.h"
 #include "transfer/synthesis/transfer_controls.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 namespace {

@@ -15,7 +15,7 @@
 #include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/source_levels.h"
 #include "transfer/synthesis/audit.h"
-#include "transfer/synthesis/transfer.h"
+#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 namespace {

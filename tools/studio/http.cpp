@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::studio {
 

@@ -14,10 +14,10 @@
 #include <thread>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "simulation/engine/engine.h"
+#include "patinate/core/json.h"
+#include "patinate/simulation/engine.h"
 #include "simulation/rules/rule_io.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/simulation/scene_io.h"
 #include "tools/studio/overlay_plane.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/scene_record.h"

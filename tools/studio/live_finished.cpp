@@ -1,5 +1,5 @@
 // A finished simulation, opened where it ended.
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"
 #include "tools/studio/live_engine.h"

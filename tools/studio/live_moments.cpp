@@ -1,5 +1,5 @@
 // Back and forth: strokes and returns to the start are undone and redone, with all that they have led to.
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tools/studio/live_client.h"
 
 namespace patinate::studio {

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"
 #include "tools/studio/live_client.h"

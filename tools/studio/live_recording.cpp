@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/scene_text.h"

@@ -5,7 +5,7 @@
 #include <future>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/studio/live_client.h"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tools/studio/live_client.h"
 
 namespace patinate::studio {

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "libcommon/core/error.h"
-#include "libcommon/core/json.h"
-#include "simulation/atlas/surface_atlas.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::studio {
 

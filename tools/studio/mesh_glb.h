@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/geometry/mesh.h"
-#include "simulation/scene/scene.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::studio {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 
 namespace patinate::studio {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numeric>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::studio {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "simulation/engine/engine.h"
+#include "patinate/simulation/engine.h"
 #include "tools/studio/tile_planes.h"
 
 namespace patinate::studio {

@@ -7,7 +7,7 @@
 #include <array>
 #include <memory>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::studio {
 

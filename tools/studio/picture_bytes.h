@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::studio {
 

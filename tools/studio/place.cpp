@@ -7,13 +7,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 #include "simulation/job/simulation_job.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::studio {
 

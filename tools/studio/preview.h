@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::studio {
 

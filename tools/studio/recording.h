@@ -11,8 +11,8 @@
 #include <string>
 #include <thread>
 
-#include "libcommon/core/json.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/core/json.h"
+#include "patinate/simulation/scene_io.h"
 #include "tools/studio/served_folder.h"
 
 namespace patinate::studio {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/geometry/point_cloud_io.h"
+#include "patinate/geometry/point_cloud_io.h"
 #include "libcommon/geometry/scan_mesh.h"
 #include "tools/studio/mesh_glb.h"
 

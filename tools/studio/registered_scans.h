@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/rigid_transform.h"
+#include "patinate/core/json.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/rigid_transform.h"
 #include "tools/studio/served_folder.h"
 
 namespace patinate::studio {

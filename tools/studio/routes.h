@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include "libcommon/core/error.h"
-#include "libcommon/core/json.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/core/run_control.h"
 #include "tools/studio/http.h"
 #include "tools/studio/live_scene.h"
 #include "tools/studio/place.h"

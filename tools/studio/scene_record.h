@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/core/json.h"
+#include "patinate/simulation/scene_io.h"
 
 namespace patinate::studio {
 

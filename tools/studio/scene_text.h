@@ -5,9 +5,9 @@
 #include <optional>
 #include <span>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "simulation/rules/rule_io.h"
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::studio {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/job/result_folder.h"
 
 namespace patinate::studio {

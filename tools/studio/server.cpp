@@ -15,7 +15,7 @@
 #include <optional>
 #include <set>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::studio {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "tools/studio/routes.h"
 
 namespace patinate::studio {

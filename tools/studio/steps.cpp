@@ -7,7 +7,7 @@
 #include "capture/project/relit_project.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tools/studio/routes.h"
 
 namespace patinate::studio {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/atlas/dilate.h"
-#include "libcommon/atlas/sheet.h"
-#include "libcommon/core/error.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/atlas/sheet.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/metrics/color_curves.h"
 
 namespace patinate::studio {

@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/history/history_sampling.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/history/history_sampling.h"
+#include "patinate/image/image.h"
 #include "tools/studio/place.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::studio {
 

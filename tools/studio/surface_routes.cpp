@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/color.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/color.h"
 #include "libcommon/image/filters.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/simulation/scene_io.h"
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/picture_bytes.h"
 #include "tools/studio/registered_scans.h"

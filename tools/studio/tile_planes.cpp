@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstring>
 
-#include "libcommon/atlas/dilate.h"
+#include "patinate/atlas/dilate.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::studio {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "simulation/composition/compose.h"
+#include "patinate/simulation/compose.h"
 
 namespace patinate::studio {
 

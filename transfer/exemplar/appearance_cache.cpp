@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/parallel.h"

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <string>
 
-#include "libcommon/history/history.h"
-#include "transfer/exemplar/appearance_space.h"
+#include "patinate/history/history.h"
+#include "patinate/transfer/appearance_space.h"
 
 namespace patinate::transfer {
 

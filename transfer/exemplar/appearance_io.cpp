@@ -10,7 +10,7 @@
 #include <span>
 #include <system_error>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/read_limit.h"

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "transfer/exemplar/appearance_space.h"
+#include "patinate/transfer/appearance_space.h"
 
 namespace patinate::transfer {
 

@@ -1,4 +1,4 @@
-#include "transfer/exemplar/appearance_space.h"
+#include "patinate/transfer/appearance_space.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 
 namespace patinate::transfer {
 

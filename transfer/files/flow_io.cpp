@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "libcommon/atlas/direction_field.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::transfer {
 

@@ -4,9 +4,9 @@
 
 #include <memory>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/image/image.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/image/image.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 

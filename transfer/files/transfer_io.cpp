@@ -1,4 +1,4 @@
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 #include <algorithm>
 #include <array>
@@ -10,12 +10,12 @@
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/image/image_rows.h"
 #include "transfer/files/flow_io.h"
 

@@ -1,11 +1,11 @@
-#include "transfer/guidance/control_matching.h"
+#include "patinate/transfer/control_matching.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::transfer {

@@ -1,9 +1,9 @@
-#include "transfer/guidance/control_spec.h"
+#include "patinate/transfer/control_spec.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 

@@ -1,14 +1,14 @@
-#include "transfer/job/age.h"
+#include "patinate/transfer/age.h"
 
 #include <memory>
 #include <utility>
 
-#include "libcommon/atlas/dilate.h"
-#include "libcommon/core/error.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/core/error.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/guidance/scale.h"
 #include "transfer/synthesis/transfer_controls.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "libcommon/job/job.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "libcommon/core/error.h"
-#include "libcommon/history/material_maps.h"
+#include "patinate/core/error.h"
+#include "patinate/history/material_maps.h"
 #include "libcommon/image/filters.h"
 
 namespace patinate::transfer {

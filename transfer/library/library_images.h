@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 #include "transfer/library/library_layout.h"
 
 namespace patinate::transfer {

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 #include "transfer/library/library_images.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history_times.h"

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "libcommon/core/options.h"
-#include "libcommon/history/history.h"
+#include "patinate/core/options.h"
+#include "patinate/history/history.h"
 
 namespace patinate::transfer {
 

@@ -6,13 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/image/image_rows.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/lookup/source_turn.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 

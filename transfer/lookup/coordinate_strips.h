@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 #include "transfer/lookup/packed_lookup.h"
 
 namespace patinate::transfer {

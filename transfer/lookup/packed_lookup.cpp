@@ -5,7 +5,7 @@
 #include <cstring>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::transfer {

@@ -7,8 +7,8 @@
 #include <span>
 
 #include "libcommon/atlas/gutter_fill.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 
 namespace patinate::transfer {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "libcommon/atlas/gutter_fill.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 

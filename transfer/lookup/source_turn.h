@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <span>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::transfer {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "libcommon/image/image_rows.h"
 #include "transfer/lookup/source_turn.h"
 

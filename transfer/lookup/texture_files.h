@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
 #include "transfer/lookup/coordinate_strips.h"
-#include "transfer/lookup/time_map.h"
-#include "transfer/lookup/transfer_folder.h"
+#include "patinate/transfer/time_map.h"
+#include "patinate/transfer/transfer_folder.h"
 
 namespace patinate::transfer {
 

@@ -1,4 +1,5 @@
-#include "transfer/lookup/time_map.h"
+#include "patinate/transfer/time_map.h"
+#include "transfer/lookup/packed_lookup.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::transfer {
@@ -144,6 +145,11 @@ ImageF gather_at_times(const History& history, const PackedCoordinates& indices,
   ImageF result(indices.width(), indices.height(), 3);
   TimeMapLookup(history, between, options).look_up(indices.values(), times.values(), 0, result, control);
   return result;
+}
+
+ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times, Between between, const RunControl& control,
+                       const TimeMapOptions& options) {
+  return gather_at_times(history, pack_coordinates(coordinates, history.facts().width, control), times, between, control, options);
 }
 
 }  // namespace patinate::transfer

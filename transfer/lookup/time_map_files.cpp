@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "libcommon/atlas/dilate.h"
-#include "libcommon/core/error.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "libcommon/image/image_rows.h"
 #include "transfer/lookup/texture_files.h"
 

@@ -1,7 +1,7 @@
-#include "transfer/lookup/transfer_folder.h"
+#include "patinate/transfer/transfer_folder.h"
 
-#include "libcommon/core/error.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
 
 namespace patinate::transfer {
 

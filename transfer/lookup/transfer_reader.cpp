@@ -1,17 +1,17 @@
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <utility>
 
-#include "libcommon/atlas/dilate.h"
+#include "patinate/atlas/dilate.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "transfer/lookup/packed_lookup.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/lookup/source_turn.h"
-#include "transfer/lookup/time_map.h"
+#include "patinate/transfer/time_map.h"
 #include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::transfer {

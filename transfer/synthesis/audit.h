@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/levels.h"
 

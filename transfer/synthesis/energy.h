@@ -19,8 +19,8 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "transfer/synthesis/coordinate_map.h"
+#include "patinate/core/run_control.h"
+#include "patinate/transfer/coordinate_map.h"
 #include "transfer/synthesis/levels.h"
 
 namespace patinate::transfer {

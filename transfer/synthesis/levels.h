@@ -7,12 +7,12 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/atlas/texel_map.h"
 #include "libcommon/atlas/texel_neighborhood.h"
 #include "libcommon/atlas/texel_set.h"
-#include "libcommon/core/run_control.h"
-#include "transfer/exemplar/appearance_space.h"
-#include "transfer/synthesis/coordinate_map.h"
+#include "patinate/core/run_control.h"
+#include "patinate/transfer/appearance_space.h"
+#include "patinate/transfer/coordinate_map.h"
 
 namespace patinate::transfer {
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/history/history_value.h"
-#include "libcommon/image/image.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/history/history_value.h"
+#include "patinate/image/image.h"
 #include "transfer/synthesis/audit.h"
-#include "transfer/synthesis/transfer.h"
+#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "transfer/synthesis/energy.h"
-#include "transfer/synthesis/method_options.h"
+#include "patinate/transfer/method_options.h"
 
 namespace patinate::transfer {
 

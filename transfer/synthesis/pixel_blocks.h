@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
+#include "patinate/core/run_control.h"
 #include "transfer/synthesis/neighborhood_projection.h"
 #include "transfer/synthesis/reach_kernel.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "transfer/synthesis/energy.h"
-#include "transfer/synthesis/method_options.h"
+#include "patinate/transfer/method_options.h"
 
 namespace patinate::transfer {
 

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
-#include "transfer/exemplar/appearance_space.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
+#include "patinate/transfer/appearance_space.h"
 #include "transfer/synthesis/levels.h"
 
 namespace patinate::transfer {

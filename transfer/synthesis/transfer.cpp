@@ -1,4 +1,4 @@
-#include "transfer/synthesis/transfer.h"
+#include "patinate/transfer/transfer.h"
 
 #include <algorithm>
 #include <cmath>

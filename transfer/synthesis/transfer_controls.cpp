@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::transfer {

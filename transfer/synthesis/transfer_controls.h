@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "libcommon/controls/control_map.h"
-#include "transfer/synthesis/transfer.h"
+#include "patinate/controls/control_map.h"
+#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 

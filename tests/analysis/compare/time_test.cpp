@@ -6,7 +6,7 @@
 #include "analysis/figures/aging.h"
 #include "analysis/figures/pixel_difference.h"
 #include "analysis/figures/time_warp.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/analysis/compare/stacks.h"
 

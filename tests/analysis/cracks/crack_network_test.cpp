@@ -7,10 +7,10 @@
 #include <functional>
 #include <limits>
 
-#include "datasets_synthetic/crackle.h"
-#include "libcommon/core/error.h"
+#include "patinate/datasets/crackle.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/metrics/color_curves.h"
 #include "tests/support/test_data.h"
 

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "analysis/evaluation/coherence.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "analysis/factorization/factorization.h"
+#include "patinate/analysis/factorization.h"
 #include "libcommon/core/random.h"
 
 namespace patinate::testing_support {

@@ -1,14 +1,14 @@
-#include "analysis/factorization/factorization.h"
+#include "patinate/analysis/factorization.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_job.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image_io.h"
 #include "tests/analysis/factorization/factored_places.h"
 #include "tests/support/temp_folder.h"
 

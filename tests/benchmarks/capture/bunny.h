@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/geometry/point_cloud.h"
-#include "libcommon/geometry/rigid_transform.h"
+#include "patinate/geometry/point_cloud.h"
+#include "patinate/geometry/rigid_transform.h"
 
 namespace patinate::benchmarks {
 

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "capture/unlighting/cast_shadows.h"
-#include "capture/unlighting/unlight.h"
+#include "patinate/capture/unlight.h"
 #include "tests/benchmarks/capture/capture_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/capture/unlighting/lit_relief.h"

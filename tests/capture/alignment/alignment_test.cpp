@@ -7,11 +7,11 @@
 
 #include "capture/timelapse/ingest.h"
 #include "datasets_synthetic/crackle_io.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 

@@ -1,4 +1,4 @@
-#include "capture/calibration/camera_calibration.h"
+#include "patinate/capture/camera_calibration.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/support/errors.h"
 

@@ -1,4 +1,4 @@
-#include "capture/calibration/lambertian_lights.h"
+#include "patinate/capture/lambertian_lights.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/support/errors.h"
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "capture/calibration/sphere_lights.h"
+#include "patinate/capture/sphere_lights.h"
 #include "libcommon/core/random.h"
 
 namespace patinate::testing_support {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 
 namespace patinate::capture {

@@ -1,4 +1,4 @@
-#include "capture/calibration/sphere_lights.h"
+#include "patinate/capture/sphere_lights.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/geometry/light_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/capture/calibration/mirror_scene.h"
 #include "tests/support/errors.h"
 #include "tests/support/test_data.h"

@@ -7,7 +7,7 @@
 
 #include "capture/timelapse/ingest.h"
 #include "datasets_synthetic/crackle_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::capture {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "capture/timelapse/ingest.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/movies.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

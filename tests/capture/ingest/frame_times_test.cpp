@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 namespace {

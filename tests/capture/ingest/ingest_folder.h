@@ -6,8 +6,8 @@
 #include <string>
 
 #include "capture/timelapse/ingest.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/history/history.h"
+#include "patinate/core/run_control.h"
+#include "patinate/history/history.h"
 
 namespace patinate::testing_support {
 

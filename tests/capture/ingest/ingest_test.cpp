@@ -8,10 +8,10 @@
 #include <set>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/capture/ingest/ingest_folder.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"

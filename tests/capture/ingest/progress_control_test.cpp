@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
-#include "libcommon/history/memory_history.h"
-#include "libcommon/image/color.h"
+#include "patinate/history/memory_history.h"
+#include "patinate/image/color.h"
 
 namespace patinate::capture {
 namespace {

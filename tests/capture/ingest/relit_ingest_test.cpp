@@ -9,12 +9,12 @@
 #include <numbers>
 
 #include "datasets_synthetic/mould_io.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
-#include "libcommon/geometry/point_cloud_io.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/mould_errors.h"
 #include "tests/support/temp_folder.h"
 

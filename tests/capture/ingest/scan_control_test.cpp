@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "capture/timelapse/ingest.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/capture/ingest/ingest_folder.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/errors.h"

@@ -7,7 +7,7 @@
 
 #include "capture/registration/pose_graph.h"
 #include "capture/registration/reference_methods.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/capture/registration/scan_shapes.h"
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "capture/registration/registration.h"
+#include "patinate/capture/registration.h"
 #include "libcommon/core/random.h"
-#include "libcommon/geometry/point_cloud_io.h"
+#include "patinate/geometry/point_cloud_io.h"
 #include "tests/support/test_data.h"
 
 namespace patinate::capture {

@@ -1,4 +1,4 @@
-#include "capture/registration/registration.h"
+#include "patinate/capture/registration.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "capture/registration/rotation_search.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/capture/registration/scan_shapes.h"
 

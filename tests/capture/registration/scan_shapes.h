@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "libcommon/geometry/point_cloud.h"
+#include "patinate/geometry/point_cloud.h"
 
 namespace patinate::testing_support {
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "capture/stability/survey.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/capture/stability/stability_scene.h"
 
 namespace patinate::capture {

@@ -11,8 +11,8 @@
 
 #include "capture/stability/highlights.h"
 #include "capture/stability/survey.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/core/files.h"
 #include "tests/support/test_data.h"
 

@@ -8,7 +8,7 @@
 #include "capture/stability/flat_field.h"
 #include "capture/stability/highlights.h"
 #include "capture/stability/stabilise.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/capture/stability/stability_scene.h"
 

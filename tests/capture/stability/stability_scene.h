@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "libcommon/image/image.h"
+#include "patinate/image/image.h"
 
 namespace patinate::testing_support {
 

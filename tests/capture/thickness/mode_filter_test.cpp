@@ -1,4 +1,4 @@
-#include "capture/thickness/mode_filter.h"
+#include "patinate/capture/mode_filter.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "capture/thickness/mode_filter_reference.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 
 namespace patinate::capture {

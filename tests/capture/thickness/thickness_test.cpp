@@ -1,4 +1,4 @@
-#include "capture/thickness/thickness.h"
+#include "patinate/capture/thickness.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "libcommon/core/error.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/test_data.h"
 
 namespace patinate::capture {

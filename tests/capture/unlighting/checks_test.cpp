@@ -3,7 +3,7 @@
 
 #include "capture/unlighting/leave_one_out.h"
 #include "capture/unlighting/response_check.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 #include "tests/capture/unlighting/lit_relief.h"
 
 namespace patinate::capture {

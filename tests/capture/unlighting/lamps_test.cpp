@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "capture/unlighting/photometric_normals.h"
-#include "capture/unlighting/unlight.h"
-#include "libcommon/core/error.h"
+#include "patinate/capture/unlight.h"
+#include "patinate/core/error.h"
 #include "tests/capture/unlighting/lit_relief.h"
 
 namespace patinate::capture {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "libcommon/core/random.h"
-#include "libcommon/image/color.h"
+#include "patinate/image/color.h"
 
 namespace patinate::testing_support {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "capture/unlighting/unlight.h"
+#include "patinate/capture/unlight.h"
 
 namespace patinate::testing_support {
 

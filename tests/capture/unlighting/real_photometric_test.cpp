@@ -10,7 +10,7 @@
 #include "capture/unlighting/leave_one_out.h"
 #include "capture/unlighting/unlight_step.h"
 #include "libcommon/core/files.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "capture/unlighting/unlight.h"
+#include "patinate/capture/unlight.h"
 #include "tests/capture/unlighting/lit_relief.h"
 
 namespace patinate::capture {

@@ -1,11 +1,11 @@
-#include "capture/unlighting/unlight.h"
+#include "patinate/capture/unlight.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/capture/unlighting/lit_relief.h"
 
 namespace patinate::capture {

@@ -1,4 +1,4 @@
-#include "datasets_synthetic/crackle.h"
+#include "patinate/datasets/crackle.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <numeric>
 
 #include "datasets_synthetic/crackle_io.h"
-#include "libcommon/core/error.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/metrics/correlation.h"
 #include "tests/support/temp_folder.h"
 

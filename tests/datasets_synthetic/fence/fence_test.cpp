@@ -1,13 +1,13 @@
-#include "datasets_synthetic/fence.h"
+#include "patinate/datasets/fence.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "datasets_synthetic/ledge.h"
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/core/error.h"
+#include "patinate/datasets/ledge.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/core/error.h"
 
 namespace patinate::datasets {
 namespace {

@@ -1,12 +1,12 @@
-#include "datasets_synthetic/ledge.h"
+#include "patinate/datasets/ledge.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/core/error.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/core/error.h"
 
 namespace patinate::datasets {
 namespace {

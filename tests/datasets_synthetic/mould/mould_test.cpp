@@ -9,11 +9,11 @@
 
 #include "datasets_synthetic/mould_io.h"
 #include "datasets_synthetic/mould_light.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::datasets {

@@ -1,4 +1,4 @@
-#include "datasets_synthetic/sculpture.h"
+#include "patinate/datasets/sculpture.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <set>
 
 #include "datasets_synthetic/curve2.h"
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/core/error.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/core/error.h"
 #include "libcommon/geometry/curvature.h"
 
 namespace patinate::datasets {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/meshes.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 
 namespace patinate {

@@ -1,10 +1,10 @@
-#include "libcommon/atlas/sheet.h"
+#include "patinate/atlas/sheet.h"
 
 #include <gtest/gtest.h>
 
-#include "libcommon/atlas/atlas_mesh.h"
+#include "patinate/atlas/atlas_mesh.h"
 #include "libcommon/atlas/direction_field.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/support/meshes.h"
 
 namespace patinate {

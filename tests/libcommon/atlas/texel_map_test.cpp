@@ -1,4 +1,4 @@
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/atlas/texel_map.h"
 
 #include <gtest/gtest.h>
 
@@ -9,11 +9,11 @@
 #include <set>
 #include <vector>
 
-#include "libcommon/atlas/dilate.h"
+#include "patinate/atlas/dilate.h"
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/atlas/raster.h"
 #include "libcommon/core/random.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"
 

@@ -1,4 +1,4 @@
-#include "libcommon/atlas/unwrap.h"
+#include "patinate/atlas/unwrap.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <numbers>
 #include <stop_token>
 
-#include "datasets_synthetic/sculpture.h"
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/datasets/sculpture.h"
+#include "patinate/atlas/texel_map.h"
 #include "libcommon/core/random.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"
 

@@ -1,9 +1,9 @@
-#include "libcommon/atlas/uv_layout.h"
+#include "patinate/atlas/uv_layout.h"
 
 #include <gtest/gtest.h>
 
-#include "libcommon/core/error.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

@@ -1,10 +1,10 @@
-#include "libcommon/controls/control_expression.h"
+#include "patinate/controls/control_expression.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/controls/control_map.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/controls/control_map.h"
 #include "tests/libcommon/geometry/shapes.h"
 
 namespace patinate::testing_support {

@@ -6,12 +6,12 @@
 #include <fstream>
 #include <numbers>
 
-#include "libcommon/controls/control_kinds.h"
+#include "patinate/controls/control_kinds.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/controls/spray_path_io.h"
-#include "libcommon/core/error.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

@@ -1,4 +1,4 @@
-#include "libcommon/controls/distance.h"
+#include "patinate/controls/distance.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <fstream>
 #include <numbers>
 
-#include "libcommon/controls/control_kinds.h"
+#include "patinate/controls/control_kinds.h"
 #include "libcommon/controls/distance_io.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/controls/control_shapes.h"
 #include "tests/support/temp_folder.h"
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <numbers>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/geometry/shapes.h"
 
 namespace patinate {

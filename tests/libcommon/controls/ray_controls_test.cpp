@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/controls/control_kinds.h"
-#include "libcommon/controls/height.h"
+#include "patinate/controls/control_kinds.h"
+#include "patinate/controls/height.h"
 #include "libcommon/controls/light_set.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/controls/control_shapes.h"
 
 namespace patinate {

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "libcommon/controls/spray_path_io.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/controls/control_shapes.h"
 #include "tests/support/temp_folder.h"
 

@@ -1,11 +1,11 @@
-#include "libcommon/controls/tangent_sphere.h"
+#include "patinate/controls/tangent_sphere.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/controls/control_shapes.h"
 
 namespace patinate {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "libcommon/core/hash.h"
-#include "libcommon/core/options.h"
+#include "patinate/core/options.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"

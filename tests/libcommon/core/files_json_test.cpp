@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/temporary_file.h"
 #include "tests/support/temp_folder.h"
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/support/errors.h"
 
 namespace patinate {

@@ -4,11 +4,11 @@
 
 #include <fstream>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {

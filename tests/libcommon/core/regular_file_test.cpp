@@ -11,7 +11,7 @@
 #include <fstream>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "tests/support/errors.h"

@@ -1,4 +1,4 @@
-#include "libcommon/geometry/camera.h"
+#include "patinate/geometry/camera.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <random>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/camera_io.h"
+#include "patinate/geometry/camera_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 

@@ -7,9 +7,9 @@
 #include <opencv2/core/persistence.hpp>
 #include <string>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/camera_io.h"
+#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/opencv_file.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 namespace {

@@ -1,4 +1,4 @@
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/temp_folder.h"

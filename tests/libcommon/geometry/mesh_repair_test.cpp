@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "libcommon/core/error.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/geometry/topology.h"
 #include "tests/libcommon/geometry/shapes.h"

@@ -1,4 +1,4 @@
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "tests/libcommon/geometry/shapes.h"
 

@@ -1,10 +1,10 @@
-#include "libcommon/geometry/rigid_transform.h"
+#include "patinate/geometry/rigid_transform.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 namespace {

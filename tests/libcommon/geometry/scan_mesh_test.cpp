@@ -5,8 +5,8 @@
 #include <functional>
 #include <string>
 
-#include "libcommon/core/error.h"
-#include "libcommon/geometry/point_cloud_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/point_cloud_io.h"
 #include "tests/support/test_data.h"
 
 namespace patinate {

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate::testing_support {
 

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "libcommon/core/random.h"
-#include "libcommon/history/history.h"
-#include "libcommon/history/history_sampling.h"
+#include "patinate/history/history.h"
+#include "patinate/history/history_sampling.h"
 #include "libcommon/history/history_times.h"
 #include "tests/support/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/history/history_times.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {

@@ -1,11 +1,11 @@
-#include "libcommon/history/material_maps.h"
+#include "patinate/history/material_maps.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "libcommon/history/memory_history.h"
+#include "patinate/history/memory_history.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <limits>
 #include <string>
 
-#include "libcommon/history/history.h"
-#include "libcommon/history/history_sampling.h"
-#include "libcommon/history/material_maps.h"
+#include "patinate/history/history.h"
+#include "patinate/history/history_sampling.h"
+#include "patinate/history/material_maps.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"

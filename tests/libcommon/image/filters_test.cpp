@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 
 namespace patinate {

@@ -10,12 +10,12 @@
 #include <string>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/decoder_process.h"
-#include "libcommon/image/image_io.h"
-#include "libcommon/output/movie.h"
+#include "patinate/image/image_io.h"
+#include "patinate/output/movie.h"
 #include "tests/support/movies.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/file_size_limit.h"
 #include "tests/support/temp_folder.h"
 

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {

@@ -1,4 +1,4 @@
-#include "libcommon/metrics/color_difference.h"
+#include "patinate/metrics/color_difference.h"
 
 #include <gtest/gtest.h>
 

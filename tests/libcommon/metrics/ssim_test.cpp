@@ -1,10 +1,10 @@
-#include "libcommon/metrics/ssim.h"
+#include "patinate/metrics/ssim.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 
 namespace patinate {

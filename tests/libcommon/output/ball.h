@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/geometry/mesh.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate::testing_support {
 

@@ -1,4 +1,4 @@
-#include "libcommon/output/glb.h"
+#include "patinate/output/glb.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cstdlib>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/color.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/color.h"
 #include "libcommon/output/glb_tangents.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/errors.h"

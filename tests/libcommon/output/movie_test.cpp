@@ -1,10 +1,10 @@
-#include "libcommon/output/movie.h"
+#include "patinate/output/movie.h"
 
 #include <gtest/gtest.h>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/file_size_limit.h"
 #include "tests/support/temp_folder.h"

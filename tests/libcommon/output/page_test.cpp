@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/html_page.h"

@@ -1,4 +1,4 @@
-#include "libcommon/output/render.h"
+#include "patinate/output/render.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
-#include "libcommon/core/error.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/output/orbit_camera.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/meshes.h"

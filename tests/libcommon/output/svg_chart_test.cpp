@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/metrics/color_curves.h"
 #include "libcommon/output/color_ramp.h"
 

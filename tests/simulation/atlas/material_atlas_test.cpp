@@ -1,4 +1,4 @@
-#include "simulation/atlas/material_atlas.h"
+#include "patinate/simulation/material_atlas.h"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "libcommon/atlas/texel_map.h"
-#include "simulation/atlas/material_atlas.h"
-#include "simulation/composition/compose.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/simulation/material_atlas.h"
+#include "patinate/simulation/compose.h"
 
 namespace patinate::testing_support {
 

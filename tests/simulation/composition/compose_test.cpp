@@ -1,4 +1,4 @@
-#include "simulation/composition/compose.h"
+#include "patinate/simulation/compose.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <limits>
 #include <numeric>
 
-#include "libcommon/core/error.h"
-#include "libcommon/image/color.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 #include "simulation/composition/reference_compose.h"
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/errors.h"

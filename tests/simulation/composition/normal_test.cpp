@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "simulation/composition/compose.h"
+#include "patinate/simulation/compose.h"
 #include "simulation/composition/height_frames.h"
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/meshes.h"

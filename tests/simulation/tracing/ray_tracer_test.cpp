@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libcommon/core/random.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/ray_scene.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"

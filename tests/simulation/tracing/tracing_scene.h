@@ -2,8 +2,8 @@
 /// Small scenes for tests of gammatons.
 #pragma once
 
-#include "simulation/atlas/surface_atlas.h"
-#include "simulation/scene/scene.h"
+#include "patinate/simulation/surface_atlas.h"
+#include "patinate/simulation/scene.h"
 #include "simulation/tracing/motion.h"
 
 namespace patinate::testing_support {

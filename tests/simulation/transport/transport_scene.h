@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "simulation/atlas/material_atlas.h"
+#include "patinate/simulation/material_atlas.h"
 #include "simulation/transport/cargo.h"
 
 namespace patinate::testing_support {

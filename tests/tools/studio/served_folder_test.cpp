@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::studio {

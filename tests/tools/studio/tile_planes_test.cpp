@@ -7,7 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "simulation/engine/engine.h"
+#include "patinate/simulation/engine.h"
 #include "tests/support/meshes.h"
 #include "tools/studio/overlay_plane.h"
 #include "tools/studio/tile_messages.h"

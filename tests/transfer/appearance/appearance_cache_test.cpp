@@ -17,14 +17,14 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/exemplar/appearance_io.h"
 #include "transfer/library/library_job.h"
-#include "transfer/synthesis/transfer.h"
+#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"

@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "libcommon/core/random.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/library/library_job.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/synthesis/transfer_controls.h"
 #include "transfer/job/transfer_job.h"
 

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
-#include "libcommon/history/history_sampling.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/history/history_sampling.h"
+#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::transfer {
 namespace {

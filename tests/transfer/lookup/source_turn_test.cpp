@@ -7,14 +7,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/lookup/texture_files.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
 namespace patinate::transfer {

@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <array>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
 namespace patinate::transfer {

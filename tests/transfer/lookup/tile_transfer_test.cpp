@@ -3,13 +3,13 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
-#include "libcommon/geometry/mesh_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
 namespace patinate::transfer {

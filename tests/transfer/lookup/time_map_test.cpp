@@ -1,14 +1,14 @@
-#include "transfer/lookup/time_map.h"
+#include "patinate/transfer/time_map.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::transfer {
 namespace {

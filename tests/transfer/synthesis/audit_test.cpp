@@ -15,7 +15,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/map_audit.h"
 #include "transfer/synthesis/window_search.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 namespace {

@@ -11,7 +11,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/levels.h"
-#include "transfer/synthesis/transfer.h"
+#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 namespace {

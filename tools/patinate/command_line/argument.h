@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/options.h"
+#include "patinate/core/options.h"
 
 namespace patinate::cli {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line/option_values.h"
 

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "libcommon/core/options.h"
+#include "patinate/core/json.h"
+#include "patinate/core/options.h"
 #include "tools/patinate/command_line/argument.h"
 
 namespace patinate::cli {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line/command_line.h"
 #include "tools/patinate/command_line/option_values.h"

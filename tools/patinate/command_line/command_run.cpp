@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/printable.h"
 #include "libcommon/job/partial_folder.h"
 #include "tools/patinate/command_line/message_stream.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "libcommon/core/run_control.h"
+#include "patinate/core/json.h"
+#include "patinate/core/run_control.h"
 #include "libcommon/job/job.h"
 #include "libcommon/job/job_report.h"
 #include "tools/patinate/command_line/command_line.h"

@@ -1,6 +1,6 @@
 #include "tools/patinate/command_line/completion.h"
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::cli {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "tools/patinate/command_line/command_run.h"
 
 namespace patinate::cli {

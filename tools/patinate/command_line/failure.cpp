@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::cli {
 

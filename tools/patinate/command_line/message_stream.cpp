@@ -5,7 +5,7 @@
 
 #include "libcommon/core/printable.h"
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 
 namespace patinate::cli {
 

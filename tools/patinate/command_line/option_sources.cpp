@@ -7,7 +7,7 @@
 #include <cctype>
 #include <sstream>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line/path_kind.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::cli {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/options.h"
+#include "patinate/core/options.h"
 #include "tools/patinate/command_line/argument.h"
 
 namespace patinate::cli {

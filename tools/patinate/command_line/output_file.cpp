@@ -5,8 +5,8 @@
 #include <cctype>
 #include <string_view>
 
-#include "libcommon/core/error.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/path_kind.h"
 
 namespace patinate::cli {

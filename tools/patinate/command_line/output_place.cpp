@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <system_error>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/job/result_folder.h"
 

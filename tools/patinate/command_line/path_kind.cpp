@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::cli {

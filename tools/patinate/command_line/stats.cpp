@@ -4,7 +4,7 @@
 
 #include "analysis/figures/compared_pair.h"
 #include "analysis/statistics/history_statistics.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line/path_kind.h"
 

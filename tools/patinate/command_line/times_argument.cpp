@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::cli {

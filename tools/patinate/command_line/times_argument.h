@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 #include "tools/patinate/command_line/command_run.h"
 
 namespace patinate::cli {

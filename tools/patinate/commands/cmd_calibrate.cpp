@@ -2,11 +2,11 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/calibration/calibrate.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/camera_io.h"
+#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/light_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"

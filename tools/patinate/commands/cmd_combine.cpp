@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"

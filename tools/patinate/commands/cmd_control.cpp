@@ -1,15 +1,15 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/controls/control_expression.h"
-#include "libcommon/controls/control_kinds.h"
+#include "patinate/controls/control_expression.h"
+#include "patinate/controls/control_kinds.h"
 #include "libcommon/controls/image_control.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "tools/patinate/command_line/output_file.h"

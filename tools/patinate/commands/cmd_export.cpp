@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
-#include "libcommon/output/glb.h"
+#include "patinate/output/glb.h"
 #include "tools/patinate/services/aging_glb.h"
 #include "tools/patinate/services/aging_mesh.h"
 #include "tools/patinate/commands/commands.h"

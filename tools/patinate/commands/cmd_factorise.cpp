@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_job.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"

@@ -1,4 +1,4 @@
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/manual.h"

@@ -4,12 +4,12 @@
 #include "analysis/fit/fit_job.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
-#include "libcommon/atlas/uv_layout.h"
+#include "patinate/atlas/uv_layout.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/topology.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/services/capture_results.h"
 #include "tools/patinate/commands/commands.h"
@@ -18,7 +18,7 @@
 #include "tools/patinate/command_line/facts.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/stats.h"
-#include "transfer/files/transfer_io.h"
+#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::cli {
 

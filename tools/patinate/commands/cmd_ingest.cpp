@@ -4,7 +4,7 @@
 #include "capture/timelapse/ingest.h"
 #include "capture/relit/relit_ingest.h"
 #include "libcommon/core/text.h"
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"
 

@@ -2,7 +2,7 @@
 
 #include "capture/project/capture_project.h"
 #include "capture/project/draft_project.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "tools/patinate/commands/commands.h"
 

@@ -2,16 +2,16 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/controls/control_expression.h"
-#include "libcommon/controls/control_kinds.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/controls/control_expression.h"
+#include "patinate/controls/control_kinds.h"
 #include "libcommon/controls/image_control.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/history/history_sampling.h"
-#include "libcommon/history/material_maps.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/history/history_sampling.h"
+#include "patinate/history/material_maps.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/image/image_rows.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/numbered_path.h"

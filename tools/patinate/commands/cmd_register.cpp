@@ -5,7 +5,7 @@
 #include "capture/registration/registration_job.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/geometry/point_cloud_io.h"
+#include "patinate/geometry/point_cloud_io.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"
 

@@ -2,26 +2,26 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/atlas/dilate.h"
-#include "libcommon/atlas/atlas_mesh.h"
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/atlas/uv_layout.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/atlas/uv_layout.h"
 #include "libcommon/controls/image_control.h"
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 #include "libcommon/output/contact_strip.h"
-#include "libcommon/output/render.h"
+#include "patinate/output/render.h"
 #include "tools/patinate/services/aging_mesh.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/services/picture_series.h"
 #include "tools/patinate/command_line/times_argument.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::cli {
 

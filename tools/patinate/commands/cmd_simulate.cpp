@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "simulation/job/simulation_job.h"

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "capture/thickness/thickness.h"
-#include "libcommon/core/error.h"
+#include "patinate/capture/thickness.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/output_file.h"
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <utility>
 
-#include "libcommon/history/material_maps.h"
-#include "libcommon/image/color.h"
+#include "patinate/history/material_maps.h"
+#include "patinate/image/color.h"
 #include "tools/patinate/services/aging_mesh.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "transfer/lookup/texture_files.h"

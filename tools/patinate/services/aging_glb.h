@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/history/history.h"
-#include "libcommon/output/glb.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/history/history.h"
+#include "patinate/output/glb.h"
 
 namespace patinate::cli {
 

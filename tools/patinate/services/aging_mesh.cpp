@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::cli {
 

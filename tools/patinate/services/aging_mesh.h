@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/atlas/atlas_mesh.h"
-#include "libcommon/atlas/sheet.h"
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/mesh.h"
-#include "libcommon/history/history.h"
-#include "libcommon/image/image.h"
-#include "libcommon/output/render.h"
+#include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/sheet.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image.h"
+#include "patinate/output/render.h"
 
 namespace patinate::cli {
 

@@ -22,7 +22,7 @@
 #include <thread>
 #include <vector>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 

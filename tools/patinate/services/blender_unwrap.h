@@ -2,8 +2,8 @@
 /// UVs by Blender's Smart UV Project, where Blender is installed. It runs as a child process, without a window.
 #pragma once
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/geometry/mesh.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate::cli {
 

@@ -10,12 +10,12 @@
 #include "capture/calibration/calibrate.h"
 #include "capture/registration/registration_io.h"
 #include "capture/unlighting/unlight_job.h"
-#include "libcommon/core/error.h"
-#include "libcommon/core/json.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/camera_io.h"
+#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/light_io.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::cli {
 

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/history/history.h"
+#include "patinate/history/history.h"
 #include "libcommon/metrics/color_curves.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::cli {
 

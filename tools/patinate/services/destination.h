@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "libcommon/atlas/atlas_mesh.h"
-#include "libcommon/atlas/texel_map.h"
+#include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/texel_map.h"
 #include "tools/patinate/command_line/command_run.h"
 #include "tools/patinate/services/mesh_source.h"
 

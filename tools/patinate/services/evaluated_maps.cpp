@@ -5,16 +5,16 @@
 #include <cmath>
 #include <cstring>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "transfer/files/flow_io.h"
-#include "transfer/lookup/transfer_reader.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/synthesis/map_audit.h"
 
 namespace patinate::cli {

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"

@@ -10,7 +10,7 @@
 #include "analysis/fit/aged_surface.h"
 #include "analysis/fit/fit_parameter.h"
 #include "libcommon/job/job_inputs.h"
-#include "simulation/files/scene_io.h"
+#include "patinate/simulation/scene_io.h"
 
 namespace patinate::cli {
 

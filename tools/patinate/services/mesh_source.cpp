@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "libcommon/core/error.h"
+#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/geometry/mesh_io.h"
+#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "tools/patinate/services/blender_unwrap.h"
 #include "tools/patinate/command_line/failure.h"

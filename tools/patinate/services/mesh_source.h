@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "libcommon/atlas/atlas_choice.h"
-#include "libcommon/atlas/texel_map.h"
-#include "libcommon/geometry/mesh.h"
+#include "patinate/atlas/atlas_choice.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/geometry/mesh.h"
 #include "tools/patinate/command_line/command_run.h"
 
 namespace patinate::cli {

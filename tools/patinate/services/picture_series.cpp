@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/hash.h"
-#include "libcommon/image/color.h"
-#include "libcommon/image/image_io.h"
+#include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/numbered_path.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/run_control.h"
-#include "libcommon/image/image.h"
-#include "libcommon/output/movie.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
+#include "patinate/output/movie.h"
 #include "tools/patinate/command_line/command_run.h"
 
 namespace patinate::cli {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "libcommon/atlas/sheet.h"
+#include "patinate/atlas/sheet.h"
 #include "tools/patinate/command_line/output_file.h"
 
 namespace patinate::cli {

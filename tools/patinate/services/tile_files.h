@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/core/json.h"
-#include "libcommon/image/image.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image.h"
 #include "tools/patinate/command_line/command_run.h"
 
 namespace patinate::cli {

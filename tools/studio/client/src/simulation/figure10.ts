@@ -4,7 +4,7 @@ import { chart, type Chart } from "../ui/chart";
 
 const clamp = (x: number): number => Math.min(Math.max(x, 0), 1);
 
-/// As behaviour_of_slider() of simulation/scene/scene.h.
+/// As behaviour_of_slider() of simulation/include/patinate/simulation/scene.h.
 export function behaviour_of_slider(s: number, absorb: number): Behaviour {
   const alive = 1 - absorb, floats = clamp(3 * s - 1);
   return { bounce: alive - alive * floats, float: alive * floats, absorb, deceleration_bounce: clamp(3 * s), deceleration_float: clamp(3 * s - 2) };

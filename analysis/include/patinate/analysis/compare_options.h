@@ -1,0 +1,28 @@
+/// \file
+/// Settings of a comparison.
+#pragma once
+
+#include <cstdint>
+
+#include "patinate/core/options.h"
+
+namespace patinate::analysis {
+
+enum class Clock { Absolute, Span };
+enum class Places { Auto, Never };
+
+struct CompareOptions {
+  int size = 256;                 ///< Longer side at which the surfaces are compared, px; 0 = as they are.
+  int num_times = 33;             ///< Times at which they are compared, at most; [1, 1024].
+  Clock clock = Clock::Absolute;  ///< Equal times, or equal shares of each history's own span.
+  Places places = Places::Auto;   ///< Whether equal pixels show equal places when the sizes agree.
+  double visible_delta_e = 5.0;   ///< A change from here on is seen; Delta E 1976, > 0.
+  int num_classes = 5;            ///< Of a control; [1, 50].
+  int num_blocks = 8;             ///< Blocks per side for intervals and for the split; [2, 64].
+  int num_resamples = 200;        ///< Of the bootstrap; 0 = no intervals.
+  bool cracks = false;            ///< Dark lines are measured too.
+  std::uint64_t seed = 0;         ///< Not described: it comes from the command.
+};
+void describe(OptionVisitor& v, CompareOptions& o);
+
+}  // namespace patinate::analysis

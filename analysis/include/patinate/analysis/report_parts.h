@@ -1,0 +1,69 @@
+/// \file
+/// What a comparison says, as data: figures, curves, pictures. Reports are made of it and know nothing else.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "patinate/core/json.h"
+#include "patinate/image/image.h"
+
+namespace patinate::analysis {
+
+/// One number. Undefined ones say why; none is ever NaN.
+struct Figure {
+  std::string name = {};                 ///< snake_case, unique in a report.
+  std::string title = {};                ///< For people.
+  std::string unit = {};
+  std::optional<double> value = {};
+  std::optional<double> low = {}, high = {};  ///< 95 % interval.
+  std::optional<double> split = {};      ///< The same figure for A against itself split in two: what equal surfaces would show.
+  std::string undefined = {};            ///< Why there is no value; "" when there is one.
+};
+
+struct CurveColumn {
+  std::string name = {};                                    ///< For the CSV and the legend.
+  std::vector<std::optional<double>> values = {};           ///< As many as the curve's x.
+  std::vector<std::pair<double, double>> band = {};    ///< 95 % interval; none or as many.
+  bool is_reference = false;                           ///< Drawn dashed: serves comparison only.
+};
+/// Several columns over one axis: a CSV and a chart.
+struct Curve {
+  std::string name = {};  ///< File name without extension.
+  std::string title = {};
+  std::string x_name = {};
+  std::string y_name = {};
+  std::vector<double> x = {};
+  std::vector<CurveColumn> columns = {};
+  bool is_logarithmic = false;  ///< Both axes.
+  bool from_zero = true;
+};
+
+struct Picture {
+  std::string name = {};  ///< File name without extension.
+  std::string caption = {};
+  ImageF image = {};      ///< Linear, 3 channels.
+};
+
+struct Section {
+  std::string name = {};
+  std::string title = {};
+  std::vector<std::string> paragraphs = {};
+  std::vector<Figure> figures = {};
+  std::vector<Curve> curves = {};
+  std::vector<Picture> pictures = {};
+  std::string undefined = {};  ///< Why the section says nothing; "" when it does.
+};
+
+/// Without pictures' pixels. @throws InvalidInput if a number is not finite.
+[[nodiscard]] Json section_json(const Section& section);
+/// The inverse of section_json(); for files of our own only.
+[[nodiscard]] Section section_from_json(const Json& json);
+/// Members name, title, unit, value (null when undefined), low, high, split, undefined: those that there are.
+[[nodiscard]] Json figure_json(const Figure& figure);
+/// A header and a row for each x; a value that is not there is an empty cell.
+[[nodiscard]] std::string curve_csv(const Curve& curve);
+
+}  // namespace patinate::analysis

@@ -1,0 +1,70 @@
+/// \file
+/// A surface's colour over time, whatever it comes from: a history, or a transfer looked up.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "patinate/history/history.h"
+
+namespace patinate::analysis {
+
+/// An atlas on which a history is looked up.
+struct SeriesAtlas {
+  std::string name;                ///< "bust.obj"
+  ImageF coordinates;              ///< H x W x 2: pixels of the history, -1 outside.
+  std::optional<double> texel_mm;  ///< Surface length of a pixel of the history, when known.
+};
+
+/// Frames of a history, or what an atlas makes of them. Thread-safe.
+class TextureSeries {
+ public:
+  explicit TextureSeries(std::shared_ptr<const History> history);
+  /// @throws InvalidInput naming a coordinate that points outside of the history.
+  TextureSeries(std::shared_ptr<const History> history, SeriesAtlas atlas);
+
+  /// Of the history: its frames, times and controls.
+  [[nodiscard]] const HistoryFacts& facts() const { return history_->facts(); }
+  [[nodiscard]] const History& history() const { return *history_; }
+  /// Empty: the history itself.
+  [[nodiscard]] const ImageF& coordinates() const { return coordinates_; }
+  /// "copper", "copper on an atlas".
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] int width() const;
+  [[nodiscard]] int height() const;
+  /// Surface length of a pixel, when known.
+  [[nodiscard]] std::optional<double> pixel_mm() const { return pixel_mm_; }
+  /// Where the surface's own colour is shown at a time: 0 / 255. Between two frames: where both show it.
+  [[nodiscard]] ImageU8 mask(double time) const;
+  /// H x W x 3, linear; clamped to the ends.
+  [[nodiscard]] ImageF sample(double time) const;
+  /// H x W x 1 in [0, 1], normalised as the history's control. @throws InvalidInput if there is no such control.
+  [[nodiscard]] ImageF control(const std::string& name) const;
+
+ private:
+  template <class T>
+  [[nodiscard]] Image<T> looked_up(Image<T> image) const;
+
+  std::shared_ptr<const History> history_;
+  std::string name_;
+  std::optional<double> pixel_mm_;
+  ImageF coordinates_;
+};
+
+/// A series of files.
+struct SeriesFile {
+  std::shared_ptr<const HistoryReader> history;
+  TextureSeries series;
+
+  /// Content key of all of it.
+  [[nodiscard]] std::string key() const;
+};
+/// Reads `transfer.json` and `coordinates.exr` as files.
+/// @param path     A history or a transfer (then over time in its atlas). @param through  A transfer: the history's frames are looked up through
+/// its coordinates; "" = none.
+/// @throws IoError if a file breaks its format; InvalidInput if `through` looks into a history of another size, or is given for a transfer.
+[[nodiscard]] SeriesFile open_series(const std::filesystem::path& path, const std::filesystem::path& through = {});
+
+}  // namespace patinate::analysis

@@ -1,0 +1,113 @@
+/// \file
+/// Which surface point each texel of a UV atlas shows, how large it is, and what lies around it on the surface.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "patinate/atlas/sheet.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/image/image.h"
+
+namespace patinate {
+
+using TexelId = std::int64_t;  ///< y * width + x; -1 = none.
+
+/// Orthonormal axes in a triangle's plane, mm: which way "right" and "down" are for what lies there. Zero for a triangle without UVs' area.
+using FlowFrame = Eigen::Matrix<double, 3, 2>;
+using FlowFrames = std::vector<FlowFrame>;  ///< One a triangle of a mesh.
+
+/// A texel near another one.
+struct TexelNeighbor {
+  TexelId texel = -1;
+  Vec2 offset_mm{0.0, 0.0};  ///< Where its centre really lies from the other's, in the other's frame.
+};
+
+/// A point on a mesh.
+struct SurfacePoint {
+  int triangle = -1;
+  double b1 = 0.0;  ///< Barycentric weights of corners 1 and 2.
+  double b2 = 0.0;
+};
+
+/// Texel -> surface. A texel is covered when its centre lies in a triangle's UVs; where UVs overlap, the lowest triangle
+/// wins. Stores 4 bytes per texel; points, positions, frames and neighbours are computed.
+class TexelMap {
+ public:
+  /// @param mesh  With UVs in [0, 1], in mm. Kept by copy.
+  /// @throws InvalidInput if the mesh has no UVs, they leave [0, 1] by more than 1 %, or a size is outside [1, 65536].
+  TexelMap(Mesh mesh, int width, int height, const RunControl& control = {});
+  /// Over the tiles of a sheet. @param mesh  As sheet_mesh() gives it: UVs over the whole sheet.
+  TexelMap(Mesh mesh, Sheet sheet, const RunControl& control = {});
+  /// Half as many texels in both directions, rounded down, in one square. The mesh is shared. @throws InvalidInput if nothing is left.
+  [[nodiscard]] TexelMap halved(const RunControl& control = {}) const;
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  /// Where the tiles lie; one tile over everything unless a sheet was given.
+  [[nodiscard]] const Sheet& sheet() const { return sheet_; }
+  [[nodiscard]] std::int64_t num_texels() const { return std::int64_t{width_} * height_; }
+  [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
+  /// Texels that a second triangle wanted too.
+  [[nodiscard]] std::int64_t num_overlapping() const { return num_overlapping_; }
+  [[nodiscard]] const Mesh& mesh() const { return surface_->mesh; }
+
+  [[nodiscard]] bool is_covered(TexelId t) const { return triangle_[static_cast<std::size_t>(t)] >= 0; }
+  /// UV-connected piece of the atlas, from 0; -1 outside.
+  [[nodiscard]] int chart(TexelId t) const;
+  /// Its centre, the weights in single precision; triangle -1 outside.
+  [[nodiscard]] SurfacePoint point(TexelId t) const;
+  [[nodiscard]] int triangle(TexelId t) const { return triangle_[static_cast<std::size_t>(t)]; }
+  [[nodiscard]] Vec3 position_mm(TexelId t) const;
+  /// Interpolated shading normal, unit.
+  [[nodiscard]] Vec3 normal(TexelId t) const;
+  /// Columns: surface vectors (mm) of one texel step to the right and one down, constant in a triangle.
+  [[nodiscard]] Eigen::Matrix<double, 3, 2> mm_per_texel(int triangle) const;
+  /// Orthonormal tangents of a triangle: first along texel x, second as near texel y as orthogonality allows.
+  [[nodiscard]] FlowFrame tangents(int triangle) const;
+  /// Texel steps per mm in a frame: the inverse of frame^T mm_per_texel. Zero where there is none.
+  [[nodiscard]] Eigen::Matrix2d texels_per_mm(int triangle, const FlowFrame& frame) const;
+  /// Median over covered texels of sqrt(area of one texel), mm.
+  [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
+  /// 0 / 255.
+  [[nodiscard]] ImageU8 coverage() const;
+
+  /// Texels that lie at `offsets_mm` (in the frame of the texel's triangle) from texel `t`, walking straight over the surface and across seams; texel -1 where the
+  /// surface ends. With where they really lie: texels are a grid, offsets are not. Over seams that is known as well as the frames on both sides agree.
+  /// @param frames  One a triangle: uv_frames(), or a direction field. @param out  As long as offsets_mm.
+  void gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm, std::span<TexelNeighbor> out) const;
+  /// The straight walk itself: from a surface point along a 3D vector in its triangle's plane. triangle = -1 where the
+  /// surface ends.
+  [[nodiscard]] SurfacePoint walk(SurfacePoint from, Vec3 step_mm) const;
+  /// Texel that shows a surface point, or the nearest covered one of its chart next to it; -1 if there is none.
+  [[nodiscard]] TexelId texel_of(const SurfacePoint& p) const;
+
+ private:
+  /// The texel (dx, dy) away if the chart's own grid leads there; -1 otherwise.
+  [[nodiscard]] TexelId inside_chart(TexelId from, int dx, int dy) const;
+  [[nodiscard]] std::array<Vec2, 3> corners_in_texels(int triangle) const;
+
+  /// What does not depend on the number of texels.
+  struct Surface {
+    Mesh mesh;
+    std::vector<std::array<int, 3>> neighbors;
+    std::vector<int> chart;  ///< Of each triangle.
+    explicit Surface(Mesh with_uvs);
+  };
+  TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const RunControl& control);
+
+  std::shared_ptr<const Surface> surface_;
+  Sheet sheet_;
+  int width_;
+  int height_;
+  std::vector<std::int32_t> triangle_;
+  std::int64_t num_covered_ = 0;
+  std::int64_t num_overlapping_ = 0;
+  double median_texel_size_mm_ = 0.0;
+};
+
+}  // namespace patinate

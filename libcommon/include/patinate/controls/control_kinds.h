@@ -1,0 +1,71 @@
+/// \file
+/// Every kind of control map by name, for command lines and files. A new kind is one line of the table in the .cpp, and a
+/// member of ControlKindOptions if it has options.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "patinate/controls/accessibility.h"
+#include "patinate/controls/distance.h"
+#include "patinate/controls/exposure.h"
+#include "patinate/controls/facing.h"
+#include "patinate/controls/ray_share.h"
+#include "patinate/controls/spray.h"
+#include "patinate/controls/tangent_sphere.h"
+
+namespace patinate {
+
+/// The options of all kinds. Paths stand here because a kind chosen by name reads its own input.
+struct ControlKindOptions {
+  std::array<double, 3> up{0.0, 1.0, 0.0};  ///< Which way is up for sky, sun and height; any length > 0. Default: as in glTF.
+  AccessibilityOptions accessibility;
+  RayShareOptions ray_share;
+  TangentSphereOptions tangent_sphere;
+  ExposureOptions exposure;
+  SunOptions sun;
+  FacingOptions facing;
+  DistanceOptions distance;
+  SprayOptions spray;
+  std::string sky;         ///< Panorama of the kind `exposure`; "" = an even sky.
+  std::string distance_from;  ///< "boundary", "creases", "ridges", "valleys", a CSV of curves or an image; needed by `distance`.
+  std::string spray_path;  ///< File of read_spray_path(); "" = default_spray_path().
+  std::string image;       ///< Image of the kind `image`.
+};
+void describe(OptionVisitor& visitor, ControlKindOptions& options);
+
+/// What a user can choose.
+struct ControlKind {
+  std::string name;   ///< As it stands in expressions.
+  std::string brief;  ///< Where it is high, in a few words.
+};
+/// In the order in which help and documents list them.
+[[nodiscard]] const std::vector<ControlKind>& control_kinds();
+/// Their names.
+[[nodiscard]] const std::vector<std::string>& control_kind_names();
+
+/// Files that make_control() would read: part of what its result depends on. @throws UsageError if an option that should
+/// name a file names nothing.
+[[nodiscard]] std::vector<std::filesystem::path> control_input_files(const std::string& kind,
+                                                                     const ControlKindOptions& options);
+
+/// @throws UsageError for a kind that does not exist (with a did-you-mean) or whose input is not given; what the kind
+/// throws.
+[[nodiscard]] ControlMap make_control(const std::string& kind, const TexelMap& map,
+                                      const ControlKindOptions& options = {}, const RunControl& control = {});
+
+/// A ready-made map: image_map() of a file's channel `Y`, its only one, or the mean of its colours. Over an atlas of tiles: the files of
+/// tile_map_files(), laid over their tiles.
+/// @throws IoError
+[[nodiscard]] ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map);
+
+/// An expression of kinds and files (ControlExpression). Maps that are even are noted. @throws UsageError, and what its parts
+/// throw.
+[[nodiscard]] ControlMap make_control_expression(std::string_view expression, const TexelMap& map,
+                                                 const ControlKindOptions& options = {},
+                                                 const RunControl& control = {});
+
+}  // namespace patinate

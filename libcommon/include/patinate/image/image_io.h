@@ -1,0 +1,58 @@
+/// \file
+/// Image files through OpenImageIO. Channels are found by name; equal images give equal bytes (no time stamps). Camera RAW and
+/// movies are decoded in a process of their own (decoder_process.h).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "patinate/image/color.h"
+#include "patinate/image/image.h"
+
+namespace patinate {
+
+/// What an image file says about itself, read without decoding pixels.
+struct ImageInfo {
+  int width = 0;
+  int height = 0;
+  std::vector<std::string> channels;  ///< As stored, e.g. "R", "G", "B", "A", "source.x".
+  bool is_integer = true;             ///< 8 or 16 bit codes; false for half and float.
+  bool is_raw = false;                ///< Camera RAW: linear light, no response applies.
+  int num_frames = 1;                 ///< Sub-images (movies, animated files, multi-part EXR).
+  double frame_rate = 0.0;            ///< Frames per second of playback; 0 = the file does not say.
+  std::string date_time;              ///< EXIF "YYYY:MM:DD HH:MM:SS" or "".
+  std::string key;                    ///< Content key that patinate wrote into the file, or "".
+};
+
+/// At most 65536 x 65536 pixels and 64 channels.
+/// @throws IoError if it is missing, empty, no image, or too large.
+[[nodiscard]] ImageInfo probe_image(const std::filesystem::path& path);
+
+/// Colour as 3 linear channels (gray is repeated, alpha dropped, RGBA unassociated). Integer codes go through `response`;
+/// float files are linear already.
+/// @throws IoError also when truncated, when a value is NaN or infinite, or, by its header, when it holds more than 2^30 values; CannotComplete when memory ends.
+[[nodiscard]] ImageF read_color(const std::filesystem::path& path, const Response& response = {});
+/// One channel of raw values: codes / 255 (or / 65535) for integers, values for floats. `channel` "" means "Y", the only
+/// one, or the mean of R, G, B.
+[[nodiscard]] ImageF read_gray(const std::filesystem::path& path, const std::string& channel = "");
+/// Named channels in the order asked for; raw values. @throws IoError naming a missing channel and those there are.
+[[nodiscard]] ImageF read_channels(const std::filesystem::path& path, const std::vector<std::string>& channels);
+/// 8-bit mask: 0 outside, 255 inside (any code >= 128 of the first channel; alpha when that is the only one that varies).
+[[nodiscard]] ImageU8 read_mask(const std::filesystem::path& path);
+
+enum class ExrDepth { Half, Float };
+
+/// EXR with the given channel names, in values; ZIP, no date. @throws CannotComplete if it cannot be written;
+/// InvalidInput on NaN, infinity, or (Half) overflow.
+void write_exr(const std::filesystem::path& path, const ImageF& image, const std::vector<std::string>& channels,
+               ExrDepth depth, const std::string& key = "");
+/// RGB linear values into an 8-bit sRGB image; the format follows the extension (.png, .jpg, .tif).
+void write_srgb8(const std::filesystem::path& path, const ImageF& linear, const std::string& key = "");
+/// Codes as they are: gray, RGB or RGBA PNG.
+void write_codes(const std::filesystem::path& path, const ImageU8& codes, const std::string& key = "");
+/// .exr -> half RGB in values, others -> 8-bit sRGB. @throws UsageError on an unknown extension.
+void write_color(const std::filesystem::path& path, const ImageF& linear, const std::string& key = "");
+
+}  // namespace patinate

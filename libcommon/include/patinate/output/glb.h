@@ -1,0 +1,74 @@
+/// \file
+/// A mesh with its ages as one binary glTF 2.0 file: one material per time, chosen by KHR_materials_variants.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/image/image.h"
+
+namespace patinate {
+
+/// A texture that is made while it is written, so that it need not be in memory.
+struct GlbTexture {
+  int width = 0, height = 0;
+  int channels = 3;
+  /// Gives its codes to `write`, whole rows, from top to bottom.
+  std::function<void(const std::function<void(std::span<const std::uint8_t> rows)>& write)> make;
+};
+
+/// One look of the mesh, by textures that are made one after the other.
+struct GlbLook {
+  std::string name;                     ///< As GlbVariant::name.
+  std::vector<GlbTexture> base_colors;  ///< One a tile; sRGB codes of 3 channels.
+  std::vector<GlbTexture> normals = {};    ///< As GlbVariant::normals.
+  std::vector<GlbTexture> speculars = {};  ///< As GlbVariant::speculars, one channel.
+};
+
+/// One look of the mesh. The first one is what viewers without the extension show.
+struct GlbVariant {
+  std::string name;                  ///< Shown in viewers, UTF-8, e.g. "12.5 d"; unique.
+  std::vector<ImageF> base_colors;   ///< One a tile; linear RGB, any size; stored as 8-bit sRGB PNG.
+  std::vector<ImageU8> normals = {};    ///< None, or one a tile: tangent-space normals, 127.5 + 127.5 n; x along +u, y along +v (up).
+  std::vector<ImageU8> speculars = {};  ///< None, or one a tile: specular value, 255 = 1; roughness = max(0.05, 1 - specular).
+};
+
+/// Which triangles show which of a variant's textures: glTF gets a primitive a tile, and a material a tile and variant.
+struct GlbTiles {
+  std::vector<std::string> names = {""};  ///< One a tile, part of the material's name; UTF-8.
+  std::vector<int> triangle_tile = {};    ///< As long as the mesh's triangles; empty when there is one tile.
+};
+
+struct GlbOptions {
+  std::string name = "object";     ///< Of node and mesh.
+  double metres_per_unit = 0.001;  ///< glTF is in metres; > 0. 0.001 for a mesh in mm.
+  double roughness = 0.8;          ///< [0, 1]. metallicFactor is 0.
+  std::string key = "";            ///< Content key, kept in asset.extras.patinate_key.
+};
+
+/// Writes atomically; equal input gives equal bytes. Axes are kept as they are, v is flipped as glTF asks.
+/// Materials are seen from both sides, as files from laboratories mix them. Where a variant has normals, vertices carry tangents.
+/// @param mesh  With UVs in [0, 1] of every tile.
+/// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture a tile, normals have
+/// not 3 channels, or a value is not finite; CannotComplete if it cannot be written.
+/// Memory: the mesh, and what one texture takes while it is made; the file's bytes wait on the disk, beside its place.
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
+               const std::vector<GlbLook>& looks, const GlbOptions& options = {}, const RunControl& control = {});
+/// Of whole images.
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
+               const std::vector<GlbVariant>& variants, const GlbOptions& options = {}, const RunControl& control = {});
+/// With one tile.
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::vector<GlbVariant>& variants,
+               const GlbOptions& options = {}, const RunControl& control = {});
+
+/// The content key in a GLB that write_glb() made; "" if it carries none or is no GLB. @throws IoError if it cannot be
+/// read.
+[[nodiscard]] std::string read_glb_key(const std::filesystem::path& path);
+
+}  // namespace patinate

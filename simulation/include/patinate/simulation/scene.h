@@ -1,0 +1,179 @@
+/// \file
+/// What a simulation is made of, without files: objects, materials, emitters, rates. Lengths in mm, times in s unless said, so that a
+/// reader of scene files (scene_io.h) converts once.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "patinate/geometry/mesh.h"
+#include "patinate/image/image.h"
+
+namespace patinate::simulation {
+
+inline constexpr int kMaxMaterials = 8;  ///< [Guenther et al. 2012, sec. 4.4].
+inline constexpr std::size_t kMaxRules = 100;
+
+/// One value for each material of the scene; entries beyond Scene::materials are 0.
+using MaterialValues = std::array<double, kMaxMaterials>;
+
+/// A colour, or a picture of the material that is laid over the texels (linear RGB, repeated).
+struct ColorSource {
+  Vec3 color{0.5, 0.5, 0.5};  ///< Linear RGB, [0, 1]; used where `image` is empty.
+  ImageF image;               ///< H x W x 3, linear; may be empty.
+};
+
+/// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v weigh it by
+/// amount * b * (1 + v xi) with xi in [-1, 1) fixed per texel and material.
+struct MaterialLook {
+  ColorSource color;
+  double strength = 1.0;            ///< >= 0: amount 1 covers the original colour by this share.
+  double variation = 0.0;           ///< [0, 1].
+  double specular = 0.0;            ///< [-1, 1]: change of the specular value by amount 1.
+  double specular_variation = 0.0;  ///< [0, 1].
+  double height_mm = 0.0;           ///< Change of the height by amount 1.
+  double height_variation = 0.0;    ///< [0, 1].
+};
+
+/// What an object is made of when it is new.
+struct Preset {
+  MaterialValues amounts{};  ///< [0, 3].
+  ColorSource color;
+  double specular = 0.3;  ///< [0, 1].
+};
+
+/// A mesh in the scene. Its UVs lie in the unit square (atlas_choice.h).
+struct SceneObject {
+  std::string name;
+  Mesh mesh;  ///< mm, own coordinates.
+  Preset preset;
+  ImageF color_map;     ///< Linear RGB over the UVs in place of the preset's colour; may be empty.
+  ImageF specular_map;  ///< [0, 1]; may be empty.
+  ImageF height_map;    ///< mm; may be empty.
+  Vec3 translate_mm{0, 0, 0};
+  Vec3 rotate_deg{0, 0, 0};  ///< About x, then y, then z of the world.
+  double scale = 1.0;        ///< > 0.
+};
+
+enum class EmitterShape {
+  Point,      ///< All from `position`, within `spread` of `direction`.
+  Disk,       ///< Uniform over a disk of diameter size[0] at right angles to the direction.
+  Rectangle,  ///< Uniform over size[0] x size[1]; the first side is as near to world x as the direction allows.
+  Sphere,     ///< Uniform over a sphere of diameter size[0], outward.
+  Sky,        ///< From all over the scene's upper side, in directions within `spread` of `direction`, so that every place is rained on alike.
+  Surface     ///< The artist's brush: a disk that sits `distance` above the point of the surface nearest to `position`, looking down its normal.
+};
+inline constexpr std::array<std::string_view, 6> kEmitterShapeNames{"point", "disk", "rectangle", "sphere", "sky", "surface"};
+
+/// A source of gammatons. `gammatons` of them are under way at any time: one that ends is born again.
+struct Emitter {
+  std::string name;
+  EmitterShape shape = EmitterShape::Rectangle;
+  Vec3 position_mm{0, 0, 0};
+  Vec3 direction{0, -1, 0};          ///< Unit.
+  std::array<double, 2> size_mm{0, 0};  ///< >= 0.
+  double spread_deg = 0.0;           ///< Half angle of a cone, uniform in solid angle; [0, 180].
+  double speed_mm_s = 1000.0;        ///< > 0.
+  double distance_mm = 10.0;         ///< Surface only.
+  std::int64_t gammatons = 1000;     ///< [1, 10^7].
+  MaterialValues carries{};          ///< [0, 16]: amounts at birth.
+  bool is_on = true;                 ///< Off: its gammatons are not born again.
+};
+
+/// What a gammaton does at a hit: Russian roulette between three responses [Guenther et al. 2012, sec. 4.1].
+struct Behaviour {
+  double bounce = 0.2;                ///< Probabilities, >= 0; they and absorb sum to 1.
+  double floating = 0.7;
+  double absorb = 0.1;
+  double deceleration_bounce = 0.4;   ///< Share of the speed that is lost, [0, 1].
+  double deceleration_float = 0.3;
+};
+
+/// Figure 10's one slider, s in [0, 1]: in [0, 1/3] all bounce and lose ever more speed; in [1/3, 2/3] from bouncing to floating; in
+/// [2/3, 1] all float and lose ever more speed. `absorb` is kept at `absorb`.
+[[nodiscard]] Behaviour behaviour_of_slider(double s, double absorb = 0.1);
+
+struct TracingOptions {
+  double epsilon_mm = 0.5;            ///< A floating gammaton hovers by this; > 0.
+  double pull = 0.5;                  ///< How much of its speed turns toward the surface while it floats (the paper's h); >= 0.
+  double reach_mm = 5.0;              ///< A floating gammaton looks this far along its way for the next contact; > 0.
+  double lobe_exponent_bounce = 20;   ///< Phong lobes; >= 0.
+  double lobe_exponent_float = 100;
+  int max_segments = 6;               ///< Straight pieces in one iteration; [1, 64].
+  bool tangential_slowdown = true;    ///< Floating keeps only the tangential part of the reflected speed.
+  double rest_speed_mm_s = 10.0;      ///< Slower ones come to rest on ground that is nearly level.
+  double rest_slope_deg = 30.0;       ///< What "nearly level" is; [0, 90].
+};
+
+/// Exchange of material at a hit [Guenther et al. 2012, sec. 4.2].
+struct ExchangeOptions {
+  double ratio = 0.5;        ///< r: 0 only picks up, 1 only drops.
+  MaterialValues rates{};    ///< c_i, [0, 1]: per contact duration.
+  double contact = 1.0;      ///< Duration of a contact; >= 0.
+  int splat_texels = 1;      ///< Width of what one gammaton touches: 1, 3 or 5 texels of the median size.
+};
+
+/// What ages while the gammatons run. `driver` is an expression over materials ("min(water, metal)") and surface parameters.
+struct Rule {
+  std::string name;
+  std::string driver;
+  double alpha = 0.1;        ///< Per unit of the scene's time; >= 0.
+  MaterialValues makes{};    ///< Amount made per alpha * driver * time.
+  MaterialValues uses{};     ///< Amount used up per the same; never more than there is.
+};
+
+/// What becomes of a rule while it runs: what is not given stays.
+struct RuleChange {
+  std::optional<std::string> driver;
+  std::optional<double> alpha;         ///< 0 = off.
+  std::optional<MaterialValues> makes;
+  std::optional<MaterialValues> uses;
+  std::optional<Rule> begins;          ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
+};
+
+/// Where a brush paints, and how long.
+struct BrushStop {
+  Vec3 position_mm{0, 0, 0};
+  std::int64_t steps = 1;  ///< >= 1.
+};
+
+/// What an artist does while it runs.
+struct SceneEvent {
+  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behaviour, Switch, Rule, Paint };
+  std::int64_t iteration = 0;  ///< Before this one.
+  Op op = Op::Move;
+  std::string target;          ///< Of an object or emitter; a material for Rate, a rule for Rule.
+  Vec3 value{0, 0, 0};         ///< Position (mm), angles (deg), or a number in [0]; Switch: 0 = off.
+  std::optional<Emitter> emitter;      ///< Emitter: all of it.
+  std::optional<Behaviour> behaviour;  ///< Behaviour.
+  std::optional<RuleChange> rule;      ///< Rule.
+  std::vector<BrushStop> stops;        ///< Paint: Simulation::paint() at each, one after the other.
+};
+
+struct Scene {
+  std::vector<std::string> materials;  ///< 1 to kMaxMaterials names, unique.
+  std::vector<MaterialLook> looks;     ///< As long as materials.
+  std::vector<SceneObject> objects;    ///< At least one.
+  std::vector<Emitter> emitters;
+  Behaviour behaviour;
+  TracingOptions tracing;
+  ExchangeOptions exchange;
+  std::vector<Rule> rules;
+  std::vector<SceneEvent> events;  ///< By iteration.
+  Vec3 gravity_mm_s2{0, -9810, 0};
+  int resolution = 1024;                ///< Of the atlas; [16, 16384].
+  std::uint64_t seed = 1;
+  double time_per_iteration = 0.01;     ///< In the scene's unit of time: what one iteration stands for.
+};
+
+/// @throws InvalidInput naming the first value out of its range, material that is unknown, name that occurs twice; no object; no emitter.
+void check_scene(const Scene& scene);
+
+/// What every parameter map may be called, for the given materials.
+[[nodiscard]] std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials);
+
+}  // namespace patinate::simulation

@@ -14,7 +14,7 @@ JobPlan plan_history(const std::filesystem::path& file, const std::filesystem::p
   if (is_relit_capture(file)) return plan_relit_ingest(read_relit_project(file), {}, output);
   IngestOptions ingest;
   ingest.add_progress = options.add_progress;
-  ingest.repair.stabilise = options.stabilise;
+  ingest.repair.stabilize = options.stabilize;
   ingest.repair.deflicker = options.deflicker;
   ingest.repair.flat_field = options.flat_field;
   ingest.repair.highlights = options.keep_highlights ? HighlightRule::Keep : HighlightRule::Mask;

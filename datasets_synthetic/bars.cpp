@@ -135,7 +135,7 @@ std::vector<Face> in_patches(const std::vector<Face>& faces, int num_charts) {
       for (int i = 0; i < nx; ++i) {
         const int x0 = face.cells_x * i / nx, x1 = face.cells_x * (i + 1) / nx, y0 = face.cells_y * j / ny, y1 = face.cells_y * (j + 1) / ny;
         const auto at = [&](int x, int y) { return point_at(face, static_cast<double>(x) / face.cells_x, static_cast<double>(y) / face.cells_y); };
-        const double angle = 0.4 + 2.4 * static_cast<double>(patches.size());  // no two neighbours alike
+        const double angle = 0.4 + 2.4 * static_cast<double>(patches.size());  // no two neighbors alike
         patches.push_back({{at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)}, x1 - x0, y1 - y0, angle});
       }
     }

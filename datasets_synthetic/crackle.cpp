@@ -92,7 +92,7 @@ ImageF make_backlight(const CrackleOptions& o) {
 
 int clamped(double value, int size) { return std::clamp(static_cast<int>(std::lround(value)), 0, size - 1); }
 
-// How far from its centre line a crack changes the paint's look.
+// How far from its center line a crack changes the paint's look.
 double rim_px(double spacing_px) { return 1.6 + 0.045 * spacing_px; }
 
 double final_width_px(const CrackleOptions& o, const Crack& crack, double spacing_px) {

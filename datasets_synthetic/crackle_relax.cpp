@@ -28,7 +28,7 @@ struct Node {
   Point place = {}, before = {};
   double at_once = 0.0, spacing = 1.0;
   bool is_fixed = false;          // On the border.
-  std::vector<int> neighbours = {};
+  std::vector<int> neighbors = {};
 };
 struct Stop {
   std::size_t point = 0;  // Of the crack.
@@ -52,8 +52,8 @@ class Relaxation {
     for (auto& stops : stops_) {
       std::stable_sort(stops.begin(), stops.end(), [](const Stop& a, const Stop& b) { return a.point < b.point; });
       for (std::size_t i = 1; i < stops.size(); ++i) {
-        nodes_[static_cast<std::size_t>(stops[i - 1].node)].neighbours.push_back(stops[i].node);
-        nodes_[static_cast<std::size_t>(stops[i].node)].neighbours.push_back(stops[i - 1].node);
+        nodes_[static_cast<std::size_t>(stops[i - 1].node)].neighbors.push_back(stops[i].node);
+        nodes_[static_cast<std::size_t>(stops[i].node)].neighbors.push_back(stops[i - 1].node);
       }
     }
   }
@@ -62,11 +62,11 @@ class Relaxation {
   void balance() {
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       for (Node& n : nodes_) {
-        if (n.is_fixed || n.at_once <= 0.0 || n.neighbours.size() < 3) continue;
+        if (n.is_fixed || n.at_once <= 0.0 || n.neighbors.size() < 3) continue;
         const double spring = (kSpring + kLateSpring * (1.0 - n.at_once)) / (n.at_once * n.spacing);
         Point sum{spring * n.before[0], spring * n.before[1]};
         double weights = spring;
-        for (const int m : n.neighbours) {
+        for (const int m : n.neighbors) {
           const Point& p = nodes_[static_cast<std::size_t>(m)].place;
           const double w = 1.0 / std::max(distance(p, n.place), kNearest * n.spacing);
           sum[0] += w * p[0], sum[1] += w * p[1], weights += w;

@@ -11,7 +11,7 @@ namespace patinate::datasets {
 /// Centripetal Catmull-Rom curve [Yuksel, Schaefer, Keyser 2011], resampled by arc length.
 class Curve2 {
  public:
-  /// @param points  At least two, neighbours different.
+  /// @param points  At least two, neighbors different.
   explicit Curve2(const std::vector<Vec2>& points);
 
   [[nodiscard]] double length() const { return lengths_.back(); }

@@ -110,7 +110,7 @@ ImageF fence_grain(const FenceOptions& options, const RunControl& control) {
 std::string fence_scene(const FenceOptions& options, const std::string& mesh_file, const std::string& grain_file) {
   using Json = nlohmann::ordered_json;
   const double h = options.height_mm;
-  Json json{{"format", "patinate.scene"}, {"version", 1}, {"unit", "mm"}, {"gravity", {0, -9810, 0}}, {"seed", 1}};
+  Json json{{"format", "patinate.scene"}, {"version", 2}, {"unit", "mm"}, {"gravity", {0, -9810, 0}}, {"seed", 1}};
   json["atlas"] = {{"resolution", 1024}};
   json["materials"] = {"water", "wood", "gray", "organic", "moss", "dirt"};
   json["appearance"] = {{"gray", {{"color", {0.30, 0.29, 0.275}}, {"strength", 0.8}, {"variation", 0.08}, {"specular", -0.15}}},
@@ -123,7 +123,7 @@ std::string fence_scene(const FenceOptions& options, const std::string& mesh_fil
       {{{"name", "rain"}, {"shape", "sky"}, {"direction", {0.05, -1, -0.2}}, {"spread_deg", 12}, {"speed", 3 * h}, {"gammatons", 5000}, {"carries", {{"water", 0.8}}}},
        {{"name", "splash"}, {"shape", "rectangle"}, {"position", {0, 0.002 * h, 0.18 * h}}, {"direction", {0, 1, -0.25}}, {"size", {1.25 * h, 0.4 * h}}, {"spread_deg", 58},
         {"speed", 2.9 * h}, {"gammatons", 2500}, {"carries", {{"water", 0.9}, {"dirt", 0.25}}}}});
-  json["behaviour"] = {{"bounce", 0.05}, {"float", 0.92}, {"absorb", 0.03}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.25}};
+  json["behavior"] = {{"bounce", 0.05}, {"float", 0.92}, {"absorb", 0.03}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.25}};
   json["tracing"] = {{"lobe_exponent_float", 600}, {"rest_speed", 0.01 * h}};
   json["time"] = {{"unit", "d"}, {"per_iteration", 1.0}};
   json["exchange"] = {{"ratio", 0.45}, {"rates", {{"water", 0.35}, {"dirt", 0.12}, {"organic", 0.02}}}};

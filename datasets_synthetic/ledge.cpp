@@ -47,10 +47,10 @@ Mesh ledge(const LedgeOptions& options) {
 std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_file) {
   using Json = nlohmann::ordered_json;
   const double w = options.width_mm;
-  Json json{{"format", "patinate.scene"}, {"version", 1}, {"unit", "mm"}, {"gravity", {0, -9810, 0}}, {"seed", 1}};
+  Json json{{"format", "patinate.scene"}, {"version", 2}, {"unit", "mm"}, {"gravity", {0, -9810, 0}}, {"seed", 1}};
   json["atlas"] = {{"resolution", 1024}};
   json["objects"] = Json::array({{{"name", "wall"}, {"mesh", mesh_file}, {"preset", "plaster"}}});
-  json["behaviour"] = {{"bounce", 0.02}, {"float", 0.965}, {"absorb", 0.015}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
+  json["behavior"] = {{"bounce", 0.02}, {"float", 0.965}, {"absorb", 0.015}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
   json["tracing"] = {{"epsilon", 0.004 * w}, {"pull", 0.006 * w}, {"reach", 0.01 * w}, {"lobe_exponent_float", 2000}, {"rest_speed", 0.002 * w}};
   json["time"] = {{"unit", "d"}, {"per_iteration", 0.05}, {"contact", 1.0}};
   if (options.weather == LedgeWeather::Dust) {

@@ -1,4 +1,4 @@
-// Two surfaces by their colours, wherever those are.
+// Two surfaces by their colors, wherever those are.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -60,8 +60,8 @@ void add_distribution(const ComparedPair& pair, const CompareOptions& options, c
     };
   };
   const SplitFigure f = split_figure(pair, figure(a, b), figure(a, a), options, kDistributionPurpose, control);
-  section.figures.push_back(figure_of(f, 0, "color_distribution", "Distance between the distributions of colour, mean over times", "Delta E 1976", "no block shows the surface"));
-  if (!f.value.empty()) section.curves.push_back(distance_curve(f, times, "color_distribution", "Distance between the distributions of colour", pair.time_name, "Delta E 1976"));
+  section.figures.push_back(figure_of(f, 0, "color_distribution", "Distance between the distributions of color, mean over times", "Delta E 1976", "no block shows the surface"));
+  if (!f.value.empty()) section.curves.push_back(distance_curve(f, times, "color_distribution", "Distance between the distributions of color", pair.time_name, "Delta E 1976"));
 }
 
 std::vector<BlockValue> times_of(const TexelAging& aging, const std::vector<float>& values, const BlockGrid& grid) {
@@ -163,8 +163,8 @@ void add_means(const ComparedPair& pair, Section& section) {
 }  // namespace
 
 Section colors_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
-  Section section{.name = "colors", .title = "Colours, wherever they are"};
-  section.paragraphs.push_back("Distances are between whole distributions: shifting every colour by some Delta E gives exactly that number. A change is visible from Delta E " +
+  Section section{.name = "colors", .title = "Colors, wherever they are"};
+  section.paragraphs.push_back("Distances are between whole distributions: shifting every color by some Delta E gives exactly that number. A change is visible from Delta E " +
                                short_number_text(options.visible_delta_e) + " on; onset and saturation are the times at which a place has made a tenth and nine tenths of its change.");
   add_distribution(pair, options, control.part(0.0, 0.6), section);
   add_means(pair, section);

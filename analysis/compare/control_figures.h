@@ -1,5 +1,5 @@
 /// \file
-/// Two surfaces by classes of a control: how far their colours and their rates of change are apart, class by class.
+/// Two surfaces by classes of a control: how far their colors and their rates of change are apart, class by class.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ class ClassedSurface {
   /// Mean change per time of every class, Delta E 1976; nothing where a class has no weight.
   /// @param weights  How often each block counts.
   [[nodiscard]] std::vector<std::optional<double>> rates(std::span<const int> weights) const;
-  /// Colours of a class at up to five of the times.
+  /// Colors of a class at up to five of the times.
   [[nodiscard]] const std::vector<SortedColors>& colors(std::size_t k) const { return colors_[k]; }
 
  private:
@@ -41,7 +41,7 @@ class ClassedSurface {
   std::vector<std::vector<SortedColors>> colors_;  ///< [class][time]
 };
 
-/// P(colour | control, time): distance between the distributions, Delta E 1976, mean over the classes and times that both have.
+/// P(color | control, time): distance between the distributions, Delta E 1976, mean over the classes and times that both have.
 /// @returns nothing when they have none in common.
 [[nodiscard]] std::optional<double> conditional_distance(const ClassedSurface& a, std::span<const int> weights_a, const ClassedSurface& b, std::span<const int> weights_b);
 

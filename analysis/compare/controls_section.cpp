@@ -1,4 +1,4 @@
-// Two surfaces by what their ageing follows.
+// Two surfaces by what their aging follows.
 #include <algorithm>
 #include <cmath>
 
@@ -43,7 +43,7 @@ void add_rates(const ComparedPair& pair, const ClassedSurface& a, const ClassedS
 }
 
 void add_control(const ComparedPair& pair, const SharedControl& shared, const CompareOptions& options, const RunControl& control, Section& section) {
-  const std::string name = "color_by_" + shared.name_a, title = "Colour given " + shared.name_a + " and time: distance between the distributions, mean over classes and times";
+  const std::string name = "color_by_" + shared.name_a, title = "Color given " + shared.name_a + " and time: distance between the distributions, mean over classes and times";
   if (!shared.undefined.empty()) {
     section.figures.push_back({.name = name, .title = title, .unit = "Delta E 1976", .undefined = shared.undefined});
     return;

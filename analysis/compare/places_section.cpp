@@ -43,14 +43,14 @@ void add_differences(const ComparedPair& pair, const std::vector<PixelDifference
   section.figures.push_back({.name = "ciede2000_mean", .title = "CIEDE2000, mean over places and times", .unit = "Delta E 2000", .value = mean(differences, &PixelDifference::ciede2000_mean)});
   section.figures.push_back({.name = "ciede2000_p95", .title = "CIEDE2000, 95th percentile of places, mean over times", .unit = "Delta E 2000", .value = mean(differences, &PixelDifference::ciede2000_p95)});
   section.figures.push_back({.name = "ssim_mean", .title = "SSIM of lightness, mean over places and times", .unit = "", .value = mean(differences, &PixelDifference::ssim)});
-  section.figures.push_back({.name = "absolute_mean", .title = "Absolute difference of linear colour", .unit = "", .value = mean(differences, &PixelDifference::absolute)});
-  Curve ciede{.name = "ciede2000", .title = "Colour difference, place by place", .x_name = pair.time_name, .y_name = "CIEDE2000", .x = pair.a.times, .columns = {}};
+  section.figures.push_back({.name = "absolute_mean", .title = "Absolute difference of linear color", .unit = "", .value = mean(differences, &PixelDifference::absolute)});
+  Curve ciede{.name = "ciede2000", .title = "Color difference, place by place", .x_name = pair.time_name, .y_name = "CIEDE2000", .x = pair.a.times, .columns = {}};
   ciede.columns.push_back({"mean", column(differences, &PixelDifference::ciede2000_mean)});
   ciede.columns.push_back({"median", column(differences, &PixelDifference::ciede2000_median)});
   ciede.columns.push_back({"95th percentile", column(differences, &PixelDifference::ciede2000_p95)});
   section.curves.push_back(std::move(ciede));
   section.curves.push_back({.name = "ssim", .title = "Structural similarity of lightness", .x_name = pair.time_name, .y_name = "SSIM", .x = pair.a.times, .columns = {{"SSIM", column(differences, &PixelDifference::ssim)}}});
-  section.curves.push_back({.name = "absolute", .title = "Absolute difference of linear colour", .x_name = pair.time_name, .y_name = "mean |A - B|", .x = pair.a.times, .columns = {{"absolute", column(differences, &PixelDifference::absolute)}}});
+  section.curves.push_back({.name = "absolute", .title = "Absolute difference of linear color", .x_name = pair.time_name, .y_name = "mean |A - B|", .x = pair.a.times, .columns = {{"absolute", column(differences, &PixelDifference::absolute)}}});
 }
 
 void add_maps(const ComparedPair& pair, double top, Section& section) {

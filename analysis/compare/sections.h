@@ -1,5 +1,5 @@
 /// \file
-/// The parts of a comparison: what is said about two surfaces, from their colours alone.
+/// The parts of a comparison: what is said about two surfaces, from their colors alone.
 #pragma once
 
 #include <functional>
@@ -16,11 +16,11 @@ namespace patinate::analysis {
 [[nodiscard]] Section look_section(const ComparedPair& pair);
 /// Place by place: CIEDE2000, SSIM and absolute error, the common clock, every texel's delay. Undefined when places do not correspond.
 [[nodiscard]] Section places_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
-/// Whatever needs no correspondence: distribution of colours, onset, saturation, covered share.
+/// Whatever needs no correspondence: distribution of colors, onset, saturation, covered share.
 [[nodiscard]] Section colors_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
 /// Structure: radial power spectrum, correlation length.
 [[nodiscard]] Section structure_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
-/// Colour and rate of change by control; a section that says why when there is no common control.
+/// Color and rate of change by control; a section that says why when there is no common control.
 [[nodiscard]] Section controls_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
 
 /// Dark lines at the last common time: their share, width, cells and the angles at which they meet.

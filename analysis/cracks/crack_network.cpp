@@ -22,7 +22,7 @@ struct Place {
 
 bool is_set(const ImageU8& image, int x, int y) { return image.contains(x, y) && image.at(x, y) != 0; }
 
-std::array<bool, 8> neighbours(const ImageU8& image, int x, int y) {
+std::array<bool, 8> neighbors(const ImageU8& image, int x, int y) {
   std::array<bool, 8> n{};
   for (std::size_t k = 0; k < 8; ++k) n[k] = is_set(image, x + kDx[k], y + kDy[k]);
   return n;
@@ -58,7 +58,7 @@ std::vector<std::vector<Place>> parts_of(const ImageU8& image, bool with_diagona
   return parts;
 }
 
-/// Length of centre lines: steps along and across the grid, weighted so that straight lines of all directions come out right on average
+/// Length of center lines: steps along and across the grid, weighted so that straight lines of all directions come out right on average
 /// [Vossepoel and Smeulders 1982].
 double length_of(const ImageU8& lines) {
   double length = 0.0;
@@ -75,16 +75,16 @@ double length_of(const ImageU8& lines) {
 }
 
 /// Groups of junction pixels no further apart than `reach`.
-std::vector<Place> junction_centres(const ImageU8& lines, double reach, std::vector<std::vector<Place>>& groups) {
+std::vector<Place> junction_centers(const ImageU8& lines, double reach, std::vector<std::vector<Place>>& groups) {
   ImageU8 near(lines.width(), lines.height());
   std::vector<Place> pixels;
   for (int y = 0; y < lines.height(); ++y) {
     for (int x = 0; x < lines.width(); ++x) {
-      if (lines.at(x, y) != 0 && entries(neighbours(lines, x, y)) >= 3) pixels.push_back({x, y});
+      if (lines.at(x, y) != 0 && entries(neighbors(lines, x, y)) >= 3) pixels.push_back({x, y});
     }
   }
   std::vector<bool> is_taken(pixels.size());
-  std::vector<Place> centres;
+  std::vector<Place> centers;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (is_taken[i]) continue;
     std::vector<Place> group{pixels[i]};
@@ -100,25 +100,25 @@ std::vector<Place> junction_centres(const ImageU8& lines, double reach, std::vec
     double sx = 0.0, sy = 0.0;
     for (const Place& p : group) sx += p.x, sy += p.y;
     const auto n = static_cast<double>(group.size());
-    centres.push_back({static_cast<int>(std::lround(sx / n)), static_cast<int>(std::lround(sy / n))});
+    centers.push_back({static_cast<int>(std::lround(sx / n)), static_cast<int>(std::lround(sy / n))});
     groups.push_back(std::move(group));
   }
-  return centres;
+  return centers;
 }
 
 /// Follows the lines from a junction to the circle around it. @returns no arms when another junction lies inside.
-CrackJunction junction_at(const ImageU8& lines, const ImageU8& others, const std::vector<Place>& group, Place centre, double radius) {
-  CrackJunction junction{.x = static_cast<double>(centre.x), .y = static_cast<double>(centre.y)};
+CrackJunction junction_at(const ImageU8& lines, const ImageU8& others, const std::vector<Place>& group, Place center, double radius) {
+  CrackJunction junction{.x = static_cast<double>(center.x), .y = static_cast<double>(center.y)};
   const int reach = static_cast<int>(std::ceil(radius)) + 1;
   ImageU8 seen(2 * reach + 1, 2 * reach + 1), ring(2 * reach + 1, 2 * reach + 1);
   std::vector<Place> walk = group;
   for (const Place& p : group) {
-    if (seen.contains(p.x - centre.x + reach, p.y - centre.y + reach)) seen.at(p.x - centre.x + reach, p.y - centre.y + reach) = 255;
+    if (seen.contains(p.x - center.x + reach, p.y - center.y + reach)) seen.at(p.x - center.x + reach, p.y - center.y + reach) = 255;
   }
   for (std::size_t i = 0; i < walk.size(); ++i) {
     for (std::size_t k = 0; k < 8; ++k) {
-      const int x = walk[i].x + kDx[k], y = walk[i].y + kDy[k], u = x - centre.x + reach, v = y - centre.y + reach;
-      const double d = std::hypot(x - centre.x, y - centre.y);
+      const int x = walk[i].x + kDx[k], y = walk[i].y + kDy[k], u = x - center.x + reach, v = y - center.y + reach;
+      const double d = std::hypot(x - center.x, y - center.y);
       if (d > radius || !is_set(lines, x, y) || !seen.contains(u, v) || seen.at(u, v) != 0) continue;
       if (is_set(others, x, y) && std::none_of(group.begin(), group.end(), [&](const Place& p) { return p.x == x && p.y == y; })) return junction;
       seen.at(u, v) = 255;
@@ -215,7 +215,7 @@ ImageU8 thinned(const ImageU8& cracks) {
       for (int y = 0; y < lines.height(); ++y) {
         for (int x = 0; x < lines.width(); ++x) {
           if (lines.at(x, y) == 0) continue;
-          const std::array<bool, 8> n = neighbours(lines, x, y);
+          const std::array<bool, 8> n = neighbors(lines, x, y);
           const auto count = std::count(n.begin(), n.end(), true);
           if (count < 2 || count > 6 || entries(n) != 1) continue;
           const bool keeps = is_second ? (n[0] && n[2] && n[6]) || (n[0] && n[4] && n[6]) : (n[0] && n[2] && n[4]) || (n[2] && n[4] && n[6]);
@@ -230,7 +230,7 @@ ImageU8 thinned(const ImageU8& cracks) {
   for (int y = 0; y < lines.height(); ++y) {
     for (int x = 0; x < lines.width(); ++x) {
       if (lines.at(x, y) == 0) continue;
-      const std::array<bool, 8> n = neighbours(lines, x, y);
+      const std::array<bool, 8> n = neighbors(lines, x, y);
       for (std::size_t k = 0; k < 8; k += 2) {
         if (n[k] && n[(k + 2) % 8] && !n[(k + 4) % 8] && !n[(k + 5) % 8] && !n[(k + 6) % 8]) lines.at(x, y) = 0;
       }
@@ -267,13 +267,13 @@ CrackNetwork measure_cracks(const ImageU8& cracks, const ImageU8& mask, double a
     network.cells.push_back(made);
   }
   std::vector<std::vector<Place>> groups;
-  const std::vector<Place> centres = junction_centres(lines, std::max(3.0, network.width_px().value_or(0.0)), groups);
+  const std::vector<Place> centers = junction_centers(lines, std::max(3.0, network.width_px().value_or(0.0)), groups);
   ImageU8 junctions(lines.width(), lines.height());
   for (const auto& group : groups) {
     for (const Place& p : group) junctions.at(p.x, p.y) = 255;
   }
-  for (std::size_t k = 0; k < centres.size(); ++k) {
-    CrackJunction junction = junction_at(lines, junctions, groups[k], centres[k], arm_px);
+  for (std::size_t k = 0; k < centers.size(); ++k) {
+    CrackJunction junction = junction_at(lines, junctions, groups[k], centers[k], arm_px);
     if (junction.arms_deg.size() >= 3) network.junctions.push_back(std::move(junction));
   }
   // Around a junction its arms touch each other.

@@ -14,14 +14,14 @@ struct CrackJunction {
   double x = 0.0, y = 0.0;  ///< Pixels.
   std::vector<double> arms_deg = {};
 
-  /// The mean of all angles between neighbouring arms but the largest, degrees: 90 where a crack ends on another or two cross, 120 where three
+  /// The mean of all angles between neighboring arms but the largest, degrees: 90 where a crack ends on another or two cross, 120 where three
   /// meet evenly.
   [[nodiscard]] double angle_deg() const;
 };
 
-/// A piece of the surface between centre lines.
+/// A piece of the surface between center lines.
 struct CrackCell {
-  double x = 0.0, y = 0.0;  ///< Its centre, pixels.
+  double x = 0.0, y = 0.0;  ///< Its center, pixels.
   double area_px = 0.0;
 };
 
@@ -35,7 +35,7 @@ struct CrackSegment {
 struct CrackNetwork {
   double share = 0.0;                         ///< Of the surface.
   double area_px = 0.0;                       ///< Of the cracks.
-  double length_px = 0.0;                     ///< Of the centre lines.
+  double length_px = 0.0;                     ///< Of the center lines.
   std::vector<CrackCell> cells = {};          ///< Those that touch neither border nor outside.
   std::vector<CrackJunction> junctions = {};  ///< Those whose arms can be followed without meeting another junction.
 
@@ -45,7 +45,7 @@ struct CrackNetwork {
   [[nodiscard]] std::optional<double> width_px() const { return length_px > 0.0 ? std::optional(area_px / length_px) : std::nullopt; }
 };
 
-/// One pixel wide centre lines, 8-connected [Zhang and Suen 1984], without the stairs that their method leaves of slanted lines. @param cracks  H x W, not 0 = crack.
+/// One pixel wide center lines, 8-connected [Zhang and Suen 1984], without the stairs that their method leaves of slanted lines. @param cracks  H x W, not 0 = crack.
 [[nodiscard]] ImageU8 thinned(const ImageU8& cracks);
 
 /// @param cracks  H x W, not 0 = crack. @param mask  H x W, 0 = outside; may be empty.

@@ -7,11 +7,11 @@
 #include <span>
 #include <vector>
 
-#include "analysis/evaluation/synthesised_map.h"
+#include "analysis/evaluation/synthesized_map.h"
 
 namespace patinate::analysis {
 
-/// Neighbours that are neighbours in the source too.
+/// Neighbors that are neighbors in the source too.
 struct CoherenceFigures {
   double coherent_share = 0.0;    ///< Pairs of texels right of and below each other in a chart whose step in the source is that on the surface, to less than a pixel.
   double texels_per_piece = 0.0;  ///< Covered texels by the pieces that such pairs connect.
@@ -37,7 +37,7 @@ struct ReuseFigures {
 /// Across seams against pairs inside charts that are as far apart (to half a texel; pairs over 6 texels apart are left out): 1 = a seam cannot be told from any other place.
 struct SeamFigures {
   std::int64_t num_pairs = 0;
-  std::optional<double> gradient_ratio;   ///< Colour difference, mean over all frames.
+  std::optional<double> gradient_ratio;   ///< Color difference, mean over all frames.
   std::optional<double> coherence_ratio;  ///< Share of pairs whose step in the source is that on the surface.
 };
 /// @param frames  Of the source, as in SynthesisSource. Both ratios are undefined without seams.

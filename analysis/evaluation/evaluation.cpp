@@ -17,7 +17,7 @@ namespace patinate::analysis {
 void describe(OptionVisitor& v, EvaluationOptions& o) {
   v.visit({"samples", "Patches and texels drawn for distances of distributions", "", between(100, 1000000)}, o.num_samples);
   v.visit({"directions", "Directions along which they are compared", "", between(1, 1024)}, o.num_directions);
-  v.visit({"times", "Times at which colours are compared", "", between(1, 100)}, o.num_times);
+  v.visit({"times", "Times at which colors are compared", "", between(1, 100)}, o.num_times);
   v.visit({"audits", "Texels whose pixel is compared with the best of the whole source; 0 = none", "", between(0, 1000000)}, o.num_audits);
   v.visit({"source_step", "Source pixels of a texel step; 0 = by the sizes of texel and pixel", "px", between(0, 256)}, o.source_step);
 }
@@ -25,7 +25,7 @@ void describe(OptionVisitor& v, EvaluationOptions& o) {
 namespace {
 
 constexpr double kSmallControl = 3.0;  // Sigma of M2's P@s3, pixels.
-constexpr float kGrey = 0.18f;         // Outside the charts.
+constexpr float kGray = 0.18f;         // Outside the charts.
 
 ImageF gathered(const ImageF& source, const SourceIndices& indices, const TexelMap& surface, float outside) {
   ImageF out(surface.width(), surface.height(), source.channels(), outside);
@@ -64,7 +64,7 @@ ImageF difference(const ImageF& a, const ImageF& b) {
 /// One evaluation under way: what the parts share.
 struct Work {
   const SynthesisSource& source;
-  const SynthesisedMap& map;
+  const SynthesizedMap& map;
   const EvaluationOptions& options;
   const RunControl& control;
   std::uint64_t seed;
@@ -107,7 +107,7 @@ void Work::add_control_error() {
 
 void Work::add_coherence() {
   const CoherenceFigures f = measure_coherence(surface, indices, scale);
-  add(figure("coherent_share", "Neighbours that are neighbours in the source (M3)", "", f.coherent_share, ""));
+  add(figure("coherent_share", "Neighbors that are neighbors in the source (M3)", "", f.coherent_share, ""));
   add(figure("texels_per_piece", "Texels of a copied piece, mean (M3)", "texels", f.texels_per_piece, ""));
 }
 
@@ -140,7 +140,7 @@ void Work::add_texture() {
     return list.size() == source.frames.size() ? std::optional(sum / static_cast<double>(list.size())) : std::nullopt;
   };
   add(figure("patch_swd", "Sliced distance of 7 x 7 patches (M4)", "codes", mean(sums[0]), "no chart or mask holds a whole patch of 7 x 7", mean(floors[0])));
-  add(figure("gradient_emd", "Distance of gradient lengths (M4)", "codes", mean(sums[1]), "no neighbours inside a chart"));
+  add(figure("gradient_emd", "Distance of gradient lengths (M4)", "codes", mean(sums[1]), "no neighbors inside a chart"));
   add(figure("spectrum", "Log spectrum, mean difference (M4)", "decades", mean(sums[2]), "no tile of the picture is covered"));
   add(figure("joint_swd", "Sliced distance of (R, G, B, control) (M5)", "codes", mean(sums[3]), "the source has no control", mean(floors[3])));
 }
@@ -161,7 +161,7 @@ void Work::add_seams() {
   const SeamFigures f = measure_seams(surface, indices, pairs, source, scale, control);
   const std::string why = f.num_pairs == 0 ? "the surface has no seams" : "the source does not vary inside charts";
   add(figure("seam_gradient_ratio", "Gradient over seams against inside charts (M7)", "", f.gradient_ratio, why));
-  add(figure("seam_coherence_ratio", "Coherence over seams against inside charts (M7)", "", f.coherence_ratio, f.num_pairs == 0 ? why : "no neighbours follow the surface"));
+  add(figure("seam_coherence_ratio", "Coherence over seams against inside charts (M7)", "", f.coherence_ratio, f.num_pairs == 0 ? why : "no neighbors follow the surface"));
 }
 
 void Work::add_scale() {
@@ -196,7 +196,7 @@ SourceScale scale_of(const FlowFrames& frames, double pixel_mm, const TexelMap& 
   return {frames, pixel_mm, std::max(halved, ratio)};
 }
 
-void check_source(const SynthesisSource& source, const SynthesisedMap& map) {
+void check_source(const SynthesisSource& source, const SynthesizedMap& map) {
   if (source.frames.empty()) throw InvalidInput("the source has no frame");
   for (const ImageF& f : source.frames) {
     if (f.channels() != 3 || !f.same_size(source.frames.front())) throw InvalidInput("the source's frames differ in size, or have not 3 channels");
@@ -208,7 +208,7 @@ void check_source(const SynthesisSource& source, const SynthesisedMap& map) {
 }  // namespace
 
 ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices, int source_width, int source_height) {
-  ImageF out(surface.width(), surface.height(), 3, kGrey);
+  ImageF out(surface.width(), surface.height(), 3, kGray);
   for (TexelId t = 0; t < surface.num_texels(); ++t) {
     if (indices.of(t) < 0) continue;
     const int x = indices.x(t), y = indices.y(t);
@@ -220,7 +220,7 @@ ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices,
   return out;
 }
 
-Evaluation evaluate(const SynthesisSource& source, const SynthesisedMap& map, const EvaluationOptions& options, std::uint64_t seed, const MadePicture* made, const RunControl& control) {
+Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, const EvaluationOptions& options, std::uint64_t seed, const MadePicture* made, const RunControl& control) {
   check_source(source, map);
   const auto frames = map.frames ? map.frames : std::make_shared<const FlowFrames>(uv_frames(*map.surface));
   if (frames->size() != map.surface->mesh().triangles.size()) throw InvalidInput(map.name + ": expected one frame a triangle");

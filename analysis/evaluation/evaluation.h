@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/evaluation/synthesised_map.h"
+#include "analysis/evaluation/synthesized_map.h"
 #include "analysis/evaluation/texture_distance.h"
 #include "patinate/analysis/report_parts.h"
 #include "patinate/core/options.h"
@@ -16,7 +16,7 @@ namespace patinate::analysis {
 struct EvaluationOptions {
   int num_samples = 20000;     ///< [100, 10^6]. Patches drawn for the distances of distributions.
   int num_directions = 64;     ///< [1, 1024].
-  int num_times = 5;           ///< [1, 100]. At which colours are compared.
+  int num_times = 5;           ///< [1, 100]. At which colors are compared.
   int num_audits = 2000;       ///< [0, 10^6]. Texels whose pixel is compared with the best there is (M1); 0: none.
   int source_step = 0;         ///< [0, 256]. Source pixels of a texel step; 0: texel size / pixel size.
 };
@@ -41,10 +41,10 @@ struct Evaluation {
 /// coherent_share, texels_per_piece (M3), patch_swd, gradient_emd, spectrum (M4), joint_swd (M5), rep64, used_share (M6), seam_gradient_ratio, seam_coherence_ratio (M7),
 /// scale_error_median, scale_error_p99 (M8), explained_pixels (M9). M4 and M5 have as `split` what two draws from the source itself give.
 /// @throws InvalidInput if sizes do not fit. Same bits for any number of threads.
-[[nodiscard]] Evaluation evaluate(const SynthesisSource& source, const SynthesisedMap& map, const EvaluationOptions& options, std::uint64_t seed,
+[[nodiscard]] Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, const EvaluationOptions& options, std::uint64_t seed,
                                   const MadePicture* made = nullptr, const RunControl& control = {});
 
-/// Coordinates as colours: red along x, green along y, blue in a fine checker, so that borders of pieces show. Linear.
+/// Coordinates as colors: red along x, green along y, blue in a fine checker, so that borders of pieces show. Linear.
 [[nodiscard]] ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices, int source_width, int source_height);
 
 }  // namespace patinate::analysis

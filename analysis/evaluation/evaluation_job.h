@@ -19,7 +19,7 @@ inline constexpr const char* kEvaluationPageFile = "evaluation.html";
 /// A map with all that it is measured against.
 struct MapToEvaluate {
   SynthesisSource source;
-  SynthesisedMap map;
+  SynthesizedMap map;
   std::optional<MadePicture> made;
   std::vector<Figure> more;  ///< What its maker knows beside: energy, audit (M1). Shown first.
 };

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "analysis/evaluation/synthesised_map.h"
+#include "analysis/evaluation/synthesized_map.h"
 
 namespace patinate::analysis {
 
@@ -23,10 +23,10 @@ struct TextureView {
   const ImageF* control = nullptr;  ///< H x W x 1, for joint_distance().
 };
 
-/// Sliced 1-Wasserstein distance of 7 x 7 colour patches [Rabin et al. 2012; patches as in Elnekave and Weiss 2022]: mean over directions of R^147 of the distance of
+/// Sliced 1-Wasserstein distance of 7 x 7 color patches [Rabin et al. 2012; patches as in Elnekave and Weiss 2022]: mean over directions of R^147 of the distance of
 /// projections, in codes. Nothing where a side has no whole patch.
 [[nodiscard]] std::optional<double> patch_distance(const TextureView& a, const TextureView& b, const TextureDistanceOptions& options, const RunControl& control = {});
-/// The same of (R, G, B, 255 P): whether colour and control still go together. @throws InvalidInput without controls.
+/// The same of (R, G, B, 255 P): whether color and control still go together. @throws InvalidInput without controls.
 [[nodiscard]] std::optional<double> joint_distance(const TextureView& a, const TextureView& b, const TextureDistanceOptions& options, const RunControl& control = {});
 /// 1-Wasserstein distance of the lengths of luma gradients (forward differences), codes per pixel: blur and noise both show.
 [[nodiscard]] std::optional<double> gradient_distance(const TextureView& a, const TextureView& b);

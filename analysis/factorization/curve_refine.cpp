@@ -92,7 +92,7 @@ class BendingCost final : public ceres::CostFunction {
   }
 };
 
-/// Progress and cancelling between the iterations, of which each takes a second on many places.
+/// Progress and canceling between the iterations, of which each takes a second on many places.
 class IterationReport final : public ceres::IterationCallback {
  public:
   IterationReport(const RunControl& control, int max_iterations) : control_(control), max_iterations_(max_iterations) {}

@@ -11,7 +11,7 @@ constexpr std::size_t kOfModel = 5;  ///< Channels of one model.
 constexpr std::size_t kMostCoefficients = 1000;
 constexpr double kLargestHalf = 65504.0;
 
-/// Which model a colour channel belongs to, and which of its channels it is.
+/// Which model a color channel belongs to, and which of its channels it is.
 struct ModelChannel {
   std::size_t model = 0;
   int channel = 0;

@@ -21,7 +21,7 @@ namespace patinate::analysis {
 /// The inverse for one pixel (y * width + x) and model.
 [[nodiscard]] PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t model, std::size_t num_models);
 
-/// Linear colour of a pixel at a time, >= 0 and no more than a half float holds. @param models  One, or one per channel.
+/// Linear color of a pixel at a time, >= 0 and no more than a half float holds. @param models  One, or one per channel.
 [[nodiscard]] std::array<float, 3> factored_color(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel, double time);
 /// Whether all its curves are known at that time.
 [[nodiscard]] bool is_covered(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel, double time);

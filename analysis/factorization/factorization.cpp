@@ -16,16 +16,16 @@ constexpr std::array<std::string_view, 2> kClockNames{"shared", "channels"};
 constexpr std::int64_t kChunk = 32;
 
 void check(const PlaceSeries& places) {
-  if (places.num_channels < 1 || places.num_channels > 3) throw InvalidInput("factorise: there must be 1 to 3 channels");
+  if (places.num_channels < 1 || places.num_channels > 3) throw InvalidInput("factorize: there must be 1 to 3 channels");
   if (static_cast<int>(places.times.size()) < kLeastFrames) {
-    throw InvalidInput("factorise: there " + std::string(places.times.size() == 1 ? "is 1 frame" : "are " + std::to_string(places.times.size()) + " frames") + "; a curve with rates and offsets needs at least " +
+    throw InvalidInput("factorize: there " + std::string(places.times.size() == 1 ? "is 1 frame" : "are " + std::to_string(places.times.size()) + " frames") + "; a curve with rates and offsets needs at least " +
                        std::to_string(kLeastFrames));
   }
   for (std::size_t t = 1; t < places.times.size(); ++t) {
-    if (!(places.times[t] > places.times[t - 1])) throw InvalidInput("factorise: times must be strictly increasing; found " + number_text(places.times[t]) + " after " + number_text(places.times[t - 1]));
+    if (!(places.times[t] > places.times[t - 1])) throw InvalidInput("factorize: times must be strictly increasing; found " + number_text(places.times[t]) + " after " + number_text(places.times[t - 1]));
   }
-  if (places.values.size() % (places.times.size() * static_cast<std::size_t>(places.num_channels)) != 0) throw InvalidInput("factorise: values are no whole number of places");
-  if (!places.is_seen.empty() && places.is_seen.size() * static_cast<std::size_t>(places.num_channels) != places.values.size()) throw InvalidInput("factorise: is_seen must hold a flag for every place and time");
+  if (places.values.size() % (places.times.size() * static_cast<std::size_t>(places.num_channels)) != 0) throw InvalidInput("factorize: values are no whole number of places");
+  if (!places.is_seen.empty() && places.is_seen.size() * static_cast<std::size_t>(places.num_channels) != places.values.size()) throw InvalidInput("factorize: is_seen must hold a flag for every place and time");
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ void describe(OptionVisitor& v, FactorizationOptions& o) {
   v.visit_choice({"clock", "One rate and offset of a place for all channels, or one for each channel"}, o.clock, kClockNames);
   v.visit({"num_intervals", "Pieces of the curve's spline; more follow faster changes", "", between(2, 400)}, o.num_intervals);
   v.visit({"max_rate", "Places age at most so many times faster or slower than the median one", "", between(1.1, 20)}, o.max_rate);
-  v.visit({"least_change", "A place whose colour changes by less does not change; linear colour", "", above(0)}, o.least_change);
+  v.visit({"least_change", "A place whose color changes by less does not change; linear color", "", above(0)}, o.least_change);
   v.visit({"num_training", "Places that the curve is fitted to", "", between(16, 4096)}, o.num_training);
 }
 

@@ -25,7 +25,7 @@ constexpr double kCurveWeight = 1.5e6, kMapsWeight = 0.1, kFrameWeight = 0.1, kJ
 
 /// What curve and maps depend on: not the times that are asked for.
 JobInputs model_inputs(const FactorizationTask& task) {
-  JobInputs inputs("factorise", kStageVersion);
+  JobInputs inputs("factorize", kStageVersion);
   inputs.add_content("history", "the history", open_series(task.history).key());
   inputs.add_options(option_values(task.options));
   return inputs;

@@ -1,5 +1,5 @@
 /// \file
-/// A factorisation as a job: curve, maps, a denoised history, and what they leave over.
+/// A factorization as a job: curve, maps, a denoised history, and what they leave over.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// What a factorisation says of itself: manifest, page, CSVs, and the manifest of the denoised history.
+// What a factorization says of itself: manifest, page, CSVs, and the manifest of the denoised history.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -78,7 +78,7 @@ Section figures_section(const Said& s) {
   };
   const std::string unseen = "no frame shows a place that is known";
   add("rmse", "Reconstruction, root mean square", "linear", over_frames(s, "rmse", true), unseen);
-  add("ciede2000_mean", "Reconstruction, mean difference of colour", "CIEDE2000", over_frames(s, "ciede2000_mean", false), unseen);
+  add("ciede2000_mean", "Reconstruction, mean difference of color", "CIEDE2000", over_frames(s, "ciede2000_mean", false), unseen);
   double noise = 0.0;
   for (const TemporalModel& m : s.f.models) noise = std::max(noise, *std::max_element(m.noise.begin(), m.noise.end()));
   add("noise", "Standard deviation of most residuals, the noisiest channel", "linear", noise, "");
@@ -172,7 +172,7 @@ Section maps_section(const Said& s) {
       const ImageF gain = read_channels(s.folder / "maps/gain.exr", {"R", "G", "B"});
       for (std::int64_t i = 0; i < 3 * image.num_pixels(); ++i) image.data()[i] = std::max(0.0f, image.data()[i] + gain.data()[i]);
     }
-    section.pictures.push_back({name, is_sum ? "Base and gain: colour where the curve is 1" : "Base D: colour where the curve is 0", shown(std::move(image))});
+    section.pictures.push_back({name, is_sum ? "Base and gain: color where the curve is 1" : "Base D: color where the curve is 0", shown(std::move(image))});
   };
   color("base", false);
   color("base_and_gain", true);
@@ -200,7 +200,7 @@ Section maps_section(const Said& s) {
 HistoryManifest denoised_history(const Said& s) {
   HistoryManifest m = s.work.history.manifest();
   m.parts.clear();  // What curve and maps make is not what a library was made from.
-  m.name += " (factorised)";
+  m.name += " (factorized)";
   m.frames.clear();
   for (std::size_t i = 0; i < s.work.frames.size(); ++i) {
     const int index = static_cast<int>(i);
@@ -223,8 +223,8 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
   const HistoryManifest& source = work.history.manifest();
   write_history_manifest(folder / "history" / kHistoryManifestFile, denoised_history(s));
   control.report(0.3);
-  HtmlPage page(source.name + ", factorised");
-  page.paragraph("Colour of every place over time as A phi(R t - O) + D: one temporal curve phi for all places, and for each place a gain A, a base D, a rate R and an offset O. "
+  HtmlPage page(source.name + ", factorized");
+  page.paragraph("Color of every place over time as A phi(R t - O) + D: one temporal curve phi for all places, and for each place a gain A, a base D, a rate R and an offset O. "
                  "The median place has R = 1 and O = 0; phi goes from 0 to 1.");
   fs::create_directories(folder / "curves");
   Json said{{"figures", Json::array()}, {"curves", Json::array()}, {"undefined_sections", Json::array()}}, maps = Json::object();

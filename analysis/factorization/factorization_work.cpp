@@ -53,7 +53,7 @@ FactorizationWork::FactorizationWork(FactorizationTask asked) : task(std::move(a
   }
   for (int i = 0; i < count; ++i) {
     const HistoryFrame& frame = m.frames[static_cast<std::size_t>(i)];
-    if (frame.is_extrapolated) throw InvalidInput(frame.file.string() + ": is extrapolated, nobody saw it; factorise the history that it was made from");
+    if (frame.is_extrapolated) throw InvalidInput(frame.file.string() + ": is extrapolated, nobody saw it; factorize the history that it was made from");
     frames.push_back({.time = frame.time, .source = i});
   }
   for (const double t : task.times) {

@@ -1,5 +1,5 @@
 /// \file
-/// What the items of a factorisation share. Files are read when the first of them needs them.
+/// What the items of a factorization share. Files are read when the first of them needs them.
 #pragma once
 
 #include <cstdint>

@@ -223,7 +223,7 @@ PlaceFactors PlaceFit::solve(const float* values, const std::uint8_t* seen) cons
   int num_seen = 0;
   for (std::size_t t = 0; t < num_times; ++t) num_seen += is_seen(seen, t) ? 1 : 0;
   if (num_seen == 0) return place;
-  // One colour for all times: the median, then the robust mean from there.
+  // One color for all times: the median, then the robust mean from there.
   const double k2 = kCauchyScale * kCauchyScale;
   double constant_cost = 0.0;
   for (std::size_t c = 0; c < channels; ++c) {

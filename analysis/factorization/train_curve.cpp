@@ -19,7 +19,7 @@ constexpr double kStrongest = 0.6;          ///< Of the candidates that change: 
 constexpr double kFitShare = 0.1;                             ///< Of a round's time, for the places one by one.
 constexpr std::array<int, 4> kIterations{25, 25, 25, 60};  ///< Of the joint fit, for every round.
 constexpr double kDomainTail = 0.005;       ///< Share of clock values left outside at each end of the curve.
-constexpr double kLeastNoise = 1e-6;        ///< Linear colour.
+constexpr double kLeastNoise = 1e-6;        ///< Linear color.
 constexpr double kSigma = 1.4826;           ///< From a median of absolute values to a standard deviation.
 constexpr double kClip = 3.0;                ///< Standard deviations, for the correlation.
 constexpr int kSamples = 1025;              ///< Of the curve, for its lowest and highest value.
@@ -68,7 +68,7 @@ std::vector<std::int64_t> training_places(const PlaceSeries& places, const Facto
     const std::uint8_t* seen = places.seen(i);
     if (seen == nullptr || std::count(seen, seen + places.times.size(), std::uint8_t{0}) * 2 <= static_cast<std::ptrdiff_t>(places.times.size())) candidates.push_back(i);
   }
-  if (candidates.empty()) throw InvalidInput("factorise: no place is seen in half of the frames; nothing can be fitted");
+  if (candidates.empty()) throw InvalidInput("factorize: no place is seen in half of the frames; nothing can be fitted");
   const PlaceSeries clean = cleaned(places, candidates);
   const std::vector<double> noise = first_noise(clean);
   const auto num_times = static_cast<Eigen::Index>(places.times.size());
@@ -85,7 +85,7 @@ std::vector<std::int64_t> training_places(const PlaceSeries& places, const Facto
     if (change >= options.least_change) changing.emplace_back(strength, candidates[k]);
   }
   if (changing.empty()) {
-    throw InvalidInput("factorise: nothing changes: the largest change of colour is " + short_number_text(rounded(largest, 3)) + ", below --least-change " + short_number_text(options.least_change));
+    throw InvalidInput("factorize: nothing changes: the largest change of color is " + short_number_text(rounded(largest, 3)) + ", below --least-change " + short_number_text(options.least_change));
   }
   std::stable_sort(changing.begin(), changing.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   const std::size_t count = std::max<std::size_t>(1, static_cast<std::size_t>(kStrongest * static_cast<double>(changing.size())));
@@ -120,7 +120,7 @@ TemporalCurve first_curve(const PlaceSeries& clean, int num_intervals) {
 }
 
 /// Lowest 0, highest 1, ending no lower than it begins; gains and bases follow.
-void normalise(TemporalCurve& curve, std::vector<PlaceFactors>& factors) {
+void normalize(TemporalCurve& curve, std::vector<PlaceFactors>& factors) {
   for (int c = 0; c < curve.num_channels(); ++c) {
     const auto k = static_cast<std::size_t>(c);
     const std::vector<double> samples = curve.samples(c, kSamples);
@@ -197,7 +197,7 @@ TemporalModel train_curve(const PlaceSeries& places, const FactorizationOptions&
   const int num_intervals = std::min(options.num_intervals, 2 * static_cast<int>(places.times.size() - 1));
   TemporalModel model{.curve = first_curve(clean, num_intervals)};
   std::vector<PlaceFactors> none;
-  normalise(model.curve, none);
+  normalize(model.curve, none);
   measure_noise(clean, first_factors(clean, model.curve), model);
   const double all_iterations = std::accumulate(kIterations.begin(), kIterations.end(), 0.0);
   double share_done = 0.0;
@@ -212,16 +212,16 @@ TemporalModel train_curve(const PlaceSeries& places, const FactorizationOptions&
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (all[i].status == PlaceStatus::Fitted || all[i].status == PlaceStatus::Open) kept.push_back(static_cast<std::int64_t>(i)), factors.push_back(all[i]);
     }
-    if (kept.empty()) throw InvalidInput("factorise: no place changes by more than noise explains");
+    if (kept.empty()) throw InvalidInput("factorize: no place changes by more than noise explains");
     const PlaceSeries used = picked(training, kept);
     follow_clocks(used.times, factors, num_intervals, model.curve);
     refine_curve(used, model, factors, kIterations[round], part.part(kFitShare, 1.0));
-    normalise(model.curve, factors);
+    normalize(model.curve, factors);
     const ClockGauge gauge = clock_gauge(factors);
     apply_gauge(gauge, model.curve);
     apply_gauge(gauge, factors);
     follow_clocks(used.times, factors, num_intervals, model.curve);
-    normalise(model.curve, factors);
+    normalize(model.curve, factors);
     measure_noise(used, factors, model);
   }
   control.report(1.0);

@@ -23,7 +23,7 @@ struct TexelAging {
   std::vector<std::uint16_t> covered_at;  ///< Index of the first time with a visible change; the number of times if there is none.
 };
 
-/// The distance from the first colour, Delta E 1976, made non-decreasing: noise and flicker then move no time by much. Colours that come back
+/// The distance from the first color, Delta E 1976, made non-decreasing: noise and flicker then move no time by much. Colors that come back
 /// (dust that is wiped off) are not described by it.
 /// @param visible_delta_e  > 0. @throws InvalidInput with fewer than two times. Times are interpolated between those of the stack.
 [[nodiscard]] TexelAging texel_aging(const ColorStack& stack, double visible_delta_e, const RunControl& control = {});

@@ -1,5 +1,5 @@
 /// \file
-/// How certain a figure of a surface is: blocks of it drawn again and again. Neighbouring texels are alike, so that texels drawn one by one would
+/// How certain a figure of a surface is: blocks of it drawn again and again. Neighboring texels are alike, so that texels drawn one by one would
 /// promise too much.
 #pragma once
 

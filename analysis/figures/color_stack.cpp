@@ -86,7 +86,7 @@ StackSize stack_size(int width, int height, int size) {
 StackSize stack_size(const TextureSeries& series, int size) { return stack_size(series.width(), series.height(), size); }
 
 ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled, const RunControl& control) {
-  if (times.empty()) throw InvalidInput("colour stack: there is no time");
+  if (times.empty()) throw InvalidInput("color stack: there is no time");
   const ImageU8& mask = source.mask;
   const ImageF coverage = coverage_of(mask, scaled);
   ColorStack stack;
@@ -118,7 +118,7 @@ ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& ti
 }
 
 ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size, const RunControl& control) {
-  if (times.empty()) throw InvalidInput("colour stack: there is no time");
+  if (times.empty()) throw InvalidInput("color stack: there is no time");
   SurfaceSource source{.name = series.name(), .mask = common_mask(series, times), .pixel_mm = series.pixel_mm(), .sample = [&series](double time) { return series.sample(time); }};
   ColorStack stack = make_stack(source, times, stack_size(series, size), control);
   const auto inside = [](const ImageU8& m) { return static_cast<double>(std::count_if(m.values().begin(), m.values().end(), [](std::uint8_t v) { return v != 0; })); };

@@ -1,5 +1,5 @@
 /// \file
-/// Colours of a surface at a number of times, in memory, at a resolution of one's choice: what all figures are computed from.
+/// Colors of a surface at a number of times, in memory, at a resolution of one's choice: what all figures are computed from.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ struct ColorStack {
   [[nodiscard]] ImageU8 mask() const;
   /// One channel of CIELAB as an image, 0 elsewhere.
   [[nodiscard]] ImageF lab_image(std::size_t time, int channel) const;
-  /// Linear colour as an image, `outside` elsewhere.
+  /// Linear color as an image, `outside` elsewhere.
   [[nodiscard]] ImageF rgb_image(std::size_t time, float outside = 0.35f) const;
 };
 
@@ -50,7 +50,7 @@ struct StackSize {
 /// @throws InvalidInput if no texel is left. Cost: two frames read a time; memory 24 B x T x N. Same bits for any number of threads.
 [[nodiscard]] ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size, const RunControl& control = {});
 
-/// A surface whose colours come from anywhere.
+/// A surface whose colors come from anywhere.
 struct SurfaceSource {
   std::string name = {};
   ImageU8 mask = {};                                    ///< 255 where all of the times show it.

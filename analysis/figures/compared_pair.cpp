@@ -42,7 +42,7 @@ void describe(OptionVisitor& v, CompareOptions& o) {
   v.visit({"num_times", "Times at which they are compared, at most", "", between(1, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
   v.visit_choice({"places", "Whether equal pixels show equal places when the sizes agree"}, o.places, kPlacesNames);
-  v.visit({"visible_delta_e", "A change of colour from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
+  v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
   v.visit({"num_blocks", "Blocks per side, for intervals and for a surface split in two", "", between(2, 64)}, o.num_blocks);
   v.visit({"num_resamples", "Resamples of the bootstrap; 0 = no intervals", "", between(0, 100000)}, o.num_resamples);

@@ -1,5 +1,5 @@
 /// \file
-/// Texels by a control: how colour and rate of change depend on it.
+/// Texels by a control: how color and rate of change depend on it.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ struct SharedControl {
 [[nodiscard]] std::vector<SharedControl> shared_controls(const HistoryFacts& a, const HistoryFacts& b);
 
 /// The class of every texel, -1 = none (outside the common range).
-/// @param values  In [0, 1], normalised by [low, high]. @param num_classes  >= 1.
+/// @param values  In [0, 1], normalized by [low, high]. @param num_classes  >= 1.
 [[nodiscard]] std::vector<int> control_classes(const std::vector<float>& values, const ControlFacts& control, const SharedControl& shared, int num_classes);
 
 }  // namespace patinate::analysis

@@ -14,7 +14,7 @@ struct PixelDifference {
   double ciede2000_mean = 0.0;
   double ciede2000_median = 0.0;
   double ciede2000_p95 = 0.0;
-  double absolute = 0.0;  ///< Mean over texels and channels of the difference of linear colour.
+  double absolute = 0.0;  ///< Mean over texels and channels of the difference of linear color.
   double ssim = 1.0;      ///< Mean over the texels, of L*.
 };
 

@@ -1,5 +1,5 @@
 /// \file
-/// Distance between distributions of colours.
+/// Distance between distributions of colors.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace patinate::analysis {
 /// The 15 two-fold axes of the icosahedron; the first three are L*, a* and b* themselves. For every vector v the mean of (v . axis)^2 is exactly |v|^2 / 3.
 [[nodiscard]] const std::array<std::array<double, 3>, 15>& sliced_axes();
 
-/// A sample of colours, sorted along every axis once, so that it can be weighted anew cheaply.
+/// A sample of colors, sorted along every axis once, so that it can be weighted anew cheaply.
 class SortedColors {
  public:
   /// At most `most` of the texels, spread evenly over the list by (seed, index). @param texels  Indices into the stack's texels.
@@ -29,8 +29,8 @@ class SortedColors {
   std::array<std::vector<BlockValue>, 15> sorted_;
 };
 
-/// Sliced 2-Wasserstein distance [Bonneel et al. 2015] of two colour distributions in units of Delta E 1976, times the square root of 3: shifting
-/// all colours by d gives exactly |d|.
+/// Sliced 2-Wasserstein distance [Bonneel et al. 2015] of two color distributions in units of Delta E 1976, times the square root of 3: shifting
+/// all colors by d gives exactly |d|.
 /// @param weights_a,weights_b  How often each block counts.
 /// @returns nothing when a side has no weight. Cost: O(N) for each of the 15 axes.
 [[nodiscard]] std::optional<double> sliced_distance(const SortedColors& a, std::span<const int> weights_a, const SortedColors& b, std::span<const int> weights_b);

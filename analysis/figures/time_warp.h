@@ -10,7 +10,7 @@
 
 namespace patinate::analysis {
 
-/// Colours of a stack between its times, blended; clamped to its ends.
+/// Colors of a stack between its times, blended; clamped to its ends.
 struct StackTime {
   std::size_t index = 0;
   double fraction = 0.0;  ///< [0, 1); towards index + 1.
@@ -36,7 +36,7 @@ struct TimeShift {
   std::vector<std::uint8_t> is_known;  ///< Both sides change visibly there.
 };
 /// For every texel the shift s that makes B(t + s) nearest to A(t) in CIELAB over all times, up to half of the span either way, B's first and
-/// last colour going on beyond its ends. To a 512th of the span, and between those by a parabola.
+/// last color going on beyond its ends. To a 512th of the span, and between those by a parabola.
 /// @param known  1 where both sides age visibly. @throws InvalidInput as find_time_warp().
 [[nodiscard]] TimeShift find_time_shift(const ColorStack& a, const ColorStack& b, const std::vector<std::uint8_t>& known, const RunControl& control = {});
 

@@ -1,5 +1,5 @@
 /// \file
-/// What a model of ageing gives to be compared: frames of a surface over time, in memory. Fitting knows the model only as these functions.
+/// What a model of aging gives to be compared: frames of a surface over time, in memory. Fitting knows the model only as these functions.
 #pragma once
 
 #include <cstdint>
@@ -42,14 +42,14 @@ struct AgedSurface {
   std::vector<SurfaceControl> controls;
 };
 
-/// How something that has aged looks, with other values of the parameters that need no ageing.
-/// @param values  Of all parameters, in order; those that need ageing are as they were.
+/// How something that has aged looks, with other values of the parameters that need no aging.
+/// @param values  Of all parameters, in order; those that need aging are as they were.
 using LookAt = std::function<AgedSurface(const std::vector<double>& values, const RunControl& control)>;
 /// Ages from the beginning with these values of all parameters. @param seed_shift  Added to the model's own seed: the same numbers give the same
 /// chance. Called by several threads at once. @throws InvalidInput if the model takes no such values together.
 using AgeWith = std::function<LookAt(const std::vector<double>& values, std::uint64_t seed_shift, const RunControl& control)>;
 
-/// Colours at the given times, blended between frames and held at the ends, at a size.
+/// Colors at the given times, blended between frames and held at the ends, at a size.
 [[nodiscard]] ColorStack stack_of(const AgedSurface& frames, const std::vector<double>& times, int size, const RunControl& control = {});
 
 /// Writes a history, in an existing folder or a new one.

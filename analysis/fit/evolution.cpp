@@ -143,7 +143,7 @@ bool Evolution::is_at_end(std::span<const double> values) {
   return spread() <= options_.tolerance || num_flat_ >= 2;
 }
 
-Minimum minimise(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, int budget, const EvolutionOptions& options) {
+Minimum minimize(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, int budget, const EvolutionOptions& options) {
   Evolution evolution(start, options);
   Minimum minimum{.at = start, .value = f(start), .num_evaluations = 1};
   std::vector<double> values(static_cast<std::size_t>(evolution.population()));

@@ -70,6 +70,6 @@ struct Minimum {
   bool is_converged = false;  ///< An end was reached within the budget.
 };
 /// Calls `f` at most `budget` times, whole generations, `start` first.
-[[nodiscard]] Minimum minimise(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, int budget, const EvolutionOptions& options = {});
+[[nodiscard]] Minimum minimize(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, int budget, const EvolutionOptions& options = {});
 
 }  // namespace patinate::analysis

@@ -336,7 +336,7 @@ void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs&
 
 void describe(OptionVisitor& v, FitOptions& o) {
   v.visit({"evaluations", "Budget of the search; 0 = 60 for each parameter that is searched", "", between(0, 1e6)}, o.evaluations);
-  v.visit({"looks", "Looks for each ageing at most, where some parameters need no ageing", "", between(1, 1e5)}, o.looks);
+  v.visit({"looks", "Looks for each aging at most, where some parameters need no aging", "", between(1, 1e5)}, o.looks);
   v.visit({"repeats", "Seeds over which the objective is averaged", "", between(1, 100)}, o.repeats);
   v.visit({"population", "Candidates a generation, >= 4; 0 = by the number of parameters", "", between(0, 1000)}, o.population);
   v.visit({"step", "First standard deviation of candidates, share of a range", "", {.low = 0, .high = 1, .is_low_open = true}}, o.step);

@@ -19,7 +19,7 @@ inline constexpr const char* kFitTableFile = "evaluations.csv";
 
 struct FitOptions {
   int evaluations = 0;      ///< Budget of the search; 0 = 60 for each parameter that is searched. When all parameters are looks, it counts looks.
-  int looks = 30;           ///< For each ageing at most, where some parameters need none; [1, 100000].
+  int looks = 30;           ///< For each aging at most, where some parameters need none; [1, 100000].
   int repeats = 1;          ///< Seeds over which an objective is averaged; [1, 100].
   int population = 0;       ///< Candidates a generation; 0 = by the number of parameters.
   double step = 0.3;        ///< First standard deviation, share of a range; (0, 1].
@@ -30,7 +30,7 @@ struct FitOptions {
 };
 void describe(OptionVisitor& v, FitOptions& o);
 /// Evaluations that the search may use, and the least that make sense (the start and two generations).
-/// @param num_aged, num_looks  Parameters that need ageing, and that need none.
+/// @param num_aged, num_looks  Parameters that need aging, and that need none.
 struct FitBudget {
   int evaluations = 0;
   int least = 0;

@@ -17,7 +17,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostTimes = 13;  // As in the comparison's section of colours.
+constexpr std::size_t kMostTimes = 13;  // As in the comparison's section of colors.
 constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
 const std::vector<int> kOneBlock{1};
 
@@ -98,9 +98,9 @@ void describe(OptionVisitor& v, ObjectiveOptions& o) {
   v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
   v.visit({"num_times", "Times at which they are compared, at most", "", between(2, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
-  v.visit({"visible_delta_e", "A change of colour from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
+  v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
-  v.visit({"samples", "Places of a time whose colours color_distribution compares, at most", "", between(64, 65536)}, o.samples);
+  v.visit({"samples", "Places of a time whose colors color_distribution compares, at most", "", between(64, 65536)}, o.samples);
 }
 
 CompareOptions compare_options(const ObjectiveOptions& o) {

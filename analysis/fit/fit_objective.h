@@ -33,7 +33,7 @@ struct ObjectiveOptions {
   Clock clock = Clock::Absolute;  ///< Equal times, or equal shares of each history's own span.
   double visible_delta_e = 5.0;   ///< A change from here on is seen; Delta E 1976, > 0.
   int num_classes = 5;            ///< Of a control; [1, 50].
-  int samples = 1024;             ///< Places of a time whose colours color_distribution compares, at most, always the same; [64, 65536].
+  int samples = 1024;             ///< Places of a time whose colors color_distribution compares, at most, always the same; [64, 65536].
   std::uint64_t seed = 0;         ///< Of the sample of texels; not described.
 };
 void describe(OptionVisitor& v, ObjectiveOptions& o);

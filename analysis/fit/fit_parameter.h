@@ -29,7 +29,7 @@ struct FitParameter {
   FitRange range;
   double start = 0.0;     ///< In the range.
   bool is_whole = false;  ///< Only whole numbers.
-  bool is_look = false;   ///< Another value needs no new ageing, only another look at what has aged.
+  bool is_look = false;   ///< Another value needs no new aging, only another look at what has aged.
 };
 
 /// The value at a share of the range, with six significant digits (whole if it must be). @param unit  In [0, 1].

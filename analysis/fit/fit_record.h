@@ -20,7 +20,7 @@ struct FitPoint {
   ObjectiveValue result;
 };
 
-/// One ageing and the looks at it: at least one, all with the same values of what needs ageing.
+/// One aging and the looks at it: at least one, all with the same values of what needs aging.
 struct FitEvaluation {
   std::string name;
   std::vector<FitPoint> points;

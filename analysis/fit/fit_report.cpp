@@ -24,7 +24,7 @@ std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"
 
 const std::string& name_of(const FitTask& task, std::size_t i) { return task.parameters[i].range.name; }
 
-int count_ageings(const FitOutcome& o) {
+int count_agings(const FitOutcome& o) {
   return static_cast<int>(std::count_if(o.searched.begin(), o.searched.end(), [](const FitEvaluation& e) { return !e.points.empty(); }));
 }
 int count_points(const FitOutcome& o) {
@@ -156,7 +156,7 @@ void add_comparison(HtmlPage& page, const Json& before, const Json& after, const
 Json parameter_json(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   const ParameterVerdict& v = o.verdicts[i];
-  return Json{{"pointer", p.range.name}, {"range", {p.range.low, p.range.high}}, {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]}, {"needs_ageing", !p.is_look},
+  return Json{{"pointer", p.range.name}, {"range", {p.range.low, p.range.high}}, {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]}, {"needs_aging", !p.is_look},
               {"initial", o.initial.values[i]}, {"best", o.best.values[i]}, {"interval", {value_at(p, v.low), value_at(p, v.high)}},
               {"determination", kDeterminationNames[static_cast<std::size_t>(v.determination)]}, {"effect", v.effect}, {"verdict", verdict_text(task, o, i)}};
 }
@@ -173,7 +173,7 @@ Json objective_json(const FitTask& task, const FitOutcome& o) {
 }
 
 void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
-  const std::string tried = std::to_string(count_ageings(o)) + " simulations and " + std::to_string(count_points(o)) + " looks at them";
+  const std::string tried = std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " looks at them";
   page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " + number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : "; the budget ended the search."));
   if (is_beaten(o)) page.paragraph("Not at its end: along one of the parameters there is a better value. A larger --evaluations goes on from here.");
   std::vector<std::vector<std::string>> rows;
@@ -236,16 +236,17 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
   options["seed"] = std::to_string(task.seed);
   Json correlation = nullptr;
   if (o.valley) correlation = o.valley->correlation;
-  save_json(folder / kFitReportFile, Json{{"format", "patinate.fit"}, {"version", 1}, {"model", task.model_name}, {"history", {{"name", series.name()}, {"key", captured.key()}}}, {"objective", objective_json(task, o)},
-                                          {"parameters", parameters}, {"correlation", correlation}, {"no_correlation", o.no_valley}, {"evaluations", {{"planned", o.num_planned}, {"ageings", count_ageings(o)}, {"looks", count_points(o)}, {"converged", o.is_converged}}},
+  save_json(folder / kFitReportFile, Json{{"format", "patinate.fit"}, {"version", 2}, {"model", task.model_name}, {"history", {{"name", series.name()}, {"key", captured.key()}}}, {"objective", objective_json(task, o)},
+                                          {"parameters", parameters}, {"correlation", correlation}, {"no_correlation", o.no_valley}, {"evaluations", {{"planned", o.num_planned}, {"agings", count_agings(o)}, {"looks", count_points(o)}, {"converged", o.is_converged}}},
                                           {"figures", figures}, {"options", options}, {"command", task.command}, {"key", key}});
 }
 
 FitManifest read_fit_manifest(const fs::path& path) {
   const fs::path file = manifest_folder(path, kFitReportFile) / kFitReportFile;
-  const Json root = load_json(file);
+  Json root = load_json(file);
+  update_spelling(root, 1, {{"ageings", "agings"}, {"needs_ageing", "needs_aging"}});
   JsonReader json(file.string(), root);
-  json.expect_format("patinate.fit", 1);
+  json.expect_format("patinate.fit", 2);
   FitManifest m;
   m.model = json.member("model").string();
   m.history = json.member("history").member("name").string();
@@ -260,7 +261,7 @@ FitManifest read_fit_manifest(const fs::path& path) {
     m.best.push_back(p.member("best").number());
   }
   JsonReader evaluations = json.member("evaluations");
-  m.evaluations = static_cast<int>(evaluations.member("ageings").integer(at_least(0)));
+  m.evaluations = static_cast<int>(evaluations.member("agings").integer(at_least(0)));
   m.is_converged = evaluations.member("converged").boolean();
   m.key = json.member("key").string();
   return m;

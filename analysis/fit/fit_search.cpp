@@ -89,7 +89,7 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
   };
   const EvolutionOptions options{.step = search.step, .tolerance = model.tolerance, .flatness = model.flatness, .seed = model.seed,
                                  .purpose = kLookPurpose + static_cast<std::uint32_t>(search.item)};
-  (void)minimise(f, start, search.num_looks, options);
+  (void)minimize(f, start, search.num_looks, options);
   return evaluation;
 } catch (const InvalidInput& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};

@@ -1,5 +1,5 @@
 /// \file
-/// Trying values: one ageing, and for it the best of the parameters that need none.
+/// Trying values: one aging, and for it the best of the parameters that need none.
 #pragma once
 
 #include <cstdint>
@@ -22,25 +22,25 @@ struct FitModel {
   double tolerance = 1e-3;
   std::uint64_t seed = 0;
 
-  /// Indices of the parameters that need ageing, or that need none.
+  /// Indices of the parameters that need aging, or that need none.
   [[nodiscard]] std::vector<std::size_t> indices(bool is_look) const;
 };
 
-/// How the parameters that need no ageing are searched.
+/// How the parameters that need no aging are searched.
 struct LookSearch {
   int num_looks = 1;     ///< At most; 1: only the given values.
   double step = 0.3;     ///< As EvolutionOptions.
   std::uint64_t item = 0;  ///< Its random numbers.
 };
 
-/// Ages once a seed with `values`, looks with them, and then searches for better values of the parameters that need no ageing: the objective is then a
+/// Ages once a seed with `values`, looks with them, and then searches for better values of the parameters that need no aging: the objective is then a
 /// function of the others alone [variable projection, Golub and Pereyra 1973].
 /// @returns points of which the first has `values`. Values that the model does not take together give one undefined point.
 /// @param seed_shift  The first of the seeds.
 [[nodiscard]] FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values, const LookSearch& search, std::uint64_t seed_shift,
                                      const RunControl& control = {});
 
-/// Looks with each of several sets of values, which differ from the first only in parameters that need no ageing.
+/// Looks with each of several sets of values, which differ from the first only in parameters that need no aging.
 [[nodiscard]] FitEvaluation evaluate_looks(const FitModel& model, const std::string& name, std::span<const std::vector<double>> values, std::uint64_t seed_shift, const RunControl& control = {});
 
 }  // namespace patinate::analysis

@@ -21,7 +21,7 @@ int digit_of(char c) {
 
 ColorClass parse_color_class(const std::string& text) {
   const std::size_t at = text.find('=');
-  const auto fail = [&] { throw InvalidInput("colour class: found `" + text + "`; expected NAME=#RRGGBB"); };
+  const auto fail = [&] { throw InvalidInput("color class: found `" + text + "`; expected NAME=#RRGGBB"); };
   if (at == std::string::npos || at == 0 || text.size() != at + 8 || text[at + 1] != '#') fail();
   ColorClass c{text.substr(0, at)};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -33,8 +33,8 @@ ColorClass parse_color_class(const std::string& text) {
 }
 
 std::vector<double> class_shares(const ImageF& rgb, const ImageU8& mask, const std::vector<ColorClass>& classes) {
-  if (rgb.channels() != 3 || (!mask.empty() && !mask.same_size(rgb))) throw InvalidInput("colour classes: three channels and a mask of their size are needed");
-  if (classes.empty()) throw InvalidInput("colour classes: there is none");
+  if (rgb.channels() != 3 || (!mask.empty() && !mask.same_size(rgb))) throw InvalidInput("color classes: three channels and a mask of their size are needed");
+  if (classes.empty()) throw InvalidInput("color classes: there is none");
   std::vector<double> counts(classes.size());
   double total = 0.0;
   for (int y = 0; y < rgb.height(); ++y) {
@@ -53,7 +53,7 @@ std::vector<double> class_shares(const ImageF& rgb, const ImageU8& mask, const s
       total += 1.0;
     }
   }
-  if (total == 0.0) throw InvalidInput("colour classes: the mask covers nothing");
+  if (total == 0.0) throw InvalidInput("color classes: the mask covers nothing");
   for (double& c : counts) c /= total;
   return counts;
 }

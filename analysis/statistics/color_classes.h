@@ -1,5 +1,5 @@
 /// \file
-/// Shares of named colours in a picture: what growers, conservators and inspectors count.
+/// Shares of named colors in a picture: what growers, conservators and inspectors count.
 #pragma once
 
 #include <array>

@@ -23,7 +23,7 @@ enum class AlignmentStatus {
 /// How pixels of one image lie in another.
 struct ImageAlignment {
   AlignmentStatus status = AlignmentStatus::NoAgreement;
-  Eigen::Matrix3d reference_from_image = Eigen::Matrix3d::Identity();  ///< Homography of pixel centres, lower right 1.
+  Eigen::Matrix3d reference_from_image = Eigen::Matrix3d::Identity();  ///< Homography of pixel centers, lower right 1.
   int num_matches = 0;         ///< Features that the images share.
   int num_inliers = 0;         ///< Patches (or point pairs) that agree on the view.
   double residual_px = 0.0;    ///< Root mean square of the inliers' distances in the reference.
@@ -34,7 +34,7 @@ struct ImageAlignment {
 ///
 /// Both become maps of local contrast without sign, |G_1 * log I - G_6 * log I| over its local strength; SIFT features of these
 /// [Lowe 2004] that match both ways are reduced to a homography by RANSAC [Fischler and Bolles 1981]. Then patches of 41 pixels
-/// find their own shifts by normalised cross-correlation, and the homography is fitted again, robustly, four times. Images
+/// find their own shifts by normalized cross-correlation, and the homography is fitted again, robustly, four times. Images
 /// larger than 1600 pixels are matched at that size. Mirrored views are not found.
 /// @param reference,image  H x W x 1, linear light, >= 0; sizes may differ; at least 32 pixels a side.
 /// @returns A status other than Converged when the result should not be used.

@@ -221,7 +221,7 @@ std::vector<Vec2> outline_of_circle(const Vec2& center, double radius, int count
 std::optional<MirroredRay> mirrored_ray(const Camera& camera, const Vec3& center, double radius, const Vec2& pixel) {
   const auto ray = camera.ray(pixel);
   if (!ray) return std::nullopt;
-  // Distances from the point of the ray next to the centre: no cancellation where the camera is far.
+  // Distances from the point of the ray next to the center: no cancellation where the camera is far.
   const Vec3 to_center = center - ray->origin;
   const double along = to_center.dot(ray->direction);
   const double half = radius * radius - (to_center - along * ray->direction).squaredNorm();

@@ -21,7 +21,7 @@ struct CalibrationTarget {
   Kind kind = Kind::Points;
   int columns = 0;          ///< Inner corners, or circles of a row; [2, 200].
   int rows = 0;
-  double spacing_mm = 0.0;  ///< Side of a square; for circles, distance of neighbouring rows (half that of neighbours in a row); > 0.
+  double spacing_mm = 0.0;  ///< Side of a square; for circles, distance of neighboring rows (half that of neighbors in a row); > 0.
   std::vector<Vec3> points_mm;  ///< Of Points.
 
   /// Its points in its own frame, z = 0 for the two flat kinds. @throws InvalidInput if a number is out of range.

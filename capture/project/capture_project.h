@@ -81,11 +81,11 @@ struct CaptureProject {
 /// Cuts the roi out and scales it (area averages). An image of the history's size is taken as it is.
 /// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.
 [[nodiscard]] ImageF to_history_size(const ImageF& image, const CaptureProject& project, const std::filesystem::path& file);
-/// A frame's photograph in linear colour, before roi and scale. @throws IoError
+/// A frame's photograph in linear color, before roi and scale. @throws IoError
 [[nodiscard]] ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo);
 /// Linear value from which on a channel of read_whole_photo() is saturated: code 254 of 255; infinity for float images.
 [[nodiscard]] float saturation_level(const CaptureProject& project, const CapturePhoto& photo);
-/// A frame as the history shows it: linear colour, roi, scale. @throws IoError
+/// A frame as the history shows it: linear color, roi, scale. @throws IoError
 [[nodiscard]] ImageF read_photo(const CaptureProject& project, const CapturePhoto& photo);
 /// The same of a photograph that is no frame. @throws IoError
 [[nodiscard]] ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file);

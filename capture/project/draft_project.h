@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 struct ProjectDraft {
   std::string text;                   ///< A capture.json, with comments where a person must look.
-  std::vector<std::string> found;     ///< What was recognised, one line each.
+  std::vector<std::string> found;     ///< What was recognized, one line each.
   std::vector<std::string> to_check;  ///< What was guessed, or left out; one line each.
 };
 

@@ -19,7 +19,7 @@ namespace patinate::capture {
 struct RelitStep {
   /// Albedo that another program made, in the photographs' view, with what its pixels show in scanner coordinates.
   struct Ready {
-    std::filesystem::path albedo;    ///< Linear colour.
+    std::filesystem::path albedo;    ///< Linear color.
     std::filesystem::path position;  ///< Channels X, Y, Z, in the project's unit; (0, 0, 0) = no surface.
     std::filesystem::path normal;    ///< Channels X, Y, Z.
   };

@@ -37,7 +37,7 @@ struct PhotoPart {
 
 /// Maps of the image's size; 0 where the mesh is not seen.
 struct ScanMaps {
-  ImageU8 seen;            ///< 255 where a pixel's centre sees the mesh.
+  ImageU8 seen;            ///< 255 where a pixel's center sees the mesh.
   ImageF position_mm;      ///< x 3
   ImageF normal;           ///< x 3, unit, toward the camera.
   ImageF curvature_per_mm; ///< Mean curvature at scale_mm, concave positive.
@@ -46,7 +46,7 @@ struct ScanMaps {
   std::int64_t num_seen = 0;
 };
 
-/// Casts a ray through every pixel's centre. The mesh is that of accessible_surface(): refined where its edges are longer than half
+/// Casts a ray through every pixel's center. The mesh is that of accessible_surface(): refined where its edges are longer than half
 /// the scale, curved as its normals ask for. The side that the camera sees counts as the outside, however the triangles are wound.
 /// @param mesh_mm  In mm, as the camera. @throws InvalidInput if the mesh has no area.
 /// Same bits for any number of threads.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kNearInCoarse = 1.5;   ///< Coarse surfels this near, in their distance, and facing alike may overlap.
 constexpr int kMostRounds = 12;
-constexpr double kSettled = 1e-7;       ///< Normalised: nothing moves any more.
+constexpr double kSettled = 1e-7;       ///< Normalized: nothing moves any more.
 constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is left out is off.
 
 bool is_found(const PairRegistration& r) { return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate; }
@@ -92,7 +92,7 @@ class JointSolver {
         for (int source = 0; source < num_scans(); ++source) {
           if (has_pose_[static_cast<std::size_t>(source)]) continue;
           for (int step = 0; step < num_scans() && !has_pose_[static_cast<std::size_t>(source)]; ++step) {
-            // The reference first, then the neighbours in time.
+            // The reference first, then the neighbors in time.
             const int target = step == 0 ? reference_ : partner_in_order(source, step);
             if (target < 0 || target == source || !has_pose_[static_cast<std::size_t>(target)]) continue;
             const std::pair<int, int> attempt{target, may_search ? source + num_scans() : source};
@@ -115,7 +115,7 @@ class JointSolver {
   bool begin_pose(int target, int source, bool may_search) {
     const std::optional<RigidTransform> start = may_search ? std::nullopt : initial_relative(target, source);
     if (!may_search && (!start || options_.start == RegistrationStart::Global)) return false;
-    if (!may_search && coarse_overlap(scan(target), scan(source), normalised(*start, scan(target), scan(source))) < 0.5 * options_.min_overlap) return false;
+    if (!may_search && coarse_overlap(scan(target), scan(source), normalized(*start, scan(target), scan(source))) < 0.5 * options_.min_overlap) return false;
     const PairRegistration found = register_edge(target, source, start, may_search);
     RegisteredScan& s = result_.scans[static_cast<std::size_t>(source)];
     if (!is_found(found)) {
@@ -129,7 +129,7 @@ class JointSolver {
     }
     has_pose_[static_cast<std::size_t>(source)] = true;
     s.is_found_by_search = found.is_found_by_search;
-    pose(source) = pose(target) * normalised(found.target_from_source, scan(target), scan(source));
+    pose(source) = pose(target) * normalized(found.target_from_source, scan(target), scan(source));
     result_.edges.push_back({.target = target, .source = source, .pair = found, .is_in_tree = true});
     return true;
   }
@@ -171,7 +171,7 @@ class JointSolver {
       for (const RegistrationEdge& e : result_.edges) {
         const bool has_target = is_placed[static_cast<std::size_t>(e.target)], has_source = is_placed[static_cast<std::size_t>(e.source)];
         if (!e.is_in_tree || has_target == has_source) continue;
-        const RigidTransform t = normalised(e.pair.target_from_source, scan(e.target), scan(e.source));
+        const RigidTransform t = normalized(e.pair.target_from_source, scan(e.target), scan(e.source));
         (has_target ? pose(e.source) : pose(e.target)) = has_target ? pose(e.target) * t : pose(e.source) * t.inverse();
         is_placed[static_cast<std::size_t>(has_target ? e.source : e.target)] = has_grown = true;
       }
@@ -202,7 +202,7 @@ class JointSolver {
     std::vector<PoseEdge> edges;
     for (RegistrationEdge& e : result_.edges) {
       if (!e.is_used) continue;
-      const RigidTransform at = is_first ? normalised(e.pair.target_from_source, scan(e.target), scan(e.source)) : pose(e.target).inverse() * pose(e.source);
+      const RigidTransform at = is_first ? normalized(e.pair.target_from_source, scan(e.target), scan(e.source)) : pose(e.target).inverse() * pose(e.source);
       RunControl quiet = control_;
       quiet.on_progress = {};
       const SurfelAlignment a = look_at_pose(scan(e.target), scan(e.source), at, quiet);
@@ -251,7 +251,7 @@ class JointSolver {
     double most = kContradiction * scan(reference_).fine().distance();
     for (RegistrationEdge& e : result_.edges) {
       if (!e.is_used || e.is_in_tree || e.pair.status == RegistrationStatus::Degenerate) continue;
-      const RigidTransform off = (pose(e.target).inverse() * pose(e.source)) * normalised(e.pair.target_from_source, scan(e.target), scan(e.source)).inverse();
+      const RigidTransform off = (pose(e.target).inverse() * pose(e.source)) * normalized(e.pair.target_from_source, scan(e.target), scan(e.source)).inverse();
       const double by = off.translation.norm() + axis_angle_of(off.rotation).norm();
       if (by > most) {
         most = by;
@@ -327,7 +327,7 @@ class JointSolver {
   RegistrationOptions options_;
   RunControl control_;
   std::vector<PreparedScan> scans_;
-  std::vector<RigidTransform> poses_;  ///< Normalised: reference from scan.
+  std::vector<RigidTransform> poses_;  ///< Normalized: reference from scan.
   std::vector<bool> has_pose_;
   std::vector<PoseEdge> edges_;
   JointRegistration result_;

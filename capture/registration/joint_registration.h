@@ -50,7 +50,7 @@ struct JointRegistration {
 /// keeps its start and says why. With a PCL method the pairs come from PCL, and no round follows.
 /// @param scans      At least 2, in one unit. @param initial  world from scan: as many as scans, or none. A scan without one may stand anywhere.
 /// @param reference  In [0, scans).
-/// @throws InvalidInput; Cancelled
+/// @throws InvalidInput; Canceled
 [[nodiscard]] JointRegistration register_jointly(std::span<const PointCloud> scans, std::span<const std::optional<RigidTransform>> initial, int reference,
                                                  const RegistrationOptions& options = {}, const RunControl& control = {});
 

@@ -1,5 +1,5 @@
 /// \file
-/// Points sorted into cubic cells, for neighbours within a distance of about a cell.
+/// Points sorted into cubic cells, for neighbors within a distance of about a cell.
 #pragma once
 
 #include <array>

@@ -17,7 +17,7 @@ struct PoseEdge {
   Matrix6 information = Matrix6::Zero();  ///< Of (rotation, shift) on the target's side, about its origin; free directions have 0.
 };
 
-/// Minimises sum e^T information e, e = (rotation, shift) that is left of world_from_target^-1 world_from_source target_from_source^-1, by
+/// Minimizes sum e^T information e, e = (rotation, shift) that is left of world_from_target^-1 world_from_source target_from_source^-1, by
 /// Levenberg-Marquardt. @param world_from_scan  Start; `fixed` keeps its pose. @returns as many poses; those without edges are the start's.
 [[nodiscard]] std::vector<RigidTransform> solve_poses(std::span<const RigidTransform> world_from_scan, std::span<const PoseEdge> edges, int fixed);
 

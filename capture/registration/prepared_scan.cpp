@@ -91,7 +91,7 @@ std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans, const
   }
 }
 
-RigidTransform normalised(const RigidTransform& t, const PreparedScan& target, const PreparedScan& source) {
+RigidTransform normalized(const RigidTransform& t, const PreparedScan& target, const PreparedScan& source) {
   return {t.rotation, (t.rotation * source.middle() + (t.translation - target.middle())) / target.scale()};
 }
 

@@ -12,10 +12,10 @@
 
 namespace patinate::capture {
 
-/// Coordinates are normalised: about the scan's middle, in the scans' common scale.
+/// Coordinates are normalized: about the scan's middle, in the scans' common scale.
 class PreparedScan {
  public:
-  /// @param fine_distance  Normalised, between fine surfels.
+  /// @param fine_distance  Normalized, between fine surfels.
   PreparedScan(const PointCloud& cloud, double scale, double fine_distance, const RunControl& control);
 
   [[nodiscard]] const SurfelSet& fine() const { return *fine_; }
@@ -51,21 +51,21 @@ class PreparedScan {
 /// What register_pair() says of a pose that came from elsewhere; the pose stays as it is (num_iterations 0).
 [[nodiscard]] PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source,
                                       const RegistrationOptions& options = {}, const RunControl& control = {});
-/// Normal equations of the full stage in a pose (normalised): how the pair alone would go on from there.
+/// Normal equations of the full stage in a pose (normalized): how the pair alone would go on from there.
 [[nodiscard]] SurfelAlignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, const RunControl& control = {});
-/// The information that goes with a PairRegistration's covariance, about the origins of the normalised frames; free directions have 0.
+/// The information that goes with a PairRegistration's covariance, about the origins of the normalized frames; free directions have 0.
 [[nodiscard]] Matrix6 information_of(const SurfelAlignment& alignment, const PreparedScan& target, const PreparedScan& source);
 
-/// Free motions of normalised coordinates in the target's own frame.
+/// Free motions of normalized coordinates in the target's own frame.
 [[nodiscard]] std::vector<FreeMotion> in_frame(std::vector<FreeMotion> motions, const PreparedScan& target);
 
-inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normalised: a tenth of the object's size or so.
+inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normalized: a tenth of the object's size or so.
 
-/// x_in_cloud = middle + scale * x_normalised on both sides.
-[[nodiscard]] RigidTransform normalised(const RigidTransform& target_from_source, const PreparedScan& target, const PreparedScan& source);
+/// x_in_cloud = middle + scale * x_normalized on both sides.
+[[nodiscard]] RigidTransform normalized(const RigidTransform& target_from_source, const PreparedScan& target, const PreparedScan& source);
 [[nodiscard]] RigidTransform in_unit(const RigidTransform& pose, const PreparedScan& target, const PreparedScan& source);
 
-/// Of what is seen by both scans in a pose (normalised): the share that lies in the other scanner's lines of sight by more than `tolerance`;
+/// Of what is seen by both scans in a pose (normalized): the share that lies in the other scanner's lines of sight by more than `tolerance`;
 /// nothing when neither scan says where its scanner stood. @param num_looked  About so many surfels of either scan are looked at; > 0.
 [[nodiscard]] std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, double tolerance,
                                                    int num_looked);

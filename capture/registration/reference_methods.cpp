@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kNeighbours = 20;
+constexpr int kNeighbors = 20;
 
 /// About its middle, in units of the scans' common scale: PCL's coordinates are floats.
 template <class Point>
@@ -31,7 +31,7 @@ void add_normals(const pcl::PointCloud<pcl::PointNormal>::Ptr& cloud) {
   pcl::NormalEstimation<pcl::PointNormal, pcl::PointNormal> estimation;
   estimation.setInputCloud(cloud);
   estimation.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointNormal>>());
-  estimation.setKSearch(kNeighbours);
+  estimation.setKSearch(kNeighbors);
   estimation.compute(*cloud);
 }
 
@@ -60,7 +60,7 @@ PairRegistration register_pair_with_pcl(const PointCloud& target, const PointClo
   const std::vector<PreparedScan> scans = prepare_scans(both, options, control);
   control.throw_if_stopped();
   const double gate = kReferenceGate * scans[0].fine().distance();
-  const RigidTransform from = normalised(start, scans[0], scans[1]);
+  const RigidTransform from = normalized(start, scans[0], scans[1]);
   RigidTransform found;
   if (options.method == RegistrationMethod::PclPlane) {
     const auto a = pcl_cloud<pcl::PointNormal>(target, scans[0]), b = pcl_cloud<pcl::PointNormal>(source, scans[1]);

@@ -35,12 +35,12 @@ constexpr int kNearlyStride = 4;        ///< The last stage begins with every fo
 constexpr double kLastGate = 1.5;       ///< In fine distances,
 constexpr double kLastGateScales = 6.0; ///< or residual scales, where the scans fit worse than that.
 constexpr double kConvergedStep = 1e-3; ///< In fine distances: what Converged promises.
-constexpr double kFixedStep = 1e-8;     ///< Normalised: nothing moves any more.
+constexpr double kFixedStep = 1e-8;     ///< Normalized: nothing moves any more.
 constexpr double kMostResidual = 0.25;  ///< Residual scale in fine distances above which it is no fit,
 constexpr double kMostScatter = 6.0;    ///< unless the points' own scatter makes so much of it.
 constexpr int kLookedInFront = 3000;
 constexpr double kSightScales = 5.0, kSightDistance = 0.5;
-constexpr double kSightDepth = 0.04;    ///< Normalised: growth and wear are less than that, a wrong pose is not.
+constexpr double kSightDepth = 0.04;    ///< Normalized: growth and wear are less than that, a wrong pose is not.
 constexpr int kFewestPairs = 30;
 constexpr double kCrossedShare = 0.3;   ///< Of a direction's information that must come from more than noise of normals.
 
@@ -186,7 +186,7 @@ Matrix6 information_of(const SurfelAlignment& a, const PreparedScan& target, con
 PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source, const RegistrationOptions& options,
                         const RunControl& control) {
   Local local;
-  local.alignment = look_at_pose(target, source, normalised(target_from_source, target, source), control);
+  local.alignment = look_at_pose(target, source, normalized(target_from_source, target, source), control);
   local.in_front = share_in_front(target, source, local.alignment.target_from_source, sight_tolerance(local.alignment.residual_scale, target.fine().distance()), kLookedInFront);
   PairRegistration r = judge(target, source, local, options);
   r.target_from_source = target_from_source;
@@ -200,7 +200,7 @@ PairRegistration register_pair(const PreparedScan& target, const PreparedScan& s
   std::optional<PairRegistration> best;
   if (start && options.start != RegistrationStart::Global) {
     const double coarse = target.coarse().distance();
-    const SurfelAlignment rough = align_surfels(target.coarse(), source.coarse(), normalised(*start, target, source),
+    const SurfelAlignment rough = align_surfels(target.coarse(), source.coarse(), normalized(*start, target, source),
                                           {.first_gate = 1.0, .last_gate = 2.0 * coarse, .stride = 1, .max_iterations = kMidIterations, .step = 1e-3}, control);
     best = judge(target, source, align_fully(target, source, rough.target_from_source, options, control), options);
     if (is_found(*best) || options.start == RegistrationStart::Given) {

@@ -19,7 +19,7 @@ constexpr double kDegree = 3.14159265358979323846 / 180.0;
 constexpr double kMargin = 0.05;
 constexpr double kSlice = 0.012;   ///< Thickness of the slice, of the object's size.
 constexpr float kBackground = 0.92f;
-/// Linear; told apart by people who see colours differently as well [Okabe and Ito 2008].
+/// Linear; told apart by people who see colors differently as well [Okabe and Ito 2008].
 constexpr std::array<std::array<float, 3>, 8> kColors{{{0.79f, 0.09f, 0.01f}, {0.01f, 0.17f, 0.45f}, {0.0f, 0.34f, 0.17f}, {0.80f, 0.35f, 0.0f},
                                                        {0.60f, 0.19f, 0.39f}, {0.09f, 0.45f, 0.81f}, {0.62f, 0.55f, 0.05f}, {0.12f, 0.12f, 0.12f}}};
 

@@ -1,5 +1,5 @@
 /// \file
-/// What registration did, as a picture: the scans before and after, each in its colour, from aside and cut through.
+/// What registration did, as a picture: the scans before and after, each in its color, from aside and cut through.
 #pragma once
 
 #include <span>

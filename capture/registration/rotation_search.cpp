@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kShift = 0.5;          ///< Of the middles from each other, normalised.
+constexpr double kShift = 0.5;          ///< Of the middles from each other, normalized.
 constexpr double kFirstGate = 0.8;
 constexpr int kFirstStride = 3;         ///< All starts are followed for a few steps with every third surfel,
 constexpr int kFirstIterations = 10;

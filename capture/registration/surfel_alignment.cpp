@@ -109,7 +109,7 @@ class Aligner {
   }
 
  private:
-  /// A surfel's nearest, and up to which way travelled it stays that without being looked for.
+  /// A surfel's nearest, and up to which way traveled it stays that without being looked for.
   struct Known {
     int index = -1;
     double until = -1.0;
@@ -136,10 +136,10 @@ class Aligner {
         pair.closeness = -0.5;
         const Vec3 p = to_from.apply(s.position);
         Known& known = knowns[static_cast<std::size_t>(i)];
-        if (!(travelled_ < known.until)) {
+        if (!(traveled_ < known.until)) {
           const SurfelSet::Found found = to.nearest(p, result_.gate, known.index);
           if (found.index < 0) continue;
-          known = {found.index, travelled_ + kSureShare * found.margin};
+          known = {found.index, traveled_ + kSureShare * found.margin};
         }
         const int j = known.index;
         const Surfel& t = to[j];
@@ -237,7 +237,7 @@ class Aligner {
     result_.target_from_source = moved * result_.target_from_source;
     result_.last_step = std::max(move.head<3>().norm(), move.tail<3>().norm());
     // Source positions turn about the target's origin, from wherever they are there.
-    travelled_ += move.head<3>().norm() * (reach_ + result_.target_from_source.translation.norm() + move.tail<3>().norm()) + move.tail<3>().norm();
+    traveled_ += move.head<3>().norm() * (reach_ + result_.target_from_source.translation.norm() + move.tail<3>().norm()) + move.tail<3>().norm();
   }
 
   /// Where a part of the surface has changed, a scale that takes it for noise can hold itself up. So, once all has settled, the scale is
@@ -272,7 +272,7 @@ class Aligner {
   double base_variance_ = 0.0;
   SurfelAlignment result_;
   std::vector<Known> known_of_source_, known_of_target_;
-  double travelled_ = 0.0;  ///< What no surfel has moved by more than, in all steps so far.
+  double traveled_ = 0.0;  ///< What no surfel has moved by more than, in all steps so far.
   double reach_ = 0.0;      ///< Farthest position from the origin, of both sets.
   std::vector<Pair> found_, pairs_;
   std::array<int, 2> num_looked_{}, num_found_{};

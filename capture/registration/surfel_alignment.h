@@ -1,5 +1,5 @@
 /// \file
-/// Two scans as surfels, brought together from a start nearby: symmetric generalised ICP.
+/// Two scans as surfels, brought together from a start nearby: symmetric generalized ICP.
 #pragma once
 
 #include <array>
@@ -54,7 +54,7 @@ struct AlignmentSchedule {
 /// The last step's normal equations and what they were made of.
 struct PairSums {
   Matrix6 information = Matrix6::Zero();  ///< Sum of w J J^T, J = (m x n, n), m = the partners' middle in the target's frame.
-  Matrix6 crossed = Matrix6::Zero();      ///< The same with either partner's own normal on either side, symmetrised: noise of normals drops out.
+  Matrix6 crossed = Matrix6::Zero();      ///< The same with either partner's own normal on either side, symmetrized: noise of normals drops out.
   Vec6 gradient = Vec6::Zero();           ///< Sum of w r J.
   double weight = 0.0;                    ///< Sum of w.
   double weighted_squares = 0.0;          ///< Sum of w r^2.

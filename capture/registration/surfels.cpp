@@ -52,7 +52,7 @@ std::vector<int> spread_points(std::span<const Vec3> points, double distance) {
       return false;
     };
     bool is_near = is_taken(0, 0, 0);
-    // A neighbour cell that is farther away than the distance holds nothing near.
+    // A neighbor cell that is farther away than the distance holds nothing near.
     const Vec3 low = at - Vec3(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
     const auto gap = [&](std::int64_t d, int a) { return d == 0 ? 0.0 : d < 0 ? low[a] : 1.0 - low[a]; };
     for (std::int64_t dz = -1; !is_near && dz <= 1; ++dz) {

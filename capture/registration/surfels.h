@@ -10,7 +10,7 @@
 
 namespace patinate::capture {
 
-/// Median distance to the neighbour points of a surface, as if they lay on a square lattice: 0.627 times the distance to the 8th nearest,
+/// Median distance to the neighbor points of a surface, as if they lay on a square lattice: 0.627 times the distance to the 8th nearest,
 /// over a sample of the points. @throws InvalidInput if there are less than 16 points, or they have no extent.
 [[nodiscard]] double point_spacing(std::span<const Vec3> points);
 

@@ -125,7 +125,7 @@ Vec3 patch_mean(const RelitProject& project, const StepPhoto& photo, const Image
     num_saturated += is_saturated ? 1 : 0;
     ++count;
   });
-  if (count == 0) throw IoError(project.file.string(), "/reference_patch/polygon: covers no pixel's centre; give a larger one");
+  if (count == 0) throw IoError(project.file.string(), "/reference_patch/polygon: covers no pixel's center; give a larger one");
   if (50 * num_saturated > count) throw IoError(file.string(), "is saturated on the reference patch: a shorter exposure is needed, or no `reference_patch`");
   sum /= count;
   if (!(sum.minCoeff() > kBlack)) throw IoError(file.string(), "is black on the reference patch: its light does not reach it, or `polygon` lies elsewhere");

@@ -6,7 +6,7 @@
 
 namespace patinate::capture {
 
-/// The colour, made smaller.
+/// The color, made smaller.
 [[nodiscard]] ImageF report_albedo(const ImageF& color);
 /// What became of every sample, one picture a light side by side, in sample_state_color().
 /// @param samples  H x W x L of SampleState; empty for ready-made albedo. @param mask  Of what is determined.

@@ -13,8 +13,8 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::int64_t kRowChunk = 4;
-constexpr double kWhole = 1e-3;          ///< A place so near to a pixel's centre is that pixel: rounding of float maps, not motion.
-constexpr double kSameSurface = 6.0;     ///< Neighbouring pixels of one surface are not farther apart, in texel sizes.
+constexpr double kWhole = 1e-3;          ///< A place so near to a pixel's center is that pixel: rounding of float maps, not motion.
+constexpr double kSameSurface = 6.0;     ///< Neighboring pixels of one surface are not farther apart, in texel sizes.
 constexpr double kGrazing = 1e-3;
 
 Vec3 vector_at(const ImageF& image, int x, int y) {

@@ -15,7 +15,7 @@ namespace patinate::capture {
 
 /// Maps of the camera's size; 0 where nothing is seen.
 struct ScanView {
-  ImageU8 seen;           ///< 255 where a pixel's centre sees the mesh.
+  ImageU8 seen;           ///< 255 where a pixel's center sees the mesh.
   ImageF position_mm;     ///< x 3, in the mesh's frame.
   ImageF normal;          ///< x 3, unit, toward the camera.
   ImageF texel_size_mm;   ///< Square root of the surface's area that a pixel shows.
@@ -23,7 +23,7 @@ struct ScanView {
   std::int64_t num_from_behind = 0;  ///< Pixels that see a triangle clockwise.
 };
 
-/// Casts a ray through every pixel's centre. Positions lie on the triangles as they are.
+/// Casts a ray through every pixel's center. Positions lie on the triangles as they are.
 /// @param mesh  In mm, with normals (normal_triangles). @param scene  Of it.
 /// Same bits for any number of threads.
 [[nodiscard]] ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera, const RunControl& control = {});

@@ -16,7 +16,7 @@ void describe(OptionVisitor& v, DeflickerOptions& o);
 
 /// Factors per frame and channel that take flicker out.
 ///
-/// The gains between neighbours add up to a curve of log brightness; a robust local line through it (tricube weights over half_width
+/// The gains between neighbors add up to a curve of log brightness; a robust local line through it (tricube weights over half_width
 /// frames on either side, Tukey weights against outliers [Cleveland 1979, "lowess"]) is the material's own course, and the factor brings each
 /// frame onto it. A steady trend is a line and stays untouched, also at the ends; a step becomes a ramp of the window's width.
 /// @param log_gains  log_gains[i] = natural logarithm of frame i + 1 / frame i, per channel; finite.

@@ -21,13 +21,13 @@ enum class Validity : std::uint8_t {
 };
 
 struct FillOptions {
-  double longest_gap = 0.1;  ///< [0, 1]. Share of the recorded time over which colour is interpolated; one missing frame always is.
+  double longest_gap = 0.1;  ///< [0, 1]. Share of the recorded time over which color is interpolated; one missing frame always is.
 };
 void describe(OptionVisitor& v, FillOptions& o);
 
 /// Which pixels stay, and which frames need filling.
 struct FillPlan {
-  ImageU8 inside;                ///< 255 where the colour is known, or can be filled, in every frame.
+  ImageU8 inside;                ///< 255 where the color is known, or can be filled, in every frame.
   Image<std::int32_t> white_from;///< Frame from which on a pixel is saturated to the end: it grew white; num_frames if never.
   std::vector<char> needs_fill;  ///< Per frame: some inside pixel must be filled.
   double invalid_share = 0.0;    ///< Of all pixels of all frames.

@@ -11,7 +11,7 @@ namespace patinate::capture {
 /// A photograph made ready for comparison: what stays of it when lighting and exposure change. See prepare_frame().
 struct PreparedFrame {
   ImageF detail;       ///< h x w x 1: encoded luminance less its local mean; its longer side is at most kPreparedSide.
-  ImageF light;        ///< About 128 pixels on the longer side x 3: linear colour, for exposure and change.
+  ImageF light;        ///< About 128 pixels on the longer side x 3: linear color, for exposure and change.
   double scale_x = 1.0;  ///< Pixels of the photograph for one of `detail`.
   double scale_y = 1.0;
 };
@@ -39,7 +39,7 @@ struct FrameShift {
 /// part by part.
 ///
 /// The cross-power spectrum of the two windowed frames is whitened, with a Gaussian weight against noise, so that its
-/// transform is a Gaussian at the shift: a parabola through the logarithms around the maximum finds its centre. A second
+/// transform is a Gaussian at the shift: a parabola through the logarithms around the maximum finds its center. A second
 /// round compares only what both frames show. Then the picture is cut into 6 x 6 parts; a part follows the shift s when s explains it
 /// better than -s does (both interpolate alike, so that blur favours neither). A camera moves all parts; growth does not.
 /// @param reference,frame  Prepared from photographs of one size. @throws InvalidInput if sizes differ.

@@ -19,7 +19,7 @@ void describe(OptionVisitor& v, HighlightOptions& o);
 
 /// Pixels of a photograph that are saturated in any channel (with a pixel around them where they are more than specks), unless they belong
 /// to a wide white area: where at least 60 % of a window (of width_share) is saturated, the window and what is connected to it
-/// show white material or a white background, whose colour is known well enough.
+/// show white material or a white background, whose color is known well enough.
 /// @param photo  H x W x C, linear. @param level  Value that counts as saturated; infinity = none does.
 /// @returns H x W, 255 = saturated. @throws InvalidInput if an option is out of range.
 [[nodiscard]] ImageU8 find_saturated(const ImageF& photo, float level, const HighlightOptions& options = {});

@@ -105,7 +105,7 @@ void describe(OptionVisitor& v, SurveyOptions& o) {
   v.visit({"shift_threshold", "From where on a photograph counts as moved against the one before", "px", above(0)}, o.shift_threshold_px);
   v.visit({"exposure_threshold", "Relative change of a channel from where on a photograph counts as exposed differently", "", above(0)},
           o.exposure_threshold);
-  v.visit({"jump_factor", "From how many times the neighbours' change on a photograph counts as a jump", "", above(1)}, o.jump_factor);
+  v.visit({"jump_factor", "From how many times the neighbors' change on a photograph counts as a jump", "", above(1)}, o.jump_factor);
 }
 
 FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index, const PreparedFrame& frame,
@@ -168,7 +168,7 @@ std::string finding_text(const FrameFinding& f) {
     const auto hundredths = [](double v) { return short_number_text(std::round(100.0 * v) / 100.0); };
     parts.push_back("light times " + hundredths(f.gain[0]) + ", " + hundredths(f.gain[1]) + ", " + hundredths(f.gain[2]) + " (red, green, blue)");
   }
-  if (f.is_jump) parts.push_back("a jump: it differs " + tenths(f.change_factor) + " times as much from the one before as its neighbours do");
+  if (f.is_jump) parts.push_back("a jump: it differs " + tenths(f.change_factor) + " times as much from the one before as its neighbors do");
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
   return text;

@@ -11,11 +11,11 @@
 
 namespace patinate::capture {
 
-/// From where on a difference between neighbours in time is named.
+/// From where on a difference between neighbors in time is named.
 struct SurveyOptions {
   double shift_threshold_px = 0.5;   ///< Root mean square motion over the picture; > 0. In the photograph's pixels, or its reduction's to 1024.
-  double exposure_threshold = 0.05;  ///< Relative change of a channel's light, beyond the neighbours' own; > 0.
-  double jump_factor = 2.0;          ///< Change of the surface against the neighbours' median; > 1.
+  double exposure_threshold = 0.05;  ///< Relative change of a channel's light, beyond the neighbors' own; > 0.
+  double jump_factor = 2.0;          ///< Change of the surface against the neighbors' median; > 1.
 };
 void describe(OptionVisitor& v, SurveyOptions& o);
 
@@ -44,12 +44,12 @@ struct FrameFinding {
   double shift_x = 0.0, shift_y = 0.0;     ///< Of the picture's middle, photograph's pixels; right and down positive.
   double turn_deg = 0.0, size = 1.0;       ///< Clockwise; 1.05 = 5 % larger.
   std::array<double, 3> gain{1.0, 1.0, 1.0};
-  double change_factor = 1.0;              ///< Change of the surface against the neighbours' median.
+  double change_factor = 1.0;              ///< Change of the surface against the neighbors' median.
 };
 /// "moved by 12.3 px left and 21.8 px up, turned by -1.9 degrees, 4.7 % larger; exposed differently (...)".
 [[nodiscard]] std::string finding_text(const FrameFinding& finding);
 
-/// Judges neighbours: pairs (i - 1, i) for i = 1, 2, ... in order.
+/// Judges neighbors: pairs (i - 1, i) for i = 1, 2, ... in order.
 ///
 /// - shifted: the motion fits (is_reliable), is larger than shift_threshold_px and makes up 0.3 of what its detail lacked;
 /// - exposure: the log gain of a channel is away from the median of the 8 pairs on either side by more than exposure_threshold and six

@@ -15,7 +15,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr int kLanes = 8;              ///< Bins are padded to whole groups of this many.
-constexpr int kMarginBins = 2;         ///< Empty bins at either end, so that every peak has neighbours.
+constexpr int kMarginBins = 2;         ///< Empty bins at either end, so that every peak has neighbors.
 constexpr double kStepsPerSigma = 2.5; ///< Layers are sampled this often per spatial sigma.
 constexpr double kCutSigmas = 3.0;
 constexpr std::size_t kBandBytes = std::size_t{48} << 20;

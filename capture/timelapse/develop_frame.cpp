@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/timelapse/repair_steps.h"
-#include "capture/stability/stabilise.h"
+#include "capture/stability/stabilize.h"
 #include "patinate/core/json.h"
 #include "libcommon/image/filters.h"
 #include "patinate/image/image_io.h"
@@ -44,7 +44,7 @@ ImageF in_place(const ImageF& whole, const PixelRectangle& roi, const Eigen::Aff
 }  // namespace
 
 bool has_validity(const IngestWork& work) {
-  return work.options.repair.highlights == HighlightRule::Mask || (work.options.repair.stabilise && work.project.frames.size() > 1);
+  return work.options.repair.highlights == HighlightRule::Mask || (work.options.repair.stabilize && work.project.frames.size() > 1);
 }
 
 fs::path validity_file(int index) {
@@ -58,7 +58,7 @@ const RepairTables& repair_tables(const IngestWork& work, const fs::path& folder
   RepairTables& t = *work.repairs;
   if (t.is_loaded) return t;
   const RepairOptions& options = work.options.repair;
-  if ((options.stabilise || options.deflicker) && work.project.frames.size() > 1) {
+  if ((options.stabilize || options.deflicker) && work.project.frames.size() > 1) {
     const Json json = load_json(folder / kSurveyFile);
     for (const Json& m : json.value("motions", Json::array())) {
       Eigen::Affine2d motion = Eigen::Affine2d::Identity();

@@ -19,7 +19,7 @@ namespace patinate::capture {
 enum class HighlightRule { Mask, Keep };
 
 struct RepairOptions {
-  bool stabilise = false;       ///< Lay moved photographs over the first one.
+  bool stabilize = false;       ///< Lay moved photographs over the first one.
   bool deflicker = false;       ///< Take changes of exposure out.
   std::string flat_field = "";  ///< "" = none, "estimate", or the path of a photograph of a uniform surface.
   HighlightRule highlights = HighlightRule::Mask;
@@ -44,7 +44,7 @@ struct SurveyFinding {
 /// What survey.json of a history says.
 struct SurveyReport {
   std::vector<SurveyFinding> findings;
-  bool is_stabilised = false;
+  bool is_stabilized = false;
   bool is_deflickered = false;
   double masked_share = 0.0;    ///< Of all pixels of all frames: saturated, highlight, out of view.
   double outside_share = 0.0;   ///< Of the pixels: not known in every frame, so outside the history's mask.

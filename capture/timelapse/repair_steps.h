@@ -35,7 +35,7 @@ inline constexpr const char* kFlatFieldFile = "survey/flat_field.exr";
 
 /// Whether frames carry a validity of their own.
 [[nodiscard]] bool has_validity(const IngestWork& work);
-/// Items that look at neighbouring photographs, and those that decide the repairs from what they found.
+/// Items that look at neighboring photographs, and those that decide the repairs from what they found.
 void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work);
 /// survey/validity-0007.png.
 [[nodiscard]] std::filesystem::path validity_file(int index);

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kScanVersion = 1;
-constexpr const char* kCurvatureFile = "scan/curvature.exr";  ///< 1/mm, before it is normalised.
+constexpr const char* kCurvatureFile = "scan/curvature.exr";  ///< 1/mm, before it is normalized.
 constexpr const char* kScanFile = "scan/scan.json";
 constexpr const char* kMaps[] = {"position", "normal", "texel_size"};
 

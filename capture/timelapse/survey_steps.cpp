@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "capture/timelapse/repair_steps.h"
-#include "capture/stability/stabilise.h"
+#include "capture/stability/stabilize.h"
 #include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/image/filters.h"
@@ -32,10 +32,10 @@ ImageF read_roi(const IngestWork& work, int index) {
   return crop(read_whole_photo(work.project, work.project.frames[static_cast<std::size_t>(index)]), roi.x, roi.y, roi.width, roi.height);
 }
 
-/// Compares the frames of a chunk with the ones before, and, when they are to be stabilised, with anchors.
+/// Compares the frames of a chunk with the ones before, and, when they are to be stabilized, with anchors.
 Json survey_chunk(const IngestWork& work, int chunk, const RunControl& control) {
   const int begin = chunk * kChunk, end = std::min(num_frames_of(work), begin + kChunk);
-  const bool is_stabilised = work.options.repair.stabilise;
+  const bool is_stabilized = work.options.repair.stabilize;
   RunControl quiet = control;
   quiet.on_progress = {};
   const auto prepare = [&](int i) {
@@ -44,16 +44,16 @@ Json survey_chunk(const IngestWork& work, int chunk, const RunControl& control) 
   };
   Json pairs = Json::array();
   const auto compare = [&](int a, const PreparedFrame& first, int b, const PreparedFrame& second) {
-    pairs.push_back(pair_to_json(compare_frames(a, first, b, second, is_stabilised)));
+    pairs.push_back(pair_to_json(compare_frames(a, first, b, second, is_stabilized)));
   };
   const PreparedFrame anchor = prepare(begin);
   if (begin > 0) compare(begin - 1, prepare(begin - 1), begin, anchor);
-  if (begin > 1 && is_stabilised) compare(begin - kChunk, prepare(begin - kChunk), begin, anchor);
+  if (begin > 1 && is_stabilized) compare(begin - kChunk, prepare(begin - kChunk), begin, anchor);
   PreparedFrame before = anchor;
   for (int i = begin + 1; i < end; ++i) {
     PreparedFrame now = prepare(i);
     compare(i - 1, before, i, now);
-    if (is_stabilised && i > begin + 1) compare(begin, anchor, i, now);
+    if (is_stabilized && i > begin + 1) compare(begin, anchor, i, now);
     before = std::move(now);
     control.report(static_cast<double>(i - begin) / (end - begin));
   }
@@ -64,7 +64,7 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
   const int begin = chunk * kChunk, end = std::min(num_frames_of(*work), begin + kChunk);
   const PixelRectangle& roi = work->project.roi;
   ContentHash key;
-  key.add("ingest survey").add(kSurveyVersion).add(std::int64_t{begin}).add(std::int64_t{work->options.repair.stabilise});
+  key.add("ingest survey").add(kSurveyVersion).add(std::int64_t{begin}).add(std::int64_t{work->options.repair.stabilize});
   key.add(work->project.response.text());
   for (int v : {roi.x, roi.y, roi.width, roi.height}) key.add(std::int64_t{v});
   for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(work->photo_keys[static_cast<std::size_t>(i)]);
@@ -95,7 +95,7 @@ void save_survey(const IngestWork& work, const fs::path& folder) {
   const std::vector<FramePair> pairs = read_pairs(work, folder);
   std::vector<FramePair> neighbors;
   std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(neighbors), [](const FramePair& p) { return p.frame == p.reference + 1; });
-  Json json{{"format", "patinate.survey"}, {"version", 1}, {"stabilised", options.stabilise}, {"deflickered", options.deflicker}};
+  Json json{{"format", "patinate.survey"}, {"version", 2}, {"stabilized", options.stabilize}, {"deflickered", options.deflicker}};
   json["findings"] = Json::array();
   for (const FrameFinding& finding : judge_frames(neighbors, project.roi.width, project.roi.height, options.survey)) {
     Json entry = finding_to_json(finding);
@@ -105,9 +105,9 @@ void save_survey(const IngestWork& work, const fs::path& folder) {
     entry["is_shifted"] = finding.is_shifted;
     json["findings"].push_back(std::move(entry));
   }
-  if (options.stabilise) {
-    const StabilisedMotions motions = solve_motions(num_frames_of(work), pairs, project.roi.width, project.roi.height);
-    json["stabilise_residual_px"] = motions.residual_px;
+  if (options.stabilize) {
+    const StabilizedMotions motions = solve_motions(num_frames_of(work), pairs, project.roi.width, project.roi.height);
+    json["stabilize_residual_px"] = motions.residual_px;
     json["unlinked_frames"] = motions.unlinked_frames;
     json["motions"] = Json::array();
     for (const Eigen::Affine2d& m : motions.frame_from_first) {
@@ -162,7 +162,7 @@ std::string flat_field_key(const IngestWork& work) {
 
 IngestStages ingest_stages(const IngestWork& work) {
   const RepairOptions& options = work.options.repair;
-  const bool is_repaired = options.stabilise || options.deflicker || !options.flat_field.empty();
+  const bool is_repaired = options.stabilize || options.deflicker || !options.flat_field.empty();
   return is_repaired ? IngestStages{.frames = 2, .survey = 0, .decisions = 1} : IngestStages{.frames = 0, .survey = 1, .decisions = 2};
 }
 
@@ -200,7 +200,7 @@ std::string repair_frame_key(const IngestWork& work) {
     hash.add(name).add(value);
     is_any = true;
   };
-  if (options.stabilise) add("stabilise", all_photos_key(work));
+  if (options.stabilize) add("stabilize", all_photos_key(work));
   if (options.deflicker) add("deflicker", all_photos_key(work) + std::to_string(options.deflicker_options.half_width));
   if (!options.flat_field.empty()) add("flat field", flat_field_key(work));
   if (options.highlights == HighlightRule::Mask) add("saturated", std::to_string(options.highlight_options.width_share));

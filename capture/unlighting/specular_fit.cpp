@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array<double, 12> kRoughness{0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.46, 0.53, 0.6, 0.68, 0.78, 0.9};
 constexpr int kNumRoughness = static_cast<int>(kRoughness.size());
-constexpr double kTexelFreedom = 0.3;  ///< Standard deviation of a texel's strength about its neighbourhood's, as a share of it.
+constexpr double kTexelFreedom = 0.3;  ///< Standard deviation of a texel's strength about its neighborhood's, as a share of it.
 
 /// Of one texel: for each roughness, the lobe's square and its product with the samples, diffuse light eliminated.
 struct LobeSums {
@@ -224,7 +224,7 @@ BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
   return {strength[best] + share * (strength[other] - strength[best]), kRoughness[best] + share * (kRoughness[other] - kRoughness[best]), gain[best]};
 }
 
-/// Between tiles' centres; tiles without a highlight have strength 0 and lend no roughness.
+/// Between tiles' centers; tiles without a highlight have strength 0 and lend no roughness.
 std::array<double, 2> interpolated(const ImageF& tiles, int x, int y) {
   double strength = 0.0, roughness = 0.0, weight = 0.0;
   for (const TileShare& tile : tiles_around(tiles, x, y)) {

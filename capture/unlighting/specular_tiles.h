@@ -10,11 +10,11 @@
 namespace patinate::capture {
 
 inline constexpr int kSpecularTile = 8;   ///< Pixels along a side.
-inline constexpr int kSpecularEvery = 4;  ///< One of so many pixels is summed: neighbours tell much the same.
+inline constexpr int kSpecularEvery = 4;  ///< One of so many pixels is summed: neighbors tell much the same.
 
 [[nodiscard]] inline bool is_specular_sample(int x, int y) { return (x + 2 * y) % kSpecularEvery == 0; }
 
-/// One of the tiles whose centres are nearest to a pixel, and its share of what lies between them.
+/// One of the tiles whose centers are nearest to a pixel, and its share of what lies between them.
 struct TileShare {
   int x = 0;
   int y = 0;

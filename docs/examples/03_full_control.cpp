@@ -1,5 +1,5 @@
 // Every stage by hand, without a file in between: synthetic truth, a history in memory, control maps, a transfer with progress that can be
-// cancelled, and a lookup in which every texel has an age of its own.
+// canceled, and a lookup in which every texel has an age of its own.
 //     03_full_control TEXTURE.png PICTURE.png
 #include <algorithm>
 #include <cstdio>
@@ -91,7 +91,7 @@ int main(int argc, char** argv) try {
   options.seed = 7;
   const transfer::TransferInput input{.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {guide}};
   const transfer::TransferResult result = transfer::transfer(input, options, control);
-  std::printf("energy %.3f = texture %.3f and control %.3f; %.0f %% of neighbours stay neighbours\n", result.energy.energy,
+  std::printf("energy %.3f = texture %.3f and control %.3f; %.0f %% of neighbors stay neighbors\n", result.energy.energy,
               result.energy.coherence, result.energy.control_mismatch, 100.0 * result.energy.coherent_share);
 
   const ImageF coordinates = transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
@@ -100,7 +100,7 @@ int main(int argc, char** argv) try {
   write_color(argv[1], texture);
   write_color(argv[2], render(map->mesh(), texture, {.width = 480, .height = 600}, control));
   return 0;
-} catch (const Cancelled&) {
+} catch (const Canceled&) {
   return 130;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "03_full_control: %s\n", e.what());

@@ -24,10 +24,10 @@ struct DirectionGuide {
   double weight = 0.0;       ///< >= 0; 1 holds it against bends of about `smooth_mm`.
 };
 
-/// Frames whose second axis ("down") is the smoothest direction near the guides, and whose first points right for someone who looks at the surface from outside: minimises the
-/// difference of neighbouring triangles' directions (unfolded over their common edge) and, by weight, the distance from the guides [Knoeppel et al. 2013, "Globally optimal
+/// Frames whose second axis ("down") is the smoothest direction near the guides, and whose first points right for someone who looks at the surface from outside: minimizes the
+/// difference of neighboring triangles' directions (unfolded over their common edge) and, by weight, the distance from the guides [Knoeppel et al. 2013, "Globally optimal
 /// direction fields", sec. 6.1.2, here on triangles]. Where guides say nothing, the direction comes from afar; with no guide at all it is the UVs' down.
-/// Neighbours join by position, so that a seam of UVs changes nothing. One sparse solve, O(n log n) for n triangles. Triangles without area have the UVs' frame.
+/// Neighbors join by position, so that a seam of UVs changes nothing. One sparse solve, O(n log n) for n triangles. Triangles without area have the UVs' frame.
 /// @param guides     One a triangle.
 /// @param smooth_mm  > 0. @throws InvalidInput
 [[nodiscard]] FlowFrames smooth_frames(const TexelMap& map, const std::vector<DirectionGuide>& guides, double smooth_mm, const RunControl& control = {});

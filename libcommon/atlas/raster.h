@@ -1,5 +1,5 @@
 /// \file
-/// Which texel centres lie in a triangle: the one rule by which surfaces become texels.
+/// Which texel centers lie in a triangle: the one rule by which surfaces become texels.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 
 namespace patinate {
 
-inline constexpr double kInsideTolerance = 1e-9;   ///< Barycentric; centres on an edge belong to both triangles.
+inline constexpr double kInsideTolerance = 1e-9;   ///< Barycentric; centers on an edge belong to both triangles.
 inline constexpr double kOverlapTolerance = 1e-6;  ///< Deeper inside than this is an overlap, not a shared edge.
 
-/// Texel coordinates (x right, y down, centres at integers) of a UV.
+/// Texel coordinates (x right, y down, centers at integers) of a UV.
 [[nodiscard]] inline Vec2 texel_from_uv(const Vec2& uv, int width, int height) {
   return {uv.x() * width - 0.5, (1.0 - uv.y()) * height - 0.5};
 }
@@ -25,7 +25,7 @@ inline constexpr double kOverlapTolerance = 1e-6;  ///< Deeper inside than this 
   return {cross2(q - p[0], p[2] - p[0]) / area, cross2(p[1] - p[0], q - p[0]) / area};
 }
 
-/// Calls visit(x, y, b1, b2, inside) for every texel of a width x height grid whose centre lies in the triangle `p` (texel
+/// Calls visit(x, y, b1, b2, inside) for every texel of a width x height grid whose center lies in the triangle `p` (texel
 /// coordinates, either winding), row by row: barycentric weights of corners 1 and 2, and the least of all three weights.
 /// before_row() is called now and then.
 template <class Visit, class BeforeRow>

@@ -20,7 +20,7 @@ constexpr int kLargestStep = 32767;          ///< Texels; its square, doubled, i
 constexpr double kUvSlack = 0.01;            ///< Charts that lean over the atlas's edge lose that strip.
 
 void check_uvs(const Mesh& mesh) {
-  if (!mesh.has_uvs()) throw InvalidInput("the mesh has no UVs; unwrap it in a modelling program, or export it with UVs");
+  if (!mesh.has_uvs()) throw InvalidInput("the mesh has no UVs; unwrap it in a modeling program, or export it with UVs");
   for (const Triangle& corners : mesh.uv_triangles) {
     for (int corner : corners) {
       const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner)];

@@ -83,7 +83,7 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
       return map.is_covered(t) && distance[static_cast<std::size_t>(t)] <= reach[static_cast<std::size_t>(map.triangle(t))];
     });
   }
-  if (size() > kMostNeighbors) throw InvalidInput("neighbourhood: " + std::to_string(size()) + " neighbours; at most " + std::to_string(kMostNeighbors));
+  if (size() > kMostNeighbors) throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " + std::to_string(kMostNeighbors));
   const std::vector<bool> follows_grid = follow_their_grid(reach, control);
   chunks_.resize((band_.size() + kChunk - 1) / kChunk);
   parallel_for(static_cast<std::int64_t>(chunks_.size()), 1, control, [&](std::int64_t chunk, std::int64_t) { store(static_cast<std::size_t>(chunk), follows_grid); });

@@ -1,5 +1,5 @@
 /// \file
-/// The neighbours of all texels at one fixed list of offsets on the surface, and where they really lie.
+/// The neighbors of all texels at one fixed list of offsets on the surface, and where they really lie.
 #pragma once
 
 #include <array>
@@ -14,10 +14,10 @@
 
 namespace patinate {
 
-/// A neighbour in pixels of what is laid on the surface.
+/// A neighbor in pixels of what is laid on the surface.
 struct PixelNeighbor {
   TexelId texel = -1;
-  std::int16_t x = 0, y = 0;  ///< TexelNeighbor::offset_mm in units of 1/256 pixel; neighbours that lie farther than 127 pixels are left out (-1).
+  std::int16_t x = 0, y = 0;  ///< TexelNeighbor::offset_mm in units of 1/256 pixel; neighbors that lie farther than 127 pixels are left out (-1).
 
   static constexpr int kOne = 256;
   friend bool operator==(const PixelNeighbor&, const PixelNeighbor&) = default;
@@ -26,8 +26,8 @@ struct PixelNeighbor {
 /// The nearest whole pixel of a length in units of 1/256.
 [[nodiscard]] constexpr int whole_pixels(std::int32_t fixed) { return (fixed + PixelNeighbor::kOne / 2) >> 8; }
 
-/// Neighbours of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those that lie where their triangle's own grid says are
-/// computed, triangle by triangle, and only the others are stored: in bands along seams. In triangles of few texels that costs more than it saves, and all neighbours in the bands are stored.
+/// Neighbors of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those that lie where their triangle's own grid says are
+/// computed, triangle by triangle, and only the others are stored: in bands along seams. In triangles of few texels that costs more than it saves, and all neighbors in the bands are stored.
 class TexelNeighborhood {
  public:
   /// @param map       Must outlive this.
@@ -46,7 +46,7 @@ class TexelNeighborhood {
   /// Pixels of a texel step to the right and one down (columns) in a triangle.
   [[nodiscard]] Eigen::Matrix2d pixels_per_texel(int triangle) const;
 
-  /// Looks neighbours up, quickly for texels of a few triangles. One for each thread.
+  /// Looks neighbors up, quickly for texels of a few triangles. One for each thread.
   class Cursor {
    public:
     explicit Cursor(const TexelNeighborhood& neighborhood) : neighborhood_(neighborhood), steps_(neighborhood.size() * kNumKept), found_(neighborhood.size()) {
@@ -74,12 +74,12 @@ class TexelNeighborhood {
     static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   };
   static constexpr std::size_t kMostNeighbors = 128;
-  /// Which neighbours of a texel are stored, and where its first one is.
+  /// Which neighbors of a texel are stored, and where its first one is.
   struct Row {
     std::array<std::uint64_t, kMostNeighbors / 64> is_stored{};
     std::uint32_t begin = 0;
   };
-  /// Rows whose neighbours were found together.
+  /// Rows whose neighbors were found together.
   struct Chunk {
     std::vector<Row> rows;
     std::vector<Stored> stored;

@@ -84,7 +84,7 @@ class Flood {
 };
 
 /// The triangle nearest to the middle of a chart, and its axis.
-Seed centre_of(const UnwrapSurface& surface, const std::vector<int>& triangles) {
+Seed center_of(const UnwrapSurface& surface, const std::vector<int>& triangles) {
   Vec3 middle = Vec3::Zero();
   double area = 0.0;
   for (int t : triangles) {
@@ -154,9 +154,9 @@ std::vector<std::vector<int>> uncovered_parts(const UnwrapSurface& surface, cons
   return parts;
 }
 
-std::vector<Seed> centres_of(const UnwrapSurface& surface, const std::vector<int>& chart) {
+std::vector<Seed> centers_of(const UnwrapSurface& surface, const std::vector<int>& chart) {
   std::vector<Seed> seeds;
-  for (const std::vector<int>& triangles : triangles_by_chart(chart)) seeds.push_back(centre_of(surface, triangles));
+  for (const std::vector<int>& triangles : triangles_by_chart(chart)) seeds.push_back(center_of(surface, triangles));
   return seeds;
 }
 
@@ -230,7 +230,7 @@ std::vector<int> grow_charts(const UnwrapSurface& surface, double max_normal_ang
     Flood(surface, seeds, least_cos, chart).run_from_seeds();
     const std::vector<std::vector<int>> parts = uncovered_parts(surface, chart);
     settled = parts.empty() ? settled + 1 : 0;
-    seeds = centres_of(surface, chart);
+    seeds = centers_of(surface, chart);
     for (const std::vector<int>& part : parts) {
       const int t = deepest_of(surface, part);
       seeds.push_back({t, surface.normals[static_cast<std::size_t>(t)]});
@@ -286,7 +286,7 @@ std::vector<std::vector<int>> ChartSplitter::split(const std::vector<int>& trian
     }
     return farthest;
   };
-  const int first = farthest_from(centre_of(surface_, triangles).triangle);
+  const int first = farthest_from(center_of(surface_, triangles).triangle);
   const int second = farthest_from(first);
   std::vector<Seed> seeds{{first, surface_.normals[static_cast<std::size_t>(first)]}, {second, surface_.normals[static_cast<std::size_t>(second)]}};
   std::array<std::vector<int>, 2> halves;
@@ -295,7 +295,7 @@ std::vector<std::vector<int>> ChartSplitter::split(const std::vector<int>& trian
     Flood(surface_, seeds, kAnyNormal, label_).run_from_seeds();
     for (std::vector<int>& half : halves) half.clear();
     for (int t : triangles) halves[static_cast<std::size_t>(label_[static_cast<std::size_t>(t)])].push_back(t);
-    for (std::size_t i = 0; i < 2; ++i) seeds[i] = centre_of(surface_, halves[i]);
+    for (std::size_t i = 0; i < 2; ++i) seeds[i] = center_of(surface_, halves[i]);
   }
   std::vector<std::vector<int>> parts;
   for (const std::vector<int>& half : halves) {

@@ -99,7 +99,7 @@ std::array<int, 2> choose_pins(const UnwrapSurface& surface, const std::vector<i
   return pins;
 }
 
-/// Minimises the sum over triangles of |sum_j W_j U_j|^2 / (2 area) with two points fixed; U complex. False if it fails.
+/// Minimizes the sum over triangles of |sum_j W_j U_j|^2 / (2 area) with two points fixed; U complex. False if it fails.
 bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::array<int, 2>& pins, double pin_distance) {
   const auto num_points = static_cast<int>(chart.points.size());
   std::vector<int> unknown(chart.points.size());

@@ -28,7 +28,7 @@ struct FlatChart {
 /// Lays a set of triangles, connected over edges, in the plane. When Good, no two triangles overlap: all are counter-clockwise, all
 /// fans wind once, and the borders (any number of them) neither meet themselves nor each other, which for a connected piece
 /// leaves no point of the plane covered twice. Not Good: points are there but not to be used.
-/// Cost: one sparse factorisation; about 10 microseconds per triangle.
+/// Cost: one sparse factorization; about 10 microseconds per triangle.
 [[nodiscard]] FlatChart flatten_chart(const UnwrapSurface& surface, std::vector<int> triangles, double max_stretch);
 
 /// Singular values, larger first, of the linear map that takes triangle `from` to `to`.

@@ -41,7 +41,7 @@ void scale_to_unit_area(UnwrapSurface& s) {
   s.area = total * size * size;
 }
 
-/// Only neighbours that run through the shared edge the other way, and no triangle that is none.
+/// Only neighbors that run through the shared edge the other way, and no triangle that is none.
 void keep_oriented_neighbors(UnwrapSurface& s) {
   for (std::size_t t = 0; t < s.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {

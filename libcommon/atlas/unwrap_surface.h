@@ -9,13 +9,13 @@
 
 namespace patinate {
 
-/// A mesh at unit area, centred, with the neighbours over which a chart may grow.
+/// A mesh at unit area, centered, with the neighbors over which a chart may grow.
 struct UnwrapSurface {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   /// Triangle across the edge (corner k, corner k+1); -1 where the surface ends, more than two meet, or windings disagree.
   std::vector<std::array<int, 3>> neighbors;
-  std::vector<Vec3> normals;    ///< Unit, per triangle; of a triangle without area, its neighbours'.
+  std::vector<Vec3> normals;    ///< Unit, per triangle; of a triangle without area, its neighbors'.
   std::vector<Vec3> centroids;  ///< Per triangle.
   std::vector<double> areas;    ///< Per triangle; their sum is 1.
   std::vector<bool> is_point;   ///< Repeated corners, or part of a piece without area: gets one point of the atlas.

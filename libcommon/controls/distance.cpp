@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, 2> kMetricNames{"geodesic", "euclidean"};
 constexpr double kStepShare = 0.0025;  ///< Between points on curves, in diagonals.
 using Sources = std::vector<GeodesicSource>;
 
-/// How sharply the edge (k, k + 1) of a triangle turns to its neighbour's plane: > 0 stands out, < 0 is sunk in.
+/// How sharply the edge (k, k + 1) of a triangle turns to its neighbor's plane: > 0 stands out, < 0 is sunk in.
 double turn(const Mesh& mesh, int triangle, int neighbor) {
   const Vec3 a = area_vector(mesh, triangle).normalized(), b = area_vector(mesh, neighbor).normalized();
   const auto center = [&](int t) {

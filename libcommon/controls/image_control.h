@@ -13,7 +13,7 @@
 namespace patinate {
 
 /// An image laid over the atlas by UV: the whole image spans [0, 1]^2; bilinear when its size differs from the atlas'.
-/// Values in [0, 1] stay as they are; if any is outside, they are normalised by their least and greatest, kept as low
+/// Values in [0, 1] stay as they are; if any is outside, they are normalized by their least and greatest, kept as low
 /// and high.
 /// @param image  h x w x 1, finite.
 /// @throws InvalidInput if it is empty, has several channels, or holds NaN or infinity.

@@ -22,7 +22,7 @@ constexpr int kMaxTriangles = 400'000;
 constexpr double kClearance = 2e-5;   ///< How far off the surface rays start, in diagonals.
 constexpr int kPanoramaWidth = 512;   ///< Larger panoramas are averaged over blocks.
 
-/// Bands of height, walked to and fro: neighbours in the list lie near each other in the sky.
+/// Bands of height, walked to and fro: neighbors in the list lie near each other in the sky.
 void sort_by_place(LightSet& lights) {
   const double num_bands = std::max(1.0, std::round(std::sqrt(static_cast<double>(lights.directions.size()) / 2.0)));
   std::vector<std::tuple<int, double, std::size_t>> order;
@@ -66,7 +66,7 @@ ImageF shrunk_luminance(const ImageF& panorama) {
   return small;
 }
 
-/// Neighbouring texels whose rays in one direction go together.
+/// Neighboring texels whose rays in one direction go together.
 struct TexelPacket {
   static constexpr std::size_t kMost = 8;
   std::size_t size = 0;

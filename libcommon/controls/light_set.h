@@ -12,7 +12,7 @@ namespace patinate {
 
 /// Distant lights: a free surface with normal n gets sum_i weight_i max(0, n . direction_i).
 struct LightSet {
-  std::vector<Vec3> directions;  ///< Unit, from the surface; neighbours in the list are neighbours in the sky.
+  std::vector<Vec3> directions;  ///< Unit, from the surface; neighbors in the list are neighbors in the sky.
   std::vector<double> weights;   ///< As long as directions; >= 0.
   /// What a free surface with unit normal `n` gets.
   [[nodiscard]] double free_light(const Vec3& n) const;

@@ -1,5 +1,5 @@
 /// \file
-/// The surface behind an atlas without its facets: what maps stand on that look at angles between neighbouring points.
+/// The surface behind an atlas without its facets: what maps stand on that look at angles between neighboring points.
 #pragma once
 
 #include <memory>
@@ -29,7 +29,7 @@ class SmoothSurface {
   [[nodiscard]] Vec3 normal(TexelId t) const;
   /// Values at the positions of mesh(), interpolated to the texels that map() covers.
   [[nodiscard]] ImageF to_texels(const std::vector<double>& values) const;
-  /// Fills covered texels without a point() from their nearest neighbours.
+  /// Fills covered texels without a point() from their nearest neighbors.
   void fill_gaps(ImageF& image) const;
 
  private:

@@ -72,7 +72,7 @@ std::string this_machine() {
   if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
   const std::string text = host.data() + ("/" + first_line("/proc/sys/kernel/random/boot_id")) + "/" + fs::read_symlink("/proc/self/ns/pid", error).string();
   std::uint64_t hash = 14695981039346656037u;  // FNV-1a
-  for (unsigned char c : text) hash = (hash ^ c) * 1099511628211u;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
   return hex_digits(hash);
 }
 

@@ -135,6 +135,36 @@ std::filesystem::path JsonReader::path() const {
   return std::filesystem::path(file_).parent_path() / text;
 }
 
+namespace {
+
+Json respelled(const Json& value, std::initializer_list<OldSpelling> words) {
+  const auto now = [&](const std::string& text) {
+    for (const OldSpelling& word : words) {
+      if (text == word.before) return std::string(word.now);
+    }
+    return text;
+  };
+  if (value.is_string()) return now(value.get<std::string>());
+  if (!value.is_structured()) return value;
+  Json result = value.is_array() ? Json::array() : Json::object();
+  for (const auto& [key, member] : value.items()) {
+    if (value.is_array()) {
+      result.push_back(respelled(member, words));
+    } else {
+      result[now(key)] = respelled(member, words);
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+void update_spelling(Json& document, int version, std::initializer_list<OldSpelling> words) {
+  if (!document.is_object() || !document.contains("version") || document["version"] != version) return;
+  document = respelled(document, words);
+  document["version"] = version + 1;
+}
+
 void JsonReader::expect_format(std::string_view format, int version) {
   const JsonReader found = member("format");
   if (found.string() != format) found.fail("\"" + std::string(format) + "\"");

@@ -17,7 +17,7 @@ namespace patinate {
 /// Calls body(begin, end) once for each chunk [k * chunk_size, min(n, (k + 1) * chunk_size)) of [0, n), in any order, on
 /// several threads. Chunks do not depend on the number of threads.
 /// @param chunk_size  > 0; about 1-20 ms of work, since `control.stop` is looked at between chunks.
-/// @throws Cancelled after stop; the first exception (lowest chunk) that a body threw.
+/// @throws Canceled after stop; the first exception (lowest chunk) that a body threw.
 void parallel_for(std::int64_t n, std::int64_t chunk_size, const RunControl& control,
                   const std::function<void(std::int64_t begin, std::int64_t end)>& body);
 

@@ -116,7 +116,7 @@ HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& vi
   const Vec2 extent = high - low;
   field.spacing_mm = std::max(spacing_mm, extent.maxCoeff() / (kMaxSide - 2));
   const int width = static_cast<int>(extent.x() / field.spacing_mm) + 1, height = static_cast<int>(extent.y() / field.spacing_mm) + 1;
-  // Centred, so that no row of rays runs along the border of a mesh that ends there.
+  // Centered, so that no row of rays runs along the border of a mesh that ends there.
   const Vec2 start = 0.5 * (low + high) - 0.5 * field.spacing_mm * Vec2(width - 1, height - 1);
   field.origin = start.x() * field.right + start.y() * field.down + box.center().dot(viewer) * viewer;
   field.height_mm = Image<double>(width, height);

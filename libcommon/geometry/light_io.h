@@ -16,7 +16,7 @@ namespace patinate {
 struct LightRows {
   enum class Kind { Directions, Positions };
   enum class Frame {
-    Camera,  ///< x right, y up, z from the object to the camera; positions are relative to the camera's centre.
+    Camera,  ///< x right, y up, z from the object to the camera; positions are relative to the camera's center.
     Scanner,
   };
   Kind kind = Kind::Directions;

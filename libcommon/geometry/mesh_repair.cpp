@@ -165,7 +165,7 @@ std::string MeshRepairs::text() const {
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
   if (num_degenerate > 0) add(counted(num_degenerate, "triangle") + " without area left out");
   if (num_duplicates > 0) add(counted(num_duplicates, "triangle") + (num_duplicates == 1 ? " that repeats another left out" : " that repeat others left out"));
-  if (num_turned > 0) add(counted(num_turned, "triangle") + (num_turned == 1 ? " turned to face as its neighbours do" : " turned to face as their neighbours do"));
+  if (num_turned > 0) add(counted(num_turned, "triangle") + (num_turned == 1 ? " turned to face as its neighbors do" : " turned to face as their neighbors do"));
   if (num_complex_edges > 0) add(counted(num_complex_edges, "edge") + (num_complex_edges == 1 ? " has" : " have") + " more than two triangles");
   return text;
 }

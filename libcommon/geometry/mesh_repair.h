@@ -14,7 +14,7 @@ struct MeshRepairs {
   int num_duplicates = 0;     ///< Triangles with the corners, UVs and surface of an earlier one, either way round: left out.
   int num_turned = 0;         ///< Triangles that faced the other way than most of their piece's area: turned.
   int num_complex_edges = 0;  ///< Edges that more than two triangles share: kept; the surface goes on where it bends least.
-  /// "2 triangles without area left out; 1 triangle turned to face as its neighbours do"; "" when there is nothing to say.
+  /// "2 triangles without area left out; 1 triangle turned to face as its neighbors do"; "" when there is nothing to say.
   [[nodiscard]] std::string text() const;
 };
 
@@ -23,7 +23,7 @@ struct RepairedMesh {
   MeshRepairs repairs;
 };
 
-/// The mesh that algorithms can rely on: every triangle has an area, none is there twice, and neighbours face the same way where the
+/// The mesh that algorithms can rely on: every triangle has an area, none is there twice, and neighbors face the same way where the
 /// surface allows it. A clean mesh comes back unchanged. Pieces stay as they are as a whole: one that is inside out remains so, for
 /// an open surface has no inside. Turned triangles take their normals along, turned too if they were against the new side.
 /// @throws InvalidInput if no triangle has an area.

@@ -20,7 +20,7 @@ namespace patinate {
 /// Collects what a file says about its points, then leaves out those that were not measured.
 class PointCloudBuilder {
  public:
-  /// Normals and colours count when every point that is finite has one.
+  /// Normals and colors count when every point that is finite has one.
   void add_point(const Vec3& point, const std::optional<Vec3>& normal = {}, const std::optional<Vec3>& color = {});
   /// Indices of points in the order they were added; fewer than three are ignored.
   void add_polygon(std::span<const std::size_t> corners);

@@ -61,7 +61,7 @@ DepthJumps::DepthJumps(const PointCloud& cloud) : cloud_(cloud) {
       if (c >= 0) lengths.push_back(length(a, c));
     }
   }
-  if (lengths.empty()) throw InvalidInput("scan: no two neighbouring cells of its range grid hold points");
+  if (lengths.empty()) throw InvalidInput("scan: no two neighboring cells of its range grid hold points");
   const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::nth_element(lengths.begin(), middle, lengths.end());
   median_edge_ = *middle;

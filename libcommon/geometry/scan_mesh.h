@@ -11,16 +11,16 @@ namespace patinate {
 /// median share of the distance to it): there the surface jumps in depth, or is seen at more than 78 degrees from its normal.
 inline constexpr double kDepthJumpFactor = 5.0;
 
-/// The file's triangles as they are; else two triangles (split along the shorter diagonal) for four neighbouring cells of the grid, one
+/// The file's triangles as they are; else two triangles (split along the shorter diagonal) for four neighboring cells of the grid, one
 /// for three, none across depth jumps; turned so that they face the scanner (direction_to_scanner()) where that is known. Positions are the cloud's
 /// points, index by index; normals are the cloud's, or none; one surface without a name; no UVs.
 /// @throws InvalidInput if the cloud has neither triangles nor a grid, or no triangle remains.
 [[nodiscard]] Mesh mesh_of_scan(const PointCloud& cloud);
 
-/// Whether a step between two neighbouring cells of the grid is a depth jump, by the rule above.
+/// Whether a step between two neighboring cells of the grid is a depth jump, by the rule above.
 class DepthJumps {
  public:
-  /// @throws InvalidInput if the cloud has no grid, or no two neighbouring cells hold points.
+  /// @throws InvalidInput if the cloud has no grid, or no two neighboring cells hold points.
   explicit DepthJumps(const PointCloud& cloud);
   /// @param a, b  Points; not left out.
   [[nodiscard]] bool operator()(int a, int b) const;

@@ -101,7 +101,7 @@ ImageF HistoryReader::load_control(std::size_t control) const {
   for (float v : values.values()) {
     if (!(v >= 0.0f && v <= 1.0f)) {
       throw IoError(file.string(), "holds " + number_text(static_cast<double>(v)) +
-                                       "; a control is normalised to [0, 1], with `range` for its physical values");
+                                       "; a control is normalized to [0, 1], with `range` for its physical values");
     }
   }
   return values;
@@ -165,16 +165,16 @@ void HistoryWriter::write_control(const std::string& name, const ImageF& values,
     throw InvalidInput("control " + name + ": its range [" + number_text(low) + ", " + number_text(high) +
                        "] must be finite with low <= high");
   }
-  ImageF normalised(values.width(), values.height());
+  ImageF normalized(values.width(), values.height());
   for (std::int64_t i = 0; i < values.num_pixels(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const double value = static_cast<double>(values.values()[k]);
     if (!std::isfinite(value)) throw InvalidInput("control " + name + ": holds NaN or infinite values");
-    if (low < high) normalised.values()[k] = static_cast<float>(std::clamp((value - low) / (high - low), 0.0, 1.0));
+    if (low < high) normalized.values()[k] = static_cast<float>(std::clamp((value - low) / (high - low), 0.0, 1.0));
   }
   const fs::path file = control_file(name);
   make_parent(folder_ / file);
-  write_exr(folder_ / file, normalised, {"Y"}, ExrDepth::Float);
+  write_exr(folder_ / file, normalized, {"Y"}, ExrDepth::Float);
   add_written_control({.name = name, .file = file, .low = low, .high = high, .unit = unit});
 }
 

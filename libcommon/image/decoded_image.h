@@ -10,7 +10,7 @@
 
 namespace patinate {
 
-/// All channels, colour not multiplied by alpha.
+/// All channels, color not multiplied by alpha.
 struct DecodedImage {
   ImageF values;                      ///< Codes scaled to [0, 1], or the file's values.
   std::vector<std::string> channels;  ///< As stored, e.g. "R", "G", "B", "A".
@@ -19,7 +19,7 @@ struct DecodedImage {
 
 /// Position of a channel, -1 if it is not there.
 [[nodiscard]] int channel_index(const DecodedImage& image, const std::string& name);
-/// Colour as 3 linear channels; gray is repeated, alpha dropped. `response` is applied to codes only.
+/// Color as 3 linear channels; gray is repeated, alpha dropped. `response` is applied to codes only.
 [[nodiscard]] ImageF color_of(const DecodedImage& image, const Response& response);
 /// One channel. @throws InvalidInput if it is not there.
 [[nodiscard]] ImageF channel_of(const DecodedImage& image, const std::string& name);

@@ -30,7 +30,7 @@ std::vector<float> half_kernel(double sigma_px) {
   return weights;
 }
 
-/// Sums of weighted neighbours in one direction, not normalised.
+/// Sums of weighted neighbors in one direction, not normalized.
 /// `step` values apart along the direction, `length` samples, this one is number `at`.
 void accumulate(const float* center, std::ptrdiff_t step, int at, int length, const std::vector<float>& weights,
                 std::size_t num_values, float* out) {
@@ -43,7 +43,7 @@ void accumulate(const float* center, std::ptrdiff_t step, int at, int length, co
   }
 }
 
-/// Unnormalised separable sum.
+/// Unnormalized separable sum.
 ImageF blur_sum(const ImageF& in, const std::vector<float>& weights, const RunControl& control) {
   const int width = in.width(), height = in.height(), channels = in.channels();
   const std::size_t row_size = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels);

@@ -14,7 +14,7 @@ namespace patinate {
 /// Cost: O(H W C sigma_px).
 [[nodiscard]] ImageF gaussian_blur(const ImageF& in, double sigma_px, const RunControl& control = {});
 
-/// Normalised convolution [Knutsson and Westin 1993]: sum of G in over pixels inside `mask` / sum of G over them. What
+/// Normalized convolution [Knutsson and Westin 1993]: sum of G in over pixels inside `mask` / sum of G over them. What
 /// lies outside the mask has no influence. 0 where no pixel of the mask is within 4 sigma.
 /// @param mask  H x W, 0 = outside; may be empty (everything inside).
 /// @throws InvalidInput if sizes differ or sigma_px is out of range.
@@ -25,7 +25,7 @@ namespace patinate {
 [[nodiscard]] ImageF downscale_area(const ImageF& in, int width, int height, const RunControl& control = {});
 
 /// Bilinear interpolation; pixel edges of both images coincide, so x_in = (x_out + 0.5) W_in / W_out - 0.5, clamped to the
-/// outermost pixel centres. @param width,height  >= 1. @throws InvalidInput
+/// outermost pixel centers. @param width,height  >= 1. @throws InvalidInput
 [[nodiscard]] ImageF resize_bilinear(const ImageF& in, int width, int height, const RunControl& control = {});
 
 /// The pixels [x, x + width) x [y, y + height). @throws InvalidInput if they are not all in the image.

@@ -25,7 +25,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-/// Colour as the file has it, not multiplied by alpha; RAW as light. Other formats ignore the hints for RAW.
+/// Color as the file has it, not multiplied by alpha; RAW as light. Other formats ignore the hints for RAW.
 OIIO::ImageSpec open_hints() {
   OIIO::ImageSpec hints;
   hints.attribute("oiio:UnassociatedAlpha", 1);
@@ -61,7 +61,7 @@ OIIO::TypeDesc type_desc(CodedImage::Type type) {
   return OIIO::TypeDesc::FLOAT;
 }
 
-/// Takes alpha out of colour where the file has it multiplied in (EXR by its standard).
+/// Takes alpha out of color where the file has it multiplied in (EXR by its standard).
 void unassociate(ImageF& values, int alpha) {
   for (int y = 0; y < values.height(); ++y) {
     for (int x = 0; x < values.width(); ++x) {

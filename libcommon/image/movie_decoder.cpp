@@ -235,7 +235,7 @@ struct MovieDecoder::Impl {
     if (target.channels != static_cast<int>(info.channels.size())) fail(where + "differs from the first one in size or channels");
     scaler.reset(sws_getCachedContext(scaler.release(), frame->width, frame->height, static_cast<AVPixelFormat>(frame->format), frame->width, frame->height, target.format,
                                       SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_BITEXACT, nullptr, nullptr, nullptr));
-    if (!scaler) fail("its colours cannot be converted");
+    if (!scaler) fail("its colors cannot be converted");
     const int* matrix = sws_getCoefficients(matrix_of(*frame));
     (void)sws_setColorspaceDetails(scaler.get(), matrix, frame->color_range == AVCOL_RANGE_JPEG ? 1 : 0, matrix, 1, 0, 1 << 16, 1 << 16);
     CodedImage image{frame->width, frame->height, target.channels, target.type, -1, {}};

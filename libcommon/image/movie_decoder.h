@@ -11,7 +11,7 @@ namespace patinate {
 
 /// An open movie. Frames are cheap to read in order; others begin at the key frame before.
 ///
-/// Colour is RGB as the movie says (matrix and range), where it does not say as players take it: ITU-R 601 below 720 rows, else 709.
+/// Color is RGB as the movie says (matrix and range), where it does not say as players take it: ITU-R 601 below 720 rows, else 709.
 class MovieDecoder {
  public:
   /// @throws IoError if it is missing, holds no movie that can be decoded, or is too large.

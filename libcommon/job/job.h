@@ -72,7 +72,7 @@ void check_plan(const JobPlan& plan);
 /// replaced, its items that have keys of their own and are still planned are taken over (hard links), when their files are unchanged
 /// since. OUT also gets `job.json` (job_record.h).
 /// @throws CannotComplete if OUT exists with another key, may not grow and not `force`, if another process holds the lock, if it
-/// cannot be written, or if an item lacks an output or wrote what no item declares; Cancelled.
+/// cannot be written, or if an item lacks an output or wrote what no item declares; Canceled.
 JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control);
 
 /// Single-file outputs: decides by the key that the file carries (EXR, PNG: read_key by the caller).

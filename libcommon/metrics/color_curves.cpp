@@ -42,14 +42,14 @@ std::array<double, 3> lab_from_linear(double red, double green, double blue) {
 }
 
 ColorSummary summarize_color(const ImageF& image, std::span<const std::uint32_t> pixels) {
-  if (image.channels() != 3) throw InvalidInput("colour curves: an image of 3 channels is needed");
+  if (image.channels() != 3) throw InvalidInput("color curves: an image of 3 channels is needed");
   ColorSummary summary;
   summary.num_pixels = static_cast<std::int64_t>(pixels.size());
   if (pixels.empty()) return summary;
   std::array<std::vector<double>, 6> values;
   for (auto& channel : values) channel.reserve(pixels.size());
   for (std::uint32_t pixel : pixels) {
-    if (pixel >= image.num_pixels()) throw InvalidInput("colour curves: a pixel lies outside the image");
+    if (pixel >= image.num_pixels()) throw InvalidInput("color curves: a pixel lies outside the image");
     const float* rgb = image.data() + 3 * std::size_t{pixel};
     const auto lab = lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2]));
     for (std::size_t c = 0; c < 3; ++c) {

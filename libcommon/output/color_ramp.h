@@ -1,5 +1,5 @@
 /// \file
-/// Numbers as colours that people with any colour vision tell apart: straight lines in CIELAB, so that equal steps look equal.
+/// Numbers as colors that people with any color vision tell apart: straight lines in CIELAB, so that equal steps look equal.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ enum class ColorRamp {
   Diverging,   ///< Blue, white in the middle, orange: for numbers with a sign.
 };
 
-/// Linear colour. @param x  In [0, 1]; clamped.
+/// Linear color. @param x  In [0, 1]; clamped.
 [[nodiscard]] std::array<float, 3> ramp_color(ColorRamp ramp, double x);
 
 /// A map as a picture. @param values  H x W x 1. @param mask  0 = drawn in mid gray; may be empty. @param low,high  Values of the ramp's ends.

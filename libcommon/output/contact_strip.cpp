@@ -18,7 +18,7 @@ std::string printable(const std::string& text) {
   return out;
 }
 
-// Opacity of a line of text in a box, [0, 1], centred.
+// Opacity of a line of text in a box, [0, 1], centered.
 cv::Mat text_opacity(const std::string& text, int width, int height, int letter_px) {
   const int s = kSupersampling;
   cv::Mat large(height * s, width * s, CV_8U, cv::Scalar(0));

@@ -155,7 +155,7 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& 
     }
     if (!names.insert(variant.name).second) throw InvalidInput("glb: the variant `" + variant.name + "` occurs twice");
   }
-  if (!(options.metres_per_unit > 0.0)) throw InvalidInput("glb: metres_per_unit must be > 0");
+  if (!(options.meters_per_unit > 0.0)) throw InvalidInput("glb: meters_per_unit must be > 0");
   if (!(options.roughness >= 0.0 && options.roughness <= 1.0)) throw InvalidInput("glb: roughness must be in [0, 1]");
 }
 
@@ -259,7 +259,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   check(mesh, tiles, looks, options);
   const Mesh shaded = with_normals(mesh);
   const bool has_tangents = std::any_of(looks.begin(), looks.end(), [](const GlbLook& look) { return !look.normals.empty(); });
-  const VertexBuffers buffers = make_buffers(shaded, tiles, options.metres_per_unit, has_tangents);
+  const VertexBuffers buffers = make_buffers(shaded, tiles, options.meters_per_unit, has_tangents);
 
   Json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "patinate"}};

@@ -97,7 +97,7 @@ class EncodedMovie final : public Movie {
     check(av_frame_get_buffer(frame_.get(), 0), "not enough memory");
     scaler_.reset(sws_getContext(encoder_->width, encoder_->height, AV_PIX_FMT_RGB24, encoder_->width, encoder_->height,
                                  encoder_->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT, nullptr, nullptr, nullptr));
-    if (!scaler_) throw CannotComplete(shown_path_ + ": its colours cannot be converted");
+    if (!scaler_) throw CannotComplete(shown_path_ + ": its colors cannot be converted");
     sws_setColorspaceDetails(scaler_.get(), sws_getCoefficients(SWS_CS_ITU709), 1, sws_getCoefficients(SWS_CS_ITU709), 0, 0, 1 << 16, 1 << 16);
   }
 

@@ -39,9 +39,9 @@ double fitting_depth(const std::vector<Vec3>& points, int axis, double t) {
   return (high - low) / (2.0 * t);
 }
 
-// Place of the camera along an axis from which the outline is centred: the largest and the smallest projection are
+// Place of the camera along an axis from which the outline is centered: the largest and the smallest projection are
 // opposite; their sum falls as the camera moves.
-double centring_place(const std::vector<Vec3>& points, int axis, double depth) {
+double centering_place(const std::vector<Vec3>& points, int axis, double depth) {
   double low = kInf, high = -kInf;
   for (const Vec3& p : points) {
     low = std::min(low, p[axis]);
@@ -81,7 +81,7 @@ OrbitCamera fitted_camera(const Mesh& mesh, const RenderOptions& o) {
   z = std::max(z, fitting_depth(points, 0, camera.tan_x * (1.0 - o.margin)));
   z = std::max(z, fitting_depth(points, 1, camera.tan_y * (1.0 - o.margin)));
   camera.position =
-      centring_place(points, 0, z) * camera.right + centring_place(points, 1, z) * camera.up + z * camera.backward;
+      centering_place(points, 0, z) * camera.right + centering_place(points, 1, z) * camera.up + z * camera.backward;
   camera.tan_x /= o.zoom;
   camera.tan_y /= o.zoom;
   return camera;

@@ -27,7 +27,7 @@ struct OrbitCamera {
   return up == UpAxis::Y ? d : Vec3(d.x(), -d.z(), d.y());
 }
 
-/// The camera that shows the whole mesh, as large as the margin allows, its outline centred, then zoomed.
+/// The camera that shows the whole mesh, as large as the margin allows, its outline centered, then zoomed.
 [[nodiscard]] OrbitCamera fitted_camera(const Mesh& mesh, const RenderOptions& options);
 
 }  // namespace patinate

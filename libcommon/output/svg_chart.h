@@ -25,7 +25,7 @@ struct Chart {
   bool from_zero = true;  ///< The y axis includes 0.
   bool log_x = false;     ///< Values must then be > 0.
   bool log_y = false;
-  std::vector<ChartSeries> series = {};  ///< Colours of [Okabe and Ito 2008], told apart by any colour vision, and a dash pattern each.
+  std::vector<ChartSeries> series = {};  ///< Colors of [Okabe and Ito 2008], told apart by any color vision, and a dash pattern each.
 };
 
 /// An `<svg>` element without outer references: its ink follows the page (`currentColor`). Equal charts give equal text.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int32_t kNoHeights[kTile] = {};
 
-/// Bilinear, ends repeated; 0 where the map is not finite. @param x,y  In pixels, centres at integers.
+/// Bilinear, ends repeated; 0 where the map is not finite. @param x,y  In pixels, centers at integers.
 double sample(const ImageF& map, double x, double y, int channel) {
   const double cx = std::clamp(x, 0.0, map.width() - 1.0), cy = std::clamp(y, 0.0, map.height() - 1.0);
   const int x0 = static_cast<int>(cx), y0 = static_cast<int>(cy);

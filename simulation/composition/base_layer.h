@@ -9,13 +9,13 @@
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/surface_atlas.h"
 #include "simulation/composition/compose_kernel.h"
-#include "simulation/composition/quantised_look.h"
+#include "simulation/composition/quantized_look.h"
 
 namespace patinate::simulation::composition {
 
-/// Original colours, specular values and heights. Maps are sampled bilinearly at texel centres (a map with the object's own size in
-/// the atlas: copied), pictures of presets repeated by texels; colours become sRGB codes, specular values codes of 8 bit.
-/// Memory: 4 bytes a texel for pages (64 x 64) with colour or specular maps, 4 for those with height maps.
+/// Original colors, specular values and heights. Maps are sampled bilinearly at texel centers (a map with the object's own size in
+/// the atlas: copied), pictures of presets repeated by texels; colors become sRGB codes, specular values codes of 8 bit.
+/// Memory: 4 bytes a texel for pages (64 x 64) with color or specular maps, 4 for those with height maps.
 class BaseLayer {
  public:
   BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm, const RunControl& control = {});
@@ -38,7 +38,7 @@ class BaseLayer {
   const SurfaceAtlas* surface_;
   bool has_heights_ = false;
   std::vector<std::uint16_t> tile_object_;
-  std::vector<BaseTile> plain_;  ///< By object: one colour.
+  std::vector<BaseTile> plain_;  ///< By object: one color.
   std::vector<std::unique_ptr<std::uint32_t[]>> codes_;
   std::vector<std::unique_ptr<std::int32_t[]>> heights_;
 };

@@ -37,8 +37,8 @@ unsigned changed_edges(const std::int32_t* a, const std::int32_t* b) {
   return (right != 0 ? 1u : 0u) | (left != 0 ? 2u : 0u) | (below != 0 ? 4u : 0u) | (above != 0 ? 8u : 0u);
 }
 
-bool has_relief(const std::vector<QuantisedLook>& looks) {
-  return std::any_of(looks.begin(), looks.end(), [](const QuantisedLook& look) { return look.height != 0; });
+bool has_relief(const std::vector<QuantizedLook>& looks) {
+  return std::any_of(looks.begin(), looks.end(), [](const QuantizedLook& look) { return look.height != 0; });
 }
 
 std::int32_t slope_at_border(const BorderTexel& texel, const std::array<std::int32_t, 4>& weights, const std::vector<std::int32_t>& heights) {
@@ -80,13 +80,13 @@ Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const Su
 }
 
 void Composer::State::set_looks(const std::vector<MaterialLook>& new_looks) {
-  std::vector<QuantisedLook> quantised;
+  std::vector<QuantizedLook> quantized;
   std::vector<Picture> new_pictures;
   for (std::size_t i = 0; i < new_looks.size(); ++i) {
-    quantised.push_back(quantise(new_looks[i], quanta_per_mm, noise_key(static_cast<int>(i))));
+    quantized.push_back(quantize(new_looks[i], quanta_per_mm, noise_key(static_cast<int>(i))));
     new_pictures.push_back(make_picture(new_looks[i].color.image));
   }
-  looks = std::move(quantised);
+  looks = std::move(quantized);
   pictures = std::move(new_pictures);
   if (heights.empty() && (base.has_heights() || has_relief(looks))) heights.assign(surface->grid().num_texels(), 0);
   is_all_dirty = true;
@@ -180,7 +180,7 @@ bool Composer::State::needs_normals(TileIndex tile) const {
   if ((flags[tile] & kHeightsChanged) != 0) return true;
   const std::array<TileIndex, 4> beside = tiles_beside(surface->grid(), tile);
   for (std::size_t k = 0; k < 4; ++k) {
-    if ((flags[beside[k]] & kEdge << (k ^ 1)) != 0) return true;  // the right neighbour's left edge, and so on
+    if ((flags[beside[k]] & kEdge << (k ^ 1)) != 0) return true;  // the right neighbor's left edge, and so on
   }
   for (const BorderTexel& texel : frames.border(tile)) {
     for (const TexelIndex n : texel.neighbor) {
@@ -246,7 +246,7 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
   }
   std::sort(tiles.begin(), tiles.end());
   tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
-  s.is_all_dirty = true;  // should this be cancelled
+  s.is_all_dirty = true;  // should this be canceled
   s.read_originals(atlas);
   const auto for_each = [&](const std::vector<TileIndex>& list, const RunControl& part, const auto& work) {
     parallel_for(static_cast<std::int64_t>(list.size()), kChunk, part, [&](std::int64_t begin, std::int64_t end) {
@@ -272,7 +272,7 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
       if (((s.flags[tile] & ~State::kMarked) | s.normal_flags[tile]) != 0) changed.push_back(tile);
       s.flags[tile] = s.normal_flags[tile] = 0;
     }
-  } catch (...) {  // cancelled
+  } catch (...) {  // canceled
     std::fill(s.flags.begin(), s.flags.end(), std::uint8_t{0});
     std::fill(s.normal_flags.begin(), s.normal_flags.end(), std::uint8_t{0});
     throw;

@@ -22,7 +22,7 @@ inline constexpr int kSrgbShift = 3;                 ///< Linear values of 16 bi
 inline constexpr int kSrgbSize = 65536 >> kSrgbShift;
 
 /// A MaterialLook as integers. What changes with the amount is F = amount difference * (1 + variation * xi), in quanta of 1 / kOne.
-struct QuantisedLook {
+struct QuantizedLook {
   std::uint32_t strength = 0;          ///< 1 = kOne.
   std::uint32_t limit = kMaxWeight;    ///< Amount differences above it weigh kMaxWeight.
   std::int32_t variation = 0;          ///< 1 = 32768.
@@ -45,10 +45,10 @@ struct BaseTile {
 /// A tile in which some amounts differ from the originals.
 struct ComposeTask {
   int num_materials = 0;                          ///< Of those that differ.
-  std::array<const QuantisedLook*, 8> look{};
+  std::array<const QuantizedLook*, 8> look{};
   std::array<const std::uint16_t*, 8> amount{};   ///< 64 each.
   std::array<const std::uint16_t*, 8> original{};
-  std::array<const std::uint16_t*, 8> picture{};  ///< 3 x 64 linear values in place of the look's colour; may be null.
+  std::array<const std::uint16_t*, 8> picture{};  ///< 3 x 64 linear values in place of the look's color; may be null.
   const BaseTile* base = nullptr;
   const std::int32_t* height = nullptr;           ///< Height quanta when new.
   const std::uint8_t* srgb = nullptr;             ///< kSrgbSize codes.
@@ -83,7 +83,7 @@ struct SlopeTile {
 };
 
 struct Kernels {
-  /// Colours as R | G << 8 | B << 16 | specular << 24, and heights in quanta.
+  /// Colors as R | G << 8 | B << 16 | specular << 24, and heights in quanta.
   void (*compose)(const ComposeTask& task, std::uint32_t* rgba, std::int32_t* height);
   void (*slopes)(const NormalTask& task, SlopeTile& slopes);
   /// 3 x 64 bytes: x, y, z as 127.5 + 127.5 n, rounded.

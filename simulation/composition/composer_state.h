@@ -9,7 +9,7 @@
 #include "patinate/simulation/compose.h"
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/height_frames.h"
-#include "simulation/composition/quantised_look.h"
+#include "simulation/composition/quantized_look.h"
 
 namespace patinate::simulation {
 
@@ -19,7 +19,7 @@ struct Composer::State {
   void set_looks(const std::vector<MaterialLook>& looks);
   /// Amounts of new texels, by object and material, from any texel of the object.
   void read_originals(const MaterialAtlas& atlas);
-  /// Colour, specular value and height of a tile; leaves what changed in `flags`.
+  /// Color, specular value and height of a tile; leaves what changed in `flags`.
   void compose_tile(const MaterialAtlas& atlas, TileIndex tile);
   /// Normals of a tile; leaves whether they changed in `normal_flags`.
   void compose_normals(TileIndex tile);
@@ -40,7 +40,7 @@ struct Composer::State {
   composition::HeightFrames frames;
   std::vector<TileIndex> covered_tiles;
   std::vector<TexelIndex> texel_of_object;  ///< kNoTexel when it shows in none.
-  std::vector<composition::QuantisedLook> looks;
+  std::vector<composition::QuantizedLook> looks;
   std::vector<composition::Picture> pictures;
   ColorForm form;
   const composition::Kernels* kernels;

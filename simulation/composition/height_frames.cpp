@@ -12,7 +12,7 @@ namespace patinate::simulation::composition {
 
 namespace {
 
-constexpr double kLeastSpread = 0.05;  // texel steps, squared: what neighbours nearer together than that say of a slope is noise
+constexpr double kLeastSpread = 0.05;  // texel steps, squared: what neighbors nearer together than that say of a slope is noise
 constexpr std::int32_t kWeightOne = 4096;
 constexpr double kMaxBorderWeight = 1 << 27;
 
@@ -33,7 +33,7 @@ Eigen::Matrix2d slope_matrix(const TexelFrame& frame, double median_texel_mm) {
   return m.allFinite() ? m : Eigen::Matrix2d(Eigen::Matrix2d::Zero());
 }
 
-Frame quantised(const Eigen::Matrix2d& m) {
+Frame quantized(const Eigen::Matrix2d& m) {
   const double largest = m.cwiseAbs().maxCoeff();
   if (!(largest > 0.0)) return {};
   const int shift = std::clamp(13 - static_cast<int>(std::floor(std::log2(largest))), 1, 30);
@@ -122,7 +122,7 @@ HeightFrames::HeightFrames(const SceneMesh& scene_mesh, const SurfaceAtlas& surf
   parallel_for(surface.num_triangles(), 8192, control.part(0.0, 0.3), [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
       const TexelFrame frame = texel_frame(surface.mm_per_texel(static_cast<int>(i)).cast<double>());
-      frames_[static_cast<std::size_t>(i) + 1] = quantised(slope_matrix(frame, surface.median_texel_size_mm()));
+      frames_[static_cast<std::size_t>(i) + 1] = quantized(slope_matrix(frame, surface.median_texel_size_mm()));
     }
   });
   const std::span<const TexelIndex> border = surface.border();

@@ -1,5 +1,5 @@
 /// \file
-/// From differences of height between neighbouring texels to slopes on the surface.
+/// From differences of height between neighboring texels to slopes on the surface.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct TexelFrame {
 };
 [[nodiscard]] TexelFrame texel_frame(const Eigen::Matrix<double, 3, 2>& mm_per_texel);
 
-/// How texels on a border find their slopes: from the differences to their four neighbours, each at its real place: its direction in the
+/// How texels on a border find their slopes: from the differences to their four neighbors, each at its real place: its direction in the
 /// tangent plane, its distance through space. Exact where height is linear.
 struct BorderTexel {
   TexelIndex texel = 0;
@@ -31,9 +31,9 @@ struct BorderTexel {
   std::array<std::int32_t, 4> along_b{};
 };
 
-/// Places of a texel's neighbours in its frame, in steps of a texel; (0, 0) where there is none.
+/// Places of a texel's neighbors in its frame, in steps of a texel; (0, 0) where there is none.
 [[nodiscard]] std::array<Vec2, 4> neighbor_steps(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, TexelIndex t);
-/// Weights of the four height differences in d height / d texel step (right, down): of the plane that fits best; 0 along what no neighbour tells.
+/// Weights of the four height differences in d height / d texel step (right, down): of the plane that fits best; 0 along what no neighbor tells.
 /// For those beside: 1/2, -1/2, 1/2, -1/2.
 [[nodiscard]] Eigen::Matrix<double, 2, 4> gradient_weights(const std::array<Vec2, 4>& steps);
 

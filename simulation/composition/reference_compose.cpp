@@ -6,7 +6,7 @@
 
 #include "patinate/image/color.h"
 #include "simulation/composition/height_frames.h"
-#include "simulation/composition/quantised_look.h"
+#include "simulation/composition/quantized_look.h"
 
 namespace patinate::simulation {
 
@@ -91,7 +91,7 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
     for (std::size_t k = 0; k < 4; ++k) {
       if (around[k] != kNoTexel) difference[static_cast<int>(k)] = texels[around[k]].height_mm - texels[t].height_mm;
     }
-    // A neighbour beside, in another triangle, counts as one step; only those over seams have a place of their own.
+    // A neighbor beside, in another triangle, counts as one step; only those over seams have a place of their own.
     const bool is_border = std::binary_search(surface.border().begin(), surface.border().end(), t);
     const std::array<Vec2, 4> plain{Vec2(1, 0), Vec2(-1, 0), Vec2(0, 1), Vec2(0, -1)};
     const std::array<Vec2, 4> steps = is_border ? composition::neighbor_steps(scene_mesh, surface, t) : plain;

@@ -17,7 +17,7 @@ struct ReferenceTexel {
   Vec3 normal{0, 0, 1};  ///< In the frame of glTF, unit.
 };
 
-/// All texels in tile order; those outside the charts as above. Colours of materials and new objects are first rounded to sRGB codes, which
+/// All texels in tile order; those outside the charts as above. Colors of materials and new objects are first rounded to sRGB codes, which
 /// is what composition works on. Slow: about a microsecond a texel.
 [[nodiscard]] std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMesh& scene_mesh, const MaterialAtlas& atlas, ColorForm form);
 

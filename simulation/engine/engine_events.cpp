@@ -74,8 +74,8 @@ bool apply_event(const SceneEvent& event, Scene& scene) {
       scene.exchange.rates[static_cast<std::size_t>(found - scene.materials.begin())] = event.value[0];
       return false;
     }
-    case Op::Behaviour:
-      if (event.behaviour) scene.behaviour = *event.behaviour;
+    case Op::Behavior:
+      if (event.behavior) scene.behavior = *event.behavior;
       return false;
     case Op::Rule: change_rule(event, scene.rules); return false;
     case Op::Paint: return false;  // changes no scene: Simulation::paint()

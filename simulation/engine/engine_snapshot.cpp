@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint64_t kMagic = 0x33304E5354415050ull;  // "PPATSN03": raised with every change of what follows
 constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;  // "PPATSN02": without num_paint_steps
 
-/// Emitters, places, behaviour, exchange and rules: what events change.
+/// Emitters, places, behavior, exchange and rules: what events change.
 void write_scene(ByteWriter& out, const Scene& scene) {
   for (const SceneObject& o : scene.objects) {
     for (const Vec3& v : {o.translate_mm, o.rotate_deg}) {
@@ -29,7 +29,7 @@ void write_scene(ByteWriter& out, const Scene& scene) {
     for (const double x : e.carries) out.value(x);
     out.value(static_cast<std::uint8_t>(e.is_on));
   }
-  const Behaviour& b = scene.behaviour;
+  const Behavior& b = scene.behavior;
   for (const double x : {b.bounce, b.floating, b.absorb, b.deceleration_bounce, b.deceleration_float, scene.exchange.ratio}) out.value(x);
   for (const double x : scene.exchange.rates) out.value(x);
   out.value(static_cast<std::uint64_t>(scene.rules.size()));
@@ -78,7 +78,7 @@ std::size_t read_scene_values(ByteReader& in, Scene& scene) {
     for (double& x : e.carries) in.value(x);
     e.is_on = in.value<std::uint8_t>() != 0;
   }
-  Behaviour& b = scene.behaviour;
+  Behavior& b = scene.behavior;
   for (double* x : {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio}) in.value(*x);
   for (double& x : scene.exchange.rates) in.value(x);
   scene.rules = read_rules(in);

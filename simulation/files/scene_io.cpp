@@ -221,12 +221,14 @@ SceneFile read_scene(const fs::path& path, const RunControl& control) {
   return read_scene(path, load_json(path), assets, control);
 }
 
-SceneFile read_scene(const fs::path& path, const Json& root, SceneAssets& assets, const RunControl& control) {
+SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& assets, const RunControl& control) {
+  Json root = as_written;
+  update_spelling(root, 1, {{"behaviour", "behavior"}});
   SceneFile file;
   file.file = path;
   file.name = path.stem().string();
   JsonReader json(path.string(), root);
-  json.expect_format("patinate.scene", 1);
+  json.expect_format("patinate.scene", 2);
   Scene& scene = file.scene;
   file.mm_per_unit = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
   scene.materials = read_names(json.member("materials"));
@@ -258,7 +260,7 @@ SceneFile read_scene(const fs::path& path, const Json& root, SceneAssets& assets
   const JsonReader emitter_list = json.member("emitters");
   for (const JsonReader& emitter : emitter_list.elements(1000)) scene.emitters.push_back(read_emitter(emitter, context));
   if (scene.emitters.empty()) emitter_list.fail("at least one emitter: without, nothing would happen");
-  if (json.has("behaviour")) scene.behaviour = read_behaviour(json.member("behaviour"));
+  if (json.has("behavior")) scene.behavior = read_behavior(json.member("behavior"));
   scene.tracing = tracing_of_size(scene);
   if (json.has("tracing")) scene.tracing = read_tracing(json.member("tracing"), file.mm_per_unit, scene.tracing);
   if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context);

@@ -23,7 +23,7 @@ Vec3 read_direction(const JsonReader& json) {
 }
 
 /// In the order of SceneEvent::Op; a stroke stands for several events.
-constexpr std::array<std::string_view, 11> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behaviour", "switch", "rule", "paint", "stroke"};
+constexpr std::array<std::string_view, 11> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behavior", "switch", "rule", "paint", "stroke"};
 constexpr int kStroke = 10;
 constexpr std::int64_t kLongestStroke = 1'000'000;
 constexpr std::size_t kMostPoints = 100'000;
@@ -131,7 +131,7 @@ SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene&
       (void)material_index(json.member("target"), event.target, context.materials);
       event.value[0] = json.member("rate").number(between(0, 1));
       break;
-    case Op::Behaviour: event.behaviour = read_behaviour(json.member("behaviour")); break;
+    case Op::Behavior: event.behavior = read_behavior(json.member("behavior")); break;
     case Op::Paint:
       event.target = json.member("target").string();
       check_target(json.member("target"), event.target, emitters, "an emitter");
@@ -206,11 +206,11 @@ Emitter read_emitter(JsonReader json, const SceneContext& context) {
   return e;
 }
 
-Behaviour read_behaviour(JsonReader json) {
-  Behaviour b;
+Behavior read_behavior(JsonReader json) {
+  Behavior b;
   if (json.has("slider")) {
-    const double absorb = json.has("absorb") ? json.member("absorb").number(between(0, 1)) : Behaviour{}.absorb;
-    b = behaviour_of_slider(json.member("slider").number(between(0, 1)), absorb);
+    const double absorb = json.has("absorb") ? json.member("absorb").number(between(0, 1)) : Behavior{}.absorb;
+    b = behavior_of_slider(json.member("slider").number(between(0, 1)), absorb);
   } else {
     const auto set = [&](const char* name, double& value) {
       if (json.has(name)) value = json.member(name).number(between(0, 1));

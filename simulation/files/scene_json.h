@@ -16,7 +16,7 @@ namespace patinate::simulation {
 struct SceneContext {
   std::vector<std::string> materials;
   double mm_per_unit = 1000.0;
-  /// Reads a picture in linear colour (3 channels) or as values (1), and remembers it as an input.
+  /// Reads a picture in linear color (3 channels) or as values (1), and remembers it as an input.
   std::function<ImageF(const JsonReader& path, int num_channels)> read_picture;
 };
 
@@ -38,7 +38,7 @@ struct SceneContext {
 
 /// One element of "emitters". @param defaults  For an event: the emitter as it is.
 [[nodiscard]] Emitter read_emitter(JsonReader json, const SceneContext& context);
-[[nodiscard]] Behaviour read_behaviour(JsonReader json);
+[[nodiscard]] Behavior read_behavior(JsonReader json);
 /// @param t  What is not given: lengths that fit the scene.
 [[nodiscard]] TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t);
 [[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context);

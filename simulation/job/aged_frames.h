@@ -17,12 +17,12 @@ namespace patinate::simulation {
 class AgedFrames {
  public:
   /// Runs the whole scene. @param options  Its parameter maps are those of `file.controls`, whatever it says.
-  /// @throws as Simulation; Cancelled.
+  /// @throws as Simulation; Canceled.
   AgedFrames(const SceneFile& file, SimulationOptions options, const RunControl& control = {});
 
   /// Of the frames, in the scene's unit of time.
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
-  /// Colour at every frame, H x W x 3, linear: what the history of a simulation with these looks holds, before rounding to half.
+  /// Color at every frame, H x W x 3, linear: what the history of a simulation with these looks holds, before rounding to half.
   /// Same bits for any number of threads. @throws InvalidInput unless there is a look for each material, in range.
   [[nodiscard]] std::vector<ImageF> compose(const std::vector<MaterialLook>& looks, const RunControl& control = {});
   /// Parameter maps at the end, as the history has them as controls.

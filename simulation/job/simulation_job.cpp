@@ -183,7 +183,7 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
   }
   write_history(work, simulation, folder, controls);
   Json json{{"format", "patinate.simulation"},
-            {"version", 1},
+            {"version", 2},
             {"name", file.name},
             {"scene", (kSceneFolder / work.copy.name).generic_string()},
             {"scene_files", scene_files_json(folder, work.copy)},
@@ -269,9 +269,10 @@ SimulationManifest read_simulation_manifest(const fs::path& path) {
   const fs::path folder = manifest_folder(path, "simulation.json");
   if (!fs::is_directory(folder)) throw IoError(path.string(), "is no simulation folder");
   const fs::path file = folder / "simulation.json";
-  const Json root = load_json(file);
+  Json root = load_json(file);
+  update_spelling(root, 1, {{"normalised", "normalized"}});
   JsonReader json(file.string(), root);
-  json.expect_format("patinate.simulation", 1);
+  json.expect_format("patinate.simulation", 2);
   SimulationManifest m;
   m.name = json.member("name").string();
   m.scene = json.member("scene").path();

@@ -31,7 +31,7 @@ struct SimulationManifest {
   std::vector<std::string> materials;
   int resolution = 0;
   std::optional<std::uint64_t> seed;  ///< That was used; folders of earlier versions do not say.
-  ColorForm color_form = ColorForm::Normalised;
+  ColorForm color_form = ColorForm::Normalized;
   std::vector<std::string> controls;
   std::string key;
 

@@ -50,7 +50,7 @@ void write_composed_files(const fs::path& folder, const std::string& name, Simul
   GlbVariant variant{.name = "aged", .base_colors = {look.color_linear()}};
   variant.normals = {look.normal8()};
   variant.speculars = {look.specular8()};
-  write_glb(folder / "model.glb", simulation.mesh(), {variant}, {.name = name, .metres_per_unit = 0.001, .roughness = 0.8, .key = key},
+  write_glb(folder / "model.glb", simulation.mesh(), {variant}, {.name = name, .meters_per_unit = 0.001, .roughness = 0.8, .key = key},
             control.part(0.7, 1.0));
 }
 

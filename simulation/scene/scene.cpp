@@ -11,7 +11,7 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr double kFarthest = 1e9;  // mm: a thousand kilometres; beyond, floats and products of lengths lose their meaning
+constexpr double kFarthest = 1e9;  // mm: a thousand kilometers; beyond, floats and products of lengths lose their meaning
 
 void check(bool is_right, const std::string& what, double found, const std::string& range) {
   if (!is_right) throw InvalidInput(what + " is " + number_text(found) + "; use " + range);
@@ -85,8 +85,8 @@ void check_objects(const Scene& scene) {
   }
 }
 
-void check_behaviour(const Behaviour& b) {
-  for (const double p : {b.bounce, b.floating, b.absorb}) check_range("a probability of the behaviour", p, 0.0, 1.0);
+void check_behavior(const Behavior& b) {
+  for (const double p : {b.bounce, b.floating, b.absorb}) check_range("a probability of the behavior", p, 0.0, 1.0);
   check(std::abs(b.bounce + b.floating + b.absorb - 1.0) < 1e-9, "bounce + float + absorb", b.bounce + b.floating + b.absorb, "1");
   check_range("deceleration_bounce", b.deceleration_bounce, 0.0, 1.0);
   check_range("deceleration_float", b.deceleration_float, 0.0, 1.0);
@@ -105,7 +105,7 @@ void check_tracing(const TracingOptions& t) {
 
 }  // namespace
 
-Behaviour behaviour_of_slider(double s, double absorb) {
+Behavior behavior_of_slider(double s, double absorb) {
   check_range("the slider", s, 0.0, 1.0);
   check_range("absorb", absorb, 0.0, 1.0);
   const double alive = 1.0 - absorb;
@@ -123,7 +123,7 @@ void check_scene(const Scene& scene) {
   if (scene.emitters.empty()) throw InvalidInput("the scene has no emitters: nothing would happen");
   check_names(scene.emitters, "emitter");
   for (const Emitter& emitter : scene.emitters) check_emitter(emitter, scene);
-  check_behaviour(scene.behaviour);
+  check_behavior(scene.behavior);
   check_tracing(scene.tracing);
   check_range("the exchange ratio", scene.exchange.ratio, 0.0, 1.0);
   check_range("contact", scene.exchange.contact, 0.0, 1e6);

@@ -9,7 +9,7 @@ namespace {
 constexpr int kMostCells = 64;
 constexpr int kFar = 255;
 
-/// Distances in the maximum norm, half of them: over neighbours that come before a cell, in the given order [Rosenfeld and Pfaltz 1966].
+/// Distances in the maximum norm, half of them: over neighbors that come before a cell, in the given order [Rosenfeld and Pfaltz 1966].
 void spread(std::vector<std::uint8_t>& distance, const std::array<int, 3>& size, int step) {
   const auto first = [&](int n) { return step > 0 ? 0 : n - 1; };
   for (int z = first(size[2]); z >= 0 && z < size[2]; z += step) {
@@ -66,7 +66,7 @@ FreeSpace::FreeSpace(const RayTracer& rays) {
   }
   spread(distance, size_, 1);
   spread(distance, size_, -1);
-  // A neighbour at distance 1 may touch: empty all around are one less.
+  // A neighbor at distance 1 may touch: empty all around are one less.
   empty_.resize(distance.size());
   for (std::size_t i = 0; i < distance.size(); ++i) empty_[i] = distance[i] > 0 ? static_cast<std::uint8_t>(distance[i] - 1) : std::uint8_t{0};
 }

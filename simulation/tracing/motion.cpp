@@ -85,7 +85,7 @@ void join(const std::vector<TraceResult>& parts, TraceResult& result) {
   }
 }
 
-/// Calls move(i, told, counters) for every gammaton of a range, neighbours on the surface one after the other, and lists what is told by gammaton.
+/// Calls move(i, told, counters) for every gammaton of a range, neighbors on the surface one after the other, and lists what is told by gammaton.
 /// Texels of contacts are looked up in a loop of their own, where the waiting for memory of many overlaps.
 template <class Move>
 void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control, const GammatonRange& moving, TraceResult& result, Move&& move) {
@@ -239,7 +239,7 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
     };
     Vec3 normal = impl_->frames.shading_normal(g.at);
     if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
-    switch (respond_to_contact(motion, scene.behaviour, g, normal, words)) {
+    switch (respond_to_contact(motion, scene.behavior, g, normal, words)) {
       case Outcome::Alive: break;
       case Outcome::Absorbed: bury(g, told, DeathReason::Absorbed); break;
       case Outcome::Rested: bury(g, told, DeathReason::Rested); break;

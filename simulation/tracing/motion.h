@@ -39,7 +39,7 @@ class SurfaceNormals {
   [[nodiscard]] virtual Vec3 normal(int triangle, double b1, double b2, const Vec3& shading_normal) const = 0;
 };
 
-/// One iteration is trace(), then what happens at the contacts, then respond(). Behaviour, emitters, options and gravity are those of the
+/// One iteration is trace(), then what happens at the contacts, then respond(). Behavior, emitters, options and gravity are those of the
 /// scene at each call. Equal bits for any number of threads, on every machine.
 class GammatonTracer {
  public:

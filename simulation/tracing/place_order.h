@@ -1,5 +1,5 @@
 /// \file
-/// The order in which a chunk of gammatons is worked on: by the triangle that each was last at, so that neighbours on the surface follow
+/// The order in which a chunk of gammatons is worked on: by the triangle that each was last at, so that neighbors on the surface follow
 /// each other and find in the cache what the one before has read. Results do not depend on it.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace patinate::simulation {
 
-/// Size of the chunks that work on `n` gammatons is split into: large enough for neighbours to meet, small enough for some threads.
+/// Size of the chunks that work on `n` gammatons is split into: large enough for neighbors to meet, small enough for some threads.
 [[nodiscard]] inline std::int64_t chunk_of(std::int64_t n) { return std::clamp<std::int64_t>(n / 16, 1024, 32768); }
 
 /// Indices [begin, end) by triangle, roughly, and then by index. @param num_triangles  Of the scene.

@@ -35,14 +35,14 @@ inline int levelness(const MotionScene& scene, const Vec3& normal) {
 /// @param front_normal  To reflect about, unit, for the triangle's front.
 /// @param words         words(k): four random words, other ones for each k.
 template <class Words>
-[[nodiscard]] Outcome respond_to_contact(const MotionScene& scene, const Behaviour& behaviour, Gammaton& g, const Vec3& front_normal, Words&& words) {
+[[nodiscard]] Outcome respond_to_contact(const MotionScene& scene, const Behavior& behavior, Gammaton& g, const Vec3& front_normal, Words&& words) {
   using response_detail::kMostTries;
   const double side = g.is_front ? 1.0 : -1.0;
   const Vec3 ground = side * scene.frames.normal(g.at.triangle);
   const std::array<std::uint32_t, 4> first = words(0);
   const double roulette = (first[0] + 0.5) * 0x1.0p-32;
-  if (roulette >= behaviour.bounce + behaviour.floating) return Outcome::Absorbed;
-  const bool is_bounce = roulette < behaviour.bounce;
+  if (roulette >= behavior.bounce + behavior.floating) return Outcome::Absorbed;
+  const bool is_bounce = roulette < behavior.bounce;
 
   const double speed = std::sqrt(g.velocity.squaredNorm());
   Vec3 heading = speed > 0.0 ? Vec3(g.velocity / speed) : ground;
@@ -57,7 +57,7 @@ template <class Words>
     }
     const double up = chosen.dot(ground);
     if (!(up > 0.0)) chosen -= 2.0 * up * ground;
-    g.velocity = speed * (1.0 - behaviour.deceleration_bounce) * chosen;
+    g.velocity = speed * (1.0 - behavior.deceleration_bounce) * chosen;
     g.state = GammatonState::Flying;
     g.position = scene.frames.point(g.at) + scene.skin * ground;
   } else {
@@ -65,7 +65,7 @@ template <class Words>
     Vec3 along = chosen - chosen.dot(ground) * ground;
     const double length = std::sqrt(along.squaredNorm());
     if (!scene.options.tangential_slowdown && length > 1e-9) along /= length;
-    g.velocity = speed * (1.0 - behaviour.deceleration_float) * along;
+    g.velocity = speed * (1.0 - behavior.deceleration_float) * along;
     g.state = GammatonState::Floating;
     g.position = scene.frames.point(g.at) + scene.options.epsilon_mm * ground;
   }

@@ -24,7 +24,7 @@ struct Splat {
   int num_parts = 0;
 };
 
-/// A splat `width` texels of median size wide: a lazy random walk (stay 1/2, 1/8 to each neighbour) over the surface, across seams, as
+/// A splat `width` texels of median size wide: a lazy random walk (stay 1/2, 1/8 to each neighbor) over the surface, across seams, as
 /// many steps as its radius has texels of the size hit, at most 4. Its shares are near a Gaussian, alike in every chart whichever way
 /// it lies, and balanced: weight(a) share(a to b) = weight(b) share(b to a) up to rounding, so that even rain makes even amounts, also
 /// where texels of two charts do not lie face to face. What would walk off the surface's end stays.

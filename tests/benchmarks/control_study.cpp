@@ -31,7 +31,7 @@ namespace {
 constexpr int kSize = 1024;
 constexpr int kBlock = 64;       // Texels; blocks are drawn anew for the confidence intervals.
 constexpr int kResamples = 120;
-constexpr int kStride = 4;       // Every fourth texel of both axes is looked at: neighbours say the same.
+constexpr int kStride = 4;       // Every fourth texel of both axes is looked at: neighbors say the same.
 constexpr double kRed = 25.0;    // CIE a* of the clean twin's red paint.
 constexpr double kOpen = 0.3;    // Least share of free rays of what can be seen from outside.
 
@@ -46,7 +46,7 @@ Vec3 lab(const ImageF& image, int x, int y) {
   return {116 * fy - 16, 500 * (fx - fy), 200 * (fy - fz)};
 }
 
-/// Where the twin differs: the colour difference of the albedo (CIE76).
+/// Where the twin differs: the color difference of the albedo (CIE76).
 ImageF color_change(const ImageF& clean, const ImageF& aged) {
   ImageF out(clean.width(), clean.height());
   for (int y = 0; y < out.height(); ++y) {
@@ -230,7 +230,7 @@ void hydrant(const std::filesystem::path& data, const std::filesystem::path& out
   const std::vector<double> all_change = at_texels(change, all);
   std::printf("hydrant: %zu texels in %zu blocks, of which %zu in %zu blocks are red paint that shows\n", all.texels.size(),
               all.blocks.size(), s.texels.size(), s.blocks.size());
-  std::printf("%-32s%26s%26s%26s%26s\n", "control", "all: colour (dE)", "paint: colour (dE)", "paint: rougher", "paint: more metal");
+  std::printf("%-32s%26s%26s%26s%26s\n", "control", "all: color (dE)", "paint: color (dE)", "paint: rougher", "paint: more metal");
   ControlKindOptions options;
   options.distance_from = "creases";
   std::map<std::string, ControlMap> maps;

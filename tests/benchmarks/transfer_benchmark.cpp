@@ -75,7 +75,7 @@ void photograph() {
   const double source_s = median_of_five([&] { (void)small.run(transfer::TransferMethod::Fast); });
   const double s = median_of_five([&] { (void)large.run(transfer::TransferMethod::Fast); });
   const auto texels = static_cast<double>(large.map->num_covered());
-  std::printf("one 512 x 512 photograph onto %.0f texels: fast %.2f s, %.2f of them reading and analysing the photograph; %.0f k texels/s, %.0f k without that\n", texels, s, source_s,
+  std::printf("one 512 x 512 photograph onto %.0f texels: fast %.2f s, %.2f of them reading and analyzing the photograph; %.0f k texels/s, %.0f k without that\n", texels, s, source_s,
               1e-3 * texels / s, 1e-3 * texels / (s - source_s));
 }
 
@@ -89,10 +89,10 @@ void kept_analysis(int num_frames) {
       work();
     });
   };
-  const auto analyse = [&] { (void)transfer::cached_appearance_space(*setting.history, kLevels); };
+  const auto analyze = [&] { (void)transfer::cached_appearance_space(*setting.history, kLevels); };
   const auto run = [&] { (void)setting.run(transfer::TransferMethod::Fast, transfer::appearance_source(*setting.history, {.cache = true})); };
   const double without_s = median_of_five([&] { (void)transfer::build_appearance_space(*setting.history, kLevels); });
-  const double first_s = first(analyse), second_s = median_of_five(analyse);
+  const double first_s = first(analyze), second_s = median_of_five(analyze);
   const double first_transfer_s = first(run), second_transfer_s = median_of_five(run);
   std::printf("512 x 512 x %d: analysis %.0f ms without a cache, %.0f the first time, %.0f the second (ratio %.3f); transfer onto %lld texels %.2f s, then %.2f s (ratio %.2f)\n", num_frames, 1e3 * without_s,
               1e3 * first_s, 1e3 * second_s, second_s / first_s, static_cast<long long>(setting.map->num_covered()), first_transfer_s, second_transfer_s, second_transfer_s / first_transfer_s);

@@ -18,7 +18,7 @@ def run(*arguments):
 
 
 def setUpModule():
-    assert run("synth", "mould", "--width", "64", "--height", "48", "--steps", "1", "--lights", "1", "--scan-spacing", "2", "-o", "mould").returncode == 0
+    assert run("synth", "mold", "--width", "64", "--height", "48", "--steps", "1", "--lights", "1", "--scan-spacing", "2", "-o", "mold").returncode == 0
 
 
 def tearDownModule():
@@ -27,7 +27,7 @@ def tearDownModule():
 
 class Accessibility(unittest.TestCase):
     def test_a_scan_gives_three_maps_and_how_far_they_agree(self):
-        result = run("accessibility", "mould/step00/scan.ply", "--resolution", "64", "--share-rays", "32", "--scale", "4", "-o", "out", "--json")
+        result = run("accessibility", "mold/step00/scan.ply", "--resolution", "64", "--share-rays", "32", "--scale", "4", "-o", "out", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         correlation = json.loads(result.stdout)["correlation"]
         self.assertEqual([len(row) for row in correlation], [3, 3, 3])
@@ -38,11 +38,11 @@ class Accessibility(unittest.TestCase):
         for d in report["definitions"]:
             self.assertTrue((WORK / "out" / d["file"]).exists())
             self.assertIn(d["name"] + ".png", (WORK / "out/report.html").read_text())
-        self.assertIn("up to date", run("accessibility", "mould/step00/scan.ply", "--resolution", "64", "--share-rays", "32", "--scale", "4", "-o", "out").stderr)
+        self.assertIn("up to date", run("accessibility", "mold/step00/scan.ply", "--resolution", "64", "--share-rays", "32", "--scale", "4", "-o", "out").stderr)
 
     def test_what_is_wrong_is_one_line(self):
-        for arguments, code, said in ((["none.ply"], 3, "none.ply"), (["mould/step00/scan.ply", "--scale", "0"], 2, "scale"),
-                                      (["mould/step00/scan.ply", "--direction", "0,0,0"], 2, "direction"), (["mould/step00/scan.ply", "--scale", "0.01"], 3, "width")):
+        for arguments, code, said in ((["none.ply"], 3, "none.ply"), (["mold/step00/scan.ply", "--scale", "0"], 2, "scale"),
+                                      (["mold/step00/scan.ply", "--direction", "0,0,0"], 2, "direction"), (["mold/step00/scan.ply", "--scale", "0.01"], 3, "width")):
             result = run("accessibility", *arguments, "-o", "wrong")
             lines = [line for line in result.stderr.splitlines() if "error:" in line]
             self.assertEqual((result.returncode, len(lines)), (code, 1), f"{arguments} {result.returncode} {result.stderr}")

@@ -17,12 +17,12 @@ WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_fit_"))
 
 PLATE = "v -50 0 0\nv 50 0 0\nv 50 86 -50\nv -50 86 -50\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"  # leans back by 30 degrees
 SCENE = {
-    "format": "patinate.scene", "version": 1, "unit": "mm", "seed": 1, "atlas": {"resolution": 32},
+    "format": "patinate.scene", "version": 2, "unit": "mm", "seed": 1, "atlas": {"resolution": 32},
     "materials": ["water", "metal", "patina"],
     "appearance": {"water": {"strength": 0.2}, "patina": {"strength": 0.5, "variation": 0.1}},
     "objects": [{"name": "plate", "mesh": "plate.obj", "preset": "copper"}],
     "emitters": [{"name": "rain", "shape": "sky", "speed": 300, "spread_deg": 5, "gammatons": 100, "carries": {"water": 0.8, "patina": 0.0}}],
-    "behaviour": {"slider": 0.5}, "exchange": {"rates": {"water": 0.3, "patina": 0.0}},
+    "behavior": {"slider": 0.5}, "exchange": {"rates": {"water": 0.3, "patina": 0.0}},
     "rules": ["patina", {"name": "evaporation", "alpha": 0.5}],
     "time": {"unit": "h", "per_iteration": 0.2},
     "run": {"iterations": 30, "history_every": 5, "controls": ["hits"]}}
@@ -121,7 +121,7 @@ class Fit(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads(result.stdout)
         self.assertAlmostEqual(report["parameters"][0]["best"], 1.2, delta=0.02)
-        self.assertEqual(report["evaluations"]["ageings"], 1)
+        self.assertEqual(report["evaluations"]["agings"], 1)
         self.assertEqual([t["figure"] for t in report["objective"]["terms"]], ["mean_color", "rate_by_control"])
 
     def test_bad_input_is_one_line(self):
@@ -136,11 +136,11 @@ class Fit(unittest.TestCase):
                 ((start, "captured", "--vary", alpha, "--vary", alpha), 2, "is given twice"),
                 ((start, "captured", "--vary", "/rules/0/alpha=1:0.5"), 2, "upside down"),
                 ((start, "captured", "--vary", "/rules/0/alpha=0.1:none"), 2, "two numbers"),
-                ((start, "captured", "--vary", "/behaviour/slider=0:2"), 3, "/behaviour/slider: found 2"),
+                ((start, "captured", "--vary", "/behavior/slider=0:2"), 3, "/behavior/slider: found 2"),
                 ((start, "captured", "--vary", "/exchange/rates/water=-1:0.5"), 3, "/exchange/rates/water: found -1"),
                 ((start, "captured", "--vary", "/rules/0/alpha=0.5:1"), 3, "starts at 0.1"),
                 ((start, "captured", "--vary", alpha, "--evaluations", 5), 2, "expected at least 13"),
-                ((start, "captured", "--vary", alpha, "--objective", "colour"), 2, "expected one of color_distribution"),
+                ((start, "captured", "--vary", alpha, "--objective", "color"), 2, "expected one of color_distribution"),
                 ((start, "captured", "--vary", alpha, "--objective", "covered", "--objective", "covered=2"), 2, "is given twice"),
                 ((start, "captured", "--parameters", "bad.json"), 3, "/vary/0: the range 2 to 1 is upside down"),
                 ((start, "scenes/plate.obj", "--vary", alpha), 3, "is no history or transfer"),

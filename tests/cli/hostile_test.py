@@ -22,7 +22,7 @@ IS_SANITIZED = b"__asan_init" in pathlib.Path(PATINATE).read_bytes()
 SECONDS = 300 if IS_SANITIZED else 60  # A hang is for ever; the slowest of these takes a second.
 SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_hostile_"))
 SCENE = {
-    "format": "patinate.scene", "version": 1, "unit": "mm", "seed": 1, "atlas": {"resolution": 32}, "materials": ["water", "metal", "patina"],
+    "format": "patinate.scene", "version": 2, "unit": "mm", "seed": 1, "atlas": {"resolution": 32}, "materials": ["water", "metal", "patina"],
     "appearance": {"water": {"strength": 0.2}, "patina": {"strength": 0.5}}, "objects": [{"name": "plate", "mesh": "plate.obj", "preset": "copper"}],
     "emitters": [{"name": "rain", "shape": "sky", "speed": 300, "spread_deg": 5, "gammatons": 100, "carries": {"water": 0.8}}],
     "rules": ["patina"], "time": {"unit": "h", "per_iteration": 0.2}, "run": {"iterations": 12, "history_every": 3, "controls": ["hits"]}}
@@ -216,7 +216,7 @@ class Hostile(unittest.TestCase):
         for name in ("../../evil", "a/b", "", ".", "..", ".hidden", "two words", "x" * 129, "a\u0000b"):
             self.changed("history/history.json", lambda h: h["controls"][0].update(name=name))
             self.refuses(3, "/controls/0/name: found", "validate", "history")
-            self.refuses(3, "/controls/0/name: found", "factorise", "history", "-o", "x")
+            self.refuses(3, "/controls/0/name: found", "factorize", "history", "-o", "x")
         self.changed("history/history.json", lambda h: h["controls"][0].update(name=control))
         self.assertEqual(self.run_it("validate", "history").returncode, 0)
         self.write("scene.json", json.dumps(SCENE).replace('"patina"', '"../evil"').replace('"rules": ["../evil"]', '"rules": []').replace('"hits"', '"../evil.deposited"'))
@@ -226,7 +226,7 @@ class Hostile(unittest.TestCase):
     def test_times_that_cannot_be_computed_with(self):
         self.take("long", "history", "scene.json", "plate.obj")
         whole = (self.folder / "long/history.json").read_text()
-        commands = (("validate", "long"), ("info", "long"), ("factorise", "long", "-o", "x"), ("combine", "long", "history", "--clock", "span", "-o", "x"),
+        commands = (("validate", "long"), ("info", "long"), ("factorize", "long", "-o", "x"), ("combine", "long", "history", "--clock", "span", "-o", "x"),
                     ("combine", "history", "long", "--clock", "span", "-o", "x"), ("compare", "history", "long", "-o", "x"), ("render", "long", "-o", "x.png"))
         for label, times in (("far", [-1e308, -1, 0, 1, 2, 3, 4, 1e308]), ("subnormal", [i * 5e-324 for i in range(8)]), ("tiny", [i * 1e-300 for i in range(8)]),
                              ("one far", [0, 1, 2, 3, 4, 5, 6, 1.7e308]), ("one near", [0, 5e-324, 1, 2, 3, 4, 5, 6])):
@@ -238,8 +238,8 @@ class Hostile(unittest.TestCase):
                 self.refuses(3, "has time", *command)
             self.write("long/history.json", whole)
         for time in ("1e308", "-1e308"):
-            self.refuses(3, "use -1e18 to 1e18", "factorise", "long", "--times", time, "-o", "x")
-        self.refuses(3, "nearly that of the one before", "factorise", "long", "--times", "1e-300", "-o", "x")
+            self.refuses(3, "use -1e18 to 1e18", "factorize", "long", "--times", time, "-o", "x")
+        self.refuses(3, "nearly that of the one before", "factorize", "long", "--times", "1e-300", "-o", "x")
         for step in (5e-324, 1e-20):
             self.write("scene.json", {**SCENE, "time": {"per_iteration": step}})
             self.refuses(3, "/time/per_iteration: found", "simulate", "scene.json", "-o", "x")
@@ -318,8 +318,8 @@ class Hostile(unittest.TestCase):
         self.refuses(3, "/vary/1: /rules/0/alpha is given twice", "fit", "scene.json", "history", "--parameters", "p.json", "-o", "x")
         self.write("p.json", {"format": "patinate.parameters", "version": 1, "vary": []})
         self.refuses(3, "/vary: found an array of 0; expected at least one range", "fit", "scene.json", "history", "--parameters", "p.json", "-o", "x")
-        self.write("p.json", {"format": "patinate.parameters", "version": 1, "vary": [vary], "objective": {"colour": 1}})
-        self.refuses(3, "/objective/colour", "fit", "scene.json", "history", "--parameters", "p.json", "-o", "x")
+        self.write("p.json", {"format": "patinate.parameters", "version": 1, "vary": [vary], "objective": {"color": 1}})
+        self.refuses(3, "/objective/color", "fit", "scene.json", "history", "--parameters", "p.json", "-o", "x")
 
     def test_a_scan_of_one_place_is_a_scan(self):
         self.take("scene.json", "plate.obj")

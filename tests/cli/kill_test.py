@@ -34,12 +34,12 @@ SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_kill_"))
 CANNOT = 1
 
 CRACKLE = ["synth", "crackle", "--width", "96", "--height", "80", "--num-frames", "10"]
-MOULD = ["synth", "mould", "--width", "96", "--height", "72", "--steps", "4", "--lights", "4", "--scan-spacing", "2"]
+MOLD = ["synth", "mold", "--width", "96", "--height", "72", "--steps", "4", "--lights", "4", "--scan-spacing", "2"]
 COMMANDS = {
     "synth": [*CRACKLE, "-o", "out"],
     "ingest": ["ingest", SHARED / "capture", "--progress", "-o", "out"],
-    "mould": [*MOULD, "-o", "out"],
-    "relit": ["ingest", SHARED / "mould", "-o", "out"],
+    "mold": [*MOLD, "-o", "out"],
+    "relit": ["ingest", SHARED / "mold", "-o", "out"],
     "append": ["ingest", SHARED / "capture", "--progress", "-o", "out"],
     "transfer": ["transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "160", "-o", "out"],
     "reference": ["transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64",
@@ -49,7 +49,7 @@ COMMANDS = {
     "lookup": ["lookup", SHARED / "aged", "--time", "20", "-o", "out.png"],
     "render": ["render", SHARED / "aged", "--time", "20", "--width", "200", "-o", "out.png"],
     "movie": ["export", SHARED / "aged", "--num-times", "12", "-o", "out.gif"],
-    "factorise": ["factorise", SHARED / "history", "--num-intervals", "16", "--num-training", "48", "-o", "out"],
+    "factorize": ["factorize", SHARED / "history", "--num-intervals", "16", "--num-training", "48", "-o", "out"],
     "compare": ["compare", SHARED / "history", SHARED / "history", "--num-resamples", "10", "-o", "out"],
     "evaluate": ["evaluate", SHARED / "aged", "-o", "out"],
     "simulate": ["simulate", SHARED / "ledge/scene.json", "--iterations", "60", "--history-every", "10", "-o", "out"],
@@ -75,7 +75,7 @@ def tree_of(folder):
 
 
 def setUpModule():
-    for arguments in ([*CRACKLE, "-o", "capture"], [*MOULD, "-o", "mould"], ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "-o", "ledge"],
+    for arguments in ([*CRACKLE, "-o", "capture"], [*MOLD, "-o", "mold"], ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "-o", "ledge"],
                       ["ingest", "capture", "--progress", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "160", "-o", "aged"]):
         finish(arguments, SHARED)
@@ -177,7 +177,7 @@ class FullDisk(unittest.TestCase):
 
     def test_ends_in_one_line_and_goes_on_when_there_is_space(self):
         self.mount(64)
-        for name in ("synth", "ingest", "transfer", "sequence", "glb", "movie", "lookup", "render", "control", "factorise", "compare", "evaluate", "simulate"):
+        for name in ("synth", "ingest", "transfer", "sequence", "glb", "movie", "lookup", "render", "control", "factorize", "compare", "evaluate", "simulate"):
             with self.subTest(command=name):
                 with tempfile.TemporaryDirectory() as other:
                     finish(COMMANDS[name], other)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Lookups, time maps, movies, image sequences and colour curves, as a user asks for them. Usage: pictures_test.py PATINATE"""
+"""Lookups, time maps, movies, image sequences and color curves, as a user asks for them. Usage: pictures_test.py PATINATE"""
 import csv
 import json
 import os

@@ -11,7 +11,7 @@ import unittest
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_relit_"))
-MOULD = ["synth", "mould", "--width", "96", "--height", "72", "--steps", "3", "--lights", "4", "--scan-spacing", "1.5", "-o", "mould"]
+MOLD = ["synth", "mold", "--width", "96", "--height", "72", "--steps", "3", "--lights", "4", "--scan-spacing", "1.5", "-o", "mold"]
 
 
 def run(*arguments):
@@ -19,7 +19,7 @@ def run(*arguments):
 
 
 def setUpModule():
-    assert run(*MOULD).returncode == 0
+    assert run(*MOLD).returncode == 0
 
 
 def tearDownModule():
@@ -27,11 +27,11 @@ def tearDownModule():
 
 
 class Relit(unittest.TestCase):
-    def test_mould_becomes_a_history_with_a_report(self):
-        self.assertEqual(run("validate", "mould").returncode, 0)
-        facts = json.loads(run("info", "mould", "--json").stdout)
+    def test_mold_becomes_a_history_with_a_report(self):
+        self.assertEqual(run("validate", "mold").returncode, 0)
+        facts = json.loads(run("info", "mold", "--json").stdout)
         self.assertEqual((facts["capture_kind"], facts["lights"], facts["times"]), ("relit", 4, [0, 20, 40]))
-        result = run("ingest", "mould/capture.json", "-o", "copper", "--json")
+        result = run("ingest", "mold/capture.json", "-o", "copper", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads(result.stdout)
         self.assertEqual((report["frames"], report["controls"], report["left_out"]), (3, ["accessibility"], []))
@@ -42,10 +42,10 @@ class Relit(unittest.TestCase):
             self.assertTrue((WORK / f"copper/report/{picture}_0002.png").stat().st_size > 100)
         steps = json.loads((WORK / "copper/relit.json").read_text())["steps"]
         self.assertTrue(all(s["determined_share"] > 0.7 for s in steps), steps)
-        self.assertIn("up to date", run("ingest", "mould/capture.json", "-o", "copper").stderr)
+        self.assertIn("up to date", run("ingest", "mold/capture.json", "-o", "copper").stderr)
 
     def test_relief_and_gloss_go_along_to_another_object(self):
-        self.assertEqual(run("ingest", "mould/capture.json", "-o", "copper").returncode, 0)
+        self.assertEqual(run("ingest", "mold/capture.json", "-o", "copper").returncode, 0)
         (WORK / "plane.obj").write_text("v 0 0 0\nv 40 0 0\nv 40 40 6\nv 0 40 6\nvt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\nf 1/1 2/2 3/3 4/4\n")
         result = run("transfer", "copper", "plane.obj", "--control", "accessibility=height", "--unit", "mm", "--resolution", "64", "-o", "aged")
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -65,12 +65,12 @@ class Relit(unittest.TestCase):
         self.assertEqual(run("render", "aged", "--time", "40", "--width", "64", "--height", "64", "-o", "aged.png").returncode, 0)
 
     def test_what_is_wrong_is_one_line_and_an_exit_code(self):
-        project = json.loads((WORK / "mould/capture.json").read_text())
+        project = json.loads((WORK / "mold/capture.json").read_text())
         for change, code, said in (({"lights": project["lights"][:2]}, 3, "2 photographs"), ({"unit": "feet"}, 3, "/unit"),
                                    ({"steps": [{**project["steps"][0], "scan": "none.ply"}]}, 3, "none.ply"),
                                    ({"steps": [project["steps"][0], {**project["steps"][1], "transform": [[1, 0, 0, 400], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]}, 1, "overlap")):
-            (WORK / "mould/wrong.json").write_text(json.dumps({**project, **change}))
-            result = run("ingest", "mould/wrong.json", "-o", "wrong")
+            (WORK / "mold/wrong.json").write_text(json.dumps({**project, **change}))
+            result = run("ingest", "mold/wrong.json", "-o", "wrong")
             lines = [line for line in result.stderr.splitlines() if "error:" in line]
             self.assertEqual((result.returncode, len(lines)), (code, 1), result.stderr)
             self.assertIn(said, lines[0])

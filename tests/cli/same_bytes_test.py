@@ -15,7 +15,7 @@ import unittest
 
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_same_"))
-MOULD = ["synth", "mould", "--width", "64", "--height", "48", "--steps", "2", "--lights", "4", "--scan-spacing", "3"]
+MOLD = ["synth", "mold", "--width", "64", "--height", "48", "--steps", "2", "--lights", "4", "--scan-spacing", "3"]
 
 
 def run(arguments, cwd=WORK):
@@ -27,7 +27,7 @@ def run(arguments, cwd=WORK):
 def setUpModule():
     (WORK / "elsewhere").mkdir()
     for arguments in (["synth", "crackle", "--width", "64", "--height", "48", "--num-frames", "8", "-o", "capture"], ["synth", "sculpture", "--resolution", "24", "-o", "urn"],
-                      ["synth", "ledge", "-o", "ledge"], [*MOULD, "-o", "mould"], ["ingest", "capture", "-o", "history"],
+                      ["synth", "ledge", "-o", "ledge"], [*MOLD, "-o", "mold"], ["ingest", "capture", "-o", "history"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64", "-o", "aged"],
                       ["control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "facing.exr"],
                       ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "20", "--history-every", "10", "-o", "rain"]):
@@ -49,13 +49,13 @@ def tree_of(path):
 # Words that are paths begin with "@".
 COMMANDS = {
     "ingest": ["ingest", "@capture", "--progress"],
-    "relit": ["ingest", "@mould"],
+    "relit": ["ingest", "@mold"],
     "transfer": ["transfer", "@history", "@urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64"],
     "combine": ["combine", "@history", "@history"],
     "evaluate": ["evaluate", "@aged", "--audits", "20"],
     "evaluate_foreign": ["evaluate", "@same.nnf", "--history", "@history", "--control", "@history/controls/thickness.exr", "--audits", "20"],
     "compare": ["compare", "@history", "@aged", "--through", "@aged", "--num-resamples", "5"],
-    "factorise": ["factorise", "@history", "--num-intervals", "16", "--num-training", "48"],
+    "factorize": ["factorize", "@history", "--num-intervals", "16", "--num-training", "48"],
     "simulate": ["simulate", "@ledge/scene.json", "--resolution", "64", "--iterations", "20"],
     "recompose": ["recompose", "@rain"],
     "export_glb": ["export", "@aged", ".glb"],
@@ -64,9 +64,9 @@ COMMANDS = {
     "lookup": ["lookup", "@aged", "--time", "20", ".png"],
     "render": ["render", "@aged", "--time", "20", "--width", "64", ".png"],
     "control": ["control", "@urn/mesh.obj", "--kind", "facing", "--resolution", "64", ".exr"],
-    "accessibility": ["accessibility", "@mould/step00/scan.ply"],
+    "accessibility": ["accessibility", "@mold/step00/scan.ply"],
     "thickness": ["thickness", "@capture/backlight.png", ".exr"],
-    "register": ["register", "@mould/step00/scan.ply", "@mould/step01/scan.ply"],
+    "register": ["register", "@mold/step00/scan.ply", "@mold/step01/scan.ply"],
 }
 
 

@@ -19,7 +19,7 @@ except ImportError:
 
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
-FILES = {"capture": "capture/capture.json", "relit": "mould/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
+FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
          "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json"}
@@ -35,11 +35,11 @@ RIG = {"format": "patinate.calibrate", "version": 1, "kind": "spheres", "unit": 
 def setUpModule():
     (WORK / "rig.json").write_text(json.dumps(RIG))
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
-                      ["synth", "mould", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mould"],
+                      ["synth", "mold", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mold"],
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"],
                       ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"], ["combine", "history", "history", "-o", "library"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
-                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorise", "history", "--times", "24", "-o", "factors"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
+                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorize", "history", "--times", "24", "-o", "factors"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
     (WORK / "ranges.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}],
                                                   "objective": {"mean_color": 1}}))
@@ -95,7 +95,7 @@ BROKEN = {
     "history": COMMON + [put("width", 0), put("width", 70000), put("width", "48"), put("height", 1.5), put("origin", "found"), put("time_unit", "weeks"),
                          put("texel_size_mm", 0), put("texel_size_mm", -1), put("frames", []), put("frames", {}), put("frames", 0, "time", "now"),
                          put("frames", 0, "fiel", "x"), drop("frames", 0, "file"), put("controls", 0, "range", [1]), drop("controls", 0, "name"),
-                         put("maps", {"colour": "x"}), put("key", 5), drop("name"), put("mask", 3)],
+                         put("maps", {"color": "x"}), put("key", 5), drop("name"), put("mask", 3)],
     "library": [put("library", 0, "width", 0), put("library", 0, "x", -1), drop("library", 0, "key"), put("library", 0, "surplus", 1), put("library", "two")],
     "capture": COMMON + [put("kind", "moving"), put("response", "rgb"), put("response", {"gamma": 0}), put("response", {"gama": 2}), put("frames", []),
                          put("frames", {"pattern": "frames/*.png", "interval": 0}), put("frames", {"pattern": "frames/*.png", "start": 1}),
@@ -108,7 +108,7 @@ BROKEN = {
                        put("reference_patch", "albedo", [1, 1]), put("reference", -1), drop("steps", 0, "time"), put("steps", 0, "photos", []), put("steps", 1, "transform", [[1, 0, 0, 0]]),
                        put("steps", 0, "albedo", "a.exr"), put("steps", 0, "surplus", 1), put("frames", []), put("kind", "fixed")],
     "transfer": COMMON + [put("width", 0), put("subpixel", True), put("mesh", "mm_per_mesh_unit", 0), drop("history", "key"), drop("coordinates"),
-                          put("energy", {}), drop("energy", "used_share"), put("controls", 5), drop("key"), put("mesh", "colour", "red"), put("history", 1)],
+                          put("energy", {}), drop("energy", "used_share"), put("controls", 5), drop("key"), put("mesh", "color", "red"), put("history", 1)],
     "factorization": COMMON + [put("width", 0), put("curves", []), put("curves", 0, "noise", [0, 1, 1]), put("curves", 0, "coefficients", 0, ["a"]), put("frames", 0, "time", "now"),
                                put("frames", 0, "rmse", -1), put("maps", {}), drop("maps", "rate"), drop("history"), drop("key"), put("curves", 0, "correlation", 2)],
 }
@@ -162,7 +162,7 @@ class Schemas(unittest.TestCase):
         for number, change in enumerate(COMMON + [put("unit", "inch"), drop("unit"), put("materials", []), put("materials", ["a"] * 2), drop("objects"), put("objects", []), put("emitters", []),
                                                   put("emitters", 0, "shape", "cone"), put("emitters", 0, "speed", 0), put("emitters", 0, "spread_deg", 181), put("emitters", 0, "gammatons", 0),
                                                   put("emitters", 0, "carries", "water", -1), put("exchange", "ratio", 2), put("exchange", "splat", 2), put("atlas", "resolution", 8), put("atlas", "uvs", "own"),
-                                                  put("behaviour", {"slider": 1.5}), put("tracing", "reach", 0), put("time", "unit", "y"), put("run", "iterations", -1), put("objects", 0, "scale", 0),
+                                                  put("behavior", {"slider": 1.5}), put("tracing", "reach", 0), put("time", "unit", "y"), put("run", "iterations", -1), put("objects", 0, "scale", 0),
                                                   put("events", [{"iteration": 1, "op": "dance"}]), put("events", [{"iteration": 1, "op": "rule", "target": "evaporation", "alpha": -1}]), put("appearance", {"dirt": {"strenth": 1}}), put("gravity", [0, 1])]):
             content = copy.deepcopy(scene)
             change(content)

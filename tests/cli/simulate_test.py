@@ -301,7 +301,7 @@ class Simulate(unittest.TestCase):
         self.refused(lambda s: s["objects"][0].update(mesh="none.obj"), 3, "none.obj")
         self.refused(lambda s: s.update(events=[{"iteration": 3, "op": "move", "target": "rian", "position": [0, 0, 0]}]), 3, "/events/0/target", "rian")
         self.refused(lambda s: s["emitters"].append({"name": "inside", "shape": "point", "position": [0, 400, -50], "carries": {"water": 1}}), 3, "inside")
-        self.refused(lambda s: s.update(colour=1), 3, "colour")
+        self.refused(lambda s: s.update(color=1), 3, "color")
 
     def test_a_mesh_with_overlapping_uvs_is_named_when_its_uvs_are_insisted_on(self):
         text = (self.folder / "ledge/mesh.obj").read_text()

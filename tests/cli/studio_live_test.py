@@ -136,7 +136,7 @@ class Live(unittest.TestCase):
     def test_what_one_changes_the_other_hears(self):
         one, two = self.client(), self.client_without_reset()
         one.do("event", event={"op": "ratio", "ratio": 0.125})
-        one.do("event", event={"op": "behaviour", "behaviour": {"slider": 0.5}})
+        one.do("event", event={"op": "behavior", "behavior": {"slider": 0.5}})
         two.until(lambda: two.scene["exchange"]["ratio"] == 0.125 and two.scene["slider"] == 0.5)
         emitter = dict(one.scene["emitters"][1], on=False)
         one.do("event", event={"op": "emitter", "emitter": emitter})
@@ -255,7 +255,7 @@ class Live(unittest.TestCase):
         client = self.client("ledge/painted.json")
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
         client.step(3)
-        client.do("event", event={"op": "behaviour", "behaviour": {"slider": 0.7}})
+        client.do("event", event={"op": "behavior", "behavior": {"slider": 0.7}})
         client.step(2)
         client.do("event", event={"op": "ratio", "ratio": 0.1})  # before the file's own event of iteration 5, which then wins
         client.step(4)

@@ -59,7 +59,7 @@ class Recordings(unittest.TestCase):
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
         brush = client.scene["emitters"][-1]["name"]
         client.step(4)
-        client.do("event", event={"op": "behaviour", "behaviour": {"slider": 0.6}})
+        client.do("event", event={"op": "behavior", "behavior": {"slider": 0.6}})
         client.do("stroke", emitter=brush, position=middle, phase="begin")
         client.do("stroke", position=[middle[0] + 30, middle[1], middle[2]], phase="move")
         client.do("stroke", position=[middle[0] + 30, middle[1] + 20, middle[2]], phase="end")
@@ -207,13 +207,13 @@ class Recordings(unittest.TestCase):
             client.do("run")
             for ratio in (0.1, 0.2, 0.3):  # the last ones follow the first sooner than anything is written again
                 client.do("event", event={"op": "ratio", "ratio": ratio})
-                client.do("event", event={"op": "behaviour", "behaviour": {"slider": ratio}})
+                client.do("event", event={"op": "behavior", "behavior": {"slider": ratio}})
             server.process.send_signal(end)
             self.assertEqual(server.process.wait(timeout=30), 130)
             name = next(n for n in self.recordings() if not n.endswith(".previous.json"))
             kept = json.loads((self.folder / ".studio" / name).read_text())
             self.assertEqual([e["ratio"] for e in kept["events"] if e["op"] == "ratio"][-1], 0.3)
-            self.assertEqual(kept["events"][-1]["behaviour"], {"slider": 0.3})
+            self.assertEqual(kept["events"][-1]["behavior"], {"slider": 0.3})
 
     def test_two_programs_that_serve_one_folder_keep_both(self):
         clients = [self.open(self.server()), self.open(self.server())]

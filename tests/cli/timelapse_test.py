@@ -55,13 +55,13 @@ class TimeLapse(unittest.TestCase):
         run = self.run_ingest()
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertRegex(run.stderr, r"4\.png .*moved by 3 px right and 0 px")
-        self.assertIn("--stabilise", run.stderr)
+        self.assertIn("--stabilize", run.stderr)
         survey = json.loads((self.folder / "out/survey.json").read_text())
         self.assertEqual([f["photo"] for f in survey["findings"] if f["is_shifted"]], ["4.png"])
         self.assertAlmostEqual(survey["findings"][0]["shift_px"][0], 3.0, delta=0.1)
 
-    def test_stabilising_masks_what_left_the_view(self):
-        run = self.run_ingest("--stabilise", "--json")
+    def test_stabilizing_masks_what_left_the_view(self):
+        run = self.run_ingest("--stabilize", "--json")
         self.assertEqual(run.returncode, 0, run.stderr)
         result = json.loads(run.stdout)
         self.assertGreaterEqual(result["outside_share"], 0.02)  # 3 of 96 columns are not seen at the end.
@@ -81,11 +81,11 @@ class TimeLapse(unittest.TestCase):
         self.assertTrue(all("mask" not in f and f["file"].startswith("frames/") for f in frames))
 
     def test_repairs_resume_and_are_up_to_date(self):
-        self.assertEqual(self.run_ingest("--stabilise", "--deflicker").returncode, 0)
-        again = self.run_ingest("--stabilise", "--deflicker")
+        self.assertEqual(self.run_ingest("--stabilize", "--deflicker").returncode, 0)
+        again = self.run_ingest("--stabilize", "--deflicker")
         self.assertEqual(again.returncode, 0)
         self.assertIn("up to date", again.stderr)
-        other = self.run_ingest("--stabilise")
+        other = self.run_ingest("--stabilize")
         self.assertEqual(other.returncode, 1, "another option is another history")
 
     def test_mistakes_are_named(self):

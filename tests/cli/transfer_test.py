@@ -86,8 +86,8 @@ class Transfer(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("is the same all over the mesh, so that it decides nothing", result.stderr)
 
-    def test_a_source_smaller_than_the_neighbourhood(self):
-        self.refused(INPUT, "no pixel has its whole neighbourhood of 7 pixels inside the mask", "--control", "facing", history=self.narrow_history(6))
+    def test_a_source_smaller_than_the_neighborhood(self):
+        self.refused(INPUT, "no pixel has its whole neighborhood of 7 pixels inside the mask", "--control", "facing", history=self.narrow_history(6))
 
     def test_a_mask_of_three_pixels(self):
         history = self.folder / "three"

@@ -11,7 +11,7 @@ void read_and_check_cloud(const std::string& name, Bytes bytes) {
   require(n > 0, "a scan has points");
   for (const Vec3& p : cloud.points) require(p.allFinite(), "points are finite");
   require(cloud.normals.empty() || cloud.normals.size() == cloud.points.size(), "a normal for every point, or none");
-  require(cloud.colors.empty() || cloud.colors.size() == cloud.points.size(), "a colour for every point, or none");
+  require(cloud.colors.empty() || cloud.colors.size() == cloud.points.size(), "a color for every point, or none");
   for (const Triangle& t : cloud.triangles) {
     for (const int corner : t) require(corner >= 0 && corner < n, "corners are points");
   }

@@ -28,7 +28,7 @@ PATINATE_FUZZ_TARGET(image) {
   }
   if (std::int64_t{info.width} * info.height > 1 << 20) return;  // Decoding large images finds nothing new.
   const ImageF color = read_color(file);
-  for (float v : color.values()) fuzz::require(std::isfinite(v), "colours are finite");
+  for (float v : color.values()) fuzz::require(std::isfinite(v), "colors are finite");
   (void)read_gray(file);
   (void)read_mask(file);
 }

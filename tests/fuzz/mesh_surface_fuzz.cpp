@@ -29,8 +29,8 @@ PATINATE_FUZZ_TARGET(mesh_surface) {
     const std::span<const PixelNeighbor> stored = cursor.at(t);
     for (std::size_t k = 0; k < out.size(); ++k) {
       const TexelId n = out[k].texel;
-      fuzz::require(n == -1 || (n >= 0 && n < map.num_texels() && map.is_covered(n)), "neighbours are covered texels");
-      fuzz::require(stored[k].texel == n || stored[k].texel == -1, "stored and walked neighbours are the same, or too far away");
+      fuzz::require(n == -1 || (n >= 0 && n < map.num_texels() && map.is_covered(n)), "neighbors are covered texels");
+      fuzz::require(stored[k].texel == n || stored[k].texel == -1, "stored and walked neighbors are the same, or too far away");
     }
     fuzz::require(map.position_mm(t).allFinite() && map.normal(t).allFinite(), "texels have a place and a normal");
   }

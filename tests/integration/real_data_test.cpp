@@ -119,7 +119,7 @@ void expect_copper_ages(const transfer::TransferTask& task, const transfer::Tran
   }
   EXPECT_LT(transfer.manifest().energy.control_error_mean, 0.06);
   EXPECT_GT(control_agreement(task, transfer), 0.9);
-  // The photographs' own mean colour, at the start and at the end: rank matching uses every part of the plate in its proportion. 0.03 of
+  // The photographs' own mean color, at the start and at the end: rank matching uses every part of the plate in its proportion. 0.03 of
   // full scale is a third of the change in red.
   const HistoryReader& history = transfer.history();
   const double last = history.manifest().frames.back().time;

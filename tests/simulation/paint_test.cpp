@@ -122,7 +122,7 @@ TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
 TEST(Paint, StepsAtOnePlaceRollDiceOfTheirOwn) {
   // With the same random numbers in every step the same of 70 drops would bounce, and be absorbed, again and again: absorbed ones are born anew, so births tell.
   Scene scene = painted_plate();
-  scene.behaviour = {.bounce = 0.25, .floating = 0.25, .absorb = 0.5, .deceleration_bounce = 0.4, .deceleration_float = 0.3};
+  scene.behavior = {.bounce = 0.25, .floating = 0.25, .absorb = 0.5, .deceleration_bounce = 0.4, .deceleration_float = 0.3};
   Simulation simulation(scene);
   for (int i = 0; i < 40; ++i) simulation.paint("brush", Vec3(0, 0, 0));
   const Gammatons& g = simulation.gammatons();

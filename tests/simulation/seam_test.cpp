@@ -1,4 +1,4 @@
-// Seams: what lies on both sides of one differs no more than neighbours inside a chart do, under rain that falls on all places alike.
+// Seams: what lies on both sides of one differs no more than neighbors inside a chart do, under rain that falls on all places alike.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,14 +34,14 @@ Scene quilt(int splat_texels) {
   rain.gammatons = 50000;
   rain.carries[0] = 1.0;
   scene.emitters.push_back(rain);
-  scene.behaviour = {.bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {.bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.exchange = {.ratio = 1.0, .rates = {0.05}, .splat_texels = splat_texels};
   return scene;
 }
 
 int chart_of(const TileGrid& grid, TexelIndex t) { return grid.y(t) * kCharts / grid.height * kCharts + grid.x(t) * kCharts / grid.width; }
 
-/// Root of the mean square of what differs between neighbours across seams, over that inside charts.
+/// Root of the mean square of what differs between neighbors across seams, over that inside charts.
 template <class Value>
 double seam_ratio(const SurfaceAtlas& surface, Value&& value) {
   const TileGrid& grid = surface.grid();
@@ -60,7 +60,7 @@ double seam_ratio(const SurfaceAtlas& surface, Value&& value) {
   return std::sqrt(across / num_across) / std::sqrt(inside / num_inside);
 }
 
-/// Runs it and says how much larger differences are across seams than inside charts: of amounts, colours and heights.
+/// Runs it and says how much larger differences are across seams than inside charts: of amounts, colors and heights.
 void check_seams(int splat_texels) {
   Simulation simulation(quilt(splat_texels));
   for (int i = 0; i < (splat_texels == 1 ? 24 : 12); ++i) simulation.step();

@@ -27,7 +27,7 @@ TEST(StudioAssets, PageAsksForNothingThatIsNotInTheProgram) {
   }
 }
 
-TEST(StudioAssets, LicenceOfThreeJsGoesWithItsCode) {
+TEST(StudioAssets, LicenseOfThreeJsGoesWithItsCode) {
   if (!studio::has_studio_client()) GTEST_SKIP() << "built without the client";
   const std::string_view script = studio::find_studio_asset("/studio.js")->bytes;
   EXPECT_NE(script.substr(0, 4000).find("The above copyright notice and this permission notice shall be included"), std::string_view::npos);

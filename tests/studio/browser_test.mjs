@@ -32,14 +32,14 @@ before(async () => {
     (async () => {
       await make_wall(program, folder);
       await make("simulate", "wall/scene.json", "-o", "wet");
-      await make("synth", "mould", "-o", "mould", "--width", "100", "--height", "75");
-      await make("register", "mould/step00/scan.ply", "mould/step01/scan.ply", "--unit", "mm", "-o", "registered");
-      await make("ingest", "mould/capture.json", "-o", "copper");
-      const capture = JSON.parse(await readFile(join(folder, "mould/capture.json"), "utf8"));
+      await make("synth", "mold", "-o", "mold", "--width", "100", "--height", "75");
+      await make("register", "mold/step00/scan.ply", "mold/step01/scan.ply", "--unit", "mm", "-o", "registered");
+      await make("ingest", "mold/capture.json", "-o", "copper");
+      const capture = JSON.parse(await readFile(join(folder, "mold/capture.json"), "utf8"));
       const { photos, ambient, scan } = capture.steps[0];
       const { unit, response, camera, lights } = capture;
-      await writeFile(join(folder, "mould/step.json"), JSON.stringify({ format: "patinate.unlight", version: 1, unit, response, camera, lights, photos, ambient, scan }));
-      await make("unlight", "mould/step.json", "-o", "unlit");
+      await writeFile(join(folder, "mold/step.json"), JSON.stringify({ format: "patinate.unlight", version: 1, unit, response, camera, lights, photos, ambient, scan }));
+      await make("unlight", "mold/step.json", "-o", "unlit");
     })(),
   ]);
   server = await serve(program, folder);
@@ -177,7 +177,7 @@ test("a capture shows its photographs", async () => {
   await page.keyboard.press("Escape");
 });
 
-test("registered scans lie in one frame, each in its colour, and can be hidden", async () => {
+test("registered scans lie in one frame, each in its color, and can be hidden", async () => {
   await open_place(page, server, "registered");
   await until(page, () => Object.keys(window.patinate?.scans?.() ?? {}).length === 2);
   assert.match(await page.locator(".scan-list label").nth(2).textContent(), /step01\/scan\.ply.*RMS 0\.\d+ mm, overlap \d+/);
@@ -369,7 +369,7 @@ test("a paused scene is not called running, and its counters are there when one 
   await page.locator("summary", { hasText: "Counters and mass" }).click();
 });
 
-test("the colours of amounts and counters span what is there, with numbers and a unit beside them", async () => {
+test("the colors of amounts and counters span what is there, with numbers and a unit beside them", async () => {
   for (const name of ["water", "hits"]) {
     await page.locator("select", { hasText: "nothing" }).selectOption(name);
     const overlay = await until(page, (n) => { const o = window.patinate.scene().overlays.find((one) => one.name === n); return o.most > 0 && o.range[1] > 0 ? o : undefined; }, name);
@@ -458,7 +458,7 @@ test("rules and the flow change while the scene runs", async () => {
   await slide("Rate alpha", 1.5);  // Of the first rule, evaporation.
   await slide("From bouncing to creeping", 0.9);
   await slide("Absorbed at a hit", 0.25);
-  await until(page, () => { const s = window.patinate.scene(); return s.rules[0].alpha === 1.5 && s.slider === 0.9 && s.behaviour.absorb === 0.25 && s.behaviour.bounce === 0; });
+  await until(page, () => { const s = window.patinate.scene(); return s.rules[0].alpha === 1.5 && s.slider === 0.9 && s.behavior.absorb === 0.25 && s.behavior.bounce === 0; });
   assert.ok(await in_page(() => window.patinate.status().running));
   const from = await iteration();
   await until(page, (end) => window.patinate.status().iteration >= end, from + 40);

@@ -57,7 +57,7 @@ await page.keyboard.press("3");
 await save("difference");
 
 await look("light");
-await open_place(page, server, "mould");
+await open_place(page, server, "mold");
 await until(page, () => document.querySelector(".pictures img")?.naturalWidth > 0);
 await save("capture");
 
@@ -66,7 +66,7 @@ await open_place(page, server, "registered");
 await until(page, () => Object.keys(window.patinate?.scans?.() ?? {}).length > 0 && document.querySelector(".pictures img")?.naturalWidth > 0);
 await save("registration");
 
-await open_place(page, server, "copper_mould");
+await open_place(page, server, "copper_mold");
 await history_is_ready(page);
 await set_time(0);
 await page.locator("summary", { hasText: /^Light$/ }).click();

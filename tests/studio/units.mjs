@@ -79,7 +79,7 @@ test("CIEDE2000 gives the values of Sharma's table", () => {
   }
 });
 
-test("Lab and back is the same colour, and sRGB codes come back exactly", () => {
+test("Lab and back is the same color, and sRGB codes come back exactly", () => {
   for (let code = 0; code < 256; ++code) assert.equal(Math.round(255 * u.srgb_from_linear(u.linear_from_srgb(code / 255))), code);
   const kMatrixDigits = 1e-6;
   for (const color of [[0.2, 0.5, 0.8], [0, 0, 0], [1, 1, 1], [0.003, 0.9, 0.01]]) {
@@ -94,12 +94,12 @@ test("the ramp grows lighter all the way, in equal steps", () => {
 
 test("the slider of Figure 10: probabilities sum to 1, ends and thirds are as in the paper", () => {
   for (let s = 0; s <= 1; s += 0.01) {
-    const b = u.behaviour_of_slider(s, 0.1);
+    const b = u.behavior_of_slider(s, 0.1);
     assert.ok(Math.abs(b.bounce + b.float + b.absorb - 1) < kRounding);
   }
-  assert.deepEqual(u.behaviour_of_slider(0, 0), { bounce: 1, float: 0, absorb: 0, deceleration_bounce: 0, deceleration_float: 0 });
-  assert.deepEqual(u.behaviour_of_slider(1, 0), { bounce: 0, float: 1, absorb: 0, deceleration_bounce: 1, deceleration_float: 1 });
-  assert.equal(u.behaviour_of_slider(1 / 3, 0).bounce, 1);
+  assert.deepEqual(u.behavior_of_slider(0, 0), { bounce: 1, float: 0, absorb: 0, deceleration_bounce: 0, deceleration_float: 0 });
+  assert.deepEqual(u.behavior_of_slider(1, 0), { bounce: 0, float: 1, absorb: 0, deceleration_bounce: 1, deceleration_float: 1 });
+  assert.equal(u.behavior_of_slider(1 / 3, 0).bounce, 1);
 });
 
 test("a saved session answers with the nearest time, and with nothing what it does not hold", () => {
@@ -131,7 +131,7 @@ test("keys have one name, whatever Shift, Caps Lock and the keyboard's letters m
   assert.equal(pressed("ArrowLeft"), "ArrowLeft");
 });
 
-test("a map's colours span what most of it has, and its few largest numbers do not make the rest dark", () => {
+test("a map's colors span what most of it has, and its few largest numbers do not make the rest dark", () => {
   const values = new Float32Array(1000);
   for (let i = 0; i < 500; ++i) values[i] = i % 50;  // The rest has nothing: it is not there.
   values[7] = 1000;

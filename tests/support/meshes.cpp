@@ -57,7 +57,7 @@ Mesh turned_cells(double side_mm, int n, Shape&& shape) {
   mesh.uvs.clear();
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
-      const double angle = 0.4 + 2.4 * (i + n * j);  // no two neighbours alike
+      const double angle = 0.4 + 2.4 * (i + n * j);  // no two neighbors alike
       const double half = 0.45 / std::sqrt(2.0) / n;
       const Vec2 scale = shape(i, j);
       const auto corner = [&](double x_corner, double y_corner) {

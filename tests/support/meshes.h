@@ -18,7 +18,7 @@ namespace patinate::testing_support {
 /// The same, every second chart mirrored and every second row of charts with 0.7 of the texel density.
 [[nodiscard]] Mesh patchwork_plane(double side_mm, int n);
 
-/// (x, y) * step_mm for x and y in [-radius, radius], row by row, without (0, 0): a neighbourhood on a surface.
+/// (x, y) * step_mm for x and y in [-radius, radius], row by row, without (0, 0): a neighborhood on a surface.
 [[nodiscard]] std::vector<Vec2> square_offsets(int radius, double step_mm);
 
 /// The square as `columns` UDIM tiles from left to right, each a strip of it that fills its tile.

@@ -16,7 +16,7 @@
 namespace patinate::transfer {
 namespace {
 
-TEST(AgeMesh, GivesATextureOfTheHistorysColoursAtAnyTime) {
+TEST(AgeMesh, GivesATextureOfTheHistorysColorsAtAnyTime) {
   const testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), 48, 48, 3, testing_support::blotches);
   const auto history = std::make_shared<const HistoryReader>(folder.path());

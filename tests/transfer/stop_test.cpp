@@ -54,7 +54,7 @@ TEST(Stop, ATransferEndsAtAnyMomentOfItsProgress) {
         if (source.stop_requested()) ++later;
         else if (done >= moment) source.request_stop();
       };
-      EXPECT_THROW((void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.guide}}, options, control), Cancelled) << moment;
+      EXPECT_THROW((void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.guide}}, options, control), Canceled) << moment;
       EXPECT_LE(later, kThreads) << "begun after the stop at " << moment;
     }
   }
@@ -81,12 +81,12 @@ TEST(Stop, EveryStageOfATransferNoticesIt) {
       {"levels of controls", [&] { (void)source_control_levels(appearance, known, stopped); }},
       {"texels", [&] { TexelMap(task.map->mesh(), kSide, kSide, stopped); }},
       {"directions", [&] { (void)direction_frames(*task.map, DirectionKind::Gravity, Vec3(0, 1, 0), stopped); }},
-      {"neighbours", [&] { (void)make_destination_level(task.map, level.destination.controls, neighborhood, placement, stopped); }},
-      {"reference", [&] { (void)synthesise_reference(level.source, level.destination, neighborhood, 0.5, weights, 1, {}, stopped); }},
-      {"fast", [&, levels = std::vector<SynthesisLevel>{level}]() mutable { (void)synthesise_multi_level(levels, neighborhood, 0.5, weights, 1, {}, stopped); }},
+      {"neighbors", [&] { (void)make_destination_level(task.map, level.destination.controls, neighborhood, placement, stopped); }},
+      {"reference", [&] { (void)synthesize_reference(level.source, level.destination, neighborhood, 0.5, weights, 1, {}, stopped); }},
+      {"fast", [&, levels = std::vector<SynthesisLevel>{level}]() mutable { (void)synthesize_multi_level(levels, neighborhood, 0.5, weights, 1, {}, stopped); }},
       {"energy", [&] { (void)measure_energy(level.source, level.destination, neighborhood, coordinates, 0.5, weights, stopped); }},
       {"audit", [&] { (void)audit_optimum(level, neighborhood, coordinates, 0.5, weights, 10, 1, stopped); }}};
-  for (const auto& [name, run] : stages) EXPECT_THROW(run(), Cancelled) << name;
+  for (const auto& [name, run] : stages) EXPECT_THROW(run(), Canceled) << name;
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ int guarded_main(const std::vector<std::string>& arguments) {
   stop_on_signals(source);
   try {
     return run_verb(arguments, source.get_token());
-  } catch (const Cancelled&) {
+  } catch (const Canceled&) {
     return report_interruption();
   } catch (...) {
     const Failure failure = current_failure();

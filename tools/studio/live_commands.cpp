@@ -190,7 +190,7 @@ void LiveEngine::set_looks(const Json& changes) {
   const simulation::Scene& scene = simulation_.scene();
   simulation::SceneContext context;
   context.materials = scene.materials;
-  context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
+  context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a color [r, g, b]"); };
   const JsonReader reader("looks", changes);
   std::vector<simulation::MaterialLook> looks = scene.looks;
   Json cleaned = Json::object();
@@ -216,8 +216,8 @@ void LiveEngine::apply(const Json& event_mm) {
   record_.add_event(event);
   future_.clear();
   if (stroke_ && !can_paint(stroke_->emitter)) finish_stroke();
-  if (parsed.op == simulation::SceneEvent::Op::Behaviour) {
-    slider_ = event["behaviour"].contains("slider") ? std::optional(event["behaviour"]["slider"].get<double>()) : std::nullopt;
+  if (parsed.op == simulation::SceneEvent::Op::Behavior) {
+    slider_ = event["behavior"].contains("slider") ? std::optional(event["behavior"]["slider"].get<double>()) : std::nullopt;
   }
 }
 

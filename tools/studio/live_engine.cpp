@@ -36,8 +36,8 @@ double memory_mb() {
 
 std::optional<double> slider_of(const std::filesystem::path& file) {
   const Json root = load_json(file);
-  if (!root.contains("behaviour") || !root["behaviour"].contains("slider")) return std::nullopt;
-  return root["behaviour"]["slider"].get<double>();
+  if (!root.contains("behavior") || !root["behavior"].contains("slider")) return std::nullopt;
+  return root["behavior"]["slider"].get<double>();
 }
 
 double seconds_since(std::chrono::steady_clock::time_point begin) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
@@ -142,7 +142,7 @@ Json LiveEngine::scene_json() const {
           {"looks", looks_json(scene)},
           {"emitters", emitters_json(scene)},
           {"objects", objects_json(scene)},
-          {"behaviour", behaviour_json(scene.behaviour)},
+          {"behavior", behavior_json(scene.behavior)},
           {"slider", slider_ ? Json(*slider_) : Json(nullptr)},
           {"exchange", exchange_json(scene)},
           {"rules", rules_json(scene)},

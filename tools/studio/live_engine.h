@@ -29,7 +29,7 @@
 namespace patinate::studio {
 
 struct LiveOptions {
-  simulation::ColorForm color_form = simulation::ColorForm::Normalised;
+  simulation::ColorForm color_form = simulation::ColorForm::Normalized;
   int num_threads = 0;
   double most_updates_s = 60.0;  ///< To one client.
   std::filesystem::path place;     ///< What is recorded is of this one, below the served folder; "" = nothing is.
@@ -152,7 +152,7 @@ class LiveEngine {
   std::deque<Moment> past_;    ///< Before strokes and returns to the start; the last one is undone first.
   std::deque<Moment> future_;  ///< Undone; the last one is redone first.
   std::optional<Stroke> stroke_;
-  std::optional<double> slider_, start_slider_;  ///< Of Figure 10, unless the behaviour was set otherwise.
+  std::optional<double> slider_, start_slider_;  ///< Of Figure 10, unless the behavior was set otherwise.
   std::vector<simulation::RuleAsset> fitting_rules_;         ///< Built-in ones whose materials the scene has.
   std::shared_ptr<Json> said_;  ///< scene_json() as clients know it.
   std::string opened_;            ///< What a client should know of where it began.

@@ -21,7 +21,7 @@ void LiveEngine::open_finished() {
     opened_ = "Changed since this simulation was made: " + changed + ". So this is the start of the scene as it is now; the simulation's own end is its history.";
     return;
   }
-  const simulation::Behaviour start = file_.scene.behaviour;
+  const simulation::Behavior start = file_.scene.behavior;
   const std::string ended = "This is where the simulation ended, after " + std::to_string(manifest.iterations) + " iterations. ";
   if (simulation::read_state_file(options_.finished, simulation_)) {
     opened_ = ended + "Run goes on from here; " + kStartAgain;
@@ -34,7 +34,7 @@ void LiveEngine::open_finished() {
     picture_of_ = manifest.iterations;
     opened_ = ended + "Its folder has no state.bin, so looks can change, and nothing can go on; " + kStartAgain;
   }
-  const simulation::Behaviour now = simulation_.scene().behaviour;
+  const simulation::Behavior now = simulation_.scene().behavior;
   const bool is_same = now.bounce == start.bounce && now.floating == start.floating && now.absorb == start.absorb && now.deceleration_bounce == start.deceleration_bounce &&
                        now.deceleration_float == start.deceleration_float;
   if (!is_same) slider_.reset();

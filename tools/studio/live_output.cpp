@@ -72,7 +72,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
       make_history(folder / "scene.json", folder / "simulation", form, control);
       say("The history is in " + (folder / "simulation").string());
     } catch (const std::exception& e) {
-      say(stop.stop_requested() ? "The history was cancelled" : std::string("The history could not be made: ") + e.what());
+      say(stop.stop_requested() ? "The history was canceled" : std::string("The history could not be made: ") + e.what());
     }
     flag->store(false);
   });

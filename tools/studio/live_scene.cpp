@@ -69,7 +69,7 @@ void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& fo
     auto [file, options] = source_of(path, kind, num_threads, control.part(0.0, 0.5));
     LiveEngine engine(std::move(file), folder, options, control.part(0.5, 1.0));
     serve(engine, stop);
-  } catch (const Cancelled&) {
+  } catch (const Canceled&) {
   } catch (const std::exception& e) {
     const std::lock_guard lock(mutex_);
     problem_ = e.what();

@@ -26,7 +26,7 @@ const simulation::Emitter& emitter_named(const simulation::Scene& scene, const s
   return *std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const simulation::Emitter& e) { return e.name == name; });
 }
 
-/// What a scene file holds of a coordinate in mm: enough digits to lie within a tenth of a micrometre.
+/// What a scene file holds of a coordinate in mm: enough digits to lie within a tenth of a micrometer.
 double of_file(double mm, double mm_per_unit) { return std::round(1e4 * mm) / 1e4 / mm_per_unit; }
 
 }  // namespace

@@ -98,8 +98,8 @@ void set_bounds(Json& accessor, const std::vector<float>& positions) {
   accessor["max"] = high;
 }
 
-void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double metres_per_unit, bool has_uvs) {
-  const Vertices v = vertices_of(mesh, part.triangles, metres_per_unit, has_uvs);
+void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double meters_per_unit, bool has_uvs) {
+  const Vertices v = vertices_of(mesh, part.triangles, meters_per_unit, has_uvs);
   Json node{{"name", part.name}};
   if (!v.indices.empty()) {
     Json attributes{{"POSITION", glb.add(v.positions, 3, "VEC3", kFloat, kArrayBuffer)}};
@@ -111,7 +111,7 @@ void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double metres_pe
     node["mesh"] = glb.json()["meshes"].size() - 1;
   } else if (!part.points.empty()) {
     constexpr int kPoints = 0;
-    const std::vector<float> positions = floats_of(part.points, metres_per_unit);
+    const std::vector<float> positions = floats_of(part.points, meters_per_unit);
     const Json attributes{{"POSITION", glb.add(positions, 3, "VEC3", kFloat, kArrayBuffer)}};
     set_bounds(glb.json()["accessors"].back(), positions);
     glb.json()["meshes"].push_back({{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"mode", kPoints}}})}});
@@ -122,12 +122,12 @@ void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double metres_pe
 
 }  // namespace
 
-std::string mesh_glb(const Mesh& mesh, const std::vector<MeshPart>& parts, double metres_per_unit) {
+std::string mesh_glb(const Mesh& mesh, const std::vector<MeshPart>& parts, double meters_per_unit) {
   Glb glb;
   const bool has_uvs = mesh.has_uvs();
   Json nodes = Json::array();
   for (const MeshPart& part : parts) {
-    add_part(glb, mesh, part, metres_per_unit, has_uvs);
+    add_part(glb, mesh, part, meters_per_unit, has_uvs);
     nodes.push_back(nodes.size());
   }
   glb.json()["scenes"] = Json::array({{{"nodes", nodes}}});
@@ -135,10 +135,10 @@ std::string mesh_glb(const Mesh& mesh, const std::vector<MeshPart>& parts, doubl
   return glb.text();
 }
 
-std::string mesh_glb(const Mesh& mesh, const std::string& name, double metres_per_unit) {
+std::string mesh_glb(const Mesh& mesh, const std::string& name, double meters_per_unit) {
   MeshPart part{.name = name, .triangles = std::vector<int>(mesh.triangles.size()), .points = {}};
   std::iota(part.triangles.begin(), part.triangles.end(), 0);
-  return mesh_glb(mesh, {part}, metres_per_unit);
+  return mesh_glb(mesh, {part}, meters_per_unit);
 }
 
 std::string scene_glb(const simulation::Scene& scene) {

@@ -20,9 +20,9 @@ struct MeshPart {
 /// @param mesh   With normals; UVs (v up) are flipped as glTF asks, and left out when there are none.
 /// @param parts  A node each. Every triangle belongs to one at most.
 /// @throws InvalidInput if a value is not finite.
-[[nodiscard]] std::string mesh_glb(const Mesh& mesh, const std::vector<MeshPart>& parts, double metres_per_unit);
+[[nodiscard]] std::string mesh_glb(const Mesh& mesh, const std::vector<MeshPart>& parts, double meters_per_unit);
 /// All of it as one node.
-[[nodiscard]] std::string mesh_glb(const Mesh& mesh, const std::string& name, double metres_per_unit);
+[[nodiscard]] std::string mesh_glb(const Mesh& mesh, const std::string& name, double meters_per_unit);
 /// A node for each object, where it stands; UVs over the whole atlas.
 [[nodiscard]] std::string scene_glb(const simulation::Scene& scene);
 

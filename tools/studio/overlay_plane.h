@@ -13,7 +13,7 @@
 
 namespace patinate::studio {
 
-/// What colours should stand for: of the texels where there is something, 2 % lie above `high`. Three digits.
+/// What colors should stand for: of the texels where there is something, 2 % lie above `high`. Three digits.
 struct OverlayRange {
   double low = 0.0;   ///< 0, unless 98 % of those texels lie in a narrow band: then the same share lies below.
   double high = 0.0;  ///< 0: there is nothing anywhere.

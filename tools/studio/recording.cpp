@@ -70,7 +70,7 @@ RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, 
       found_file_ = identity_of(path_);
       const Json root = load_json(path_);
       JsonReader json(path_.string(), root);
-      json.expect_format(kFormat, 1);
+      json.expect_format(kFormat, 2);
       if (json.member("scene_key").string() == key_) {
         found_ = read_recording(json, root, path_);
       } else {
@@ -90,7 +90,7 @@ RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, 
 RecordingFile::~RecordingFile() = default;
 
 void RecordingFile::keep(std::int64_t iterations, const Json& events, const Json& looks, const Json& scene) {
-  const Json root{{"format", kFormat}, {"version", 1},    {"place", place_}, {"scene_key", key_},
+  const Json root{{"format", kFormat}, {"version", 2},    {"place", place_}, {"scene_key", key_},
                   {"iterations", iterations}, {"events", events}, {"looks", looks}, {"scene", scene}};
   std::string text = root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   {

@@ -31,7 +31,7 @@ struct Asked {
 
   /// The place that the request names, and what it is. @throws NotFound
   [[nodiscard]] std::pair<std::filesystem::path, PlaceKind> place() const;
-  /// That place, opened. @throws NotFound; InvalidInput if it has no colour over time.
+  /// That place, opened. @throws NotFound; InvalidInput if it has no color over time.
   [[nodiscard]] std::shared_ptr<const SurfaceInTime> surface() const;
   /// A file that the request names by `path`, below its place. @throws NotFound
   [[nodiscard]] std::filesystem::path file() const;

@@ -78,7 +78,7 @@ Json looks_json(const simulation::Scene& scene) {
   return json;
 }
 
-Json behaviour_json(const simulation::Behaviour& b) {
+Json behavior_json(const simulation::Behavior& b) {
   return {{"bounce", b.bounce},
           {"float", b.floating},
           {"absorb", b.absorb},
@@ -133,7 +133,7 @@ simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::
   simulation::SceneContext context;
   context.materials = scene.materials;
   context.mm_per_unit = mm_per_unit;
-  context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a colour [r, g, b]"); };
+  context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a color [r, g, b]"); };
   try {
     std::vector<simulation::SceneEvent> events = simulation::read_events(JsonReader("event", list, ""), context, scene);
     if (events.size() != 1) throw InvalidInput("stands for " + std::to_string(events.size()) + " events; send one at a time");

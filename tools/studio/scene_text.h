@@ -15,7 +15,7 @@ namespace patinate::studio {
 [[nodiscard]] Json emitters_json(const simulation::Scene& scene);
 [[nodiscard]] Json objects_json(const simulation::Scene& scene);
 [[nodiscard]] Json looks_json(const simulation::Scene& scene);
-[[nodiscard]] Json behaviour_json(const simulation::Behaviour& behaviour);
+[[nodiscard]] Json behavior_json(const simulation::Behavior& behavior);
 [[nodiscard]] Json exchange_json(const simulation::Scene& scene);
 [[nodiscard]] Json rules_json(const simulation::Scene& scene);
 /// Those of `fitting` that the scene does not have: [{"name", "about"}].

@@ -112,7 +112,7 @@ Json history_steps(const fs::path& folder, StepPictures& pictures) {
 }
 
 Json registration_steps(StepPictures& pictures) {
-  pictures.add("registration.png", "before and after, each scan in its colour, from aside and cut through");
+  pictures.add("registration.png", "before and after, each scan in its color, from aside and cut through");
   return Json::array({step("Before and after", "All scans, where they were and where they are", pictures.take())});
 }
 

@@ -60,7 +60,7 @@ SurfaceInTime::SurfaceInTime(const fs::path& path, PlaceKind kind) : path_(path)
       history_ = std::shared_ptr<const HistoryReader>(transfer_, &transfer_->history());
       filled_coordinates_ = filled_coordinates(*transfer_);
       break;
-    default: throw InvalidInput(path.string() + ": is no history, transfer or simulation, and has no colour over time");
+    default: throw InvalidInput(path.string() + ": is no history, transfer or simulation, and has no color over time");
   }
 }
 
@@ -152,7 +152,7 @@ TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
   TexelCurve curve;
   const std::array<int, 2> source = source_of(x, y);
   if (transfer_) curve.source = source;
-  if (source[0] < 0) return curve;  // outside the charts: no colour of its own
+  if (source[0] < 0) return curve;  // outside the charts: no color of its own
   for (int f = 0; f < history_->num_frames(); ++f) {
     control.throw_if_stopped();
     const std::shared_ptr<const ImageF> image = frame(f);
@@ -172,7 +172,7 @@ Mesh SurfaceInTime::mesh() const {
   return mesh;
 }
 
-double SurfaceInTime::metres_per_unit() const {
+double SurfaceInTime::meters_per_unit() const {
   return transfer_ && !transfer_->manifest().unit ? 1.0 / transfer_->manifest().mm_per_mesh_unit : 0.001;
 }
 

@@ -1,5 +1,5 @@
 /// \file
-/// A history, transfer or simulation, opened: its colour at any time, its maps, its curves. What is slow to read is kept.
+/// A history, transfer or simulation, opened: its color at any time, its maps, its curves. What is slow to read is kept.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct NamedMap {
   std::string unit;
 };
 
-/// Colour of one texel over time.
+/// Color of one texel over time.
 struct TexelCurve {
   std::vector<double> times;
   std::vector<std::array<int, 3>> srgb;
@@ -51,8 +51,8 @@ class SurfaceInTime {
   [[nodiscard]] int width() const;   ///< Of its texture: of a transfer, the sheet of all tiles.
   [[nodiscard]] int height() const;
 
-  /// Its colour as `lookup` writes it (of a history, as its frames are): H x W x 3, linear.
-  /// @param tile  Of a transfer with several; nothing: the whole sheet. @throws InvalidInput if there is no such tile; Cancelled.
+  /// Its color as `lookup` writes it (of a history, as its frames are): H x W x 3, linear.
+  /// @param tile  Of a transfer with several; nothing: the whole sheet. @throws InvalidInput if there is no such tile; Canceled.
   [[nodiscard]] ImageF texture(double time, Between between, std::optional<int> tile, const RunControl& control) const;
   /// control:NAME, map:NAME, mask:FRAME, coordinates (transfers), coverage. @throws InvalidInput listing what there is.
   [[nodiscard]] NamedMap map(const std::string& name) const;
@@ -60,7 +60,7 @@ class SurfaceInTime {
   [[nodiscard]] TexelCurve curve(int x, int y, const RunControl& control) const;
   /// UVs over texture(). @throws InvalidInput for a history, which has none.
   [[nodiscard]] Mesh mesh() const;
-  [[nodiscard]] double metres_per_unit() const;
+  [[nodiscard]] double meters_per_unit() const;
   [[nodiscard]] std::size_t memory() const;
 
  private:

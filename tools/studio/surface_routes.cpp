@@ -1,4 +1,4 @@
-// Colour over time: /api/texture, /api/map, /api/curve, /api/mesh.
+// Color over time: /api/texture, /api/map, /api/curve, /api/mesh.
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
@@ -112,7 +112,7 @@ HttpResponse answer_mesh(const Asked& asked) {
     glb = registered_scans_glb(read_registration(path, asked.folder), asked.control);
   } else {
     const std::shared_ptr<const SurfaceInTime> surface = asked.opened.open(path, kind);
-    glb = mesh_glb(surface->mesh(), path.stem().string(), surface->metres_per_unit());
+    glb = mesh_glb(surface->mesh(), path.stem().string(), surface->meters_per_unit());
   }
   return {.type = "model/gltf-binary", .body = std::move(glb)};
 }

@@ -127,7 +127,7 @@ AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_le
     return std::move(*kept);
   }
   KeptAppearance made{*key, num_levels, build_appearance_space(history, num_levels, options, control.part(0.0, 0.95), mask)};
-  // Frames that were replaced meanwhile may be what was analysed.
+  // Frames that were replaced meanwhile may be what was analyzed.
   if (find_key(history, options, mask, control) == key) keep(file, made, control);
   control.report(1.0);
   return std::move(made.space);

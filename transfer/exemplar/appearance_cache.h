@@ -22,7 +22,7 @@ struct CacheOptions {
 void describe(OptionVisitor& v, CacheOptions& o);
 
 /// Content key of everything that decides an appearance but the number of levels: the compared frames as the bytes of their files, the mask, the options,
-/// kAppearanceVersion. @param mask  Of the history's size. @throws IoError if a frame cannot be read; Cancelled.
+/// kAppearanceVersion. @param mask  Of the history's size. @throws IoError if a frame cannot be read; Canceled.
 [[nodiscard]] std::string appearance_key(const HistoryReader& history, const AppearanceOptions& options, const ImageU8& mask, const RunControl& control = {});
 
 /// Where the appearance of a history with this key is kept.
@@ -30,7 +30,7 @@ void describe(OptionVisitor& v, CacheOptions& o);
 
 /// As build_appearance_space(), to the bit, and by it unless the same was built before. What cannot be kept (a folder that is read-only, a disk that is nearly full,
 /// a history that changes meanwhile) is not; a kept file that is damaged, or holds fewer levels, is made anew. Never fails for either.
-/// @throws as build_appearance_space(); Cancelled.
+/// @throws as build_appearance_space(); Canceled.
 [[nodiscard]] AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options = {},
                                                       const RunControl& control = {}, const ImageU8& given_mask = {});
 

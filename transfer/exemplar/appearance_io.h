@@ -22,12 +22,12 @@ struct KeptAppearance {
 
 /// Little-endian: a header, per level its variance, integers and (but for the finest) mask, and the content key of all that. Whole or absent, but not
 /// forced to the disk: after a power cut it is no file of ours.
-/// @throws CannotComplete; Cancelled.
+/// @throws CannotComplete; Canceled.
 void write_appearance(const std::filesystem::path& file, const KeptAppearance& kept, const RunControl& control = {});
 
 /// The levels that building `num_levels` would give. Nothing is allocated before the file's size fits.
 /// @param mask  Of the finest level.
-/// @throws IoError unless the file is whole, of this version and key, of the mask's size, and holds so many levels; Cancelled.
+/// @throws IoError unless the file is whole, of this version and key, of the mask's size, and holds so many levels; Canceled.
 [[nodiscard]] AppearanceSpace read_appearance(const std::filesystem::path& file, const std::string& key, int num_levels, const ImageU8& mask,
                                               const RunControl& control = {});
 

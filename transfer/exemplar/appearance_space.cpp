@@ -10,7 +10,7 @@
 namespace patinate::transfer {
 
 void describe(OptionVisitor& v, AppearanceOptions& o) {
-  v.visit({"spatial_radius", "Neighbours that count into a pixel's appearance", "px", between(0, 3)}, o.spatial_radius_px);
+  v.visit({"spatial_radius", "Neighbors that count into a pixel's appearance", "px", between(0, 3)}, o.spatial_radius_px);
   v.visit({"max_frames", "Longer histories are compared at this many evenly spaced frames", "", between(2, 128)},
           o.max_frames);
   v.visit({"appearance_samples", "Pixels from which the appearance components are found", "", between(64, 65536)},
@@ -52,7 +52,7 @@ std::vector<std::int64_t> sample_pixels(const ImageU8& mask, int num_samples) {
   return chosen;
 }
 
-/// H x W x 8: every pixel's colours over time on the leading temporal components.
+/// H x W x 8: every pixel's colors over time on the leading temporal components.
 ImageF temporal_projection(const History& history, const ImageU8& mask, const AppearanceOptions& options,
                            double& explained, const RunControl& control) {
   const std::vector<int> frames = compared_frames(history.num_frames(), options.max_frames);
@@ -174,7 +174,7 @@ double total_variance(const ImageF& image, const ImageU8& mask, const RunControl
 }
 
 /// Integers in which the whole spread has a standard deviation of a third of the limit.
-AppearanceImage quantise(const ImageF& image, double variance, double& quantised_variance, const RunControl& control) {
+AppearanceImage quantize(const ImageF& image, double variance, double& quantized_variance, const RunControl& control) {
   const double scale = variance > 1e-20 ? kAppearanceLimit / (3.0 * std::sqrt(variance)) : 0.0;
   AppearanceImage result(image.width(), image.height(), image.channels());
   for (std::size_t i = 0; i < image.values().size(); ++i) {
@@ -182,7 +182,7 @@ AppearanceImage quantise(const ImageF& image, double variance, double& quantised
     const double q = std::floor(static_cast<double>(image.values()[i]) * scale + 0.5);
     result.values()[i] = static_cast<std::int16_t>(std::clamp<double>(q, -kAppearanceLimit, kAppearanceLimit));
   }
-  quantised_variance = variance * scale * scale;
+  quantized_variance = variance * scale * scale;
   return result;
 }
 
@@ -199,7 +199,7 @@ AppearanceSpace build_appearance_space(const History& history, int num_levels, c
     if (!has_inside) break;
     const ImageF appearance = spatial_projection(projected, mask, options, control.part(0.9, 0.9));
     double variance = 0.0;
-    space.levels.push_back(quantise(appearance, total_variance(appearance, mask, control), variance, control));
+    space.levels.push_back(quantize(appearance, total_variance(appearance, mask, control), variance, control));
     space.masks.push_back(mask);
     space.variances.push_back(variance);
     ImageF half;

@@ -73,7 +73,7 @@ Eigen::VectorXd times(const SampleMatrix& matrix, const Eigen::VectorXd& v) {
 }
 
 /// Modified Gram-Schmidt, twice; columns that vanish become zero.
-void orthonormalise(std::vector<Eigen::VectorXd>& columns) {
+void orthonormalize(std::vector<Eigen::VectorXd>& columns) {
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const double before = std::sqrt(dot(columns[k], columns[k]));
     for (int round = 0; round < 2; ++round) {
@@ -133,11 +133,11 @@ PrincipalComponents principal_components(const SampleMatrix& samples, int count,
     for (Index i = 0; i < n; ++i) column[i] = random.uniform() - 0.5;
     columns.push_back(std::move(column));
   }
-  orthonormalise(columns);
+  orthonormalize(columns);
   for (int i = 0; i < kIterations; ++i) {
     control.throw_if_stopped();
     for (Eigen::VectorXd& column : columns) column = times(matrix, column);
-    orthonormalise(columns);
+    orthonormalize(columns);
   }
   const std::vector<double> values = rotate_to_eigenvectors(matrix, columns);
   result.axes = Eigen::MatrixXd::Zero(n, count);

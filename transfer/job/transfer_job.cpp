@@ -27,7 +27,7 @@ JobInputs transfer_inputs(const TransferTask& task, const std::string& history_k
   inputs.add_value("--atlas", task.atlas && task.atlas->is_unwrapped ? "unwrap" : tiles.empty() ? "uv" : "uv: " + tiles);
   inputs.add_value("surface length of a pixel (mm)", number_text(task.input.texel_size_mm));
   inputs.add_value("--unit", task.unit.value_or("none"));
-  inputs.add_value("millimetres per unit of the mesh", number_text(task.mm_per_mesh_unit));
+  inputs.add_value("millimeters per unit of the mesh", number_text(task.mm_per_mesh_unit));
   for (const TransferControl& c : task.input.controls) {
     const std::string name = "--control " + c.source;
     inputs.add_value(name, c.destination + ":" + number_text(c.weight) + ":" +

@@ -21,13 +21,13 @@ namespace patinate::transfer {
 /// H x W x 1: the index of the part that a pixel belongs to; of what lies beside them, that of the nearest.
 [[nodiscard]] ImageF library_index_image(const LibraryLayout& layout);
 
-/// Colour of the library at one of its frames: H x W x 3. A history's own frames as they are, to the bit; between them HistoryReader::sample().
+/// Color of the library at one of its frames: H x W x 3. A history's own frames as they are, to the bit; between them HistoryReader::sample().
 [[nodiscard]] ImageF library_frame(const LibraryLayout& layout, std::span<const HistoryReader> readers, const LibraryFrame& frame);
 
 /// Where the frames that make up a frame of the library show the surface.
 [[nodiscard]] ImageU8 library_frame_mask(const LibraryLayout& layout, std::span<const HistoryReader> readers, const LibraryFrame& frame);
 
-/// A control of the library, normalised to its range.
+/// A control of the library, normalized to its range.
 [[nodiscard]] ImageF library_control(const LibraryLayout& layout, std::span<const HistoryReader> readers, const LibraryControl& control);
 
 /// Which of normal, specular and height (of kFrameExtraNames) the library's frames have: those that frames of any history have.

@@ -63,7 +63,7 @@ struct LibraryLayout {
   std::vector<std::string> notes;         ///< What a user should know: sentences without a full stop.
 };
 
-/// Between two histories: no neighbourhood that is compared on the finest level crosses it, and pixels halved four times are those of each history alone.
+/// Between two histories: no neighborhood that is compared on the finest level crosses it, and pixels halved four times are those of each history alone.
 inline constexpr int kLibraryGutter_px = 16;
 
 /// Histories lie side by side. One whose texel size differs by half a pixel or more over its whole size is resampled (its part has

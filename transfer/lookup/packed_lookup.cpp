@@ -12,7 +12,7 @@ namespace patinate::transfer {
 
 namespace {
 
-/// Neighbours mostly look at neighbours: eight that do are one copy.
+/// Neighbors mostly look at neighbors: eight that do are one copy.
 template <class T, std::size_t kChannels>
 void gather_pixels(const T* source, std::span<const std::uint32_t> indices, T outside, T* out) {
   constexpr std::size_t kRun = 8;

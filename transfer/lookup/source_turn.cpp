@@ -49,7 +49,7 @@ void pack_checked_turns(const std::filesystem::path& file, std::span<const float
 }
 
 void turn_normals(std::span<const std::uint32_t> turns, std::span<float> xyz) {
-  std::uint32_t known = 0;  // Neighbours mostly lie alike.
+  std::uint32_t known = 0;  // Neighbors mostly lie alike.
   Axes axes = axes_of(0);
   for (std::size_t i = 0; i < turns.size(); ++i) {
     if (turns[i] == kNoValue) continue;

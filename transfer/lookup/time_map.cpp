@@ -17,7 +17,7 @@ namespace patinate::transfer {
 
 namespace {
 
-/// Numbers a pixel: one more than colours, so that a pixel is one register.
+/// Numbers a pixel: one more than colors, so that a pixel is one register.
 constexpr std::size_t kPadded = 4;
 
 ImageF padded(const ImageF& frame) {
@@ -65,7 +65,7 @@ struct Texels {
   FrameBlock& frames;
   int first, end;                                  ///< Frames that this block answers for.
   int hint = 0;
-  int known = -1;                                  ///< Neighbours mostly lie between the same two.
+  int known = -1;                                  ///< Neighbors mostly lie between the same two.
   const float *before = nullptr, *after = nullptr;
 
   void look_up(int y) {

@@ -45,7 +45,7 @@ void write_time_map(const TransferFolder& transfer, ImageF times, Between betwee
     const std::filesystem::path& coordinates = m.tiles[static_cast<std::size_t>(i)].coordinates;
     if (sheet.num_tiles() > 1) tile = cut_tile(times, sheet, i);
     ImageF& own = sheet.num_tiles() > 1 ? tile : times;
-    // A texel beside the charts has the colour of the nearest one on them: its coordinates, and its time.
+    // A texel beside the charts has the color of the nearest one on them: its coordinates, and its time.
     dilate(own, covered(coordinates, m.width, m.height, quiet), -1);
     const CoordinateStrips strips(coordinates, m.width, m.height, history.width, history.height, options, part(0.0, 0.3));
     ImageRowWriter writer(files[static_cast<std::size_t>(i)], m.width, m.height, {.key = key});

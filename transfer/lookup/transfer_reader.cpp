@@ -38,7 +38,7 @@ ImageF gather(const ImageF& source, const ImageF& coordinates, float outside, co
         const auto pixel = static_cast<std::int64_t>(static_cast<int>(row[2 * x + 1])) * source.width() + static_cast<int>(row[2 * x]);
         const float* from = source.data() + pixel * source.channels();
         float* to = out.data() + channels * x;
-        if (channels == 3) {  // Colour; a copy of unknown length takes four times as long.
+        if (channels == 3) {  // Color; a copy of unknown length takes four times as long.
           to[0] = from[0];
           to[1] = from[1];
           to[2] = from[2];

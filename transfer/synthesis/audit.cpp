@@ -29,7 +29,7 @@ std::vector<TexelId> drawn_texels(const TexelSet& texels, std::int64_t count, st
   return drawn;
 }
 
-/// The texel's own pixel and those to which its neighbours lead: they bound the search.
+/// The texel's own pixel and those to which its neighbors lead: they bound the search.
 std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCost& cost, const CoordinateMap& coordinates, std::int32_t own) {
   std::vector<std::int32_t> likely{own};
   for (const PixelNeighbor& n : cost.adjacent()) {

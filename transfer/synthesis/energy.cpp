@@ -53,7 +53,7 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
   std::array<std::size_t, kNumQuarters> num_in_place{};
   const int radius = neighborhood_.radius_px, width = source_.width();
   for (std::size_t k = 0; k < neighborhood_.weights.size(); ++k) {
-    // Where texels are larger than the offset, a texel would be its own neighbour: that says nothing.
+    // Where texels are larger than the offset, a texel would be its own neighbor: that says nothing.
     const PixelNeighbor& n = neighbors_[k];
     const std::int32_t s = n.texel >= 0 && n.texel != texel ? coordinates[static_cast<std::size_t>(n.texel)] : -1;
     const int dx = whole_pixels(n.x), dy = whole_pixels(n.y);
@@ -111,7 +111,7 @@ std::int64_t TexelCost::total(std::int32_t source_pixel, std::int64_t bound) con
 }
 
 std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, std::int64_t bound) const {
-  constexpr std::size_t kBlock = 8;  // Neighbours between two looks at the bound.
+  constexpr std::size_t kBlock = 8;  // Neighbors between two looks at the bound.
   const std::int16_t* base = source_.appearance.data() + std::int64_t{source_pixel} * kAppearanceSize;
   const auto n = static_cast<std::size_t>(num_known_);
   std::int64_t total = 0;

@@ -10,7 +10,7 @@ Neighborhood Neighborhood::square(int radius_px) {
   if (radius_px < 1 || radius_px > 5) throw InvalidInput("neighborhood: " + std::to_string(radius_px) + " is out of range; use [1, 5]");
   Neighborhood n;
   n.radius_px = radius_px;
-  // A tent, 16 beside the texel: the nearest neighbours say most. Sums stay below 1024 up to radius 5.
+  // A tent, 16 beside the texel: the nearest neighbors say most. Sums stay below 1024 up to radius 5.
   const auto weight = [&](const Offset& o) {
     return std::max(1, 16 * (radius_px + 1 - std::abs(o.x)) * (radius_px + 1 - std::abs(o.y)) / (radius_px * (radius_px + 1)));
   };
@@ -159,7 +159,7 @@ SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls,
   level.controls = std::move(controls);
   level.appearance_variance = std::max(1.0, appearance_variance);
   const int w = level.width(), h = level.height(), r = neighborhood.radius_px;
-  // Usable = no masked pixel within the neighbourhood's square: a running count over rows, then over columns.
+  // Usable = no masked pixel within the neighborhood's square: a running count over rows, then over columns.
   Image<int> outside_in_row(w, h);
   for (int y = 0; y < h; ++y) {
     for (int x = 0; x < w; ++x) {

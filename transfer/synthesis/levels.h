@@ -20,7 +20,7 @@ struct Offset {
   int x = 0, y = 0;
 };
 
-/// Neighbours that are compared: a square around the texel (without it), with weights that fall outward; those of most weight first.
+/// Neighbors that are compared: a square around the texel (without it), with weights that fall outward; those of most weight first.
 struct Neighborhood {
   std::vector<Offset> offsets;
   std::vector<std::int16_t> weights;  ///< > 0; at most 16 each, kLargestSum in all.
@@ -36,7 +36,7 @@ struct SourceLevel {
   AppearanceImage appearance;
   ControlImage controls;
   int margin_px = 0;                     ///< On every side, added for comparisons: nothing there is usable.
-  std::vector<std::uint8_t> is_usable;   ///< Per pixel: it can be copied, and its whole neighbourhood can be compared.
+  std::vector<std::uint8_t> is_usable;   ///< Per pixel: it can be copied, and its whole neighborhood can be compared.
   std::vector<std::int32_t> usable;      ///< The usable pixels, ascending by first control, then by index.
   double appearance_variance = 1.0;
   std::vector<double> control_variances;
@@ -52,10 +52,10 @@ struct SourceLevel {
   std::vector<std::int32_t> grid_cell, grid_begin, grid_pixels;
 };
 
-/// The finest level: usable are the pixels whose whole neighbourhood lies in the mask. `usable` is empty where there is none: such a level cannot be copied from.
+/// The finest level: usable are the pixels whose whole neighborhood lies in the mask. `usable` is empty where there is none: such a level cannot be copied from.
 [[nodiscard]] SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls, const ImageU8& mask,
                                             double appearance_variance, const Neighborhood& neighborhood);
-/// A coarser level: all pixels in the mask are usable, and see the history mirrored at its border. There a neighbourhood covers a large part of
+/// A coarser level: all pixels in the mask are usable, and see the history mirrored at its border. There a neighborhood covers a large part of
 /// the history; were its middle alone usable, results would hardly ever be taken from elsewhere.
 [[nodiscard]] SourceLevel make_coarse_source_level(const AppearanceImage& appearance, const ControlImage& controls, const ImageU8& mask,
                                                    double appearance_variance, const Neighborhood& neighborhood);
@@ -81,7 +81,7 @@ struct DestinationLevel {
   }
 };
 
-/// Without neighbours.
+/// Without neighbors.
 [[nodiscard]] DestinationLevel cover_level(std::shared_ptr<const TexelMap> map, ControlImage controls, SourcePlacement placement);
 /// Those that are compared.
 void find_neighbors(DestinationLevel& level, const Neighborhood& neighborhood, const RunControl& control = {});

@@ -60,7 +60,7 @@ struct Preferences {
   static constexpr std::int32_t kOne = 16;
   std::int32_t bonus = 0;
   std::int32_t penalty = 0;
-  /// A texel that continues all its neighbours is left as it is.
+  /// A texel that continues all its neighbors is left as it is.
   bool leaves_quiet = false;
   explicit Preferences(const MultiLevelOptions& o)
       : bonus(static_cast<std::int32_t>(o.coherence_bonus * kOne)), penalty(static_cast<std::int32_t>(o.reuse_penalty * kOne)), leaves_quiet(true) {}
@@ -107,7 +107,7 @@ class CandidateSearch {
   }
 
  private:
-  /// Where the eight neighbours' sources lead, each pixel once: in coherent regions all eight agree.
+  /// Where the eight neighbors' sources lead, each pixel once: in coherent regions all eight agree.
   void continue_neighbors(TexelId t, const PlaceMap& places) {
     num_continued_ = 0;
     leads_outside_ = false;
@@ -143,7 +143,7 @@ class CandidateSearch {
   TexelCost cost_;
   std::array<Place, TexelNeighborhood::kNumAdjacent> continued_{};
   std::size_t num_continued_ = 0;
-  bool leads_outside_ = false;  ///< A neighbour's source to where nothing can be copied.
+  bool leads_outside_ = false;  ///< A neighbor's source to where nothing can be copied.
   Place best_;
   std::int64_t best_cost_ = 0;
 };
@@ -242,7 +242,7 @@ class Improver {
 
 }  // namespace
 
-CoordinateMap synthesise_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
+CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                      double coherence_share, std::span<const double> control_weights, std::uint64_t seed,
                                      const MultiLevelOptions& options, const RunControl& control) {
   check_ranges(options);

@@ -30,11 +30,11 @@ Eigen::MatrixXf leading_axes(const Eigen::MatrixXf& matrix, Eigen::Index count) 
     RandomStream random(0, static_cast<std::uint64_t>(k), 61);
     for (Eigen::Index i = 0; i < n; ++i) basis(i, k) = static_cast<float>(random.uniform() - 0.5);
   }
-  const auto orthonormalise = [&] { basis = Eigen::HouseholderQR<Eigen::MatrixXf>(basis).householderQ() * Eigen::MatrixXf::Identity(n, columns); };
-  orthonormalise();
+  const auto orthonormalize = [&] { basis = Eigen::HouseholderQR<Eigen::MatrixXf>(basis).householderQ() * Eigen::MatrixXf::Identity(n, columns); };
+  orthonormalize();
   for (int i = 0; i < kIterations; ++i) {
     basis = (matrix * basis).eval();
-    orthonormalise();
+    orthonormalize();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf> solver(basis.transpose() * matrix * basis);
   return (basis * solver.eigenvectors()).rowwise().reverse().leftCols(std::min(count, columns));

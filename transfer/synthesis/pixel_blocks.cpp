@@ -33,7 +33,7 @@ class Builder {
     parallel_for(static_cast<std::int64_t>(projections_.size()), 4096, control, [&](std::int64_t begin, std::int64_t end) {
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) projections_[i] = projection.of_pixel(source.usable[i]);
     });
-    // A difference in control is as far as one in looks that costs as much, at a coherence share of 3/4 and a neighbourhood of radius 3: only speed depends on it.
+    // A difference in control is as far as one in looks that costs as much, at a coherence share of 3/4 and a neighborhood of radius 3: only speed depends on it.
     constexpr double kShare = 0.75, kWeights = 308.0;
     control_scale_ = std::sqrt((1.0 - kShare) / kShare * kWeights * source.appearance_variance / source.control_variances[0]) / NeighborhoodProjection::kUnit;
   }

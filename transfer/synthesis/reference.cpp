@@ -13,7 +13,7 @@ namespace patinate::transfer {
 
 void describe(OptionVisitor& v, ReferenceOptions& o) {
   v.visit({"window", "reference: side of the search window", "px", between(8, 4096)}, o.window_px);
-  v.visit({"tolerance", "reference: how near a window's centre must be in control value", "", between(0, 1)}, o.tolerance);
+  v.visit({"tolerance", "reference: how near a window's center must be in control value", "", between(0, 1)}, o.tolerance);
   v.visit({"reference_passes", "reference: passes over the atlas", "", between(1, 8)}, o.num_passes);
   v.visit({"first_coherence", "reference: coherence share of the first pass", "", between(0, 1)}, o.first_coherence);
 }
@@ -26,7 +26,7 @@ struct Position {
   std::int64_t x = 0, y = 0;
 };
 
-/// Weighted mean of where the known neighbours would put this texel; nothing when none is known.
+/// Weighted mean of where the known neighbors would put this texel; nothing when none is known.
 std::optional<Position> mean_position(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost,
                                       const CoordinateMap& coordinates) {
   std::int64_t x = 0, y = 0, weights = 0;
@@ -43,7 +43,7 @@ std::optional<Position> mean_position(const SourceLevel& source, const Neighborh
 }
 
 /// Of 64 pixels of similar control value, the one nearest to the mean position.
-Position window_centre(const SourceLevel& source, std::span<const std::uint16_t> target, int tolerance, const std::optional<Position>& mean,
+Position window_center(const SourceLevel& source, std::span<const std::uint16_t> target, int tolerance, const std::optional<Position>& mean,
                        RandomStream& random) {
   constexpr int kTries = 64;
   const auto similar = source.similar(target, tolerance);
@@ -61,7 +61,7 @@ Position window_centre(const SourceLevel& source, std::span<const std::uint16_t>
   return best;
 }
 
-/// What the texel has from the pass before, and where the known neighbours would put it.
+/// What the texel has from the pass before, and where the known neighbors would put it.
 void likely_pixels(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost, const CoordinateMap& coordinates, std::int32_t own, std::vector<std::int32_t>& out) {
   out.assign(1, own);
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
@@ -83,7 +83,7 @@ struct Worker {
 
 }  // namespace
 
-CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationLevel& destination,
+CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationLevel& destination,
                                    const Neighborhood& neighborhood, double coherence_share,
                                    std::span<const double> control_weights, std::uint64_t seed,
                                    const ReferenceOptions& options, const RunControl& control) {
@@ -101,11 +101,11 @@ CoordinateMap synthesise_reference(const SourceLevel& source, const DestinationL
     const auto place = [&](TexelId t, Worker& worker) {
       worker.cost.prepare(t, coordinates, scale);
       RandomStream random(seed, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass));
-      const Position centre =
-          window_centre(source, destination.target(t), tolerance, mean_position(source, neighborhood, worker.cost, coordinates), random);
+      const Position center =
+          window_center(source, destination.target(t), tolerance, mean_position(source, neighborhood, worker.cost, coordinates), random);
       std::int32_t& own = coordinates[static_cast<std::size_t>(t)];
       likely_pixels(source, neighborhood, worker.cost, coordinates, own, worker.likely);
-      own = search.find(worker.cost, search.window(centre.x, centre.y, options.window_px), worker.likely).pixel;
+      own = search.find(worker.cost, search.window(center.x, center.y, options.window_px), worker.likely).pixel;
     };
     for (std::size_t f = 0; f < fronts.size(); ++f) {
       parallel_for(static_cast<std::int64_t>(fronts[f].size()), kChunk, silent, [&](std::int64_t begin, std::int64_t end) {

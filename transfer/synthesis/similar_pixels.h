@@ -14,7 +14,7 @@ inline constexpr int kNumSimilar = 3;
 /// Per pixel of a level: indices of its most similar usable pixels, at least 5 px away, nearest first; -1 = none.
 using SimilarPixels = std::vector<std::array<std::int32_t, kNumSimilar>>;
 
-/// Nearest neighbours, at most 2.3 times as far as the exact ones (FLANN, a single k-d tree), in the eight leading components of the appearance around a pixel, 2 px to all sides, and in the control; up to 65,536 pixels, evenly chosen, are searched.
+/// Nearest neighbors, at most 2.3 times as far as the exact ones (FLANN, a single k-d tree), in the eight leading components of the appearance around a pixel, 2 px to all sides, and in the control; up to 65,536 pixels, evenly chosen, are searched.
 /// Deterministic for any number of threads.
 [[nodiscard]] SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& control = {});
 

@@ -22,7 +22,7 @@ inline constexpr int kSmallestSide = 12;  ///< Nothing is halved below it.
 /// How often the history is halved before its pixels are as large as texels, to a factor of sqrt 2, or as small as it can be.
 [[nodiscard]] int source_halvings(double texel_mm, double pixel_mm, int smallest_side);
 
-/// Where a history of pixels of `pixel_mm` comes to lie once it is halved `halvings` times. Neighbours are a whole texel apart, unless texels are much smaller than the history's pixels.
+/// Where a history of pixels of `pixel_mm` comes to lie once it is halved `halvings` times. Neighbors are a whole texel apart, unless texels are much smaller than the history's pixels.
 /// @param frames  None: as the UVs run.
 [[nodiscard]] SourcePlacement place_source(const TexelMap& map, std::shared_ptr<const FlowFrames> frames, double pixel_mm, int halvings);
 

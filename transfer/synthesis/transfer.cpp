@@ -16,7 +16,7 @@ namespace patinate::transfer {
 void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
   v.visit({"coherence", "Weight of texture against control: 1 = texture only, 0 = control only", "", between(0, 1)}, o.coherence_share);
-  v.visit({"neighborhood", "Radius of the neighbourhood that is compared", "px", between(1, 5)}, o.neighborhood_radius_px);
+  v.visit({"neighborhood", "Radius of the neighborhood that is compared", "px", between(1, 5)}, o.neighborhood_radius_px);
   describe(v, o.appearance);
   describe(v, o.multi_level);
   describe(v, o.reference);
@@ -122,7 +122,7 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
     const LibraryPart& part = parts[p];
     const auto is_of_part = [&](std::int32_t pixel) { return pixel % level.width() >= part.x >> first && pixel % level.width() < (part.x + part.width) >> first; };
     if (std::any_of(level.usable.begin(), level.usable.end(), is_of_part)) continue;
-    throw InvalidInput(history.label() + ": no pixel of its history " + std::to_string(p) + " (" + part.name + ") has its whole neighbourhood of " + std::to_string(window_px) +
+    throw InvalidInput(history.label() + ": no pixel of its history " + std::to_string(p) + " (" + part.name + ") has its whole neighborhood of " + std::to_string(window_px) +
                        " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
   }
 }
@@ -150,7 +150,7 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& optio
   const SourcePlacement placement = place_source(*map, input.frames, input.texel_size_mm, static_cast<int>(first));
   std::vector<SynthesisLevel> levels = make_levels(appearance, first, matched.source, std::move(matched.destination), map, placement, neighborhood, silent);
   if (levels.empty()) {
-    throw InvalidInput(history.label() + ": no pixel has its whole neighbourhood of " +
+    throw InvalidInput(history.label() + ": no pixel has its whole neighborhood of " +
                        std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
   }
   check_usable(history, matched.asked_histories, levels[0].source, first, 2 * neighborhood.radius_px + 1);
@@ -158,9 +158,9 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& optio
   const RunControl synthesis_control = control.part(0.35, 0.97);
   if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
   result.coordinates = options.method == TransferMethod::Reference
-                           ? synthesise_reference(levels[0].source, levels[0].destination, neighborhood, options.coherence_share,
+                           ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, options.coherence_share,
                                                   weights, seed, options.reference, synthesis_control)
-                           : synthesise_multi_level(levels, neighborhood, options.coherence_share, weights, seed,
+                           : synthesize_multi_level(levels, neighborhood, options.coherence_share, weights, seed,
                                                     options.multi_level, synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  options.coherence_share, weights, silent);

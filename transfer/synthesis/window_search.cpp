@@ -82,7 +82,7 @@ struct WindowSearch::Best {
   }
 };
 
-/// A texel's projected neighbourhood, and which pixels can be as near to it as they must be.
+/// A texel's projected neighborhood, and which pixels can be as near to it as they must be.
 class WindowSearch::Query {
  public:
   /// @param quarters  Whose values count.
@@ -134,7 +134,7 @@ WindowOptimum WindowSearch::find(const TexelCost& cost, const SearchWindow& wind
     if (p >= 0 && source_.is_usable[static_cast<std::size_t>(p)] != 0 && is_in(window, p)) best.offer(cost, p);
   }
   const unsigned quarters = cost.whole_quarters();
-  // Where whole quarters hold less than four sevenths of the known neighbours, they say too little to be worth the while (measured).
+  // Where whole quarters hold less than four sevenths of the known neighbors, they say too little to be worth the while (measured).
   const std::size_t num_whole = static_cast<std::size_t>(std::popcount(quarters)) * num_appearances_ / kAppearanceSize / kNumQuarters;
   if (cost.coherence_scale() == 0 || 7 * num_whole < 4 * static_cast<std::size_t>(cost.num_known()) || quarters == 0) {
     search_by_control(cost, window, best);

@@ -17,9 +17,9 @@ struct WindowOptimum {
   std::int64_t cost = 0;
 };
 
-/// Exact search of windows [Efros and Leung 1999], pruned: what a few likely pixels cost bounds all others, and only those are looked at whose control and projected neighbourhood (neighborhood_projection.h) alone stay
-/// within the bound: tiles, blocks, then pixels [Fukunaga and Narendra 1975]. Where only some quarters of a texel's neighbourhood are known in place, their projections count; where those hold too little of what is known, control alone. A cost is
-/// given up as soon as its nearest neighbours pass the bound. Thread-safe; about 90 bytes a usable pixel.
+/// Exact search of windows [Efros and Leung 1999], pruned: what a few likely pixels cost bounds all others, and only those are looked at whose control and projected neighborhood (neighborhood_projection.h) alone stay
+/// within the bound: tiles, blocks, then pixels [Fukunaga and Narendra 1975]. Where only some quarters of a texel's neighborhood are known in place, their projections count; where those hold too little of what is known, control alone. A cost is
+/// given up as soon as its nearest neighbors pass the bound. Thread-safe; about 90 bytes a usable pixel.
 class WindowSearch {
  public:
   /// @param side  Of most windows: from half of the source on, pixels are kept by what they look like, else by where they are. Any window can be searched.
@@ -47,7 +47,7 @@ class WindowSearch {
   const SourceLevel& source_;
   PixelSquares squares_;
   Table whole_, quarters_;
-  std::size_t num_appearances_;  ///< Of a neighbourhood.
+  std::size_t num_appearances_;  ///< Of a neighborhood.
   const ReachKernel& kernel_;
 };
 

@@ -20,7 +20,7 @@ std::vector<std::uint32_t> all_of(const ColorStack& stack) {
   return all;
 }
 
-/// Gaussian colours around `mean`; independent texels.
+/// Gaussian colors around `mean`; independent texels.
 ColorStack gaussian(int side, std::uint64_t seed, std::array<double, 3> mean, double sigma) {
   return make_stack(side, side, 1, 0.0, [&](int x, int y, double) {
     RandomStream random(seed, static_cast<std::uint64_t>(y * side + x));

@@ -1,5 +1,5 @@
 /// \file
-/// Colour stacks made of formulas.
+/// Color stacks made of formulas.
 #pragma once
 
 #include <array>

@@ -74,7 +74,7 @@ TEST(CrackNetwork, EvenCellsMeetAtOneHundredAndTwentyDegrees) {
     const CrackNetwork network = measure_cracks(voronoi(320, hexagonal(320, spacing, turn), 3.0), {}, kArm);
     ASSERT_GT(network.junctions.size(), 60u);
     EXPECT_NEAR(mean_angle(network), 120.0, 2.0 * kDegrees);  // Of three angles the two smaller ones are taken: noise lowers their mean.
-    EXPECT_NEAR(mean_cell(network), std::sqrt(0.75) * spacing * spacing, 0.06 * spacing * spacing);  // Centre lines take a pixel.
+    EXPECT_NEAR(mean_cell(network), std::sqrt(0.75) * spacing * spacing, 0.06 * spacing * spacing);  // Center lines take a pixel.
     EXPECT_NEAR(network.width_px().value(), 3.0, 0.35);
   }
 }
@@ -226,7 +226,7 @@ TEST(CrackNetwork, PhotographsOfCraquelureAgreeWithTheirAuthorsMasks) {
   PATINATE_REQUIRE_DATA(folder, "crackle/craquelure");
   struct Expected {
     const char *photo, *mask;
-    double precision, recall;  // Measured with these settings; a centre line within 2 px of the other's cracks counts.
+    double precision, recall;  // Measured with these settings; a center line within 2 px of the other's cracks counts.
   };
   // ge230's hairlines are partly below the contrast that is asked for.
   for (const Expected& e : {Expected{"fl187.jpg", "fl187_r5_minArea500_closeR3.tif", 0.95, 0.90}, Expected{"ge230.jpg", "ge230_r4_minArea250_closeR4.tif", 0.95, 0.80}}) {

@@ -35,8 +35,8 @@ SynthesisSource blotchy_source(int side = kSide) {
 
 /// Where texel (x, y) comes from, over a flat surface as large as the source.
 template <class Where>
-SynthesisedMap flat_map(const SynthesisSource& source, Where&& where) {
-  SynthesisedMap map{.name = "map", .surface = flat_surface(source.width(), source.height(), 1.0), .coordinates = ImageF(source.width(), source.height(), 2), .control = source.control};
+SynthesizedMap flat_map(const SynthesisSource& source, Where&& where) {
+  SynthesizedMap map{.name = "map", .surface = flat_surface(source.width(), source.height(), 1.0), .coordinates = ImageF(source.width(), source.height(), 2), .control = source.control};
   for (int y = 0; y < source.height(); ++y) {
     for (int x = 0; x < source.width(); ++x) {
       const auto [sx, sy] = where(x, y);
@@ -78,7 +78,7 @@ TEST(Evaluation, TheSourceItselfLosesNothing) {
   EXPECT_EQ(figure_named(e, "seam_gradient_ratio").undefined, "the surface has no seams");
 }
 
-TEST(Evaluation, AShuffleKeepsColoursAndLosesTheRest) {
+TEST(Evaluation, AShuffleKeepsColorsAndLosesTheRest) {
   const SynthesisSource source = blotchy_source();
   std::vector<int> order(kSide * kSide);
   std::iota(order.begin(), order.end(), 0);
@@ -127,9 +127,9 @@ TEST(Evaluation, AWrongScaleIsMeasured) {
 }
 
 /// A plane cut in two charts, the right one turned by 90 degrees: a picture laid over it as one has no seam.
-SynthesisedMap over_cut_plane(const SynthesisSource& source, int resolution, double shift_mm) {
+SynthesizedMap over_cut_plane(const SynthesisSource& source, int resolution, double shift_mm) {
   const double side = source.width();
-  SynthesisedMap map{.name = "cut", .surface = std::make_shared<TexelMap>(testing_support::cut_plane(side), resolution, resolution), .coordinates = ImageF(resolution, resolution, 2, -1.0f), .control = {}};
+  SynthesizedMap map{.name = "cut", .surface = std::make_shared<TexelMap>(testing_support::cut_plane(side), resolution, resolution), .coordinates = ImageF(resolution, resolution, 2, -1.0f), .control = {}};
   const TexelMap& surface = *map.surface;
   for (TexelId t = 0; t < surface.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;
@@ -141,7 +141,7 @@ SynthesisedMap over_cut_plane(const SynthesisSource& source, int resolution, dou
   return map;
 }
 
-/// Mean colour difference of pixels beside each other: along x between columns x and x + 1 (or all), and along y when all.
+/// Mean color difference of pixels beside each other: along x between columns x and x + 1 (or all), and along y when all.
 double mean_difference(const ImageF& frame, int column) {
   double sum = 0.0;
   int n = 0;
@@ -171,7 +171,7 @@ TEST(Evaluation, ASeamOfAPictureLaidOverItCannotBeTold) {
 
 TEST(Evaluation, PictureOfTheToolIsExplained) {
   const SynthesisSource source = blotchy_source();
-  const SynthesisedMap map = flat_map(source, [](int x, int y) { return std::pair{y, x}; });
+  const SynthesizedMap map = flat_map(source, [](int x, int y) { return std::pair{y, x}; });
   MadePicture made{.frame = 0, .codes = ImageF(kSide, kSide, 3)};
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
@@ -183,7 +183,7 @@ TEST(Evaluation, PictureOfTheToolIsExplained) {
 
 TEST(Evaluation, SameForAnyNumberOfThreads) {
   const SynthesisSource source = blotchy_source();
-  const SynthesisedMap map = over_cut_plane(source, 128, 13.0);
+  const SynthesizedMap map = over_cut_plane(source, 128, 13.0);
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
@@ -195,7 +195,7 @@ TEST(Evaluation, SameForAnyNumberOfThreads) {
 
 TEST(Evaluation, CoordinatesOutsideTheSourceAreNamed) {
   const SynthesisSource source = blotchy_source();
-  SynthesisedMap map = flat_map(source, [](int x, int y) { return std::pair{x, y}; });
+  SynthesizedMap map = flat_map(source, [](int x, int y) { return std::pair{x, y}; });
   map.coordinates.at(5, 7, 0) = 96.0f;
   try {
     (void)evaluate(source, map, quick(), 1);

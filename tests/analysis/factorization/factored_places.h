@@ -71,7 +71,7 @@ struct FactoredOptions {
   return out;
 }
 
-/// The truth in the gauge of a factorisation: its clock by the medians, its curves from 0 to 1 over the fitted domain.
+/// The truth in the gauge of a factorization: its clock by the medians, its curves from 0 to 1 over the fitted domain.
 inline void bring_to_gauge(const TemporalCurve& fitted, std::vector<PlaceFactors>& truth) {
   const ClockGauge gauge = clock_gauge(truth);
   for (int c = 0; c < 3; ++c) {

@@ -38,7 +38,7 @@ TEST(Evolution, FindsTheMiddleOfASphereInOneToTenDimensionsWithinTheBudgetOfAFit
       for (std::size_t i = 0; i < n; ++i) optimum.push_back(0.2 + 0.05 * static_cast<double>(i));
       const int budget = 1 + c.evaluations_per_dimension * static_cast<int>(n);
       for (const std::uint64_t seed : {1u, 2u, 3u}) {
-        const Minimum m = minimise([&](const Point& x) { return sphere(x, optimum); }, Point(n, 0.7), budget, {.seed = seed});
+        const Minimum m = minimize([&](const Point& x) { return sphere(x, optimum); }, Point(n, 0.7), budget, {.seed = seed});
         EXPECT_LT(distance(m.at, optimum), c.within) << n << " dimensions, seed " << seed;
         EXPECT_LE(m.num_evaluations, budget);
       }
@@ -52,7 +52,7 @@ TEST(Evolution, FollowsTheCurvedValleyOfRosenbrock) {
     const double x = 4 * u[0] - 2, y = 4 * u[1] - 2;
     return 100 * std::pow(y - x * x, 2) + std::pow(1 - x, 2);
   };
-  const Minimum m = minimise(f, {0.2, 0.7}, 1200, {.tolerance = 1e-5, .seed = 4});
+  const Minimum m = minimize(f, {0.2, 0.7}, 1200, {.tolerance = 1e-5, .seed = 4});
   EXPECT_TRUE(m.is_converged);
   EXPECT_LT(distance(m.at, {0.75, 0.75}), kFound);
 }
@@ -63,16 +63,16 @@ TEST(Evolution, LearnsTheShapeOfAnEllipsoidThatIsAThousandTimesLongerThanWideAnd
     const double u = (x[0] - optimum[0] + x[1] - optimum[1]) / std::sqrt(2.0), v = (x[0] - optimum[0] - x[1] + optimum[1]) / std::sqrt(2.0), w = x[2] - optimum[2];
     return 1e6 * u * u + v * v + 1e3 * w * w;
   };
-  const Minimum m = minimise(f, {0.2, 0.2, 0.9}, 1500, {.tolerance = 1e-6, .seed = 5});
+  const Minimum m = minimize(f, {0.2, 0.2, 0.9}, 1500, {.tolerance = 1e-6, .seed = 5});
   EXPECT_LT(distance(m.at, optimum), kFound);
 }
 
 TEST(Evolution, FindsAnOptimumOnAnEdgeAndInACornerExactlyAsNearAsOneInside) {
   const auto plane = [](const Point& x) { return x[0] + 2 * x[1]; };
-  const Minimum corner = minimise(plane, {0.6, 0.6}, 300, {.seed = 6});
+  const Minimum corner = minimize(plane, {0.6, 0.6}, 300, {.seed = 6});
   EXPECT_LT(distance(corner.at, {0.0, 0.0}), kFound);
   const auto slanted = [](const Point& x) { return std::pow(x[0] - 0.3, 2) - x[1]; };
-  const Minimum edge = minimise(slanted, {0.6, 0.3}, 300, {.seed = 7});
+  const Minimum edge = minimize(slanted, {0.6, 0.3}, 300, {.seed = 7});
   EXPECT_LT(distance(edge.at, {0.3, 1.0}), kFound);
 }
 
@@ -95,7 +95,7 @@ TEST(Evolution, NoiseOfATenthOfTheRiseMovesTheOptimumLittle) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     std::uint64_t call = 0;
     const auto f = [&](const Point& x) { return std::sqrt(sphere(x, optimum)) + 0.01 * RandomStream(seed, call++, 99).normal(); };
-    const Minimum m = minimise(f, {0.8, 0.2}, 240, {.seed = seed});
+    const Minimum m = minimize(f, {0.8, 0.2}, 240, {.seed = seed});
     worst = std::max(worst, distance(m.at, optimum));
   }
   // The cone rises by 4 sigma of the noise within 0.04.
@@ -104,28 +104,28 @@ TEST(Evolution, NoiseOfATenthOfTheRiseMovesTheOptimumLittle) {
 
 TEST(Evolution, OnlyRanksMatter) {
   const Point optimum{0.3, 0.8};
-  const Minimum plain = minimise([&](const Point& x) { return sphere(x, optimum); }, {0.5, 0.5}, 100, {.seed = 9});
-  const Minimum bent = minimise([&](const Point& x) { return std::exp(30 * sphere(x, optimum)) - 7; }, {0.5, 0.5}, 100, {.seed = 9});
+  const Minimum plain = minimize([&](const Point& x) { return sphere(x, optimum); }, {0.5, 0.5}, 100, {.seed = 9});
+  const Minimum bent = minimize([&](const Point& x) { return std::exp(30 * sphere(x, optimum)) - 7; }, {0.5, 0.5}, 100, {.seed = 9});
   EXPECT_EQ(plain.at, bent.at);
 }
 
 TEST(Evolution, UndefinedValuesAreWorseThanAllOthers) {
   // Half of the box is undefined, and the optimum lies on its border.
   const auto f = [](const Point& x) { return x[0] < 0.5 ? std::numeric_limits<double>::infinity() : x[0] + x[1]; };
-  const Minimum m = minimise(f, {0.9, 0.9}, 300, {.seed = 10});
+  const Minimum m = minimize(f, {0.9, 0.9}, 300, {.seed = 10});
   EXPECT_LT(distance(m.at, {0.5, 0.0}), 2 * kFound);
 }
 
 TEST(Evolution, FromAnEndItGoesOnElsewhereAndFindsTheDeeperOfTwoValleys) {
   const auto f = [](const Point& x) { return std::min(1.0 + 30 * sphere(x, {0.1, 0.1}), 200 * sphere(x, {0.85, 0.85})); };
-  const Minimum once = minimise(f, {0.1, 0.1}, 2000, {.step = 0.05, .seed = 11});
+  const Minimum once = minimize(f, {0.1, 0.1}, 2000, {.step = 0.05, .seed = 11});
   EXPECT_NEAR(once.value, 1.0, 1e-3);
-  const Minimum again = minimise(f, {0.1, 0.1}, 2000, {.step = 0.05, .restarts = 8, .seed = 11});
+  const Minimum again = minimize(f, {0.1, 0.1}, 2000, {.step = 0.05, .restarts = 8, .seed = 11});
   EXPECT_LT(again.value, 1e-2);
 }
 
 TEST(Evolution, EndsWhereNothingChanges) {
-  const Minimum m = minimise([](const Point&) { return 3.0; }, {0.5, 0.5, 0.5}, 1000, {.seed = 12});
+  const Minimum m = minimize([](const Point&) { return 3.0; }, {0.5, 0.5, 0.5}, 1000, {.seed = 12});
   EXPECT_TRUE(m.is_converged);
   EXPECT_LT(m.num_evaluations, 40);
 }

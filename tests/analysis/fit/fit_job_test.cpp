@@ -152,7 +152,7 @@ TEST(FitJob, StoppedAnywhereItGoesOnAndEndsInTheSameBytes) {
       if (++calls == after) stop.request_stop();
       return inner(v, shift, c);
     };
-    EXPECT_THROW(run(std::move(task), folder.path() / "pieces", 1, stop.get_token()), Cancelled);
+    EXPECT_THROW(run(std::move(task), folder.path() / "pieces", 1, stop.get_token()), Canceled);
   }
   (void)run(task_of(&num_pieces), folder.path() / "pieces", 1);
   EXPECT_EQ(tree_of(folder.path() / "pieces"), tree_of(folder.path() / "whole"));
@@ -169,20 +169,20 @@ TEST(FitJob, ALargerBudgetGoesOnFromASmallerOne) {
     task.options.seeds = 1;
     return task;
   };
-  int num_ageings = 0;
+  int num_agings = 0;
   (void)run(task_of(13, nullptr), folder.path() / "fit");
-  (void)run(task_of(19, &num_ageings), folder.path() / "fit");
+  (void)run(task_of(19, &num_agings), folder.path() / "fit");
   // One more generation of six, then as after any search: a seed, scans of two parameters (each again along the valley at most), one of the look, before and after.
-  EXPECT_GE(num_ageings, 6 + 1 + 2 * 2 + 1 + 2);
-  EXPECT_LE(num_ageings, 6 + 1 + 2 * 2 * 2 + 1 + 2);
+  EXPECT_GE(num_agings, 6 + 1 + 2 * 2 + 1 + 2);
+  EXPECT_LE(num_agings, 6 + 1 + 2 * 2 * 2 + 1 + 2);
   (void)run(task_of(19, nullptr), folder.path() / "at_once");
   EXPECT_EQ(tree_of(folder.path() / "fit"), tree_of(folder.path() / "at_once"));
 }
 
-TEST(FitJob, LooksAloneNeedOneAgeing) {
+TEST(FitJob, LooksAloneNeedOneAging) {
   const TempFolder folder;
-  int num_ageings = 0;
-  FitTask task = green_task(captured(folder), 0.0, &num_ageings);
+  int num_agings = 0;
+  FitTask task = green_task(captured(folder), 0.0, &num_agings);
   task.parameters[0].start = kGreenTruth[0];
   task.parameters = {task.parameters[1]};
   task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
@@ -191,7 +191,7 @@ TEST(FitJob, LooksAloneNeedOneAgeing) {
   task.options.seeds = 0;
   const Json report = run(std::move(task), folder.path() / "fit");
   EXPECT_NEAR(report.at("parameters")[0].at("best").get<double>(), kGreenTruth[1], 0.01);
-  EXPECT_EQ(num_ageings, 1 + 1 + 2);  // the search; the scan; before and after
+  EXPECT_EQ(num_agings, 1 + 1 + 2);  // the search; the scan; before and after
   EXPECT_GT(report.at("evaluations").at("looks").get<int>(), 20);
 }
 

@@ -36,7 +36,7 @@ AgedSurface green_plate(const std::vector<double>& values) {
   return frames;
 }
 
-FitTask green_task(const std::filesystem::path& history, double chance, int* num_ageings) {
+FitTask green_task(const std::filesystem::path& history, double chance, int* num_agings) {
   FitTask task;
   task.history = history;
   task.model_name = "green plate";
@@ -46,10 +46,10 @@ FitTask green_task(const std::filesystem::path& history, double chance, int* num
   const AgedSurface start = green_plate({0.1, 0.3, 5.0});
   task.outline = {.name = "plate", .width = kWidth, .height = kHeight, .time_unit = TimeUnit::Days, .times = start.times, .control_names = {"x"}};
   const auto mutex = std::make_shared<std::mutex>();
-  task.age = [chance, num_ageings, mutex](const std::vector<double>& values, std::uint64_t seed_shift, const RunControl&) -> LookAt {
-    if (num_ageings) {
+  task.age = [chance, num_agings, mutex](const std::vector<double>& values, std::uint64_t seed_shift, const RunControl&) -> LookAt {
+    if (num_agings) {
       const std::scoped_lock lock(*mutex);
-      ++*num_ageings;
+      ++*num_agings;
     }
     const double rate = values[0] * (1.0 + chance * RandomStream(5, seed_shift).normal());
     return [rate](const std::vector<double>& look, const RunControl&) { return green_plate({rate, look[1], look[2]}); };

@@ -1,5 +1,5 @@
 /// \file
-/// A model of ageing whose truth is known: a plate that turns green, the sooner the farther right, in closed form.
+/// A model of aging whose truth is known: a plate that turns green, the sooner the farther right, in closed form.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,9 @@ namespace patinate::testing_support {
 /// @param values  rate, strength, idle (does nothing).
 [[nodiscard]] AgedSurface green_plate(const std::vector<double>& values);
 
-/// rate in [0.02, 2] (log) and strength in [0, 1] (a look), idle in [0, 10]; starts 0.1, 0.3, 5. `age` counts its calls in `num_ageings` when given.
+/// rate in [0.02, 2] (log) and strength in [0, 1] (a look), idle in [0, 10]; starts 0.1, 0.3, 5. `age` counts its calls in `num_agings` when given.
 /// Another seed adds chance of about `chance` to the rate.
-[[nodiscard]] FitTask green_task(const std::filesystem::path& history, double chance = 0.0, int* num_ageings = nullptr);
+[[nodiscard]] FitTask green_task(const std::filesystem::path& history, double chance = 0.0, int* num_agings = nullptr);
 
 inline const std::vector<double> kGreenTruth{0.4, 0.8, 7.0};
 

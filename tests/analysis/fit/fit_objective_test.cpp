@@ -112,7 +112,7 @@ TEST(FitParameter, RangesAreReadAndRefused) {
                                    {"/a=0:1:lag", "did you mean `log`"}, {"/a=1", "LOW:HIGH"}}) {
     EXPECT_TRUE(has(error_of<UsageError>([&text = text] { (void)parse_fit_range(text); }), part)) << text;
   }
-  EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("colour_distribution"); }), "did you mean `color_distribution`"));
+  EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("color_distribution"); }), "did you mean `color_distribution`"));
   EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("covered=-1"); }), "weight > 0"));
 }
 

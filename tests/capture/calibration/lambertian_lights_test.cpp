@@ -109,7 +109,7 @@ TEST(LambertianLights, TenPosesOfAPlaneReachTheGoalAndTheirCovarianceHolds) {
     }
   }
   const double n = kTrials * static_cast<double>(kPositions.size());
-  std::printf("plane, 10 poses: %.3f mm, normalised %.2f\n", std::sqrt(squares / n), mahalanobis / n);
+  std::printf("plane, 10 poses: %.3f mm, normalized %.2f\n", std::sqrt(squares / n), mahalanobis / n);
   EXPECT_LT(std::sqrt(squares / n), 0.2);
   EXPECT_NEAR(mahalanobis / n, 3.0, 4.0 * std::sqrt(6.0 / n));
 }

@@ -40,7 +40,7 @@ std::vector<Vec2> outline_of(const Camera& camera, const Vec3& center, double ra
   const Vec3 axis = center - camera.center();
   const double distance = axis.norm();
   const Vec3 u = axis.unitOrthogonal(), v = axis.normalized().cross(u);
-  // The circle where rays touch: nearer to the camera than the centre by radius^2 / distance.
+  // The circle where rays touch: nearer to the camera than the center by radius^2 / distance.
   const double nearer = radius * radius / distance, rim = radius * std::sqrt(1.0 - radius * radius / (distance * distance));
   std::vector<Vec2> points;
   for (int i = 0; i < count; ++i) {

@@ -40,7 +40,7 @@ Highlights highlights_of(const MirrorScene& scene, const std::vector<Vec3>& ligh
   return highlights;
 }
 
-TEST(SphereFit, FindsTheCentreOfASphereFromItsOutline) {
+TEST(SphereFit, FindsTheCenterOfASphereFromItsOutline) {
   const MirrorScene scene = four_spheres();
   RandomStream random(1, 0, 0);
   for (const Vec3& center : scene.centers) {

@@ -329,7 +329,7 @@ TEST(Ingest, FramesAreMadeAgainWhenTheyAreDevelopedOtherwise) {
   }
 }
 
-TEST(Ingest, SoftAlphaLeavesColourAndTakesHalfTransparentPixelsOffTheMask) {
+TEST(Ingest, SoftAlphaLeavesColorAndTakesHalfTransparentPixelsOffTheMask) {
   const TempFolder folder;
   write_project(folder.path());
   for (int i = 0; i < 3; ++i) {

@@ -8,25 +8,25 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "datasets_synthetic/mould_io.h"
+#include "datasets_synthetic/mold_io.h"
 #include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/json.h"
 #include "patinate/geometry/point_cloud_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
-#include "tests/support/mould_errors.h"
+#include "tests/support/mold_errors.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::capture {
 namespace {
 
 namespace fs = std::filesystem;
-using testing_support::MouldErrors;
+using testing_support::MoldErrors;
 using testing_support::TempFolder;
 
-datasets::MouldOptions small() {
-  datasets::MouldOptions o;
+datasets::MoldOptions small() {
+  datasets::MoldOptions o;
   o.width = 128;
   o.height = 96;
   o.num_steps = 3;
@@ -36,7 +36,7 @@ datasets::MouldOptions small() {
   return o;
 }
 
-void make(const datasets::MouldOptions& options, const fs::path& folder) { run_job(datasets::plan_mould(options, folder), {}, {}); }
+void make(const datasets::MoldOptions& options, const fs::path& folder) { run_job(datasets::plan_mold(options, folder), {}, {}); }
 
 /// For tests of something else than highlights, whose fit takes most of the time.
 RelitOptions without_highlights() {
@@ -51,11 +51,11 @@ void ingest(const fs::path& data, const fs::path& history, const RelitOptions& o
   run_job(plan_relit_ingest(read_relit_project(data / "capture.json"), options, history), {}, control);
 }
 
-/// A mould that tests only read.
+/// A mold that tests only read.
 const fs::path& shared_exact() {
   static const TempFolder folder;
   static const fs::path data = [] {
-    datasets::MouldOptions o = small();
+    datasets::MoldOptions o = small();
     o.exact = true;
     make(o, folder / "exact");
     return folder / "exact";
@@ -103,35 +103,35 @@ std::map<std::string, std::string> bytes_of(const fs::path& folder) {
 // Frames are half floats: their rounding is at most 2^-11; positions, normals and photographs are floats.
 constexpr double kHalfRounding = 1.0 / 2048.0 + 5e-5;
 
-TEST(RelitIngest, UndisturbedMouldGivesItsAlbedoToTheRoundingOfHalfFloats) {
+TEST(RelitIngest, UndisturbedMoldGivesItsAlbedoToTheRoundingOfHalfFloats) {
   const TempFolder temp;
   ingest(shared_exact(), temp / "history");
-  const MouldErrors e = testing_support::mould_errors(shared_exact(), temp / "history");
+  const MoldErrors e = testing_support::mold_errors(shared_exact(), temp / "history");
   EXPECT_LT(e.albedo_worst, kHalfRounding);
   EXPECT_GT(e.valid_share, 0.9);  // The outline, whose pixels show two surfaces, is left out.
   EXPECT_LT(e.normal_median_deg, 0.01);
 }
 
 TEST(RelitIngest, ReferencePatchTakesDriftOfExposureAndWhiteBalanceOut) {
-  datasets::MouldOptions o = small();
+  datasets::MoldOptions o = small();
   o.exact = true;
-  o = datasets::checked_mould(o);
+  o = datasets::checked_mold(o);
   o.exact = false;
   o.drift = 0.1;
   o.ambient = 0.05;
   const TempFolder temp;
-  make(o, temp / "mould");
-  ingest(temp / "mould", temp / "history", without_highlights());
-  EXPECT_LT(testing_support::mould_errors(temp / "mould", temp / "history").albedo_worst, kHalfRounding);
-  change(temp / "mould/capture.json", [](Json& json) { json.erase("reference_patch"); });
-  ingest(temp / "mould", temp / "drifting", without_highlights());
-  EXPECT_GT(testing_support::mould_errors(temp / "mould", temp / "drifting").spot_drift, 0.02);
+  make(o, temp / "mold");
+  ingest(temp / "mold", temp / "history", without_highlights());
+  EXPECT_LT(testing_support::mold_errors(temp / "mold", temp / "history").albedo_worst, kHalfRounding);
+  change(temp / "mold/capture.json", [](Json& json) { json.erase("reference_patch"); });
+  ingest(temp / "mold", temp / "drifting", without_highlights());
+  EXPECT_GT(testing_support::mold_errors(temp / "mold", temp / "drifting").spot_drift, 0.02);
 }
 
-TEST(RelitIngest, DisturbedMouldIsWithinWhatWasMeasured) {
+TEST(RelitIngest, DisturbedMoldIsWithinWhatWasMeasured) {
   const TempFolder temp;
   ingest(shared_disturbed(), temp / "history");
-  const MouldErrors e = testing_support::mould_errors(shared_disturbed(), temp / "history");
+  const MoldErrors e = testing_support::mold_errors(shared_disturbed(), temp / "history");
   // Measured at this size, where a pixel is 1.5 mm and spokes are two pixels wide: RMS 9.0 %, median 2.6 %, drift 1.5 % (docs/algorithms/relit.md has
   // those at the usual size). Bounds against regressions, a third above.
   EXPECT_LT(e.albedo_rms, 0.12);
@@ -148,19 +148,19 @@ TEST(RelitIngest, DisturbedMouldIsWithinWhatWasMeasured) {
   EXPECT_TRUE(fs::exists(temp / "history/report.html"));
   // Its narrow highlights are rejected as well as without a lobe; subtracting lobes of a mixture of copper and patina makes it 5 % worse.
   ingest(shared_disturbed(), temp / "matt", without_highlights());
-  const MouldErrors matt = testing_support::mould_errors(shared_disturbed(), temp / "matt");
+  const MoldErrors matt = testing_support::mold_errors(shared_disturbed(), temp / "matt");
   EXPECT_LT(e.albedo_median, 1.02 * matt.albedo_median);
   EXPECT_LT(e.albedo_rms, 1.02 * matt.albedo_rms);
 }
 
 TEST(RelitIngest, FindsHowTheObjectWasMoved) {
-  datasets::MouldOptions o = small();
+  datasets::MoldOptions o = small();
   o.transforms = false;
   o.motion_deg = 12.0;
   const TempFolder temp;
-  make(o, temp / "mould");
-  ingest(temp / "mould", temp / "history", without_highlights());
-  const MouldErrors e = testing_support::mould_errors(temp / "mould", temp / "history");
+  make(o, temp / "mold");
+  ingest(temp / "mold", temp / "history", without_highlights());
+  const MoldErrors e = testing_support::mold_errors(temp / "mold", temp / "history");
   EXPECT_LT(e.pose_mm, 0.02);  // The goal for an unchanged patch over re-mounts.
   const Json relit = load_json(temp / "history/relit.json");
   for (const Json& step : relit.at("steps")) {
@@ -170,8 +170,8 @@ TEST(RelitIngest, FindsHowTheObjectWasMoved) {
 
 TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
   const TempFolder temp;
-  fs::copy(shared_disturbed(), temp / "mould", fs::copy_options::recursive);
-  change(temp / "mould/capture.json", [](Json& json) {
+  fs::copy(shared_disturbed(), temp / "mold", fs::copy_options::recursive);
+  change(temp / "mold/capture.json", [](Json& json) {
     for (Json& step : json["steps"]) step.erase("transform");
   });
   // Another object in the place of the second step's: a sphere.
@@ -188,13 +188,13 @@ TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
       sphere += "4 " + std::to_string(a) + " " + std::to_string(a + 1) + " " + std::to_string(a + 21) + " " + std::to_string(a + 20) + "\n";
     }
   }
-  write_atomically(temp / "mould/step01/scan.ply", sphere);
-  const std::string said = error_of([&] { ingest(temp / "mould", temp / "history"); });
+  write_atomically(temp / "mold/step01/scan.ply", sphere);
+  const std::string said = error_of([&] { ingest(temp / "mold", temp / "history"); });
   EXPECT_NE(said.find("steps/1: its scan cannot be registered"), std::string::npos) << said;
   EXPECT_FALSE(fs::exists(temp / "history"));
   RelitOptions options;
   options.accept_failed = true;
-  ingest(temp / "mould", temp / "history", options);
+  ingest(temp / "mold", temp / "history", options);
   const HistoryReader history(temp / "history");
   EXPECT_EQ(history.num_frames(), 2);
   EXPECT_EQ(history.manifest().frames[1].time, 40.0);
@@ -214,10 +214,10 @@ TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
 
 TEST(RelitIngest, AccessibilityIsTheCurvatureThatThePatinaFollowed) {
   RelitOptions options;
-  options.scan.scale_mm = 1.5;  // As the mould's own, radius / 40; the view is along the camera's axis, not the mould's.
+  options.scan.scale_mm = 1.5;  // As the mold's own, radius / 40; the view is along the camera's axis, not the mold's.
   const TempFolder temp;
   ingest(shared_exact(), temp / "history", options);
-  EXPECT_GT(testing_support::mould_errors(shared_exact(), temp / "history").accessibility_correlation, 0.95);
+  EXPECT_GT(testing_support::mold_errors(shared_exact(), temp / "history").accessibility_correlation, 0.95);
 }
 
 TEST(RelitIngest, GivesTheSameBytesForAnyNumberOfThreads) {
@@ -228,10 +228,10 @@ TEST(RelitIngest, GivesTheSameBytesForAnyNumberOfThreads) {
 }
 
 TEST(RelitIngest, LengthUnitsDoNotMatter) {
-  // The same project in micrometres: camera, lights' positions and scans; the strengths of lights are for distances in mm.
+  // The same project in micrometers: camera, lights' positions and scans; the strengths of lights are for distances in mm.
   const TempFolder temp;
-  fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
-  change(temp / "mould/capture.json", [](Json& json) {
+  fs::copy(shared_exact(), temp / "mold", fs::copy_options::recursive);
+  change(temp / "mold/capture.json", [](Json& json) {
     json["unit"] = "um";
     for (Json& v : json["camera"]["translation"]) v = 1000.0 * v.get<double>();
     for (Json& light : json["lights"]) {
@@ -241,23 +241,23 @@ TEST(RelitIngest, LengthUnitsDoNotMatter) {
       for (std::size_t r = 0; r < 3; ++r) step["transform"][r][3] = 1000.0 * step["transform"][r][3].get<double>();
     }
   });
-  for (const char* step : {"step00", "step01", "step02"}) change_points(temp / "mould" / step / "scan.ply", [](Vec3& p) { p *= 1000.0; });
-  ingest(temp / "mould", temp / "history", without_highlights());
-  EXPECT_LT(testing_support::mould_errors(shared_exact(), temp / "history").albedo_worst, kHalfRounding);
+  for (const char* step : {"step00", "step01", "step02"}) change_points(temp / "mold" / step / "scan.ply", [](Vec3& p) { p *= 1000.0; });
+  ingest(temp / "mold", temp / "history", without_highlights());
+  EXPECT_LT(testing_support::mold_errors(shared_exact(), temp / "history").albedo_worst, kHalfRounding);
 }
 
 TEST(RelitIngest, ReadyMadeAlbedoIsBroughtIn) {
   const TempFolder temp;
-  fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
-  change(temp / "mould/capture.json", [](Json& json) {
+  fs::copy(shared_exact(), temp / "mold", fs::copy_options::recursive);
+  change(temp / "mold/capture.json", [](Json& json) {
     json.erase("reference_patch");
     for (std::size_t k = 0; k < json["steps"].size(); ++k) {
       json["steps"][k] = {{"time", 10.0 * static_cast<double>(k)}, {"albedo", "truth/albedo/000" + std::to_string(k) + ".exr"}, {"position", "truth/position.exr"},
                           {"normal", "truth/normal.exr"}, {"transform", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}};
     }
   });
-  ingest(temp / "mould", temp / "history");
-  const MouldErrors e = testing_support::mould_errors(shared_exact(), temp / "history");
+  ingest(temp / "mold", temp / "history");
+  const MoldErrors e = testing_support::mold_errors(shared_exact(), temp / "history");
   EXPECT_LT(e.albedo_worst, kHalfRounding);
   EXPECT_GT(e.valid_share, 0.85);
 }
@@ -309,23 +309,23 @@ TEST(RelitIngest, PhotometricStereoNeedsNoScanUnderDirectionalLights) {
 
 TEST(RelitIngest, StepsThatAreAddedLaterKeepTheFinishedOnes) {
   const TempFolder temp;
-  fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
-  change(temp / "mould/capture.json", [](Json& json) { json["steps"][2]["exclude"] = true; });
-  ingest(temp / "mould", temp / "history", without_highlights());
+  fs::copy(shared_exact(), temp / "mold", fs::copy_options::recursive);
+  change(temp / "mold/capture.json", [](Json& json) { json["steps"][2]["exclude"] = true; });
+  ingest(temp / "mold", temp / "history", without_highlights());
   EXPECT_EQ(HistoryReader(temp / "history").num_frames(), 2);
-  change(temp / "mould/capture.json", [](Json& json) { json["steps"][2].erase("exclude"); });
-  ingest(temp / "mould", temp / "history", without_highlights());
-  ingest(temp / "mould", temp / "fresh", without_highlights());
+  change(temp / "mold/capture.json", [](Json& json) { json["steps"][2].erase("exclude"); });
+  ingest(temp / "mold", temp / "history", without_highlights());
+  ingest(temp / "mold", temp / "fresh", without_highlights());
   EXPECT_EQ(bytes_of(temp / "history"), bytes_of(temp / "fresh"));
 }
 
 /// What is said about a project with one thing wrong; "" when a history was made.
 std::string complaint(const std::function<void(Json&)>& edit, const std::function<void(const fs::path&)>& spoil = {}) {
   const TempFolder temp;
-  fs::copy(shared_exact(), temp / "mould", fs::copy_options::recursive);
-  change(temp / "mould/capture.json", edit);
-  if (spoil) spoil(temp / "mould");
-  return error_of([&] { ingest(temp / "mould", temp / "history", without_highlights()); });
+  fs::copy(shared_exact(), temp / "mold", fs::copy_options::recursive);
+  change(temp / "mold/capture.json", edit);
+  if (spoil) spoil(temp / "mold");
+  return error_of([&] { ingest(temp / "mold", temp / "history", without_highlights()); });
 }
 
 void expect_complaint(const std::string& found, const std::string& expected) {

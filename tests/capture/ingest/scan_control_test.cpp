@@ -52,7 +52,7 @@ Vec3 vector_at(const ImageF& image, int x, int y) {
 TEST(ScanMaps, ASphereIsWhereItIsAndEvenlyCurved) {
   const double scale = 2.0;
   const ScanMaps maps = scan_maps(make_icosphere(kRadius, 5), camera_above(), kWhole, {.scale_mm = scale});
-  // Closed form of mean_curvature() on a sphere; the rest is discretisation.
+  // Closed form of mean_curvature() on a sphere; the rest is discretization.
   const double expected = -1.0 / kRadius / (1.0 + scale * scale / (kRadius * kRadius));
   // Middle of an edge of 1.2 mm under the sphere: edge^2 / (8 R).
   constexpr double kFacets = 0.01;
@@ -80,7 +80,7 @@ TEST(ScanMaps, ASphereIsWhereItIsAndEvenlyCurved) {
 TEST(ScanMaps, APartOfThePhotographReducedSeesTheSamePlaces) {
   const Mesh sphere = make_icosphere(kRadius, 3);
   const ScanMaps whole = scan_maps(sphere, camera_above(), kWhole);
-  // Centres of blocks of three by three pixels are pixels.
+  // Centers of blocks of three by three pixels are pixels.
   const PhotoPart part{.x0 = 31, .y0 = 14, .width = 45, .height = 36, .num_columns = 15, .num_rows = 12};
   const ScanMaps reduced = scan_maps(sphere, camera_above(), part);
   ASSERT_GT(reduced.num_seen, 100);

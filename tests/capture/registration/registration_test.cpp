@@ -154,7 +154,7 @@ TEST(RegisterPair, FindsAnObjectTurnedByAnyAngle) {
     const PointCloud part = part_of(scan_of(relief, {.offset = 0.3, .noise_mm = 0.05, .seed = 21}), [](const Vec3& p) { return p.y() > -20.0; });
     const PairRegistration found = register_pair(target, moved(part, source_from_target), std::nullopt);
     EXPECT_EQ(found.status, RegistrationStatus::Converged);
-    // Noise of 0.05 mm over 10^4 points leaves micrometres.
+    // Noise of 0.05 mm over 10^4 points leaves micrometers.
     EXPECT_LT(largest_gap(part, found.target_from_source * source_from_target, {}), 0.02) << k;
   }
 }
@@ -206,7 +206,7 @@ TEST(RegisterPair, BadScansAreRefusedAndStopIsHeeded) {
   stop.request_stop();
   RunControl control;
   control.stop = stop.get_token();
-  EXPECT_THROW((void)register_pair(good, good, {}, {}, control), Cancelled);
+  EXPECT_THROW((void)register_pair(good, good, {}, {}, control), Canceled);
 }
 
 TEST(RotationSearch, SixtyRotationsLeaveNoneFartherThanFortyFiveDegrees) {

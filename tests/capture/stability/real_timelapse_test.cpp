@@ -19,7 +19,7 @@
 namespace patinate::capture {
 namespace {
 
-/// Goes through the frames of an animated file: linear colour.
+/// Goes through the frames of an animated file: linear color.
 void for_each_frame(const std::filesystem::path& file, const std::function<void(int, const ImageF&)>& use) {
   const auto in = OIIO::ImageInput::open(file.string());
   ASSERT_TRUE(in != nullptr);
@@ -49,7 +49,7 @@ ImageF gradients(const ImageF& color) {
   return result;
 }
 
-/// The slow, independent answer: the best whole shift within 6 px by normalised correlation of gradients is not (0, 0).
+/// The slow, independent answer: the best whole shift within 6 px by normalized correlation of gradients is not (0, 0).
 bool is_moved_by_search(const ImageF& a, const ImageF& b) {
   constexpr int kRange = 6;
   double best = -2.0;
@@ -123,7 +123,7 @@ std::pair<double, double> rate(const char* name, const Surveyed& s, const std::s
 TEST(RealTimelapse, TheMelonsHandRepeatedPhotographsAreAllNamed) {
   PATINATE_REQUIRE_DATA(file, "timelapse/decaying_melon/decaying_melon.webp");
   const Surveyed s = survey(file, true);
-  // The catalogue counts 34 of 97 pairs by whole-pixel phase correlation; the search agrees.
+  // The catalog counts 34 of 97 pairs by whole-pixel phase correlation; the search agrees.
   ASSERT_EQ(s.reference.size(), 34u);
   const auto [precision, recall] = rate("decaying_melon", s, s.reference);
   EXPECT_EQ(precision, 1.0);
@@ -134,7 +134,7 @@ TEST(RealTimelapse, TheMelonsHandRepeatedPhotographsAreAllNamed) {
 TEST(RealTimelapse, TheSaltsThreeEventsAreNamedAndNothingElse) {
   PATINATE_REQUIRE_DATA(file, "timelapse/salt_crystallizing/salt_crystallizing.webp");
   const Surveyed s = survey(file, false);
-  const auto [precision, recall] = rate("salt_crystallizing", s, {1, 75, 97});  // As the catalogue has it.
+  const auto [precision, recall] = rate("salt_crystallizing", s, {1, 75, 97});  // As the catalog has it.
   EXPECT_EQ(precision, 1.0);
   EXPECT_EQ(recall, 1.0);
   EXPECT_EQ(s.shifted, (std::set<int>{75, 97}));

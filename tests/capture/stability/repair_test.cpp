@@ -7,7 +7,7 @@
 #include "capture/stability/fill.h"
 #include "capture/stability/flat_field.h"
 #include "capture/stability/highlights.h"
-#include "capture/stability/stabilise.h"
+#include "capture/stability/stabilize.h"
 #include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "tests/capture/stability/stability_scene.h"
@@ -26,8 +26,8 @@ FramePair exact_pair(int reference, int frame, const Eigen::Affine2d& motion) {
   return pair;
 }
 
-TEST(Stabilise, AnchorsKeepErrorsFromAddingUpAndAWrongPairFromCounting) {
-  // Truth: the camera drifts along a line. Every neighbour is measured 0.1 px too far, every pair with an anchor within 0.01 px.
+TEST(Stabilize, AnchorsKeepErrorsFromAddingUpAndAWrongPairFromCounting) {
+  // Truth: the camera drifts along a line. Every neighbor is measured 0.1 px too far, every pair with an anchor within 0.01 px.
   constexpr int kNumFrames = 33, kAnchor = 16;
   const auto truth = [](int i) { return Eigen::Affine2d(Eigen::Translation2d(0.5 * i, -0.25 * i)); };
   const auto between = [&](int a, int b, double error) {
@@ -39,7 +39,7 @@ TEST(Stabilise, AnchorsKeepErrorsFromAddingUpAndAWrongPairFromCounting) {
     const int anchor = (i - 1) / kAnchor * kAnchor;
     if (anchor != i - 1) pairs.push_back(between(anchor, i, 0.01));
   }
-  const StabilisedMotions solved = solve_motions(kNumFrames, pairs, 256, 256);
+  const StabilizedMotions solved = solve_motions(kNumFrames, pairs, 256, 256);
   EXPECT_TRUE(solved.unlinked_frames.empty());
   for (int i = 0; i < kNumFrames; ++i) {
     // The chain alone would be 3.2 px off at the end.
@@ -47,16 +47,16 @@ TEST(Stabilise, AnchorsKeepErrorsFromAddingUpAndAWrongPairFromCounting) {
   }
 }
 
-TEST(Stabilise, SaysWhichFrameNothingTies) {
+TEST(Stabilize, SaysWhichFrameNothingTies) {
   FramePair loose = exact_pair(1, 2, Eigen::Affine2d::Identity());
   loose.motion.is_reliable = false;
-  const StabilisedMotions solved = solve_motions(3, {exact_pair(0, 1, Eigen::Affine2d(Eigen::Translation2d(3.0, 0.0))), loose}, 64, 64);
+  const StabilizedMotions solved = solve_motions(3, {exact_pair(0, 1, Eigen::Affine2d(Eigen::Translation2d(3.0, 0.0))), loose}, 64, 64);
   EXPECT_EQ(solved.unlinked_frames, std::vector<int>{2});
   EXPECT_NEAR(solved.frame_from_first[2].translation().x(), 3.0, 1e-6);
   EXPECT_THROW((void)solve_motions(2, {exact_pair(0, 5, Eigen::Affine2d::Identity())}, 64, 64), InvalidInput);
 }
 
-TEST(Stabilise, ResamplingUndoesAKnownMotionAndMarksWhatLeftTheView) {
+TEST(Stabilize, ResamplingUndoesAKnownMotionAndMarksWhatLeftTheView) {
   const Eigen::Affine2d motion(Eigen::Translation2d(5.5, -3.25));
   const ImageF still = render_scene({}), moved = render_scene({.frame_from_scene = motion});
   ImageU8 valid;
@@ -65,14 +65,14 @@ TEST(Stabilise, ResamplingUndoesAKnownMotionAndMarksWhatLeftTheView) {
   for (int y = 8; y < 184; ++y) {
     for (int x = 8; x < 180; ++x) worst = std::max(worst, static_cast<double>(std::abs(back.at(x, y) - still.at(x, y))) / static_cast<double>(still.at(x, y)));
   }
-  EXPECT_LT(worst, 0.05);  // Discretisation: cubics on waves of 6 px and more.
+  EXPECT_LT(worst, 0.05);  // Discretization: cubics on waves of 6 px and more.
   EXPECT_EQ(valid.at(187, 50), 0);  // 187 + 5.5 > 191.
   EXPECT_EQ(valid.at(185, 50), 255);
   EXPECT_EQ(valid.at(50, 3), 0);    // 3 - 3.25 < 0.
   EXPECT_EQ(valid.at(50, 4), 255);
 }
 
-TEST(Stabilise, AWholeStepCopiesValues) {
+TEST(Stabilize, AWholeStepCopiesValues) {
   const ImageF image = render_scene({});
   ImageU8 valid;
   const ImageF out = resample_frame(image, Eigen::Affine2d(Eigen::Translation2d(7.0, 4.0)), 100, 90, valid);
@@ -232,7 +232,7 @@ TEST(Fill, WhatTurnsWhiteAndStaysSoIsMaterial) {
   EXPECT_EQ(plan_of({kS, kS}, 0.0).inside.at(0, 0), 0) << "it always shone";
 }
 
-TEST(Fill, ColourIsInterpolatedInTimeFromValidFramesOnly) {
+TEST(Fill, ColorIsInterpolatedInTimeFromValidFramesOnly) {
   const std::vector<double> times{0, 1, 2, 10, 11};
   const std::vector<std::uint8_t> course{kV, kS, kS, kV, kV};
   const std::vector<float> color{0.2f, 9.0f, 9.0f, 0.7f, 0.9f};

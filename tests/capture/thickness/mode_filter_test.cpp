@@ -29,9 +29,9 @@ ImageF cracked_paint(int width, int height, float slope, std::uint64_t seed) {
 }
 
 TEST(ModeFilter, ReachesTheHighestPeakOfTheExactHistogram) {
-  // Heights are compared, not positions: where two peaks are equally high either is right. Discretisation: 0.4 % for each cut at
+  // Heights are compared, not positions: where two peaks are equally high either is right. Discretization: 0.4 % for each cut at
   // 3 sigma, and nodes 0.4 sigma apart, not on pixels (worst at sigma 3: 2.04 %; 4 % with nodes 0.5 sigma apart).
-  constexpr double kDiscretisation = 0.025;
+  constexpr double kDiscretization = 0.025;
   const ImageF in = cracked_paint(32, 24, 0.002f, 1);
   ImageU8 mask(32, 24, 1, 255);
   for (int y = 10; y < 20; ++y) {
@@ -50,7 +50,7 @@ TEST(ModeFilter, ReachesTheHighestPeakOfTheExactHistogram) {
           worst = std::max(worst, 1.0 - reached / best);
         }
       }
-      EXPECT_LT(worst, kDiscretisation) << "sigma " << sigma;
+      EXPECT_LT(worst, kDiscretization) << "sigma " << sigma;
     }
   }
 }

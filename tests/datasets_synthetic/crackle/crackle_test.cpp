@@ -120,7 +120,7 @@ TEST(Crackle, NeverClosesAgain) {
 }
 
 TEST(Crackle, OpensWhenItsTruthSaysSo) {
-  // A pixel whose centre lies in a crack is covered by at least half of a pixel's width, or by the whole width of a
+  // A pixel whose center lies in a crack is covered by at least half of a pixel's width, or by the whole width of a
   // thinner crack.
   const CrackleDataset d = crackle(small());
   const double time = 0.6 * d.duration_s();

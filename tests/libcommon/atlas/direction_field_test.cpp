@@ -43,7 +43,7 @@ TEST(DirectionField, AFlatFloorKeepsTheDirectionOfItsUvs) {
   for (std::size_t t = 0; t < frames.size(); ++t) EXPECT_LT((frames[t] - uv[t]).norm(), 1e-9);
 }
 
-/// Angle between directions of neighbouring triangles, largest over a mesh's edges away from `poles`.
+/// Angle between directions of neighboring triangles, largest over a mesh's edges away from `poles`.
 double worst_bend(const Mesh& mesh, const FlowFrames& frames, const std::vector<Vec3>& poles, double keep_away) {
   const auto neighbors = triangle_neighbors(mesh);
   double worst = 0.0;

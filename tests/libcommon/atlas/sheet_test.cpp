@@ -25,7 +25,7 @@ TEST(Sheet, TexelsOfATileKeepTheirPlaces) {
   EXPECT_EQ(sheet.columns, 2);
   EXPECT_EQ(sheet.width(), 2 * 36);
   for (int tile = 0; tile < 3; ++tile) {
-    // The centre of the tile's texel (5, 7), by the convention of texel_from_uv.
+    // The center of the tile's texel (5, 7), by the convention of texel_from_uv.
     const Vec2 uv = sheet.sheet_uv(tile, {5.5 / 32, 1.0 - 7.5 / 32});
     EXPECT_NEAR(uv.x() * sheet.width() - 0.5, sheet.first_x(tile) + 5, 1e-9);
     EXPECT_NEAR((1.0 - uv.y()) * sheet.height() - 0.5, sheet.first_y(tile) + 7, 1e-9);
@@ -62,8 +62,8 @@ TEST(Sheet, FilesOfTilesAreNamedAfterThem) {
   EXPECT_EQ(tile_path("tex_<UDIM>.exr", ""), "tex_1001.exr");
 }
 
-// Closed form: on a plane the neighbour at an offset lies at that offset, whatever tiles it is cut into.
-TEST(Sheet, NeighboursAcrossTilesLieStraightOn) {
+// Closed form: on a plane the neighbor at an offset lies at that offset, whatever tiles it is cut into.
+TEST(Sheet, NeighborsAcrossTilesLieStraightOn) {
   constexpr double kSide = 48.0;
   const AtlasMesh atlas = atlas_mesh_of(udim_plane(kSide, 3), find_uv_layout(udim_plane(kSide, 3)));
   ASSERT_EQ(atlas.tiles.size(), 3u);

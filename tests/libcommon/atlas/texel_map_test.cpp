@@ -24,7 +24,7 @@ using testing_support::cut_plane;
 using testing_support::square_offsets;
 using testing_support::unit_plane;
 
-TEST(TexelMap, PlacesTexelCentresByTheUvConvention) {
+TEST(TexelMap, PlacesTexelCentersByTheUvConvention) {
   const TexelMap map(unit_plane(64.0), 64, 64);
   EXPECT_EQ(map.num_covered(), 64 * 64);
   EXPECT_EQ(map.num_overlapping(), 0);
@@ -117,8 +117,8 @@ TEST(TexelMap, LabelsCharts) {
   EXPECT_EQ(charts.size(), 2u);
 }
 
-// On a plane, whatever its charts, the neighbour at an offset lies at that offset: closed form. The tolerance is the atlas's own grid:
-// half a texel in each direction for the neighbour, plus one where the nearest covered texel is not the nearest one.
+// On a plane, whatever its charts, the neighbor at an offset lies at that offset: closed form. The tolerance is the atlas's own grid:
+// half a texel in each direction for the neighbor, plus one where the nearest covered texel is not the nearest one.
 TEST(TexelMap, GatherCrossesASeamStraight) {
   constexpr double kSide = 64.0;
   const TexelMap map(cut_plane(kSide), 128, 128);

@@ -21,7 +21,7 @@ const Vec3 kUp(0.0, 1.0, 0.0);
 
 std::shared_ptr<const FlowFrames> downward(const TexelMap& map) { return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, kUp)); }
 
-// Of neighbours that gather() finds, to the texel and 1/256 pixel.
+// Of neighbors that gather() finds, to the texel and 1/256 pixel.
 void expect_equal_to_gather(const TexelMap& map, const std::shared_ptr<const FlowFrames>& frames, double step_mm, std::int64_t& num_missing) {
   std::vector<Vec2> offsets = square_offsets(2, step_mm);
   const TexelNeighborhood neighborhood(map, offsets, frames, step_mm);
@@ -54,8 +54,8 @@ TEST(TexelNeighborhood, EqualsGatherForEveryTexelAndStoresOnlyBands) {
   EXPECT_LT(neighborhood.num_stored(), map.num_covered() / 3);
 }
 
-// In a band of r texels beside a seam a texel at distance d has (r + 1 - d) of 2 r + 1 rows of neighbours beyond it: of r = 2, less than a third of them all. And its row says which.
-TEST(TexelNeighborhood, StoresOnlyNeighboursThatLeaveTheGridWhereTrianglesAreLarge) {
+// In a band of r texels beside a seam a texel at distance d has (r + 1 - d) of 2 r + 1 rows of neighbors beyond it: of r = 2, less than a third of them all. And its row says which.
+TEST(TexelNeighborhood, StoresOnlyNeighborsThatLeaveTheGridWhereTrianglesAreLarge) {
   constexpr std::int64_t kNeighbors = 24 + 8, kBytes = 8, kRowBytes = 24;
   for (const auto& [cells, is_large] : {std::pair{8, true}, std::pair{64, false}}) {
     const TexelMap map(testing_support::cut_plane(64.0, cells), 256, 256);
@@ -78,12 +78,12 @@ TEST(TexelNeighborhood, EqualsGatherOnARealAtlas) {
   const TexelMap map(mesh, 256, 256);
   std::int64_t num_missing = 0;
   expect_equal_to_gather(map, downward(map), map.median_texel_size_mm(), num_missing);
-  // The bust is closed but for its base: nearly every neighbour exists.
+  // The bust is closed but for its base: nearly every neighbor exists.
   EXPECT_LT(static_cast<double>(num_missing), 0.02 * static_cast<double>(map.num_covered() * 24));
 }
 
-// A plane in charts that are turned, mirrored and of other sizes: where neighbours lie in the plane is known. That the frames agree over every seam is what makes it exact.
-TEST(TexelNeighborhood, NeighboursLieWhereTheySayWhateverTheChartsDo) {
+// A plane in charts that are turned, mirrored and of other sizes: where neighbors lie in the plane is known. That the frames agree over every seam is what makes it exact.
+TEST(TexelNeighborhood, NeighborsLieWhereTheySayWhateverTheChartsDo) {
   const TexelMap map(testing_support::patchwork_plane(64.0, 4), 256, 256);
   const std::shared_ptr<const FlowFrames> frames = downward(map);
   const double step_mm = 1.5 * map.median_texel_size_mm();
@@ -106,11 +106,11 @@ TEST(TexelNeighborhood, NeighboursLieWhereTheySayWhateverTheChartsDo) {
     }
   }
   EXPECT_GT(num_crossing, num_found / 20);
-  // Only where the nearest texel's centre lies just outside the chart is the next one taken.
+  // Only where the nearest texel's center lies just outside the chart is the next one taken.
   EXPECT_LT(static_cast<double>(num_far), 0.15 * static_cast<double>(num_crossing));
 }
 
-/// A plane of 51.2 texels a side in an atlas of 64, with a slit of one texel upward, in column 17, and one across, in row 41: 1.28 texels, of which one shows its centre.
+/// A plane of 51.2 texels a side in an atlas of 64, with a slit of one texel upward, in column 17, and one across, in row 41: 1.28 texels, of which one shows its center.
 Mesh slit_plane() {
   constexpr int kCells = 40, kColumn = 8, kRow = 12;
   Mesh mesh = testing_support::unit_plane(64.0, kCells);
@@ -151,8 +151,8 @@ TEST(TexelNeighborhood, ASlitOfOneTexelEndsTheSurfaceFromBothSides) {
   EXPECT_EQ(neighbor(35, 42, 3), -1);
 }
 
-// Oracle: the same chart mirrored in the atlas has the same neighbours, mirrored, whichever of the two finds them.
-TEST(TexelNeighborhood, AMirroredChartHasMirroredNeighbours) {
+// Oracle: the same chart mirrored in the atlas has the same neighbors, mirrored, whichever of the two finds them.
+TEST(TexelNeighborhood, AMirroredChartHasMirroredNeighbors) {
   constexpr int kRadius = 3, kLast = kSlitSide - 1;
   const Mesh mesh = slit_plane();
   struct Mirror {

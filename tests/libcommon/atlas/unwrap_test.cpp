@@ -22,7 +22,7 @@ using testing_support::make_cube;
 using testing_support::make_icosphere;
 using testing_support::make_patch;
 
-constexpr double kRounding = 1e-6;  ///< Of a sparse factorisation of some thousand unknowns, with room.
+constexpr double kRounding = 1e-6;  ///< Of a sparse factorization of some thousand unknowns, with room.
 constexpr double kPi = std::numbers::pi;
 
 Mesh strip_uvs(Mesh mesh) {
@@ -165,7 +165,7 @@ TEST(Unwrap, CoversThreeFifthsOfTheAtlasWithAnUrn) {
   const TexelMap map(r.mesh, 1024, 1024);
   const double covered = static_cast<double>(map.num_covered()) / static_cast<double>(map.num_texels());
   EXPECT_GE(covered, 0.6);
-  EXPECT_NEAR(covered, r.packing, 0.005);  // Texel centres sample the area; the error is of borders, some thousand texels of a million.
+  EXPECT_NEAR(covered, r.packing, 0.005);  // Texel centers sample the area; the error is of borders, some thousand texels of a million.
   EXPECT_LE(r.stretch.p95, 1.5);
   EXPECT_LE(r.num_charts, 80);
 }
@@ -228,7 +228,7 @@ TEST(Unwrap, CutsSurfacesWithoutAnInside) {
 }
 
 TEST(Unwrap, KeepsSpikesApart) {
-  // Neighbouring triangles face anywhere: conformal maps fold, fans at borders wind over themselves, and must be cut again.
+  // Neighboring triangles face anywhere: conformal maps fold, fans at borders wind over themselves, and must be cut again.
   Mesh spiky = make_blob(2);
   for (std::size_t i = 0; i < spiky.positions.size(); ++i) spiky.positions[i] *= 1.0 + 0.15 * RandomStream(7, i).normal();
   const UnwrapResult r = unwrap(spiky);
@@ -333,11 +333,11 @@ TEST(Unwrap, CanBeStoppedAndReportsItsProgress) {
     stopped.on_progress = [&](double f) {
       if (f >= at) source.request_stop();
     };
-    EXPECT_THROW((void)unwrap(blob, {}, stopped), Cancelled) << "at " << at;
+    EXPECT_THROW((void)unwrap(blob, {}, stopped), Canceled) << "at " << at;
   }
 }
 
-TEST(Unwrap, LaysScannedAndModelledMeshesFlat) {
+TEST(Unwrap, LaysScannedAndModeledMeshesFlat) {
   PATINATE_REQUIRE_DATA(meshes, "meshes");
   for (const char* name : {"spot/spot_triangulated.obj", "marble_bust/marble_bust_01_1k.gltf"}) {
     const Mesh mesh = read_mesh(meshes / name);

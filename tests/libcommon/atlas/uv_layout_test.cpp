@@ -123,7 +123,7 @@ TEST(UvLayout, MirroredHalvesAreAProblemByTheirOverlap) {
   Mesh mesh = unit_plane(1.0, 8);
   for (Vec2& uv : mesh.uvs) uv.x() = std::abs(uv.x() - 0.5);
   const UvLayout layout = find_uv_layout(mesh);
-  EXPECT_NEAR(layout.overlap_share, 1.0, 0.05);  // centres on the diagonals of the cells count for no one
+  EXPECT_NEAR(layout.overlap_share, 1.0, 0.05);  // centers on the diagonals of the cells count for no one
   EXPECT_NE(layout.problem, "");
 }
 

@@ -39,9 +39,9 @@ TEST(HeightAccessibility, BottomsAndCrestsOfFurrowsHaveTheirClosedForms) {
   // The radius of curvature is 1 / (A k^2): a cylinder, so half of that is the mean curvature; the largest sphere at the bottom has that radius.
   const double bend = kAmplitude * kWave * kWave;
   const Vec3 bottom(0.5 * kPeriod, 0.0, 0.0), crest(0.0, 0.0, 0.0);
-  constexpr double kDiscretisation = 0.05;  // Smoothing 0.5 mm takes 1 - exp(-(k s)^2 / 2) = 3.4 % of the curvature.
-  EXPECT_NEAR(at(found, 0, bottom) / (0.5 * bend), 1.0, kDiscretisation);
-  EXPECT_NEAR(at(found, 0, crest) / (-0.5 * bend), 1.0, kDiscretisation);
+  constexpr double kDiscretization = 0.05;  // Smoothing 0.5 mm takes 1 - exp(-(k s)^2 / 2) = 3.4 % of the curvature.
+  EXPECT_NEAR(at(found, 0, bottom) / (0.5 * bend), 1.0, kDiscretization);
+  EXPECT_NEAR(at(found, 0, crest) / (-0.5 * bend), 1.0, kDiscretization);
   EXPECT_NEAR(at(found, 2, bottom) / bend, 1.0, 0.1);  // The points that stop the sphere are 0.4 % of the diagonal apart.
   EXPECT_GT(at(found, 1, bottom), at(found, 1, crest) + 0.02);
   EXPECT_LT(found.definitions[0].low, 0.0);

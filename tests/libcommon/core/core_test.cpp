@@ -86,7 +86,7 @@ TEST(ParallelFor, StopsAndSaysSo) {
                               ++chunks;
                               source.request_stop();
                             }),
-               Cancelled);
+               Canceled);
   EXPECT_LT(chunks, 10);
 }
 

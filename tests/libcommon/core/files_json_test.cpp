@@ -207,4 +207,17 @@ TEST(Json, UnknownKeysComeWithASuggestion) {
 }
 
 }  // namespace
+TEST(Json, ADocumentOfAnOlderVersionGetsTheWordsOfTheNext) {
+  const Json before = Json::parse(R"({"format": "x", "version": 1, "behaviour": {"op": "behaviour", "list": ["behaviour", 1, "behaviours"]}})");
+  const Json now = Json::parse(R"({"format": "x", "version": 2, "behavior": {"op": "behavior", "list": ["behavior", 1, "behaviours"]}})");
+  Json document = before;
+  update_spelling(document, 1, {{"behaviour", "behavior"}});
+  EXPECT_EQ(document, now);
+  update_spelling(document, 1, {{"behavior", "conduct"}});
+  EXPECT_EQ(document, now);  // Another version stays as it is.
+  Json list = Json::parse("[1]");
+  update_spelling(list, 1, {{"a", "b"}});
+  EXPECT_EQ(list, Json::parse("[1]"));
+}
+
 }  // namespace patinate

@@ -65,7 +65,7 @@ TEST(ColmapCamera, ReadsEveryLensModelOfAFileThatColmapWrote) {
   EXPECT_EQ(pinhole.width, 640);
   EXPECT_EQ(pinhole.fx, 700.25);
   EXPECT_EQ(pinhole.fy, 690.5);
-  // The centre of COLMAP's first pixel is (0.5, 0.5), that of ours (0, 0).
+  // The center of COLMAP's first pixel is (0.5, 0.5), that of ours (0, 0).
   EXPECT_EQ(pinhole.cx, 320.0);
   EXPECT_EQ(pinhole.cy, 240.0);
   const Eigen::Matrix3d turn = Eigen::Quaterniond(0.9, 0.1, -0.2, 0.3741657387).normalized().toRotationMatrix();

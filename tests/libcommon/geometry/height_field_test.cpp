@@ -11,7 +11,7 @@
 namespace patinate {
 namespace {
 
-/// A field of a formula, centred.
+/// A field of a formula, centered.
 HeightField field_of(int size, double spacing_mm, const std::function<double(double, double)>& height) {
   HeightField field;
   field.height_mm = Image<double>(size, size);

@@ -80,7 +80,7 @@ TEST(LightIo, PositionsOfAnLpFileAreSeenWhereTheCameraPutsThem) {
   write_atomically(folder / "dome.lp", "1\na.jpg 0.05 0.02 -0.4\n");
   const Camera camera = some_camera();
   const std::vector<Light> lights = read_lights(folder / "dome.lp", 1000.0, &camera, {.kind = LightRows::Kind::Positions});
-  // 400 mm in front of the camera, 50 to the right, 20 up: at fx X / Z + cx, and above the centre.
+  // 400 mm in front of the camera, 50 to the right, 20 up: at fx X / Z + cx, and above the center.
   const auto seen = camera.project(lights[0].position);
   ASSERT_TRUE(seen);
   EXPECT_NEAR(seen->x(), 700.0 * 50 / 400 + 320, 1e-9);
@@ -164,7 +164,7 @@ TEST(LightIo, BadProjectLightsAreRefused) {
   EXPECT_TRUE(has(error(R"([{"position": [1,2,3], "direction": [0,0,1]}])"), "either `position` or `direction`"));
   EXPECT_TRUE(has(error(R"([{"direction": [0,0,0]}])"), "length above 0"));
   EXPECT_TRUE(has(error(R"([{"position": [1,2]}])"), "/lights/0/position"));
-  EXPECT_TRUE(has(error(R"([{"position": [1,2,3], "colour": 1}])"), "colour"));
+  EXPECT_TRUE(has(error(R"([{"position": [1,2,3], "color": 1}])"), "color"));
   EXPECT_TRUE(has(error(R"({"file": "a.lp", "kind": "places"})"), "did you mean") || has(error(R"({"file": "a.lp", "kind": "places"})"), "directions"));
   EXPECT_TRUE(has(error(R"("missing.lp")"), "missing.lp"));
 }

@@ -179,7 +179,7 @@ TEST(PointCloudIo, PosesOfAConfReadBackAndBadLinesAreNamed) {
 
 TEST(RealScans, TheBunnysScansLieOnTheirReconstructionWithTheConvention) {
   PATINATE_REQUIRE_DATA(folder, "scans/bunny");
-  // The catalogue's measurement: 0.53-0.57 mm median from the vertices with R^T, 16-129 mm with R.
+  // The catalog's measurement: 0.53-0.57 mm median from the vertices with R^T, 16-129 mm with R.
   const NearestPoints zipper(read_point_cloud(folder / "reconstruction/bun_zipper.ply").points);
   for (const ScanPose& pose : read_scan_poses(folder / "data/bun.conf")) {
     if (pose.scan.filename() != "bun045.ply" && pose.scan.filename() != "chin.ply") continue;

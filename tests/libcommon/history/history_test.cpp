@@ -126,7 +126,7 @@ TEST(History, AFramesOwnMaskAddsToTheHistorysMask) {
   EXPECT_THROW((void)reader.read_frame_mask(2), InvalidInput);
 }
 
-TEST(History, ControlsAreNormalisedByTheirRangeAndClamped) {
+TEST(History, ControlsAreNormalizedByTheirRangeAndClamped) {
   const TempFolder folder;
   write_history(folder.path());
   const ImageF control = HistoryReader(folder.path()).read_control("thickness");
@@ -185,7 +185,7 @@ TEST(History, AcceptsTheOptionalImagesOfTheFormat) {
   EXPECT_EQ(reading_error(folder.path()), "");
 }
 
-TEST(History, FramesCarryMoreThanColour) {
+TEST(History, FramesCarryMoreThanColor) {
   const TempFolder folder;
   write_history(folder.path());
   HistoryManifest manifest = read_history_manifest(folder.path());
@@ -197,7 +197,7 @@ TEST(History, FramesCarryMoreThanColour) {
   writer.add_written_frame_extra(1, "stddev");
   EXPECT_THROW(writer.add_written_frame_extra(1, "stddev"), InvalidInput);
   EXPECT_THROW(HistoryWriter::write_frame_extra(folder.path(), 1, "specular", deviation), InvalidInput);
-  EXPECT_THROW((void)HistoryWriter::frame_extra_file(1, "colour"), InvalidInput);
+  EXPECT_THROW((void)HistoryWriter::frame_extra_file(1, "color"), InvalidInput);
   writer.finish();
   const HistoryReader reader(folder.path());
   EXPECT_EQ(reader.read_frame_extra(1, "specular"), lobe);

@@ -35,7 +35,7 @@ TEST(TangentSpaceNormals, OfATiltedPlaneAreTheReliefThatWasPutOnIt) {
       put(surface, x, y, world_from_plane.col(2));
     }
   }
-  put(surface, 3, 2, Eigen::Vector3f::Zero());  // A hole in the scan: its neighbours go on with one side.
+  put(surface, 3, 2, Eigen::Vector3f::Zero());  // A hole in the scan: its neighbors go on with one side.
   put(normals, 5, 4, Eigen::Vector3f::Zero());  // Nobody knows.
   const ImageF found = tangent_space_normals(normals, position, surface);
   for (int y = 0; y < kHeight; ++y) {
@@ -59,7 +59,7 @@ TEST(TangentSpaceNormals, WithoutPositionsTheImageIsTheSurface) {
   EXPECT_THROW((void)tangent_space_normals(ImageF(kWidth, kHeight, 1), {}, {}), InvalidInput);
 }
 
-/// Four frames at 0, 1, 4, 5; the second has nothing beside colour, the last no height.
+/// Four frames at 0, 1, 4, 5; the second has nothing beside color, the last no height.
 class MaterialMaps : public testing::Test {
  protected:
   void SetUp() override {

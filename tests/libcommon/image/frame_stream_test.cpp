@@ -118,10 +118,10 @@ std::array<double, 3> mean_codes(const DecodedImage& image) {
 class OwnMovie : public testing::TestWithParam<const char*> {};
 
 // What lookup, render and export write is what init and ingest read: all frames, the last ones too, which encoders hold back, in their
-// colours, in whichever order. 301 frames, an odd number, span several key frames.
+// colors, in whichever order. 301 frames, an odd number, span several key frames.
 TEST_P(OwnMovie, GivesEveryFrameInItsPlaceAndColor) {
   constexpr int kNumFrames = 301;
-  constexpr double kCodecLoss = 2.5;  // Of a mean, in codes; neighbouring frames differ by 1 and frames 4 apart by more.
+  constexpr double kCodecLoss = 2.5;  // Of a mean, in codes; neighboring frames differ by 1 and frames 4 apart by more.
   const TempFolder folder;
   const fs::path file = folder / (std::string("own movie") + GetParam());
   write_coded_movie(file, kNumFrames, gray_frame, {.fps = 12.5});

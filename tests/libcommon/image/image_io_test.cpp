@@ -100,7 +100,7 @@ TEST(ImageIo, TheExtensionDecidesWhateverItsCase) {
   EXPECT_THROW(write_color(folder / "a.hdr", ramp(4, 4, 3)), UsageError);
 }
 
-TEST(ImageIo, AlphaDoesNotDarkenColour) {
+TEST(ImageIo, AlphaDoesNotDarkenColor) {
   TempFolder folder;
   ImageU8 codes(2, 1, 4, 255);
   codes.at(0, 0, 0) = 200;
@@ -111,7 +111,7 @@ TEST(ImageIo, AlphaDoesNotDarkenColour) {
   const ImageF png = read_color(folder / "a.png", {.kind = Response::Kind::Linear});
   EXPECT_NEAR(png.at(0, 0, 0), 200.0f / 255.0f, 1e-6f);
   EXPECT_NEAR(png.at(0, 0, 2), 50.0f / 255.0f, 1e-6f);
-  // EXR stores colour times alpha.
+  // EXR stores color times alpha.
   ImageF premultiplied(1, 1, 4, 0.25f);
   premultiplied.at(0, 0, 3) = 0.5f;
   write_exr(folder / "a.exr", premultiplied, {"R", "G", "B", "A"}, ExrDepth::Float);
@@ -175,7 +175,7 @@ TEST(ImageIo, AJpegWithBytesBetweenItsMarkersIsReadAsItIs) {
   EXPECT_TRUE(std::equal(found.values().begin(), found.values().end(), expected.values().begin()));
 }
 
-/// A PNG of one colour, of any size, whose rows are not there: what its header says is all that is looked at.
+/// A PNG of one color, of any size, whose rows are not there: what its header says is all that is looked at.
 std::string png_header(std::uint32_t width, std::uint32_t height) {
   const auto u32 = [](std::uint32_t v) { return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8), static_cast<char>(v)}; };
   const auto chunk = [&](const std::string& kind, const std::string& data) {

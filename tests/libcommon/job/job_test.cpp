@@ -142,7 +142,7 @@ TEST(Job, SaysWhichFolderIsMissing) {
   EXPECT_NE(message_of(sample_plan(temp / "file" / "out", "k")), "");
 }
 
-TEST(Job, GoesOnWithFinishedItemsAfterCancelling) {
+TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
   TempFolder temp;
   (void)run_job(sample_plan(temp / "whole", "k"), {}, {});
   std::stop_source stop;
@@ -151,7 +151,7 @@ TEST(Job, GoesOnWithFinishedItemsAfterCancelling) {
   const auto stop_at_5 = [&](int i) {
     if (i == 5) stop.request_stop();
   };
-  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", stop_at_5), {}, control), Cancelled);
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", stop_at_5), {}, control), Canceled);
   EXPECT_FALSE(fs::exists(temp / "out"));
   std::vector<int> runs;
   EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), {}, threads(1)), JobStatus::Done);

@@ -10,7 +10,7 @@ namespace patinate {
 namespace {
 
 TEST(ColorCurves, LabOfPrimariesIsThatOfTheTables) {
-  // Lindbloom's CIE colour calculator, sRGB primaries under D65; three digits.
+  // Lindbloom's CIE color calculator, sRGB primaries under D65; three digits.
   const auto red = lab_from_linear(1, 0, 0), green = lab_from_linear(0, 1, 0), blue = lab_from_linear(0, 0, 1);
   EXPECT_NEAR(red[0], 53.24, 0.01);
   EXPECT_NEAR(red[1], 80.09, 0.01);

@@ -146,7 +146,7 @@ TEST(Glb, RefusesWhatWouldNotBeValid) {
   const auto path = folder / "a.glb";
   EXPECT_THROW(write_glb(path, mesh, {}), InvalidInput);
   EXPECT_THROW(write_glb(path, mesh, {two_ages()[0], two_ages()[0]}), InvalidInput);
-  EXPECT_THROW(write_glb(path, mesh, two_ages(), {.metres_per_unit = 0.0}), InvalidInput);
+  EXPECT_THROW(write_glb(path, mesh, two_ages(), {.meters_per_unit = 0.0}), InvalidInput);
   EXPECT_THROW(write_glb(path, mesh, two_ages(), {.roughness = 2.0}), InvalidInput);
   EXPECT_THROW(write_glb(path, mesh, two_ages(), {.name = "\xff"}), InvalidInput);
   EXPECT_THROW(write_glb(folder / "no/such/folder.glb", mesh, two_ages()), CannotComplete);
@@ -165,7 +165,7 @@ std::vector<GlbVariant> with_maps() {
   return variants;
 }
 
-TEST(Glb, KeepsNormalsAndRoughnessBesideTheColour) {
+TEST(Glb, KeepsNormalsAndRoughnessBesideTheColor) {
   const TempFolder folder;
   write_glb(folder / "plain.glb", ball(1.0, 8), two_ages());
   write_glb(folder / "maps.glb", ball(1.0, 8), with_maps());

@@ -82,7 +82,7 @@ TEST(SceneMesh, NamesTheObjectThatHasNoUvsOrOverlappingOnes) {
   EXPECT_TRUE(has(error_of([&] { (void)SurfaceAtlas(make_scene_mesh(doubled), 64); }), "the UVs of object 'part1' overlap"));
 }
 
-TEST(SurfaceAtlas, NeighboursOfASeamAreAcrossIt) {
+TEST(SurfaceAtlas, NeighborsOfASeamAreAcrossIt) {
   // The right half's chart is turned by 90 degrees: its texels are reached over the cut by walking on the surface.
   const Scene scene = scene_of({testing_support::cut_plane(100)}, 128);
   const SceneMesh mesh = make_scene_mesh(scene);
@@ -114,8 +114,8 @@ TEST(SurfaceAtlas, EveryPointHasATexelAtMostADiagonalAway) {
       const Triangle& c = mesh.mesh.triangles[static_cast<std::size_t>(t)];
       const auto p = [&](std::size_t k) { return mesh.mesh.positions[static_cast<std::size_t>(c[k])]; };
       const Vec3 point = (1 - b1 - b2) * p(0) + b1 * p(1) + b2 * p(2);
-      const Vec3 centre = map.position_mm(std::int64_t{atlas.grid().y(texel)} * 64 + atlas.grid().x(texel));
-      EXPECT_LT((point - centre).norm(), 1.5 * atlas.median_texel_size_mm());
+      const Vec3 center = map.position_mm(std::int64_t{atlas.grid().y(texel)} * 64 + atlas.grid().x(texel));
+      EXPECT_LT((point - center).norm(), 1.5 * atlas.median_texel_size_mm());
     }
   }
 }
@@ -191,19 +191,19 @@ TEST(CheckScene, NamesWhatIsOutOfRange) {
   says([](Scene& s) { s.exchange.ratio = std::nan(""); }, "exchange ratio");
   says([](Scene& s) { s.exchange.rates[0] = 1.5; }, "exchange rate");
   says([](Scene& s) { s.emitters[0].speed_mm_s = 0; }, "speed (mm/s) of emitter 'rain'");
-  says([](Scene& s) { s.behaviour.bounce = 0.9; }, "bounce + float + absorb is 1.7");
+  says([](Scene& s) { s.behavior.bounce = 0.9; }, "bounce + float + absorb is 1.7");
   says([](Scene& s) { s.objects[0].scale = -1; }, "scale of object 'part0'");
 }
 
-TEST(BehaviourOfSlider, FollowsFigure10) {
-  EXPECT_EQ(behaviour_of_slider(0.0).floating, 0.0);
-  EXPECT_EQ(behaviour_of_slider(0.0).deceleration_bounce, 0.0);
-  EXPECT_NEAR(behaviour_of_slider(0.5, 0.0).bounce, 0.5, 1e-12);
-  EXPECT_NEAR(behaviour_of_slider(0.5, 0.0).floating, 0.5, 1e-12);
-  EXPECT_EQ(behaviour_of_slider(1.0).bounce, 0.0);
-  EXPECT_EQ(behaviour_of_slider(1.0).deceleration_float, 1.0);
+TEST(BehaviorOfSlider, FollowsFigure10) {
+  EXPECT_EQ(behavior_of_slider(0.0).floating, 0.0);
+  EXPECT_EQ(behavior_of_slider(0.0).deceleration_bounce, 0.0);
+  EXPECT_NEAR(behavior_of_slider(0.5, 0.0).bounce, 0.5, 1e-12);
+  EXPECT_NEAR(behavior_of_slider(0.5, 0.0).floating, 0.5, 1e-12);
+  EXPECT_EQ(behavior_of_slider(1.0).bounce, 0.0);
+  EXPECT_EQ(behavior_of_slider(1.0).deceleration_float, 1.0);
   for (double s = 0.0; s <= 1.0; s += 0.05) {
-    const Behaviour b = behaviour_of_slider(s, 0.1);
+    const Behavior b = behavior_of_slider(s, 0.1);
     EXPECT_NEAR(b.bounce + b.floating + b.absorb, 1.0, 1e-12);
   }
 }

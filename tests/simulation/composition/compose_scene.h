@@ -19,7 +19,7 @@ struct ComposeScene {
 
   /// value(x, y, position in mm) is the new amount of a material; 1 = kAmountOne; rounded and kept in range.
   void set(int material, const std::function<double(int, int, const Vec3&)>& value);
-  [[nodiscard]] Composer composer(ColorForm form = ColorForm::Normalised) const { return {scene, scene_mesh, *surface, form}; }
+  [[nodiscard]] Composer composer(ColorForm form = ColorForm::Normalized) const { return {scene, scene_mesh, *surface, form}; }
 
   Scene scene;
   SceneMesh scene_mesh;

@@ -85,8 +85,8 @@ TEST(Composer, GivesBackTheOriginalsExactlyWhereNothingChanged) {
   }
 }
 
-TEST(Composer, AmountOneAtStrengthOneIsTheMaterialsColour) {
-  for (const ColorForm form : {ColorForm::Normalised, ColorForm::Published}) {
+TEST(Composer, AmountOneAtStrengthOneIsTheMaterialsColor) {
+  for (const ColorForm form : {ColorForm::Normalized, ColorForm::Published}) {
     for (int code = 0; code < 256; code += 5) {
       const Vec3 color(linear_of(static_cast<std::uint8_t>(code)), linear_of(static_cast<std::uint8_t>(255 - code)), 0.3141);
       ComposeScene scene(unit_plane(16.0), 16, {plain_look({0.5, 0.5, 0.5}), plain_look(color)});
@@ -114,9 +114,9 @@ ImageU8 white_on_white(ColorForm form) {
 }
 
 TEST(Composer, WeightsSumToOneWhereThePublishedFormDarkensThinLayers) {
-  const ImageU8 normalised = white_on_white(ColorForm::Normalised), published = white_on_white(ColorForm::Published);
+  const ImageU8 normalized = white_on_white(ColorForm::Normalized), published = white_on_white(ColorForm::Published);
   for (int x = 0; x < 32; ++x) {
-    EXPECT_EQ(normalised.at(x, 3, 0), 255) << x;
+    EXPECT_EQ(normalized.at(x, 3, 0), 255) << x;
     const double a = x / 16.0;
     const double expected = a < 1.0 ? 1.0 - a + a * a : 1.0;  // 0.75 at a half cover
     EXPECT_EQ(published.at(x, 3, 0), srgb8_from_linear(static_cast<float>(expected))) << x;
@@ -129,13 +129,13 @@ TEST(Composer, FormsAgreeWhereMaterialsCoverTheSurface) {
   scene.scene.looks[0].strength = 2.0;
   scene.scene.looks[0].variation = 0.0;
   scene.set(0, [](int, int, const Vec3&) { return 0.6; });  // weight 1.2 everywhere
-  Composer normalised = scene.composer(), published = scene.composer(ColorForm::Published);
-  (void)normalised.compose(*scene.atlas, {});
+  Composer normalized = scene.composer(), published = scene.composer(ColorForm::Published);
+  (void)normalized.compose(*scene.atlas, {});
   (void)published.compose(*scene.atlas, {});
-  EXPECT_EQ(normalised.color_srgb8(), published.color_srgb8());
+  EXPECT_EQ(normalized.color_srgb8(), published.color_srgb8());
 }
 
-TEST(Composer, MoreOfAMaterialIsNeverLessOfItsColour) {
+TEST(Composer, MoreOfAMaterialIsNeverLessOfItsColor) {
   ComposeScene scene(unit_plane(64.0), kSide, {plain_look({0.02, 0.9, 0.4}), plain_look({0.5, 0.1, 0.7})});
   scene.set(0, [](int x, int y, const Vec3&) { return (y * kSide + x) / 1024.0; });
   Composer composer = scene.composer();
@@ -163,7 +163,7 @@ TEST(Composer, OrderOfMaterialsDoesNotMatter) {
   EXPECT_TRUE(std::equal(a.normals().begin(), a.normals().end(), b.normals().begin()));
 }
 
-TEST(Composer, WhatIsTakenAwayLowersTheSurfaceAndLeavesTheColour) {
+TEST(Composer, WhatIsTakenAwayLowersTheSurfaceAndLeavesTheColor) {
   MaterialLook metal = plain_look({0, 1, 0});
   metal.height_mm = 2.0;
   metal.specular = 0.5;
@@ -209,12 +209,12 @@ TEST(Composer, VariationKeepsTheMeanAndHasItsSpread) {
   const double height_sd = 0.5 / std::sqrt(3.0);
   EXPECT_NEAR(height_sum / n, 0.0, 4.0 * height_sd / 256.0);
   EXPECT_NEAR(std::sqrt(height_squares / n), height_sd, 4.0 * height_sd / 256.0);
-  EXPECT_LT(std::abs(beside / height_squares), 4.0 / 256.0);  // neighbours know nothing of each other
+  EXPECT_LT(std::abs(beside / height_squares), 4.0 / 256.0);  // neighbors know nothing of each other
   EXPECT_LT(std::abs(below / height_squares), 4.0 / 256.0);
 }
 
 TEST(Composer, AgreesWithTheSlowVersionToACode) {
-  for (const ColorForm form : {ColorForm::Normalised, ColorForm::Published}) {
+  for (const ColorForm form : {ColorForm::Normalized, ColorForm::Published}) {
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
       ComposeScene scene(cut_plane(96.0), 96, any_looks(8, seed), [&](Scene& s) {
         s.objects[0].preset.amounts = {0.4, 0, 0.2, 0, 0, 1.0, 0, 0.3};

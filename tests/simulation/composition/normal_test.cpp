@@ -61,7 +61,7 @@ double angle_deg(const ComposeScene& scene, const Composer& composer, TexelIndex
   return std::acos(std::clamp(composer.perturbed_normal(t, Vec3(0, 0, 1), step).dot(expected), -1.0, 1.0)) / kDegree;
 }
 
-/// Whether a texel has neighbours in one direction only, as the last one in the corner of a turned square.
+/// Whether a texel has neighbors in one direction only, as the last one in the corner of a turned square.
 bool is_tip(const SurfaceAtlas& surface, TexelIndex t) {
   const std::array<TexelIndex, 4> n = surface.neighbors(t);
   return (n[0] == kNoTexel && n[1] == kNoTexel) || (n[2] == kNoTexel && n[3] == kNoTexel);
@@ -164,7 +164,7 @@ TEST(ComposedNormals, OfWavesConvergeAtSeamsAsTheyDoInside) {
   EXPECT_LT(seam_coarse, 2.0 * inside_coarse);
 }
 
-TEST(ComposedNormals, ANeighbourOverASeamCountsWhereItIs) {
+TEST(ComposedNormals, ANeighborOverASeamCountsWhereItIs) {
   const ComposeScene scene(cut_plane(kSide), 96, {relief()});
   for (const TexelIndex t : scene.surface->border()) {
     const std::array<Vec2, 4> steps = composition::neighbor_steps(scene.scene_mesh, *scene.surface, t);

@@ -154,7 +154,7 @@ TEST(RuleEngine, EveryTileIsAgedOnceAnEpochByAllTheTimeSince) {
 }
 
 TEST(RuleEngine, RandomNumbersOfTexelsAndTimesAreIndependent) {
-  // Half a quantum each epoch: after n epochs a binomial count; its variance, and products of neighbours, say whether draws depend.
+  // Half a quantum each epoch: after n epochs a binomial count; its variance, and products of neighbors, say whether draws depend.
   constexpr int kEpochs = 64;
   const TransportScene scene = aged({rule_of("0.5/16384", 1.0, {0, 0, 1.0})}, 256, {0, 0, 0}, 1.0 / 8, 8 * kEpochs);
   double n = 0, variance = 0, with_next = 0, with_below = 0;

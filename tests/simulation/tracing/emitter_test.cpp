@@ -200,7 +200,7 @@ TEST(GammatonTracer, AnInsideOutBallIsRainedOnLikeAnother) {
     Scene scene = scene_with(with_any_uvs(ball));
     scene.emitters[0] = {.name = "rain", .shape = EmitterShape::Sky, .gammatons = 5000};
     scene.gravity_mm_s2 = {0, -9810, 0};
-    scene.behaviour = {};
+    scene.behavior = {};
     TracedScene run(scene);
     for (int i = 0; i < 40; ++i) run.step();
     for (std::size_t i = 0; i < run.gammatons.size(); ++i) {

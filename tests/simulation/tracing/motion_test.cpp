@@ -65,7 +65,7 @@ TEST(GammatonTracer, InAClosedBoxHitsAreGeometric) {
   scene.emitters[0].position_mm = {50, 40, 60};
   scene.emitters[0].spread_deg = 180;
   scene.emitters[0].gammatons = 100000;
-  scene.behaviour = {.bounce = kSurvival, .floating = 0.0, .absorb = 1.0 - kSurvival, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {.bounce = kSurvival, .floating = 0.0, .absorb = 1.0 - kSurvival, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   TracedScene run(scene);
   run.trace();
   run.scene.emitters[0].is_on = false;
@@ -100,7 +100,7 @@ TEST(GammatonTracer, NothingLeavesAClosedBoxInMillionsOfHits) {
   scene.emitters[0].spread_deg = 180;
   scene.emitters[0].gammatons = 20000;
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behaviour = {.bounce = 0.5, .floating = 0.5, .absorb = 0.0, .deceleration_bounce = 0.1, .deceleration_float = 0.1};
+  scene.behavior = {.bounce = 0.5, .floating = 0.5, .absorb = 0.0, .deceleration_bounce = 0.1, .deceleration_float = 0.1};
   scene.tracing.rest_speed_mm_s = 0.0;
   TracedScene run(scene);
   for (int k = 0; k < 50; ++k) run.step();
@@ -136,11 +136,11 @@ TEST(GammatonTracer, FreeFallIsExactForAnyNumberOfPieces) {
   }
 }
 
-TEST(GammatonTracer, RouletteSharesAreThoseOfTheBehaviour) {
+TEST(GammatonTracer, RouletteSharesAreThoseOfTheBehavior) {
   Scene scene = scene_with(incline(1000, 0));
   scene.emitters[0].position_mm = {0, 100, 0};
   scene.emitters[0].gammatons = 100000;
-  scene.behaviour = {.bounce = 0.2, .floating = 0.5, .absorb = 0.3, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {.bounce = 0.2, .floating = 0.5, .absorb = 0.3, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.tracing.rest_speed_mm_s = 0.0;
   TracedScene run(scene);
   run.step();
@@ -161,7 +161,7 @@ TEST(GammatonTracer, DropsRunDownAnInclineAlongTheSteepestDescent) {
   scene.emitters[0].position_mm = {0, 200, 0};
   scene.emitters[0].gammatons = 200;
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behaviour = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 1.0};
+  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 1.0};
   TracedScene run(scene);
   while (run.sum.contacts < 200) run.step();
   run.scene.emitters[0].is_on = false;
@@ -183,7 +183,7 @@ TEST(GammatonTracer, WithoutFrictionADropOnAnInclineGainsWhatItFallsBy) {
   scene.emitters[0].position_mm = {0, 10, 0};
   scene.emitters[0].gammatons = 1;
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behaviour = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.tracing.lobe_exponent_float = 1e6;
   scene.tracing.tangential_slowdown = false;
   TracedScene run(scene);
@@ -203,7 +203,7 @@ TEST(GammatonTracer, FrictionBringsADropToItsTerminalSpeed) {
   scene.emitters[0].direction = {-1, 0, 0};
   scene.emitters[0].gammatons = 100;
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behaviour = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 1.0 - kKept};
+  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 1.0 - kKept};
   scene.tracing.lobe_exponent_float = 1e6;
   TracedScene run(scene);
   for (int k = 0; k < 200; ++k) run.step();
@@ -247,7 +247,7 @@ TEST(GammatonTracer, DropsRunRoundALyingCylinderAndDripOffItsUnderside) {
   Scene scene = scene_with(lying_cylinder(kRadius, 200, 128), 256);
   scene.emitters[0] = {.name = "rain", .shape = EmitterShape::Rectangle, .position_mm = {0, 60, 0}, .direction = {0, -1, 0}, .size_mm = {70, 100}, .gammatons = 2000};
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behaviour = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
+  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
   scene.tracing.rest_speed_mm_s = 0.0;
   TracedScene run(scene);
   run.trace();
@@ -281,7 +281,7 @@ TEST(GammatonTracer, DropsRunDownAWallRoundItsLowerEdgeAndDripThere) {
   Scene scene = scene_with(with_any_uvs(make_cube(100.0)), 256);
   scene.emitters[0] = {.name = "hose", .shape = EmitterShape::Rectangle, .position_mm = {130, 90, 50}, .direction = {-1, 0, 0}, .size_mm = {60, 10}, .gammatons = 500};
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behaviour = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
+  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
   TracedScene run(scene);
   run.trace();
   run.scene.emitters[0].is_on = false;
@@ -304,7 +304,7 @@ TEST(GammatonTracer, DropsRunDownAWallRoundItsLowerEdgeAndDripThere) {
 }
 
 TEST(FloatOn, WithoutRaysIsAsWithRays) {
-  // In a ball: a prism a metre high is cut by the other side everywhere, so that rays are asked; one of epsilon is not.
+  // In a ball: a prism a meter high is cut by the other side everywhere, so that rays are asked; one of epsilon is not.
   Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 3)));
   const SceneMesh mesh = make_scene_mesh(scene);
   const RayTracer rays(mesh.mesh);
@@ -361,7 +361,7 @@ TEST(GammatonTracer, EqualBitsForAnyNumberOfThreads) {
     scene.emitters[0] = {.name = "rain", .shape = EmitterShape::Sky, .spread_deg = 30, .gammatons = 9000};
     scene.emitters.push_back({.name = "ball", .shape = EmitterShape::Sphere, .position_mm = {0, 80, 0}, .size_mm = {20, 20}, .spread_deg = 60, .gammatons = 3000});
     scene.gravity_mm_s2 = {0, -kGravity, 0};
-    scene.behaviour = {};
+    scene.behavior = {};
     TracedScene run(scene);
     ContentHash hash;
     for (int k = 0; k < 40; ++k) {
@@ -382,7 +382,7 @@ TEST(GammatonTracer, DeathsAndBirthsAreListedOnce) {
   Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 3)), 128);
   scene.emitters[0] = {.name = "rain", .shape = EmitterShape::Sky, .gammatons = 3000};
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behaviour = {};
+  scene.behavior = {};
   TracedScene run(scene);
   std::vector<int> alive(3000, 0);
   for (int k = 0; k < 50; ++k) {

@@ -20,7 +20,7 @@ Scene scene_with(Mesh mesh, int resolution) {
   rain.shape = EmitterShape::Point;
   rain.gammatons = 1000;
   scene.emitters.push_back(rain);
-  scene.behaviour = {.bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {.bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.gravity_mm_s2 = Vec3::Zero();
   return scene;
 }

@@ -244,7 +244,7 @@ TEST(Splat, IsOfOneSizeOnTheSurfaceNotInTexels) {
       EXPECT_EQ(splat.num_parts, 1);
     }
     if (side > 0.7 && side < 1.9) {
-      EXPECT_GE(splat.num_parts, 3);  // a corner of the plane has two neighbours
+      EXPECT_GE(splat.num_parts, 3);  // a corner of the plane has two neighbors
     }
     if (side < 0.6) {
       EXPECT_GE(splat.num_parts, 6);

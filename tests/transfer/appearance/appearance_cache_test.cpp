@@ -143,7 +143,7 @@ TEST_F(AppearanceCache, WhatBelongsToSomethingElseIsRefused) {
   EXPECT_TRUE(has(error_of<IoError>([&] { (void)read_appearance(file_, key_, kLevels + 1, mask_); }), "fewer levels"));
 }
 
-TEST_F(AppearanceCache, AChangedFrameIsAnalysedAnewThoughTheHistoryKeepsItsKey) {
+TEST_F(AppearanceCache, AChangedFrameIsAnalyzedAnewThoughTheHistoryKeepsItsKey) {
   (void)cached();
   ImageF frame = history_->read_frame(2);
   frame.at(5, 5, 1) *= 0.5f;
@@ -155,7 +155,7 @@ TEST_F(AppearanceCache, AChangedFrameIsAnalysedAnewThoughTheHistoryKeepsItsKey) 
   EXPECT_TRUE(same(cached_appearance_space(changed, kLevels), anew));
 }
 
-TEST_F(AppearanceCache, OtherMasksAndOptionsAreAnalysedForThemselves) {
+TEST_F(AppearanceCache, OtherMasksAndOptionsAreAnalyzedForThemselves) {
   plant();
   ImageU8 mask = mask_;
   mask.at(0, 0) = 0;
@@ -252,15 +252,15 @@ TEST_F(AppearanceCache, AStopLeavesNothing) {
   RunControl control;
   control.stop = source.get_token();
   control.on_progress = [&](double done) {
-    if (done >= 0.949) source.request_stop();  // Analysed, not yet kept.
+    if (done >= 0.949) source.request_stop();  // Analyzed, not yet kept.
   };
-  EXPECT_THROW((void)cached_appearance_space(*history_, kLevels, {}, control), Cancelled);
+  EXPECT_THROW((void)cached_appearance_space(*history_, kLevels, {}, control), Canceled);
   EXPECT_TRUE(kept().empty());
   fs::create_directories(file_.parent_path());
-  EXPECT_THROW(write_appearance(file_, {key_, kLevels, fresh_}, control), Cancelled);
+  EXPECT_THROW(write_appearance(file_, {key_, kLevels, fresh_}, control), Canceled);
   EXPECT_TRUE(fs::is_empty(file_.parent_path()));
   plant();
-  EXPECT_THROW((void)cached_appearance_space(*history_, kLevels, {}, control), Cancelled);
+  EXPECT_THROW((void)cached_appearance_space(*history_, kLevels, {}, control), Canceled);
   EXPECT_TRUE(same(cached(), planted_));
 }
 

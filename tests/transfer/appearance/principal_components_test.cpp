@@ -28,8 +28,8 @@ SampleMatrix random_samples(int m, int n, double ratio) {
 TEST(PrincipalComponents, AgreeWithADenseEigenSolver) {
   const SampleMatrix samples = random_samples(2000, 40, 0.7);
   const PrincipalComponents found = principal_components(samples, 8);
-  const Eigen::MatrixXd centred = samples.rowwise() - samples.colwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(centred.transpose() * centred / 2000.0);
+  const Eigen::MatrixXd centered = samples.rowwise() - samples.colwise().mean();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(centered.transpose() * centered / 2000.0);
   double kept = 0.0;
   for (int k = 0; k < 8; ++k) {
     const Eigen::VectorXd axis = solver.eigenvectors().col(39 - k);

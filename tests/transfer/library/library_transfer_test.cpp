@@ -66,7 +66,7 @@ class LibraryTransfer : public testing::Test {
 TEST_F(LibraryTransfer, TexelsAwayFromTheBorderTakeTheHistoryThatTheMaskSays) {
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
     const TransferResult result = transfer({.history = library_, .map = map_, .texel_size_mm = 1.0, .controls = {pair("y=ramp", map_of(ramp_)), pair("history=which", map_of(which_))}}, {.method = method, .reference = {.num_passes = 2}});
-    constexpr int kBorder = 6;  // Texels on either side, about the radius of two neighbourhoods.
+    constexpr int kBorder = 6;  // Texels on either side, about the radius of two neighborhoods.
     int num_right = 0, num_away = 0;
     for (int y = 0; y < kSize; ++y) {
       for (int x = 0; x < kSize; ++x) {
@@ -120,11 +120,11 @@ TEST_F(LibraryTransfer, AHistoryThatIsAskedForAndMaskedOutIsNamed) {
   EXPECT_TRUE(testing_support::has(message, "no pixel of its history 1 (test) is inside the mask")) << message;
 }
 
-TEST_F(LibraryTransfer, AHistoryNarrowerThanTheNeighbourhoodIsNamed) {
+TEST_F(LibraryTransfer, AHistoryNarrowerThanTheNeighborhoodIsNamed) {
   ImageU8 mask(library_->manifest().width, library_->manifest().height, 1, 255);
   for (int y = 0; y < mask.height(); ++y) std::fill(mask.row(y).begin() + parts_[1].x + 6, mask.row(y).end(), std::uint8_t{0});
   const std::string message = testing_support::error_of([&] { (void)transfer({.history = library_, .map = map_, .texel_size_mm = 1.0, .controls = {pair("history=which", map_of(which_))}, .source_mask = mask}); });
-  EXPECT_TRUE(testing_support::has(message, "history 1 (test) has its whole neighbourhood of 7 pixels")) << message;
+  EXPECT_TRUE(testing_support::has(message, "history 1 (test) has its whole neighborhood of 7 pixels")) << message;
 }
 
 class SourceMask : public LibraryTransfer {};
@@ -136,7 +136,7 @@ TEST_F(SourceMask, NothingIsCopiedFromWhereItIsZero) {
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
     const TransferControl guide{"y", "ramp", ramp_, {}, 1.0, ControlMapping::Rank};
     const TransferResult result = transfer({.history = history, .map = map_, .texel_size_mm = 1.0, .controls = {guide}, .source_mask = right}, {.method = method, .reference = {.num_passes = 1}});
-    for (std::int32_t s : result.coordinates) ASSERT_GE(s % 64, 30 + 3);  // Its whole neighbourhood lies in the mask.
+    for (std::int32_t s : result.coordinates) ASSERT_GE(s % 64, 30 + 3);  // Its whole neighborhood lies in the mask.
   }
 }
 

@@ -57,7 +57,7 @@ TEST(PackedLookup, EqualsTheSimpleOneToTheBit) {
   }
 }
 
-TEST(PackedLookup, EightNeighboursWithoutSourceAreNoPiece) {
+TEST(PackedLookup, EightNeighborsWithoutSourceAreNoPiece) {
   const ImageF source(4, 4, 3, 1.0f);
   EXPECT_EQ(gather_packed(source, PackedCoordinates(16, 1, 1, kNoValue), 0.5f), ImageF(16, 1, 3, 0.5f));
 }

@@ -43,7 +43,7 @@ TEST_F(TimeMap, OneTimeEverywhereIsAPlainLookupToTheBit) {
   }
 }
 
-TEST_F(TimeMap, EachTexelHasTheColourOfItsOwnTime) {
+TEST_F(TimeMap, EachTexelHasTheColorOfItsOwnTime) {
   const HistoryReader history(folder_.path());
   ImageF times(32, 16, 1);
   for (std::int64_t i = 0; i < times.num_pixels(); ++i) times.data()[i] = static_cast<float>(i % 97) * 0.05f;

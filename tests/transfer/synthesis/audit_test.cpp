@@ -122,7 +122,7 @@ TEST(OptimumAudit, TheBestPixelOfEveryTexelIsOptimal) {
   const std::vector<double> weights{1.0};
   const WindowSearch search(task.level.source, task.neighborhood, kSide);
   TexelCost cost(task.level.source, task.level.destination, task.neighborhood);
-  // Control alone: no texel's best pixel depends on its neighbours.
+  // Control alone: no texel's best pixel depends on its neighbors.
   CoordinateMap best = task.coordinates;
   for (TexelId t : task.level.destination.texels) {
     cost.prepare(t, task.coordinates, EnergyScale::make(task.level.source, 0.0, weights));

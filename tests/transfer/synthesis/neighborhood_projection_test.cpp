@@ -38,7 +38,7 @@ int flat(int, int, int) { return kAppearanceLimit; }
 
 using Parts = NeighborhoodProjection::Parts;
 
-/// Over the neighbours of some quarters.
+/// Over the neighbors of some quarters.
 std::int64_t squared_difference(std::span<const std::int16_t> a, std::span<const std::int16_t> b, const Neighborhood& neighborhood, unsigned quarters) {
   std::int64_t sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -66,7 +66,7 @@ void draw(RandomStream& random, std::uint32_t kind, std::vector<std::int16_t>& a
   }
 }
 
-TEST(NeighborhoodProjection, IsNeverFartherApartThanTheNeighbourhoodsAre) {
+TEST(NeighborhoodProjection, IsNeverFartherApartThanTheNeighborhoodsAre) {
   std::int64_t wrong = 0;
   double nearest_to_reach = 0.0;
   for (const Appearance& value : {Appearance(noise), Appearance(spikes), Appearance(waves), Appearance(flat)}) {
@@ -91,7 +91,7 @@ TEST(NeighborhoodProjection, IsNeverFartherApartThanTheNeighbourhoodsAre) {
   EXPECT_GT(nearest_to_reach, 0.5) << "a bound that says little";
 }
 
-TEST(NeighborhoodProjection, OfAPixelIsThatOfItsNeighbours) {
+TEST(NeighborhoodProjection, OfAPixelIsThatOfItsNeighbors) {
   const Neighborhood neighborhood = Neighborhood::square(2);
   const SourceLevel source = source_of(24, neighborhood, noise);
   std::vector<std::int16_t> around;

@@ -40,7 +40,7 @@ std::vector<TransferControl> place_controls(const TexelMap& map, double side_mm)
   return {{"x", "x", xs, range, 1.0, ControlMapping::Physical}, {"y", "y", ys, range, 1.0, ControlMapping::Physical}};
 }
 
-/// Share of neighbours a texel apart that are so in the source, over seams and inside charts.
+/// Share of neighbors a texel apart that are so in the source, over seams and inside charts.
 struct Coherence {
   double over_seams = 0.0, inside = 0.0;
 };
@@ -81,7 +81,7 @@ TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
     for (TexelId t = 0; t < map->num_texels(); ++t) {
       if (!map->is_covered(t)) continue;
       const Vec2 place = place_on_plane(*map, t, kSource);
-      constexpr double kBorder = 4.0;  // The source's neighbourhood ends there.
+      constexpr double kBorder = 4.0;  // The source's neighborhood ends there.
       if (place.minCoeff() < kBorder || place.maxCoeff() > kSource - 1 - kBorder) continue;
       const std::int32_t s = result.coordinates[static_cast<std::size_t>(t)];
       sum += (Vec2(s % kSource, s / kSource) - place).cwiseAbs().maxCoeff();

@@ -164,7 +164,7 @@ TEST(Synthesis, StopsWhenAsked) {
   control.on_progress = [&](double f) {
     if (f > 0.4) source.request_stop();
   };
-  EXPECT_THROW((void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = task.controls}, {}, control), Cancelled);
+  EXPECT_THROW((void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = task.controls}, {}, control), Canceled);
 }
 
 TEST(Synthesis, ASeedChoosesTheResult) {
@@ -181,7 +181,7 @@ TEST(Synthesis, AConstantSourceHasNoCoherenceCost) {
   EXPECT_EQ(result.energy.coherence, 0.0);
 }
 
-TEST(Synthesis, OnlyUsesPixelsWhoseNeighbourhoodLiesInTheMask) {
+TEST(Synthesis, OnlyUsesPixelsWhoseNeighborhoodLiesInTheMask) {
   TempFolder folder;
   testing_support::write_history(folder.path(), 64, 64, 2, testing_support::blotches);
   HistoryManifest manifest = HistoryReader(folder.path()).manifest();
@@ -198,7 +198,7 @@ TEST(Synthesis, OnlyUsesPixelsWhoseNeighbourhoodLiesInTheMask) {
   for (int i = 0; i < 48 * 48; ++i) guide.data()[i] = static_cast<float>(i % 48) / 47.0f;
   const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {{"x", "image", guide, {}, 1.0, ControlMapping::Rank}}});
   for (std::int32_t s : result.coordinates) {
-    // The mask [16, 60) x [8, 40) less the neighbourhood's radius.
+    // The mask [16, 60) x [8, 40) less the neighborhood's radius.
     constexpr int kRadius = TransferOptions{}.neighborhood_radius_px;
     EXPECT_GE(s % 64, 16 + kRadius);
     EXPECT_LT(s % 64, 60 - kRadius);

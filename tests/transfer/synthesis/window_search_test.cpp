@@ -48,7 +48,7 @@ struct AuditCase {
   std::int64_t count = 1000;
 };
 
-/// Which neighbours have coordinates.
+/// Which neighbors have coordinates.
 enum class Known { All, OfSomeQuarters, Some };
 
 bool has_coordinates(Known known, const Offset& o, unsigned quarters, RandomStream& random) {
@@ -72,7 +72,7 @@ std::int64_t count_differences(const SearchTask& task, Known known, const AuditC
           const auto pick = [&] { return usable[random.below(static_cast<std::uint32_t>(usable.size()))]; };
           const TexelId t = task.destination.texels[random.below(static_cast<std::uint32_t>(task.destination.texels.size()))];
           const std::int32_t origin = pick();
-          const std::uint32_t copied = random.below(5), quarters = random.below(kAllQuarters + 1);  // Of 4 neighbours.
+          const std::uint32_t copied = random.below(5), quarters = random.below(kAllQuarters + 1);  // Of 4 neighbors.
           const int w = task.destination.map->width();
           for (int dy = -3; dy <= 3; ++dy) {
             for (int dx = -3; dx <= 3; ++dx) {
@@ -106,7 +106,7 @@ TEST(WindowSearch, FindsWhatLookingAtEveryPixelFindsInAHundredThousandTexels) {
   }
 }
 
-TEST(Wavefronts, NeighboursAreVisitedInRowOrderAlsoAcrossSeams) {
+TEST(Wavefronts, NeighborsAreVisitedInRowOrderAlsoAcrossSeams) {
   const SearchTask task(1, testing_support::cut_plane(64.0), 96);
   const auto fronts = wavefronts(task.destination);
   std::vector<std::int32_t> front_of(static_cast<std::size_t>(task.destination.map->num_texels()), -1);

@@ -1,5 +1,5 @@
 /// \file
-/// One run of a command: its arguments, progress, cancelling and its result.
+/// One run of a command: its arguments, progress, canceling and its result.
 #pragma once
 
 #include <chrono>

@@ -54,8 +54,8 @@ std::string text_of(const analysis::HistoryStatistics& s, const std::vector<anal
 }  // namespace
 
 void StatsArgument::declare(CommandLine& line) {
-  line.flag("stats", "What the frames of a history or transfer say: mean colour, covered share, correlation length, onset, saturation", is_asked);
-  line.repeated("class", "NAME=#RRGGBB", "With --stats: the share of pixels nearest to this colour, of those given", classes);
+  line.flag("stats", "What the frames of a history or transfer say: mean color, covered share, correlation length, onset, saturation", is_asked);
+  line.repeated("class", "NAME=#RRGGBB", "With --stats: the share of pixels nearest to this color, of those given", classes);
 }
 
 int report_stats(CommandRun& run, const StatsArgument& stats, const std::filesystem::path& subject) {

@@ -56,7 +56,7 @@ std::string control_key(const std::string& kind, const AtlasMesh& atlas_mm, cons
   return hash.hex();
 }
 
-/// glTF is in metres by its standard; other files are taken as mm unless --unit says otherwise.
+/// glTF is in meters by its standard; other files are taken as mm unless --unit says otherwise.
 double mm_per_mesh_unit(const MeshSource& source) {
   return mm_per_unit(source.unit_or_none().value_or("mm"));
 }

@@ -67,11 +67,11 @@ int cmd_fit(CommandRun& run) {
   run.line.suggestions({analysis::kFitFigureNames.begin(), analysis::kFitFigureNames.end()});
   run.line.options(task.objective);
   run.line.options(task.options);
-  run.line.list("Figures", {{"color_distribution", "distance between the distributions of colour, mean over times"},
-                            {"mean_color", "distance between the mean colours, root mean square over times"},
+  run.line.list("Figures", {{"color_distribution", "distance between the distributions of color, mean over times"},
+                            {"mean_color", "distance between the mean colors, root mean square over times"},
                             {"covered", "share of places that have changed visibly, mean difference over times, %"},
                             {"onset, saturation", "when places have made a tenth, nine tenths of their change, % of the span"},
-                            {"color_by_control", "distance between the colours given control and time"},
+                            {"color_by_control", "distance between the colors given control and time"},
                             {"rate_by_control", "change over the span by control"},
                             {"ciede2000", "place by place, where the history lies on the scene's atlas"}});
   run.line.example("fit plate.json copper --vary /rules/0/alpha=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o copper_fit");

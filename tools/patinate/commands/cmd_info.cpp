@@ -237,7 +237,7 @@ Facts facts_of(const std::filesystem::path& path) try {
 
 int cmd_info(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorization folder, a calibration, a mesh or an image", path);
   CurvesArgument curves;
   curves.declare(run.line);
   StatsArgument stats;

@@ -45,8 +45,8 @@ void note_survey(const capture::SurveyReport& survey, CommandRun& run) {
   if (survey.findings.size() > kMaxNamed) {
     run.note(std::to_string(survey.findings.size() - kMaxNamed) + " more are named in " + capture::kSurveyFile);
   }
-  if (num_shifted > 0 && !survey.is_stabilised) {
-    run.note(std::to_string(num_shifted) + " photographs are moved against the ones before: --stabilise lays them over one another");
+  if (num_shifted > 0 && !survey.is_stabilized) {
+    run.note(std::to_string(num_shifted) + " photographs are moved against the ones before: --stabilize lays them over one another");
   }
   const auto percent = [](double share) { return short_number_text(std::round(1000.0 * share) / 10.0) + " %"; };
   if (survey.outside_share >= 0.0005) {

@@ -189,7 +189,7 @@ int cmd_lookup(CommandRun& run) {
   run.line.option("time_map", "MAP", "A time of its own for every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
                   "else for the history's ends. A file with values outside [0, 1] holds times", command.time_map);
   run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
-  run.line.example("lookup mould_hydrant --time 120 --map normal -o normal_120.png");
+  run.line.example("lookup mold_hydrant --time 120 --map normal -o normal_120.png");
   run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");
   run.line.example("lookup copper_hydrant --time-map height --times 480,0 -o younger_above.png");
   if (!run.parse()) return 0;

@@ -67,10 +67,10 @@ void apply_change(const LookChange& change, std::vector<simulation::MaterialLook
 }
 
 struct RecomposeOptions {
-  simulation::ColorForm color_form = simulation::ColorForm::Normalised;
+  simulation::ColorForm color_form = simulation::ColorForm::Normalized;
 };
 void describe(OptionVisitor& v, RecomposeOptions& o) {
-  v.visit_choice({"color_form", "How colours mix: normalised weights, or the form of the published shader"}, o.color_form, simulation::kColorFormNames);
+  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"}, o.color_form, simulation::kColorFormNames);
 }
 
 }  // namespace

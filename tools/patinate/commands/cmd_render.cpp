@@ -72,7 +72,7 @@ SurfaceDetail detail_of(const AgingMesh& mesh, double time, const RunControl& co
   return mesh.detail ? mesh.detail(time, control) : SurfaceDetail{};
 }
 
-/// A movie, or numbered images, of the ageing object; on a turntable when asked for.
+/// A movie, or numbered images, of the aging object; on a turntable when asked for.
 int render_series(CommandRun& run, const RenderCommand& command, const AgingMesh& mesh) {
   const std::vector<double> times = command.times.resolve(run, mesh.history, kMoviePictures);
   std::unique_ptr<const RenderView> view;
@@ -175,7 +175,7 @@ int cmd_render(CommandRun& run) {
   run.line.positional("SUBJECT", "A transfer, a simulation, a history, or a mesh with --texture", command.subject);
   run.line.output("PICTURE", "Image to make: .png, .jpg, .tif or .exr; of a transfer or simulation also a movie (.mp4, .webm, .gif) or images aged_%04d.png", command.output);
   command.times.declare(run.line);
-  run.line.option("texture", "IMAGE", "Colour of a mesh; with UDIM tiles or several materials one file each: tex.<UDIM>.png", command.texture);
+  run.line.option("texture", "IMAGE", "Color of a mesh; with UDIM tiles or several materials one file each: tex.<UDIM>.png", command.texture);
   run.line.options(command.options);
   run.line.options(command.movie);
   run.line.options(command.turn);

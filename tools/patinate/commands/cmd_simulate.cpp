@@ -16,14 +16,14 @@ struct SimulateOptions {
   std::int64_t iterations = 0;
   std::int64_t history_every = 0;
   int resolution = 0;
-  simulation::ColorForm color_form = simulation::ColorForm::Normalised;
+  simulation::ColorForm color_form = simulation::ColorForm::Normalized;
 };
 
 void describe(OptionVisitor& v, SimulateOptions& o) {
   v.visit({"iterations", "How long it runs; 0 = as the scene says", "", between(0, 1e9)}, o.iterations);
   v.visit({"history_every", "Iterations from one frame of the history to the next; 0 = as the scene says", "", between(0, 1e9)}, o.history_every);
   v.visit({"resolution", "Texels along each side of the atlas; 0 = as the scene says", "", between(0, 16384)}, o.resolution);
-  v.visit_choice({"color_form", "How colours mix: normalised weights, or the form of the published shader"}, o.color_form, simulation::kColorFormNames);
+  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"}, o.color_form, simulation::kColorFormNames);
 }
 
 std::string list_text(const Json& names) {

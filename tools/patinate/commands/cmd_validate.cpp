@@ -132,7 +132,7 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 
 int cmd_validate(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorisation folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorization folder, a calibration, a mesh or an image", path);
   run.line.without({"seed", "force", "dry_run"});
   run.line.example("validate copper");
   if (!run.parse()) return 0;

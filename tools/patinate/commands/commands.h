@@ -15,7 +15,7 @@ int cmd_completion(CommandRun& run);
 int cmd_control(CommandRun& run);
 int cmd_evaluate(CommandRun& run);
 int cmd_export(CommandRun& run);
-int cmd_factorise(CommandRun& run);
+int cmd_factorize(CommandRun& run);
 int cmd_fit(CommandRun& run);
 int cmd_help(CommandRun& run);
 int cmd_info(CommandRun& run);

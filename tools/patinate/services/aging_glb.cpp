@@ -81,7 +81,7 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   out.history = transfer->history().manifest();
   out.tiles = {transfer->sheet().names, atlas.triangle_tile};
   out.mesh = unit_square_mesh(atlas);
-  out.metres_per_unit = transfer::metres_per_unit(m);
+  out.meters_per_unit = transfer::meters_per_unit(m);
   out.looks = [transfer](const auto& times, const auto& labels, const RunControl& control) { return looks_of_transfer(transfer, times, labels, control); };
   return out;
 }
@@ -89,7 +89,7 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
 /// A simulation's frames lie over the atlas already: one is in memory at a time.
 AgingGlb glb_of_simulation(const std::filesystem::path& path) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(path));
-  AgingGlb out{mesh->key, mesh->history, {mesh->tile_names, mesh->triangle_tile}, mesh->unit_mesh, mesh->metres_per_unit, {}};
+  AgingGlb out{mesh->key, mesh->history, {mesh->tile_names, mesh->triangle_tile}, mesh->unit_mesh, mesh->meters_per_unit, {}};
   out.looks = [mesh](const std::vector<double>& times, const std::vector<std::string>& labels, const RunControl& control) {
     RunControl silent = control;
     silent.on_progress = {};

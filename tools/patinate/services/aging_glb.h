@@ -1,5 +1,5 @@
 /// \file
-/// What a GLB of an ageing mesh is made of: textures that are made while they are written, from strips of the atlas.
+/// What a GLB of an aging mesh is made of: textures that are made while they are written, from strips of the atlas.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ struct AgingGlb {
   HistoryManifest history;  ///< Its times.
   GlbTiles tiles;
   Mesh mesh;                ///< UVs of every tile in the unit square.
-  double metres_per_unit = 0.001;
+  double meters_per_unit = 0.001;
   /// A look for each time, with normals and gloss where the history's frames have them. @param labels  Their names.
   std::function<std::vector<GlbLook>(const std::vector<double>& times, const std::vector<std::string>& labels, const RunControl& control)> looks;
 };

@@ -23,7 +23,7 @@ AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
   mesh.triangle_tile = transfer->atlas().triangle_tile;
   mesh.mesh = transfer->mesh();
   mesh.unit_mesh = unit_square_mesh(transfer->atlas());
-  mesh.metres_per_unit = transfer::metres_per_unit(m);
+  mesh.meters_per_unit = transfer::meters_per_unit(m);
   mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
   const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };

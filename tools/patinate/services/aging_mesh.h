@@ -1,5 +1,5 @@
 /// \file
-/// A mesh that ages, wherever its colour over time comes from: a transfer, or a simulation.
+/// A mesh that ages, wherever its color over time comes from: a transfer, or a simulation.
 #pragma once
 
 #include <filesystem>
@@ -25,7 +25,7 @@ struct AgingMesh {
   std::vector<int> triangle_tile;  ///< Empty when there is one tile.
   Mesh mesh;                 ///< UVs over the sheet of all tiles.
   Mesh unit_mesh;            ///< UVs of every tile in the unit square.
-  double metres_per_unit = 0.001;
+  double meters_per_unit = 0.001;
   /// Its texture over the sheet at a time: linear RGB, gutters filled.
   std::function<ImageF(double time, const RunControl& control)> sample;
   /// What its history's frames say of relief and gloss at a time, over the sheet; nothing when they say nothing.

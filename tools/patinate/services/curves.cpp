@@ -137,7 +137,7 @@ std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader
 }  // namespace
 
 void CurvesArgument::declare(CommandLine& line) {
-  line.option("curves", "FILE.csv", "Colour over time of a history or transfer, as CSV", file);
+  line.option("curves", "FILE.csv", "Color over time of a history or transfer, as CSV", file);
   line.option("by", "CONTROL", "Curves by a control of the history too, in bins of equal width", by);
   line.option("bins", "N", "Bins of --by, [1, 1000]; default 5", bins);
   line.repeated("at", "X,Y", "Curves of this pixel (of a transfer: texel) too", at);

@@ -1,5 +1,5 @@
 /// \file
-/// Colour curves of a history or transfer as CSV (`patinate info --curves`).
+/// Color curves of a history or transfer as CSV (`patinate info --curves`).
 #pragma once
 
 #include <filesystem>

@@ -54,11 +54,11 @@ analysis::Figure energy_figure(const char* name, const char* title, std::optiona
 /// @param why  Why nothing was audited; "" when it was tried.
 void add_audit(std::vector<analysis::Figure>& figures, const transfer::OptimumAudit& audit, const std::string& why = {}) {
   const bool has = audit.num_audited > 0;
-  const std::string none = why.empty() ? "no audited texel shows a pixel whose whole neighbourhood lies in the source" : why;
+  const std::string none = why.empty() ? "no audited texel shows a pixel whose whole neighborhood lies in the source" : why;
   const std::string undefined = has ? "the least energy is 0" : none;
   const auto drawn = static_cast<double>(audit.num_audited + audit.num_left_out);
   const auto known = [](bool is_known, double value) { return is_known ? std::optional(value) : std::nullopt; };
-  figures.push_back(energy_figure("audit_ratio", "Energy over the optimum, neighbours held fixed (M1)", audit.ratio, undefined));
+  figures.push_back(energy_figure("audit_ratio", "Energy over the optimum, neighbors held fixed (M1)", audit.ratio, undefined));
   figures.push_back(energy_figure("audit_ratio_median", "The same texel by texel, median (M1)", audit.median_ratio, undefined));
   figures.push_back(energy_figure("audit_optimal_share", "Texels that no other pixel serves better (M1)", known(has, audit.optimal_share), none));
   figures.push_back(energy_figure("audit_energy", "Energy of the audited texels (M1)", known(has, audit.energy), none));

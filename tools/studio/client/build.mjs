@@ -10,7 +10,7 @@ const folder = resolve(process.argv[2] ?? "built");
 const debug = process.argv.includes("--debug");
 await mkdir(folder, { recursive: true });
 
-const licence = await readFile(join(here, "node_modules/three/LICENSE"), "utf8");
+const license = await readFile(join(here, "node_modules/three/LICENSE"), "utf8");
 const { metafile } = await build({
   absWorkingDir: here,
   entryPoints: { studio: "src/main.ts" },
@@ -21,7 +21,7 @@ const { metafile } = await build({
   format: "iife",
   target: ["es2021", "chrome100", "firefox100", "safari15"],
   legalComments: "none",
-  banner: { js: `/*! patinate studio. Contains three.js:\n${licence.trim()}\n*/` },
+  banner: { js: `/*! patinate studio. Contains three.js:\n${license.trim()}\n*/` },
   metafile: true,
   logLevel: "warning",
 });

@@ -1,5 +1,5 @@
 /// \file
-/// A history as one curve and a few maps: space-time appearance factorisation [Gu, Tu, Ramamoorthi, Matusik, Pfister, Nayar 2006].
+/// A history as one curve and a few maps: space-time appearance factorization [Gu, Tu, Ramamoorthi, Matusik, Pfister, Nayar 2006].
 #pragma once
 
 #include <array>
@@ -22,12 +22,12 @@ struct FactorizationOptions {
   FactorClock clock = FactorClock::Shared;  ///< One rate and offset of a place, or one for each channel as in the paper.
   int num_intervals = 32;                   ///< Of the curve's spline; [2, 400].
   double max_rate = 4.0;                    ///< Rates are looked for in [1 / max_rate, max_rate]; [1.1, 20].
-  double least_change = 0.004;              ///< A place whose colour changes by less does not change; linear, > 0.
+  double least_change = 0.004;              ///< A place whose color changes by less does not change; linear, > 0.
   int num_training = 256;                   ///< Places that the curve is fitted to, with their own clocks; [16, 4096].
 };
 void describe(OptionVisitor& v, FactorizationOptions& o);
 
-/// Colours of N places at T times: what a factorisation is made from.
+/// Colors of N places at T times: what a factorization is made from.
 struct PlaceSeries {
   std::vector<double> times = {};           ///< Strictly increasing; T >= kLeastFrames.
   int num_channels = 3;                     ///< C, 1 to 3.
@@ -70,7 +70,7 @@ struct TemporalModel {
   [[nodiscard]] double scale(std::size_t channel) const { return noise[channel] * std::sqrt((1.0 + correlation) / (1.0 - correlation)); }
 };
 
-/// A factorisation of places in memory.
+/// A factorization of places in memory.
 struct Factorization {
   std::vector<TemporalModel> models;                ///< One, or one per channel (FactorClock::Channels).
   std::vector<std::vector<PlaceFactors>> factors;   ///< For each model, N. With Channels, gain[0] and base[0] are the channel's.
@@ -82,7 +82,7 @@ struct Factorization {
 /// Every place by itself, given the curve. Same bits for any number of threads. Cost: about 0.3 ms a place of 100 times and 3 channels.
 [[nodiscard]] std::vector<PlaceFactors> fit_places(const PlaceSeries& places, const TemporalModel& model, const FactorizationOptions& options, const RunControl& control = {});
 
-/// A change of the common clock that changes no colour: clock' = scale clock + shift.
+/// A change of the common clock that changes no color: clock' = scale clock + shift.
 struct ClockGauge {
   double scale = 1.0, shift = 0.0;
 };
@@ -96,7 +96,7 @@ void apply_gauge(const ClockGauge& gauge, std::vector<PlaceFactors>& factors);
 /// Of a history's pixels inside its mask, in reading order. Memory: 12 B a pixel and frame.
 [[nodiscard]] Factorization factorize(const History& history, const FactorizationOptions& options = {}, const RunControl& control = {});
 
-/// Colours over time of some pixels, seen where the frames' own masks say so. @param pixels  y * width + x, ascending. @throws IoError
+/// Colors over time of some pixels, seen where the frames' own masks say so. @param pixels  y * width + x, ascending. @throws IoError
 [[nodiscard]] PlaceSeries place_series(const History& history, std::span<const std::uint32_t> pixels, const RunControl& control = {});
 
 /// One channel of a place at a time.

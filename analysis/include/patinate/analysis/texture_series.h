@@ -1,5 +1,5 @@
 /// \file
-/// A surface's colour over time, whatever it comes from: a history, or a transfer looked up.
+/// A surface's color over time, whatever it comes from: a history, or a transfer looked up.
 #pragma once
 
 #include <filesystem>
@@ -36,11 +36,11 @@ class TextureSeries {
   [[nodiscard]] int height() const;
   /// Surface length of a pixel, when known.
   [[nodiscard]] std::optional<double> pixel_mm() const { return pixel_mm_; }
-  /// Where the surface's own colour is shown at a time: 0 / 255. Between two frames: where both show it.
+  /// Where the surface's own color is shown at a time: 0 / 255. Between two frames: where both show it.
   [[nodiscard]] ImageU8 mask(double time) const;
   /// H x W x 3, linear; clamped to the ends.
   [[nodiscard]] ImageF sample(double time) const;
-  /// H x W x 1 in [0, 1], normalised as the history's control. @throws InvalidInput if there is no such control.
+  /// H x W x 1 in [0, 1], normalized as the history's control. @throws InvalidInput if there is no such control.
   [[nodiscard]] ImageF control(const std::string& name) const;
 
  private:

@@ -20,7 +20,7 @@ struct MirrorSphere {
 
 enum class SphereFitStatus {
   Converged,
-  OutOfPicture,  ///< Its centre is not in the picture.
+  OutOfPicture,  ///< Its center is not in the picture.
   NoSphere,      ///< The points lie on no outline of a sphere: on a line, in one place, or the rms is above a tenth of their extent.
 };
 
@@ -32,9 +32,9 @@ struct SphereFit {
   double radius_px = 0.0;      ///< Mean distance of the outline from its middle.
 };
 
-/// The centre from the cone of rays that touch the sphere, full perspective: every such ray has the angle asin(radius / distance) with the ray
-/// to the centre. Least squares of the points' distances in pixels (Gauss-Newton from the mean ray); outlines of spheres are ellipses in a picture, and
-/// the projected centre is not the ellipse's.
+/// The center from the cone of rays that touch the sphere, full perspective: every such ray has the angle asin(radius / distance) with the ray
+/// to the center. Least squares of the points' distances in pixels (Gauss-Newton from the mean ray); outlines of spheres are ellipses in a picture, and
+/// the projected center is not the ellipse's.
 /// @throws InvalidInput if the radius is not > 0, there are fewer than 5 points, or one is not finite.
 [[nodiscard]] SphereFit fit_sphere(const Camera& camera_mm, const MirrorSphere& sphere);
 

@@ -55,13 +55,13 @@ struct PairRegistration {
   bool is_found_by_search = false;
 };
 
-/// Symmetric generalised ICP in double precision, recentred and rescaled (surfel_alignment.h), from `start`, else from a search over
+/// Symmetric generalized ICP in double precision, recentered and rescaled (surfel_alignment.h), from `start`, else from a search over
 /// rotations (rotation_search.h). The status is Converged only when enough of the smaller scan finds partners, they fit as the scans'
 /// noise and spacing allow, and neither scan lies in the other scanner's lines of sight. Not reaching it is a status, not an exception.
 /// Swapped scans give the inverse; neither unit nor origin matter. Same bits for any number of threads.
 /// @param start  target from source; nothing = search, whatever options.start says.
 /// @throws InvalidInput on options out of range, a scan of fewer than 16 points or without extent or surface, or a method other than
-/// Symmetric (see reference_methods.h); Cancelled.
+/// Symmetric (see reference_methods.h); Canceled.
 [[nodiscard]] PairRegistration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
                                          const RegistrationOptions& options = {}, const RunControl& control = {});
 

@@ -50,7 +50,7 @@ struct SphereLightResult {
 using Highlights = std::vector<std::vector<std::optional<Vec2>>>;
 
 /// Spheres from their outlines; each highlight's ray is mirrored in its sphere, and a light is where its rays meet (least squares), then all
-/// centres and lights are refined together: Ceres on the distances in pixels of outlines and highlights, full perspective, highlights beyond three
+/// centers and lights are refined together: Ceres on the distances in pixels of outlines and highlights, full perspective, highlights beyond three
 /// sigma weighing less (Huber). The covariance is that of the noise given in the options, times the ratio of the residuals' variance to it where that is above 1 (at
 /// least ten residuals left over). It does not contain the camera's.
 /// @throws InvalidInput naming the sphere that is out of the picture or no sphere, if there is none, sizes do not fit, a highlight lies beside its

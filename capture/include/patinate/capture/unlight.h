@@ -40,7 +40,7 @@ struct UnlightOptions {
   double normal_sigma_deg = 2.0;             ///< Expected error of the scan's normals; (0, 90].
   Rejection rejection = Rejection::Robust;   ///< None: every valid sample that is lit counts (plain least squares).
   double rejection_sigma = 3.0;              ///< Samples farther off are highlights or shadows; [1.5, 20], in standard deviations.
-  SpecularMode specular = SpecularMode::Auto;  ///< Fit: each neighbourhood's highlight is found and subtracted. Auto: where nearly all its texels are better for it.
+  SpecularMode specular = SpecularMode::Auto;  ///< Fit: each neighborhood's highlight is found and subtracted. Auto: where nearly all its texels are better for it.
   double specular_window_px = 24.0;          ///< Highlights are alike within such a distance; [2, 1000].
   bool estimate_strengths = false;           ///< The lamps' intensities are only a guess: find them, one for each lamp and channel.
   bool estimate_ambient = false;             ///< A light from everywhere was not subtracted: find it, one irradiance for each channel.

@@ -55,13 +55,13 @@ struct CrackleDataset {
   CrackleOptions options;
   ImageF thickness_mm;        ///< H x W.
   std::vector<Crack> cracks;  ///< In the order in which they began.
-  ImageF opening_s;           ///< H x W: time from which the pixel's centre lies in a crack; -1 = never.
+  ImageF opening_s;           ///< H x W: time from which the pixel's center lies in a crack; -1 = never.
   Image<std::int32_t> cells;  ///< H x W: piece of paint at the end, from 1; 0 on cracks (a band of 1.5 px at least).
   int num_cells = 0;
   /// What one crack does at one pixel near it.
   struct Influence {
     std::int32_t pixel = 0;    ///< y * width + x.
-    float distance_px = 0.0f;  ///< From the centre line.
+    float distance_px = 0.0f;  ///< From the center line.
     float width_px = 0.0f;     ///< Final width there.
     float start_s = 0.0f;      ///< When the crack's tip passed.
   };

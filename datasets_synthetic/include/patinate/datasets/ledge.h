@@ -31,7 +31,7 @@ struct LedgeOptions {
 
 void describe(OptionVisitor& v, LedgeOptions& o);
 
-/// A mesh in mm, y up, the wall's front in the plane z = 0 and facing +z, its foot at y = 0, centred on x = 0. Sills fall outward on top and
+/// A mesh in mm, y up, the wall's front in the plane z = 0 and facing +z, its foot at y = 0, centered on x = 0. Sills fall outward on top and
 /// back toward the wall below, as those do that leave streaks. Wall and sills are closed bodies that enter each other; their faces are
 /// charts of one atlas of even density without overlaps, 3 texels apart on 1024.
 /// @throws InvalidInput

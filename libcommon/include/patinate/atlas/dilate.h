@@ -1,5 +1,5 @@
 /// \file
-/// Colour for the gutters between charts.
+/// Color for the gutters between charts.
 #pragma once
 
 #include "patinate/image/image.h"

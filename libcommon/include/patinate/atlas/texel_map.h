@@ -24,7 +24,7 @@ using FlowFrames = std::vector<FlowFrame>;  ///< One a triangle of a mesh.
 /// A texel near another one.
 struct TexelNeighbor {
   TexelId texel = -1;
-  Vec2 offset_mm{0.0, 0.0};  ///< Where its centre really lies from the other's, in the other's frame.
+  Vec2 offset_mm{0.0, 0.0};  ///< Where its center really lies from the other's, in the other's frame.
 };
 
 /// A point on a mesh.
@@ -34,8 +34,8 @@ struct SurfacePoint {
   double b2 = 0.0;
 };
 
-/// Texel -> surface. A texel is covered when its centre lies in a triangle's UVs; where UVs overlap, the lowest triangle
-/// wins. Stores 4 bytes per texel; points, positions, frames and neighbours are computed.
+/// Texel -> surface. A texel is covered when its center lies in a triangle's UVs; where UVs overlap, the lowest triangle
+/// wins. Stores 4 bytes per texel; points, positions, frames and neighbors are computed.
 class TexelMap {
  public:
   /// @param mesh  With UVs in [0, 1], in mm. Kept by copy.
@@ -59,7 +59,7 @@ class TexelMap {
   [[nodiscard]] bool is_covered(TexelId t) const { return triangle_[static_cast<std::size_t>(t)] >= 0; }
   /// UV-connected piece of the atlas, from 0; -1 outside.
   [[nodiscard]] int chart(TexelId t) const;
-  /// Its centre, the weights in single precision; triangle -1 outside.
+  /// Its center, the weights in single precision; triangle -1 outside.
   [[nodiscard]] SurfacePoint point(TexelId t) const;
   [[nodiscard]] int triangle(TexelId t) const { return triangle_[static_cast<std::size_t>(t)]; }
   [[nodiscard]] Vec3 position_mm(TexelId t) const;

@@ -51,7 +51,7 @@ struct UnwrapResult {
 /// Depends only on shape: a moved, turned or scaled mesh gets the same UVs up to rounding. Units of the mesh do not matter.
 /// @throws InvalidInput if the mesh has no triangles or no area, a position is not finite, an option is out of range, or it
 ///     has more separate pieces than the atlas has room for.
-/// @throws Cancelled
+/// @throws Canceled
 /// Cost: about 25 microseconds per triangle on one core, and half a second of packing. Same bits for any number of threads.
 [[nodiscard]] UnwrapResult unwrap(const Mesh& mesh, const UnwrapOptions& options = {}, const RunControl& control = {});
 

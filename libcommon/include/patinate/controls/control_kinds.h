@@ -57,7 +57,7 @@ struct ControlKind {
 [[nodiscard]] ControlMap make_control(const std::string& kind, const TexelMap& map,
                                       const ControlKindOptions& options = {}, const RunControl& control = {});
 
-/// A ready-made map: image_map() of a file's channel `Y`, its only one, or the mean of its colours. Over an atlas of tiles: the files of
+/// A ready-made map: image_map() of a file's channel `Y`, its only one, or the mean of its colors. Over an atlas of tiles: the files of
 /// tile_map_files(), laid over their tiles.
 /// @throws IoError
 [[nodiscard]] ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map);

@@ -20,7 +20,7 @@ struct ControlMap {
   std::vector<std::string> notes{};  ///< What a user should know about it: whole sentences without a full stop.
 };
 
-/// Least and greatest value of what is normalised; values beyond are clamped.
+/// Least and greatest value of what is normalized; values beyond are clamped.
 struct ValueRange {
   double low = 0.0;
   double high = 1.0;

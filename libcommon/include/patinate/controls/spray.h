@@ -38,7 +38,7 @@ struct SprayStroke {
 /// @throws InvalidInput if a stroke has no point or a flow is not finite and >= 0.
 [[nodiscard]] std::vector<SprayStop> stroke_stops(const std::vector<SprayStroke>& strokes, const SprayOptions& options = {});
 
-/// One stop, up and in front (+y, +z) of the bounding box at 1.5 times its diagonal, that looks at its centre.
+/// One stop, up and in front (+y, +z) of the bounding box at 1.5 times its diagonal, that looks at its center.
 [[nodiscard]] std::vector<SprayStop> default_spray_path(const Mesh& mesh);
 
 /// Paint on every texel: the sum over stops of dwell * exp(-angle^2 / (2 spread^2)) * max(0, n . l) / d^2, where

@@ -38,9 +38,9 @@ class CannotComplete : public Error {
 };
 
 /// The caller asked to stop (exit code 130). Nothing half-written is left.
-class Cancelled : public Error {
+class Canceled : public Error {
  public:
-  Cancelled() : Error("interrupted") {}
+  Canceled() : Error("interrupted") {}
 };
 
 }  // namespace patinate

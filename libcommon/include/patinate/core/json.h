@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
@@ -22,6 +23,14 @@ using Json = nlohmann::ordered_json;  ///< Members keep the order they were writ
 [[nodiscard]] Json load_json(const std::filesystem::path& path);
 /// Indented by two, ends with a newline; replaced atomically. @throws CannotComplete
 void save_json(const std::filesystem::path& path, const Json& json);
+
+/// A word of a format that an older version spelled otherwise.
+struct OldSpelling {
+  std::string_view before, now;
+};
+/// Brings a document of ours from `version` to the next: members, and texts that are exactly such a word, get their new spelling; `"version"`
+/// is raised. Documents of other versions stay as they are.
+void update_spelling(Json& document, int version, std::initializer_list<OldSpelling> words);
 
 /// One JSON value and where it stands. Objects remember which members were asked for, so that finish() can name the others,
 /// and which ones were looked for with has(), so that it can suggest them.

@@ -1,5 +1,5 @@
 /// \file
-/// Progress, cancelling and the number of threads: the last parameter of every call that can pass a second.
+/// Progress, canceling and the number of threads: the last parameter of every call that can pass a second.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@ struct RunControl {
   int num_threads = 0;   ///< 0 = one per processor. Never changes a result.
 
   void throw_if_stopped() const {
-    if (stop.stop_requested()) throw Cancelled();
+    if (stop.stop_requested()) throw Canceled();
   }
   void report(double fraction) const {
     if (on_progress) on_progress(fraction);

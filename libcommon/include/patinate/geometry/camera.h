@@ -1,6 +1,6 @@
 /// \file
 /// A photograph's camera: where a point of the world is seen, and where a pixel looks. OpenCV's conventions: pinhole with Brown
-/// distortion, x right, y down, z forward, pixel centres at integers.
+/// distortion, x right, y down, z forward, pixel centers at integers.
 #pragma once
 
 #include <Eigen/Core>

@@ -46,7 +46,7 @@ struct Box {
 
 /// Of the positions that triangles use.
 [[nodiscard]] Box bounding_box(const Mesh& mesh);
-/// Unnormalised cross product (b - a) x (c - a): twice the area, along the normal.
+/// Unnormalized cross product (b - a) x (c - a): twice the area, along the normal.
 [[nodiscard]] Vec3 area_vector(const Mesh& mesh, int triangle);
 /// Angle-weighted unit normals, one per position [Thuermer and Wuthrich 1998]; (0,0,1) where undefined.
 [[nodiscard]] std::vector<Vec3> vertex_normals(const Mesh& mesh);
@@ -69,7 +69,7 @@ enum class RefineShape {
 /// @throws InvalidInput unless max_edge > 0.
 [[nodiscard]] Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles = 2'000'000,
                                 RefineShape shape = RefineShape::Flat);
-/// neighbours[t][k] = triangle across the edge (corner k, corner k+1) of t, by positions; -1 at a boundary. Where more than two
+/// neighbors[t][k] = triangle across the edge (corner k, corner k+1) of t, by positions; -1 at a boundary. Where more than two
 /// triangles share an edge, those that bend least are joined in pairs of opposite direction, and the others end there (all of
 /// them, where more than 64 meet).
 [[nodiscard]] std::vector<std::array<int, 3>> triangle_neighbors(const Mesh& mesh);

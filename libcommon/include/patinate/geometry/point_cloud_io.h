@@ -12,14 +12,14 @@
 namespace patinate {
 
 /// Reads by extension. Points that are not finite are left out, and what refers to them with them; nothing is merged or scaled.
-///  - .ply: ASCII and both binary forms; vertices with normals (nx ny nz) and colours (red green blue), faces (polygons are fanned),
+///  - .ply: ASCII and both binary forms; vertices with normals (nx ny nz) and colors (red green blue), faces (polygons are fanned),
 ///    tristrips; Stanford range grids (`obj_info num_cols`, `num_rows`, element `range_grid`), seen from +z.
 ///  - .obj: v, vn where it has the vertex's index, f.
-///  - .pcd: ascii, binary and binary_compressed; x y z, normal_x.., rgb or rgba; an organised cloud keeps its grid, and VIEWPOINT is the
-///    scanner (an unorganised cloud with VIEWPOINT 0 0 0 does not say where the scanner stood).
+///  - .pcd: ascii, binary and binary_compressed; x y z, normal_x.., rgb or rgba; an organized cloud keeps its grid, and VIEWPOINT is the
+///    scanner (an unorganized cloud with VIEWPOINT 0 0 0 does not say where the scanner stood).
 /// @throws IoError if it is missing, truncated, malformed, or holds no finite point.
 [[nodiscard]] PointCloud read_point_cloud(const std::filesystem::path& path);
-/// Binary PLY of doubles: points, normals, colours (8 bit) and triangles; no date. @throws CannotComplete
+/// Binary PLY of doubles: points, normals, colors (8 bit) and triangles; no date. @throws CannotComplete
 void write_point_cloud(const std::filesystem::path& path, const PointCloud& cloud);
 
 /// One `bmesh FILE tx ty tz qx qy qz qw` line of a Stanford .conf: p_world = R(q)^T p + t.

@@ -30,7 +30,7 @@ struct HistoryImage {
 struct HistoryFrame {
   double time = 0.0;                 ///< In the history's time unit; strictly increasing.
   std::filesystem::path file;        ///< Half RGB EXR, linear albedo; relative to the history.
-  /// 8 bit; 0 where this frame's colour is not the surface's (highlight, saturated, out of the stabilised view).
+  /// 8 bit; 0 where this frame's color is not the surface's (highlight, saturated, out of the stabilized view).
   std::optional<std::filesystem::path> mask = std::nullopt;
   /// In the order of kFrameExtraNames, each at most once; float.
   std::vector<HistoryImage> extras = {};
@@ -101,7 +101,7 @@ class HistoryWriter {
   /// maps/<name>.exr. @throws InvalidInput unless a HistoryMap may have the name.
   [[nodiscard]] static std::filesystem::path map_file(const std::string& name);
 
-  /// @param values  H x W x 1, physical; normalised to [0, 1] by [low, high] and clamped when written (float).
+  /// @param values  H x W x 1, physical; normalized to [0, 1] by [low, high] and clamped when written (float).
   /// @param low,high  finite, low <= high; when equal, 0 is written everywhere.
   void write_control(const std::string& name, const ImageF& values, double low, double high, const std::string& unit);
   /// Names a control that an earlier step has written already, as control_file(control.name).

@@ -1,5 +1,5 @@
 /// \file
-/// What a history's frames hold beside colour, at any time and in the surface's own terms: relief, gloss, height.
+/// What a history's frames hold beside color, at any time and in the surface's own terms: relief, gloss, height.
 #pragma once
 
 #include <array>

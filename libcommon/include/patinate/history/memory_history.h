@@ -65,7 +65,7 @@ class MemoryHistory final : public History {
   std::string label_;
 };
 
-/// All of a history. Memory: that of all its images as floats. @throws as History; Cancelled.
+/// All of a history. Memory: that of all its images as floats. @throws as History; Canceled.
 [[nodiscard]] MemoryHistory read_into_memory(const History& history, const RunControl& control = {});
 
 }  // namespace patinate

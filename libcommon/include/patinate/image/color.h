@@ -1,5 +1,5 @@
 /// \file
-/// Colour: linear, Rec.709 / D65 primaries inside; sRGB transfer curve [IEC 61966-2-1] at the edges.
+/// Color: linear, Rec.709 / D65 primaries inside; sRGB transfer curve [IEC 61966-2-1] at the edges.
 #pragma once
 
 #include <cstdint>

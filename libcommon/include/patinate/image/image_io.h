@@ -30,7 +30,7 @@ struct ImageInfo {
 /// @throws IoError if it is missing, empty, no image, or too large.
 [[nodiscard]] ImageInfo probe_image(const std::filesystem::path& path);
 
-/// Colour as 3 linear channels (gray is repeated, alpha dropped, RGBA unassociated). Integer codes go through `response`;
+/// Color as 3 linear channels (gray is repeated, alpha dropped, RGBA unassociated). Integer codes go through `response`;
 /// float files are linear already.
 /// @throws IoError also when truncated, when a value is NaN or infinite, or, by its header, when it holds more than 2^30 values; CannotComplete when memory ends.
 [[nodiscard]] ImageF read_color(const std::filesystem::path& path, const Response& response = {});

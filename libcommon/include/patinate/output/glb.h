@@ -47,7 +47,7 @@ struct GlbTiles {
 
 struct GlbOptions {
   std::string name = "object";     ///< Of node and mesh.
-  double metres_per_unit = 0.001;  ///< glTF is in metres; > 0. 0.001 for a mesh in mm.
+  double meters_per_unit = 0.001;  ///< glTF is in meters; > 0. 0.001 for a mesh in mm.
   double roughness = 0.8;          ///< [0, 1]. metallicFactor is 0.
   std::string key = "";            ///< Content key, kept in asset.extras.patinate_key.
 };

@@ -46,7 +46,7 @@ struct RenderOptions {
 /// Visits every field.
 void describe(OptionVisitor& v, RenderOptions& o);
 
-/// What a texture says of a surface beside its colour. Sampled as textures are (RenderView::shade()).
+/// What a texture says of a surface beside its color. Sampled as textures are (RenderView::shade()).
 struct SurfaceDetail {
   ImageF normals = {};    ///< Tangent space: x along growing u, y along growing v (up), z out of the surface; 3 channels; empty: the mesh's own.
   ImageF roughness = {};  ///< Of the coat, clamped to [0.05, 1]; 1 channel; empty: RenderOptions::roughness.

@@ -1,5 +1,5 @@
 /// \file
-/// From amounts of materials to what is seen: colour, specular value, height and normal of every texel.
+/// From amounts of materials to what is seen: color, specular value, height and normal of every texel.
 #pragma once
 
 #include <array>
@@ -20,22 +20,22 @@ enum class InstructionSet;
 
 namespace patinate::simulation {
 
-/// How weights w_i of materials, a = sum w_i, become a colour. Both give sum w_i C_i / a where a >= 1.
+/// How weights w_i of materials, a = sum w_i, become a color. Both give sum w_i C_i / a where a >= 1.
 enum class ColorForm {
-  Normalised,  ///< C0 (1 - a) + sum w_i C_i: weights sum to 1. The default (docs/decisions/0009-composition-forms.md).
+  Normalized,  ///< C0 (1 - a) + sum w_i C_i: weights sum to 1. The default (docs/decisions/0009-composition-forms.md).
   Published    ///< C0 (1 - a) + a sum w_i C_i, as the authors' shader does: half a cover darkens by up to a quarter.
 };
-inline constexpr std::array<std::string_view, 2> kColorFormNames{"normalised", "published"};
+inline constexpr std::array<std::string_view, 2> kColorFormNames{"normalized", "published"};
 
 /// Composes an atlas [Guenther et al. 2012, sec. 4.5]. With delta_i = amount - original, xi_i in [-1, 1) fixed per texel and material:
 ///     w_i      = min(4, min(4, max(0, delta_i) b_i) (1 + v_i xi_i))           then ColorForm
 ///     specular = clamp(s0 + sum delta_i specular_i (1 + v_i xi_i), 0, 1)
 ///     height   = h0 + sum delta_i height_i (1 + v_i xi_i)
-///     normal   = (-dh/dT, -dh/dB, 1) / |.|, slopes to 16 (86.4 degrees) by differences to the neighbours on the surface, across seams
-/// in integers throughout: same bytes for any number of threads, any instruction set and any order of the calls. Colours are sRGB codes
+///     normal   = (-dh/dT, -dh/dB, 1) / |.|, slopes to 16 (86.4 degrees) by differences to the neighbors on the surface, across seams
+/// in integers throughout: same bytes for any number of threads, any instruction set and any order of the calls. Colors are sRGB codes
 /// of 8 bit and blended linearly. Normals are in the frame of glTF: T along +u, B at right angles to it toward +v.
 ///
-/// Memory: 7 bytes a texel; 4 more once anything has a height; 4 for each of colour and height maps where objects have them.
+/// Memory: 7 bytes a texel; 4 more once anything has a height; 4 for each of color and height maps where objects have them.
 /// Not thread-safe.
 class Composer {
  public:
@@ -43,7 +43,7 @@ class Composer {
   /// @param scene_mesh  As it stood when `surface` was made. Not kept.
   /// @param surface     Outlives the composer.
   /// @throws InvalidInput if a look has a value out of range.
-  Composer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, ColorForm form = ColorForm::Normalised,
+  Composer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, ColorForm form = ColorForm::Normalized,
            const RunControl& control = {});
   ~Composer();
   Composer(Composer&&) noexcept;
@@ -60,10 +60,10 @@ class Composer {
   /// @param atlas  Of the same surface, with as many materials as there are looks.
   /// @param dirty  Tiles whose amounts may have changed since the last call; any order.
   /// @return tiles of which anything changed, in order.
-  /// @throws InvalidInput for another atlas or a tile out of range; Cancelled: everything is then composed again at the next call.
+  /// @throws InvalidInput for another atlas or a tile out of range; Canceled: everything is then composed again at the next call.
   std::vector<TileIndex> compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty, const RunControl& control = {});
 
-  /// By texel, in tile order: R | G << 8 | B << 16 | specular << 24, colour as sRGB codes. 0 outside the charts and before compose().
+  /// By texel, in tile order: R | G << 8 | B << 16 | specular << 24, color as sRGB codes. 0 outside the charts and before compose().
   [[nodiscard]] std::span<const std::uint32_t> codes() const;
   /// By tile: 64 values of x, then of y, then of z; 127.5 + 127.5 n, rounded. Flat is (128, 128, 255).
   [[nodiscard]] std::span<const std::uint8_t> normals() const;

@@ -23,7 +23,7 @@ struct Gammatons;
 
 struct SimulationOptions {
   std::vector<std::string> parameter_maps;        ///< Of parameter_map_names(): what to count along the way. Costs memory and little time.
-  ColorForm color_form = ColorForm::Normalised;
+  ColorForm color_form = ColorForm::Normalized;
 };
 
 /// Seconds since the beginning, of one process.
@@ -67,15 +67,15 @@ class Simulation {
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
   /// Now, whatever event.iteration says. @throws InvalidInput for an unknown target or a value out of range; nothing is changed then.
-  /// @param control  For the steps of an event `paint`. @throws Cancelled as step().
+  /// @param control  For the steps of an event `paint`. @throws Canceled as step().
   void apply(const SceneEvent& event, const RunControl& control = {});
   /// The scene's own events that come before the next iteration happen now, and not in the next step(): for a picture that is to show them.
   void apply_due(const RunControl& control = {});
   /// A brush alone: the emitter moves to a place, its gammatons are born (though it may be off), go to their next contact, exchange and respond.
   /// All other gammatons, the rules and time stand still: an artist's stroke costs none. What it leaves under way goes on with the next step().
-  /// @param emitter  Of any shape but Sky. @throws InvalidInput for another, nothing is changed then; Cancelled as step().
+  /// @param emitter  Of any shape but Sky. @throws InvalidInput for another, nothing is changed then; Canceled as step().
   void paint(const std::string& emitter, const Vec3& position_mm, const RunControl& control = {});
-  /// One iteration. @throws Cancelled: the state is then lost (go back to a snapshot).
+  /// One iteration. @throws Canceled: the state is then lost (go back to a snapshot).
   void step(const RunControl& control = {});
 
   [[nodiscard]] const MaterialAtlas& atlas() const;

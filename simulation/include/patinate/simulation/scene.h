@@ -21,7 +21,7 @@ inline constexpr std::size_t kMaxRules = 100;
 /// One value for each material of the scene; entries beyond Scene::materials are 0.
 using MaterialValues = std::array<double, kMaxMaterials>;
 
-/// A colour, or a picture of the material that is laid over the texels (linear RGB, repeated).
+/// A color, or a picture of the material that is laid over the texels (linear RGB, repeated).
 struct ColorSource {
   Vec3 color{0.5, 0.5, 0.5};  ///< Linear RGB, [0, 1]; used where `image` is empty.
   ImageF image;               ///< H x W x 3, linear; may be empty.
@@ -31,7 +31,7 @@ struct ColorSource {
 /// amount * b * (1 + v xi) with xi in [-1, 1) fixed per texel and material.
 struct MaterialLook {
   ColorSource color;
-  double strength = 1.0;            ///< >= 0: amount 1 covers the original colour by this share.
+  double strength = 1.0;            ///< >= 0: amount 1 covers the original color by this share.
   double variation = 0.0;           ///< [0, 1].
   double specular = 0.0;            ///< [-1, 1]: change of the specular value by amount 1.
   double specular_variation = 0.0;  ///< [0, 1].
@@ -51,7 +51,7 @@ struct SceneObject {
   std::string name;
   Mesh mesh;  ///< mm, own coordinates.
   Preset preset;
-  ImageF color_map;     ///< Linear RGB over the UVs in place of the preset's colour; may be empty.
+  ImageF color_map;     ///< Linear RGB over the UVs in place of the preset's color; may be empty.
   ImageF specular_map;  ///< [0, 1]; may be empty.
   ImageF height_map;    ///< mm; may be empty.
   Vec3 translate_mm{0, 0, 0};
@@ -85,7 +85,7 @@ struct Emitter {
 };
 
 /// What a gammaton does at a hit: Russian roulette between three responses [Guenther et al. 2012, sec. 4.1].
-struct Behaviour {
+struct Behavior {
   double bounce = 0.2;                ///< Probabilities, >= 0; they and absorb sum to 1.
   double floating = 0.7;
   double absorb = 0.1;
@@ -95,7 +95,7 @@ struct Behaviour {
 
 /// Figure 10's one slider, s in [0, 1]: in [0, 1/3] all bounce and lose ever more speed; in [1/3, 2/3] from bouncing to floating; in
 /// [2/3, 1] all float and lose ever more speed. `absorb` is kept at `absorb`.
-[[nodiscard]] Behaviour behaviour_of_slider(double s, double absorb = 0.1);
+[[nodiscard]] Behavior behavior_of_slider(double s, double absorb = 0.1);
 
 struct TracingOptions {
   double epsilon_mm = 0.5;            ///< A floating gammaton hovers by this; > 0.
@@ -143,13 +143,13 @@ struct BrushStop {
 
 /// What an artist does while it runs.
 struct SceneEvent {
-  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behaviour, Switch, Rule, Paint };
+  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behavior, Switch, Rule, Paint };
   std::int64_t iteration = 0;  ///< Before this one.
   Op op = Op::Move;
   std::string target;          ///< Of an object or emitter; a material for Rate, a rule for Rule.
   Vec3 value{0, 0, 0};         ///< Position (mm), angles (deg), or a number in [0]; Switch: 0 = off.
   std::optional<Emitter> emitter;      ///< Emitter: all of it.
-  std::optional<Behaviour> behaviour;  ///< Behaviour.
+  std::optional<Behavior> behavior;  ///< Behavior.
   std::optional<RuleChange> rule;      ///< Rule.
   std::vector<BrushStop> stops;        ///< Paint: Simulation::paint() at each, one after the other.
 };
@@ -159,7 +159,7 @@ struct Scene {
   std::vector<MaterialLook> looks;     ///< As long as materials.
   std::vector<SceneObject> objects;    ///< At least one.
   std::vector<Emitter> emitters;
-  Behaviour behaviour;
+  Behavior behavior;
   TracingOptions tracing;
   ExchangeOptions exchange;
   std::vector<Rule> rules;

@@ -43,7 +43,7 @@ struct SceneAssets {
   std::map<std::string, ImageF> pictures = {};  ///< By path and number of channels.
 };
 
-/// Reads and checks a scene (check_scene()), its meshes and its pictures. Lengths become mm, colours linear.
+/// Reads and checks a scene (check_scene()), its meshes and its pictures. Lengths become mm, colors linear.
 /// @throws IoError naming file and JSON pointer (unknown key, wrong type, out of range), mesh or picture; InvalidInput.
 [[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const RunControl& control = {});
 /// The same of a scene in memory. @param path  What it is called in errors; paths in it are relative to its folder.

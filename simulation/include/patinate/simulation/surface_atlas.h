@@ -1,5 +1,5 @@
 /// \file
-/// What is constant in a simulation's atlas: which triangle a texel shows, how large it is, and which texels are its neighbours.
+/// What is constant in a simulation's atlas: which triangle a texel shows, how large it is, and which texels are its neighbors.
 #pragma once
 
 #include <array>
@@ -47,7 +47,7 @@ class SurfaceAtlas {
   [[nodiscard]] int triangle(TexelIndex t) const { return triangle_[t]; }
   /// By texel, in tile order.
   [[nodiscard]] std::span<const std::int32_t> triangles() const { return triangle_; }
-  /// In order: texels whose neighbours are not simply those beside them, at seams and where the surface ends.
+  /// In order: texels whose neighbors are not simply those beside them, at seams and where the surface ends.
   [[nodiscard]] std::span<const TexelIndex> border() const { return border_; }
   [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
   /// Area weight of a whole texel of a triangle, [1, kMaxWeight].
@@ -63,21 +63,21 @@ class SurfaceAtlas {
   [[nodiscard]] int object(int triangle) const { return object_[static_cast<std::size_t>(triangle)]; }
 
   /// Texel that shows a surface point: that of its UV, or the nearest covered one beside it that belongs to the same chart; kNoTexel
-  /// when there is none (a triangle smaller than a texel's distance to the next centre).
+  /// when there is none (a triangle smaller than a texel's distance to the next center).
   [[nodiscard]] TexelIndex texel_of(int triangle, double b1, double b2) const;
   /// Covered texels right, left, below and above on the surface, across seams; kNoTexel where the surface ends.
   [[nodiscard]] std::array<TexelIndex, 4> neighbors(TexelIndex t) const;
-  /// How a texel is joined to one beside it: `count` is how often the two name each other as neighbours, 2 inside a chart.
+  /// How a texel is joined to one beside it: `count` is how often the two name each other as neighbors, 2 inside a chart.
   struct Link {
     TexelIndex texel;
     std::uint32_t count;
   };
-  /// Texels that name this one as their neighbour or are named by it, each once, for steps over the surface that are as likely there as
+  /// Texels that name this one as their neighbor or are named by it, each once, for steps over the surface that are as likely there as
   /// back: over a seam, neighbors() alone are not mutual. @param plain  Room for the answer where there is no seam.
   [[nodiscard]] std::span<const Link> links(TexelIndex t, std::array<Link, 4>& plain) const;
 
  private:
-  static constexpr int kSearchRadius = 2;  ///< Texels: a place in a triangle lies at most 0.71 from the centre of one that its chart may not own.
+  static constexpr int kSearchRadius = 2;  ///< Texels: a place in a triangle lies at most 0.71 from the center of one that its chart may not own.
 
   void weigh_texels(std::span<const double> weight_per_texel, const RunControl& control);
   void make_links();
@@ -96,7 +96,7 @@ class SurfaceAtlas {
   std::vector<std::array<float, 6>> corner_texels_;  ///< Per triangle: x, y of the three corners in texels.
   std::vector<int> chart_;                         ///< Per triangle; -1 when it shows in no texel.
   std::vector<TexelIndex> fallback_;               ///< Per triangle: the texel of its middle.
-  std::vector<TexelIndex> border_;                 ///< Sorted: texels whose neighbours are not simply those beside them.
+  std::vector<TexelIndex> border_;                 ///< Sorted: texels whose neighbors are not simply those beside them.
   std::vector<std::array<TexelIndex, 4>> border_neighbors_;
   std::vector<TexelIndex> linked_;                 ///< Sorted: texels with other links than to those beside them.
   std::vector<std::uint32_t> first_link_;          ///< Of each, and the end.

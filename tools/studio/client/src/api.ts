@@ -127,7 +127,7 @@ export interface TextureQuery {
   size?: number;
 }
 
-/// Colour at a time.
+/// Color at a time.
 export async function get_texture(query: TextureQuery, signal?: AbortSignal): Promise<Texture> {
   const reply = await get(url_of("/api/texture", { ...query, format: "raw" }), signal);
   if (reply.type.startsWith("image/")) return decode_picture(reply.bytes, reply.type);

@@ -30,7 +30,7 @@ export interface PlaceBase {
   facts?: [string, string][];
 }
 
-/// A history, a transfer or a finished simulation: something with colour over time.
+/// A history, a transfer or a finished simulation: something with color over time.
 export interface HistoryPlace extends PlaceBase {
   width: number;
   height: number;
@@ -110,7 +110,7 @@ export interface Look {
   color?: Vec3;
 }
 
-export interface Behaviour {
+export interface Behavior {
   bounce: number;
   float: number;
   absorb: number;
@@ -137,7 +137,7 @@ export interface Overlay {
   /// Byte b stands for high (b / 255)^2.
   high?: number;
   unit?: string;
-  /// What colours should stand for: 2 % of the texels where there is something lie above.
+  /// What colors should stand for: 2 % of the texels where there is something lie above.
   range?: [number, number];
   most?: number;
 }
@@ -151,7 +151,7 @@ export interface SceneState {
   looks: Record<string, Look>;
   emitters: Emitter[];
   objects: SceneObject[];
-  behaviour: Behaviour;
+  behavior: Behavior;
   slider?: number | null;
   exchange: { ratio: number; rates: Record<string, number> };
   rules: Rule[];

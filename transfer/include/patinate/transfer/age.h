@@ -21,7 +21,7 @@ struct AgeOptions {
   TransferOptions transfer = {};
 };
 
-/// A mesh and where each of its texels takes its colour from, at all times.
+/// A mesh and where each of its texels takes its color from, at all times.
 struct AgedMesh {
   Mesh mesh;              ///< In mm, with UVs over the whole texture.
   ImageF coordinates;     ///< H x W x 2: pixel of the history; -1 outside the charts.

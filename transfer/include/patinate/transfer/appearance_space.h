@@ -22,7 +22,7 @@ inline constexpr int kAppearanceLimit = 511;     ///< Components lie in [-511, 5
 using AppearanceImage = Image<std::int16_t>;     ///< H x W x 8.
 
 struct AppearanceOptions {
-  int spatial_radius_px = 1;  ///< [0, 3]. Neighbours that count into a pixel's appearance; 0 = colour over time only.
+  int spatial_radius_px = 1;  ///< [0, 3]. Neighbors that count into a pixel's appearance; 0 = color over time only.
   int max_frames = 96;        ///< [2, 128]. Longer histories are compared at this many evenly spaced frames.
   int num_samples = 8192;     ///< [64, 65536]. Pixels from which the components are found.
 };
@@ -39,8 +39,8 @@ struct AppearanceSpace {
   double explained_variance = 0.0;      ///< Share of the temporal variance that the components keep, in [0, 1].
 };
 
-/// Projects every pixel's colours over time (square-root encoded, so that dark differences count as the eye sees them) on
-/// their leading components, then each pixel's neighbourhood of components on the leading spatial ones.
+/// Projects every pixel's colors over time (square-root encoded, so that dark differences count as the eye sees them) on
+/// their leading components, then each pixel's neighborhood of components on the leading spatial ones.
 ///
 /// Streams over the frames twice; memory is O(W H 8), whatever the number of frames. Uses + - * / and sqrt only, in a fixed
 /// order: same bits for any number of threads.

@@ -8,14 +8,14 @@
 
 namespace patinate::transfer {
 
-/// A control map as normalised values with what 0 and 1 stand for.
+/// A control map as normalized values with what 0 and 1 stand for.
 struct ControlRange {
   double low = 0.0;
   double high = 1.0;
   std::string unit;
 };
 
-/// Destination values mapped into the source's normalised [0, 1].
+/// Destination values mapped into the source's normalized [0, 1].
 ///
 /// Rank keeps order: the result's distribution over `destination_mask` equals the source's over `source_mask`; equal values stay equal
 /// (each gets the middle of their ranks). Linear maps least to least and greatest to greatest. Physical converts units of measure by the ranges.

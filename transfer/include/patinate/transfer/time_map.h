@@ -34,7 +34,7 @@ class TimeMapLookup {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The history's colour at every texel's own time.
+/// The history's color at every texel's own time.
 ///
 /// Texels are visited in the atlas's order, once for as many frames as fit into options.frame_bytes: memory does not grow with the number of
 /// frames. Frames are read when a texel first asks for them. With one time everywhere the result equals gather() of sample() to the bit.

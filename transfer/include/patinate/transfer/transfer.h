@@ -26,7 +26,7 @@ inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "r
 struct TransferOptions {
   TransferMethod method = TransferMethod::Fast;
   double coherence_share = 0.65;    ///< [0, 1]. a of the energy: 1 = texture only, 0 = control only.
-  int neighborhood_radius_px = 3;   ///< [1, 5]. 3 = the 48 nearest neighbours.
+  int neighborhood_radius_px = 3;   ///< [1, 5]. 3 = the 48 nearest neighbors.
   std::int64_t seed = 1;
   AppearanceOptions appearance = {};
   MultiLevelOptions multi_level = {};
@@ -48,7 +48,7 @@ struct TransferResult {
   CoordinateMap coordinates;              ///< Per texel of the atlas, index into the history's pixels; -1 outside.
   ControlImage matched_controls;          ///< H x W x a channel for each control, in the history's values.
   EnergyReport energy;
-  double explained_variance = 0.0;        ///< Of the history's colours, by the appearance that was compared.
+  double explained_variance = 0.0;        ///< Of the history's colors, by the appearance that was compared.
 };
 
 /// What is transferred onto what.

@@ -76,7 +76,7 @@ struct TransferManifest {
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;
-  TransferOptions measured_with;      ///< Coherence share, neighbourhood and appearance of that energy; what an earlier version did not write has its default.
+  TransferOptions measured_with;      ///< Coherence share, neighborhood and appearance of that energy; what an earlier version did not write has its default.
   std::string key;
   /// The tiles in one grid, as TexelMap sees them.
   [[nodiscard]] Sheet sheet() const;

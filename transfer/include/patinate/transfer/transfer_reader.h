@@ -46,14 +46,14 @@ class TransferReader {
   [[nodiscard]] ImageF matched_control(std::size_t index) const;
   /// The history's pixels that could be copied: its mask and the one that was given (usable_mask()).
   [[nodiscard]] ImageU8 source_mask() const;
-  /// The surface's colour at a time of the history's unit (clamped to its ends): H x W x 3 over the sheet, linear. Gutters are filled tile by tile, so that
+  /// The surface's color at a time of the history's unit (clamped to its ends): H x W x 3 over the sheet, linear. Gutters are filled tile by tile, so that
   /// filtering does not bleed. At a frame's time inside the charts exactly that frame's values.
   [[nodiscard]] ImageF sample(double time, const RunControl& control = {}) const;
   /// The same, an image per tile.
   [[nodiscard]] std::vector<ImageF> sample_tiles(double time, const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  Over the sheet.
   [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between, const RunControl& control = {}) const;
-  /// What frames hold beside colour (sample_material_map()) over the sheet, gutters filled; normals in the tangent space of their texels: x along
+  /// What frames hold beside color (sample_material_map()) over the sheet, gutters filled; normals in the tangent space of their texels: x along
   /// growing u, y along growing v, z out of the surface. @throws InvalidInput as sample_material_map(); IoError.
   [[nodiscard]] ImageF sample_map(MaterialMap map, double time, Between between = Between::Blend, const RunControl& control = {}) const;
   /// The tiles of an image over the sheet.

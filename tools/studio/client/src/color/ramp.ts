@@ -1,10 +1,10 @@
-// Numbers as colours that people with any colour vision tell apart: the program's own ramp, a straight line in CIELAB.
+// Numbers as colors that people with any color vision tell apart: the program's own ramp, a straight line in CIELAB.
 import type { Vec3 } from "../types";
 import { linear_from_lab, srgb_from_linear } from "./lab";
 
 const kNight: Vec3 = [16, 12, -34], kYellow: Vec3 = [88, -4, 66];
 
-/// Linear colour of x in [0, 1].
+/// Linear color of x in [0, 1].
 export function ramp_color(x: number): Vec3 {
   const t = Math.min(Math.max(x, 0), 1);
   const lab = kNight.map((low, i) => low + t * (kYellow[i]! - low)) as Vec3;
@@ -25,12 +25,12 @@ export const kRampShader = /* glsl */ `
 vec3 ramp_color(float x) { return clamp(linear_from_lab(mix(vec3(${kNight.map((v) => v.toFixed(1)).join()}), vec3(${kYellow.map((v) => v.toFixed(1)).join()}), clamp(x, 0.0, 1.0))), 0.0, 1.0); }
 `;
 
-/// Linear colour of a place in a picture, x and y in [0, 1]: the plane of CIELAB at one lightness.
+/// Linear color of a place in a picture, x and y in [0, 1]: the plane of CIELAB at one lightness.
 export function plane_color(x: number, y: number): Vec3 {
   return linear_from_lab([66, 130 * (x - 0.5), 130 * (y - 0.5)]).map((c) => Math.min(Math.max(c, 0), 1)) as Vec3;
 }
 
-/// A square of all these colours.
+/// A square of all these colors.
 export function plane_legend(side: number): HTMLCanvasElement {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = side;

@@ -1,4 +1,4 @@
-// From which number to which the colours of a map run: what most of it has, so that a few outliers do not make the rest dark.
+// From which number to which the colors of a map run: what most of it has, so that a few outliers do not make the rest dark.
 
 const kOutside = 0.02;       // Of the numbers, beyond either end.
 const kNarrow = 0.25;        // The range begins at 0 unless its low end is at least this share of its high one.

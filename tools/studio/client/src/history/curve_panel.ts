@@ -1,4 +1,4 @@
-// How the colour of a clicked texel changes over time; of a transfer, also where in the source it came from.
+// How the color of a clicked texel changes over time; of a transfer, also where in the source it came from.
 import { get_curve, get_place, is_static, thumbnail_url } from "../api";
 import type { Curve, HistoryPlace } from "../types";
 import { chart, type Chart } from "../ui/chart";
@@ -18,7 +18,7 @@ export class CurvePanel {
   private time = 0;
 
   constructor(private readonly place: HistoryPlace, private readonly on_time: (time: number) => void) {
-    const what = place.kind === "transfer" ? "how its colour changes, and where in the photographs it comes from" : "how its colour changes";
+    const what = place.kind === "transfer" ? "how its color changes, and where in the photographs it comes from" : "how its color changes";
     replace(this.element, h("p", { class: "hint" }, is_static() ? "Curves need a running studio." : `Click a place of the surface to see ${what}.`));
   }
 
@@ -44,7 +44,7 @@ export class CurvePanel {
     const css = curve.srgb.map((c) => `rgb(${c.map((v) => Math.round(v)).join(" ")})`);
     const line = (name: string, i: 0 | 1 | 2, style: string) => ({ name, x: curve.times, y: curve.lab.map((c) => c[i]), style });
     this.chart = chart([line("L* lightness", 0, "series-1"), line("a* green to red", 1, "series-2"), line("b* blue to yellow", 2, "series-3")],
-      { label: `Colour over time of texel ${x}, ${y}`, x_label: this.place.unit, strip: { x: curve.times, css }, on_x: this.on_time, height: 170 });
+      { label: `Color over time of texel ${x}, ${y}`, x_label: this.place.unit, strip: { x: curve.times, css }, on_x: this.on_time, height: 170 });
     this.chart.mark(this.time);
     this.source_image = undefined;
     this.source_place = undefined;

@@ -1,4 +1,4 @@
-// A control, map or the source coordinates as colours over the surface, with what the colours stand for.
+// A control, map or the source coordinates as colors over the surface, with what the colors stand for.
 import type { Texture as ThreeTexture } from "three";
 import { range_of } from "../color/range";
 import { get_map, type FloatMap } from "../api";
@@ -38,7 +38,7 @@ export class OverlayPanel {
     const options: [string, string][] = [["", "nothing"], ...(place.controls ?? []).map((c) => [`control:${c.name}`, c.name] as [string, string]),
       ...(place.maps ?? []).map((m) => [`map:${m}`, m] as [string, string])];
     if (place.kind === "transfer") options.push(["coordinates", "where it comes from"]);
-    const choice = select("Colour by", options, "", (name) => void this.show(name));
+    const choice = select("Color by", options, "", (name) => void this.show(name));
     const amount = slider({ label: "Strength", low: 0, high: 1, value: this.amount, text: (v) => `${Math.round(100 * v)} %`, on_input: (v) => this.set_amount(v) });
     this.element = h("div", {}, options.length > 1 ? [choice.element, amount.element] : h("p", { class: "hint" }, "It has no controls or maps."));
   }
@@ -56,7 +56,7 @@ export class OverlayPanel {
       const is_coordinates = name === "coordinates";
       const size = Math.max(this.place.width, this.place.height) > kMapSize && !is_coordinates ? kMapSize : undefined;
       const map = await get_map(this.place.place, name, size, this.asked.signal);
-      if (is_coordinates) this.normalise(map);
+      if (is_coordinates) this.normalize(map);
       this.texture?.dispose();
       this.texture = float_texture(map.width, map.height, map.channels, map.values, !is_coordinates);
       const control = this.place.controls?.find((c) => name === `control:${c.name}`);
@@ -82,7 +82,7 @@ export class OverlayPanel {
   }
 
   // Source pixels as shares of the largest; -1 stays: nothing there.
-  private normalise(map: FloatMap): void {
+  private normalize(map: FloatMap): void {
     let most = 1;
     for (const v of map.values) if (v > most) most = v;
     for (let i = 0; i < map.values.length; ++i) if (map.values[i]! >= 0) map.values[i]! /= most;

@@ -31,7 +31,7 @@ export function normals_of_heights(map: FloatMap, texel: number): NormalCodes {
     const v = values[channels * (y * width + x)]!;
     return v === 0 || !Number.isFinite(v) ? undefined : v;
   };
-  /// Rise per length, between what is known of the two neighbours and the texel itself.
+  /// Rise per length, between what is known of the two neighbors and the texel itself.
   const slope = (before: number | undefined, here: number, after: number | undefined): number => {
     if (before !== undefined && after !== undefined) return (after - before) / (2 * texel);
     if (after !== undefined) return (after - here) / texel;

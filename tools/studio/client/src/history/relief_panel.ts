@@ -1,4 +1,4 @@
-// A flat history under a lamp: its relief from the height or normal map. Level places keep their colour.
+// A flat history under a lamp: its relief from the height or normal map. Level places keep their color.
 import * as THREE from "three";
 import { get_map } from "../api";
 import type { SurfaceLook } from "../scene/material";
@@ -28,7 +28,7 @@ export class ReliefPanel {
 
   /// @param dress  Shows the picture with light, or without.
   constructor(private readonly place: HistoryPlace, private readonly look: SurfaceLook, private readonly viewer: Viewer, private readonly dress: (is_lit: boolean) => void) {
-    this.on = toggle("Light its relief", false, (is_on) => void this.light(is_on), "From its height map, or its normals; level places keep their colour");
+    this.on = toggle("Light its relief", false, (is_on) => void this.light(is_on), "From its height map, or its normals; level places keep their color");
     const degrees = (v: number): string => `${Math.round(v)}°`;
     const around = slider({ label: "Lamp from", low: -180, high: 180, step: 1, value: kAround_deg, text: degrees, hint: "0°: from the right; 90°: from above", on_input: (v) => { this.around_deg = v; this.turn_on(); } });
     const height = slider({ label: "Lamp above the picture", low: 5, high: 85, step: 1, value: kHeight_deg, text: degrees, hint: "Low: raking light", on_input: (v) => { this.height_deg = v; this.turn_on(); } });

@@ -7,7 +7,7 @@ export interface LightChoice {
   zenith: number;
   horizon: number;
   ground: number;
-  /// Of the lamp: colour, strength, degrees above the horizon, degrees around.
+  /// Of the lamp: color, strength, degrees above the horizon, degrees around.
   lamp: { color: number; strength: number; height_deg: number; around_deg: number };
   ambient: number;
   /// Bright panels in the reflections: [azimuth, height, half width (degrees), strength].

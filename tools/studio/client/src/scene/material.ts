@@ -1,5 +1,5 @@
 // How surfaces are drawn: physically based, with what the studio adds to three.js's materials: two times with a wipe, their difference, a map
-// as colours, gloss and relief from the server's planes.
+// as colors, gloss and relief from the server's planes.
 import * as THREE from "three";
 import { kLabShader } from "../color/lab";
 import { kRampShader } from "../color/ramp";
@@ -45,7 +45,7 @@ ${kLabShader}${kRampShader}
 float surface_gloss;
 `;
 
-// overlay_kind: 0 numbers (below 0, or no number: none there), 1 source coordinates in [0, 1] as two colours, 2 roots of numbers.
+// overlay_kind: 0 numbers (below 0, or no number: none there), 1 source coordinates in [0, 1] as two colors, 2 roots of numbers.
 const kColor = /* glsl */ `
 vec4 now = texture2D(map, vMapUv);
 surface_gloss = now.a;
@@ -63,7 +63,7 @@ if (overlay_amount > 0.0) {
 }
 diffuseColor.rgb *= seen;
 #ifdef STANDARD
-// Maps are read by their colours: light shapes them, and no more.
+// Maps are read by their colors: light shapes them, and no more.
 float as_map = comparison == 2 ? 1.0 : overlay_amount;
 totalEmissiveRadiance += 0.6 * as_map * seen;
 diffuseColor.rgb *= 1.0 - 0.6 * as_map;
@@ -110,7 +110,7 @@ export function lit_material(look: SurfaceLook, map: THREE.Texture): THREE.MeshS
   return material;
 }
 
-/// For pictures, and for meshes where exact colours are to be read.
+/// For pictures, and for meshes where exact colors are to be read.
 export function flat_material(look: SurfaceLook, map: THREE.Texture): THREE.MeshBasicMaterial {
   const material = new THREE.MeshBasicMaterial({ map, side: THREE.DoubleSide, toneMapped: false });
   extend(material, look, false);

@@ -3,7 +3,7 @@ import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { StudioError } from "../api";
 
-const kMmPerMetre = 1000;
+const kMmPerMeter = 1000;
 
 /// One group; objects keep their names, place and own coordinates.
 export async function read_glb(bytes: ArrayBuffer): Promise<THREE.Group> {
@@ -13,8 +13,8 @@ export async function read_glb(bytes: ArrayBuffer): Promise<THREE.Group> {
   const group = new THREE.Group();
   group.add(...gltf.scene.children);
   group.traverse((o) => {
-    if (o instanceof THREE.Mesh || o instanceof THREE.Points) (o.geometry as THREE.BufferGeometry).scale(kMmPerMetre, kMmPerMetre, kMmPerMetre);
-    if (o !== group) o.position.multiplyScalar(kMmPerMetre);
+    if (o instanceof THREE.Mesh || o instanceof THREE.Points) (o.geometry as THREE.BufferGeometry).scale(kMmPerMeter, kMmPerMeter, kMmPerMeter);
+    if (o !== group) o.position.multiplyScalar(kMmPerMeter);
   });
   return group;
 }

@@ -56,7 +56,7 @@ export class Viewer {
   constructor(readonly element: HTMLElement, readonly is_flat: boolean) {
     this.is_software = draws_in_software();
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.is_software, powerPreference: "high-performance" });
-    this.renderer.toneMapping = THREE.NeutralToneMapping;  // Keeps colours as they are below 0.8.
+    this.renderer.toneMapping = THREE.NeutralToneMapping;  // Keeps colors as they are below 0.8.
     this.renderer.shadowMap.enabled = !is_flat;
     this.renderer.shadowMap.type = this.is_software ? THREE.BasicShadowMap : THREE.PCFSoftShadowMap;
     this.renderer.shadowMap.autoUpdate = false;

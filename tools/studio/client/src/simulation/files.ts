@@ -19,7 +19,7 @@ export function open_save(sender: Sender, context: SceneContext): void {
     });
 }
 
-const kWhat: [string, string, boolean][] = [["textures", "Textures (colour, gloss, normals, height)", true], ["glb", "GLB model", true], ["controls", "Parameter maps, for transfer", true], ["history", "Material history", false]];
+const kWhat: [string, string, boolean][] = [["textures", "Textures (color, gloss, normals, height)", true], ["glb", "GLB model", true], ["controls", "Parameter maps, for transfer", true], ["history", "Material history", false]];
 
 export function open_export(sender: Sender, context: SceneContext): void {
   const toggles = kWhat.map(([name, text, on]) => ({ name, toggle: toggle(text, on, () => {}) }));

@@ -1,4 +1,4 @@
-// How material travels: behaviour and exchange.
+// How material travels: behavior and exchange.
 import type { SceneState } from "../types";
 import type { Chart } from "../ui/chart";
 import { section, select, slider, type Slider } from "../ui/controls";
@@ -24,19 +24,19 @@ const kSend_ms = 80;
 
 export class FlowPanel {
   readonly elements: HTMLElement[];
-  private readonly behaviour = h("div", { class: "stack" });
+  private readonly behavior = h("div", { class: "stack" });
   private readonly rates = h("div", { class: "stack" });
   private readonly sliders = new Map<string, Slider>();
   private chart: Chart | undefined;
   private chart_absorb = -1;
   private readonly chart_box = h("div", {});
   private readonly own = h("p", { class: "hint" }, "The scene has probabilities of its own; moving the slider replaces them.");
-  private readonly send_behaviour = throttle(kSend_ms, (slider: number, absorb: number) => this.context.event({ op: "behaviour", behaviour: { slider, absorb } }));
+  private readonly send_behavior = throttle(kSend_ms, (slider: number, absorb: number) => this.context.event({ op: "behavior", behavior: { slider, absorb } }));
 
   constructor(private readonly context: SceneContext) {
     const preset = select("Like", [["", "as it is"], ...Object.entries(kPresets).map(([k, p]) => [k, p.text] as [string, string])], "", (name) => this.apply(name));
     this.elements = [
-      section("How it flows", true, preset.element, this.behaviour),
+      section("How it flows", true, preset.element, this.behavior),
       section("Exchange with the surface", false, this.rates),
     ];
   }
@@ -49,9 +49,9 @@ export class FlowPanel {
       this.sliders.set(key, s);
       return s.element;
     };
-    replace(this.behaviour,
+    replace(this.behavior,
       make("slider", "From bouncing to creeping", scene.slider ?? 0.5, "Figure 10: left all bounce, right all float ever more slowly", () => this.flow()), this.own, this.chart_box,
-      make("absorb", "Absorbed at a hit", scene.behaviour.absorb, "Share of gammatons that end in the surface", () => this.flow()),
+      make("absorb", "Absorbed at a hit", scene.behavior.absorb, "Share of gammatons that end in the surface", () => this.flow()),
       make("ratio", "Ratio r: washes or deposits", scene.exchange.ratio, "0 only picks up, 1 only drops", throttle(kSend_ms, (v: number) => this.context.event({ op: "ratio", ratio: v }))));
     replace(this.rates, h("p", { class: "hint" }, "Share of a material that changes sides at a contact."), scene.materials.map((m) =>
       make(`rate ${m}`, m, scene.exchange.rates[m] ?? 0, `Exchange rate of ${m}`, throttle(kSend_ms, (v: number) => this.context.event({ op: "rate", target: m, rate: v })))));
@@ -63,7 +63,7 @@ export class FlowPanel {
   show(scene: SceneState): void {
     if (typeof scene.slider === "number") this.sliders.get("slider")?.set(scene.slider);
     this.own.hidden = typeof scene.slider === "number";
-    this.sliders.get("absorb")?.set(scene.behaviour.absorb);
+    this.sliders.get("absorb")?.set(scene.behavior.absorb);
     this.sliders.get("ratio")?.set(scene.exchange.ratio);
     for (const m of scene.materials) this.sliders.get(`rate ${m}`)?.set(scene.exchange.rates[m] ?? 0);
     this.draw();
@@ -72,7 +72,7 @@ export class FlowPanel {
   // What is sent later is what was seen now: the server's answer to the one before may move a slider meanwhile.
   private flow(): void {
     this.draw();
-    this.send_behaviour(this.value("slider"), this.value("absorb"));
+    this.send_behavior(this.value("slider"), this.value("absorb"));
   }
 
   private value(key: string): number {
@@ -95,7 +95,7 @@ export class FlowPanel {
   private apply(name: string): void {
     const preset = kPresets[name];
     if (!preset) return;
-    this.context.event({ op: "behaviour", behaviour: { slider: preset.slider, absorb: preset.absorb } });
+    this.context.event({ op: "behavior", behavior: { slider: preset.slider, absorb: preset.absorb } });
     this.context.event({ op: "ratio", ratio: preset.ratio });
     this.sliders.get("slider")?.set(preset.slider);
     this.sliders.get("absorb")?.set(preset.absorb);

@@ -1,4 +1,4 @@
-// What is shown over the surface: amounts as colours, gammatons as points, plantlets, relief.
+// What is shown over the surface: amounts as colors, gammatons as points, plantlets, relief.
 import { range_legend, unit_text } from "../history/overlay_panel";
 import type { SurfaceLook } from "../scene/material";
 import type { Overlay, SceneState } from "../types";
@@ -30,9 +30,9 @@ export class ShowPanel {
 
   build(scene: SceneState): void {
     const overlays = scene.overlays.map(overlay_of);
-    const choice = select("Colour by", [["", "nothing"], ...overlays.map((o) => [o.name, o.name] as [string, string])], this.shown.overlay, (name) => this.choose(name, scene));
+    const choice = select("Color by", [["", "nothing"], ...overlays.map((o) => [o.name, o.name] as [string, string])], this.shown.overlay, (name) => this.choose(name, scene));
     const plant = this.plant(scene);
-    const range = select("Colours span", [["", "98 % of it"], ["whole", "all of it"]], this.is_whole ? "whole" : "", (value) => {
+    const range = select("Colors span", [["", "98 % of it"], ["whole", "all of it"]], this.is_whole ? "whole" : "", (value) => {
       this.is_whole = value !== "";
       this.apply();
     });

@@ -11,7 +11,7 @@ export interface Spot {
 }
 
 export interface WayOptions {
-  /// Neighbours are not farther apart on the surface, mm, unless they are next to each other on the screen.
+  /// Neighbors are not farther apart on the surface, mm, unless they are next to each other on the screen.
   spacing: number;
   /// Of a surface that faces the camera, where the way begins.
   mm_per_px: number;
@@ -24,7 +24,7 @@ const kMostDepth = 7;  // Of halving: 128 parts.
 const kMostBare = 3;   // The same where neither end has a surface.
 const kSteep = 12;     // A surface that is seen at less than 5 degrees is taken for an edge.
 
-/// What follows `from` on the way to `to`, which comes last if it has a surface. Where the surface ends or two neighbours lie at different depths, the
+/// What follows `from` on the way to `to`, which comes last if it has a surface. Where the surface ends or two neighbors lie at different depths, the
 /// later one is a jump.
 export function way_between(from: Spot, to: Spot, options: WayOptions, depth = 0): Spot[] {
   const px = Math.hypot(to.x - from.x, to.y - from.y), is_near = px <= kLeast_px || depth >= kMostDepth;

@@ -16,7 +16,7 @@ export interface ChartOptions {
   height?: number;
   low?: number;
   high?: number;
-  /// Colours over x, shown as a strip above.
+  /// Colors over x, shown as a strip above.
   strip?: { x: number[]; css: string[] };
   on_x?: (x: number) => void;
 }

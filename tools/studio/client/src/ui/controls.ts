@@ -1,4 +1,4 @@
-// Labelled controls: what panels are made of.
+// Labeled controls: what panels are made of.
 import { h, type Child } from "./dom";
 import { icon } from "./icons";
 

@@ -48,7 +48,7 @@ const kKeys: [string, string][] = [
 
 export function open_help(): void {
   open_dialog("Finding your way", [
-    h("p", {}, "Drag to turn, with the right button (or two fingers) to shift, wheel or pinch to come closer. A click on the surface shows how its colour changes."),
+    h("p", {}, "Drag to turn, with the right button (or two fingers) to shift, wheel or pinch to come closer. A click on the surface shows how its color changes."),
     h("table", { class: "keys" }, h("tbody", {}, kKeys.map(([key, text]) => h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, text))))),
     h("p", {}, "docs/studio.md has more."),
   ]);

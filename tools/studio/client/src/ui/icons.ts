@@ -1,4 +1,4 @@
-// Icons of 24 x 24, drawn with strokes in the colour of the text.
+// Icons of 24 x 24, drawn with strokes in the color of the text.
 import { svg } from "./dom";
 
 const kPaths: Record<string, string> = {

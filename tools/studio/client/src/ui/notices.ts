@@ -46,7 +46,7 @@ export function clear_notices(): void {
   stack.replaceChildren();
 }
 
-/// For the end of a promise: its error as a notice; what the user has cancelled is none. @param about  Unless the error knows.
+/// For the end of a promise: its error as a notice; what the user has canceled is none. @param about  Unless the error knows.
 export function show_error(error: unknown, about = ""): void {
   if (error instanceof DOMException && error.name === "AbortError") return;
   notice(error instanceof Error ? error.message : String(error), "error", (error as { about?: string }).about || about);

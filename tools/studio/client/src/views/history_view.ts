@@ -1,4 +1,4 @@
-// A history as a picture, a transfer or finished simulation on its mesh: time, comparison, maps, curves, and where colours come from.
+// A history as a picture, a transfer or finished simulation on its mesh: time, comparison, maps, curves, and where colors come from.
 import * as THREE from "three";
 import { get_mesh, is_static, post, type Texture } from "../api";
 import { CurvePanel } from "../history/curve_panel";
@@ -118,7 +118,7 @@ export class HistoryView implements View {
     } });
     const compare = section("Compare", true, this.compare_choice.element, h("div", { class: "only-difference" }, top.element), !is_static() && between.element);
     const overlay = new OverlayPanel(place, this.look, this.legend_box, () => this.viewer.invalidate());
-    const exact = toggle("Exact colours, without light", false, (on) => {
+    const exact = toggle("Exact colors, without light", false, (on) => {
       if (this.model) dress(this.model, on ? this.flat : this.lit);
       this.viewer.invalidate();
     }, "Shows the texture as it is");
@@ -126,7 +126,7 @@ export class HistoryView implements View {
     const save = button("Save as one HTML file", () => void this.save_session(), { icon: "download", hint: "A page that opens without a server, for a paper's supplement" });
     this.frame.panel.append(
       h("header", { class: "panel-head" }, h("h1", {}, place.name), h("p", { class: "kind" }, place.kind)),
-      compare, section("Colour of a place", true, this.curve.element), section("Map over the surface", true, overlay.element),
+      compare, section("Color of a place", true, this.curve.element), section("Map over the surface", true, overlay.element),
       has_mesh ? section("Light", false, light_controls(this.viewer), exact.element) : this.relief?.element ?? "",
       section("About", false, facts_table(place.facts ?? [])),
       is_static() ? "" : h("div", { class: "panel-foot" }, save));
@@ -207,7 +207,7 @@ export class HistoryView implements View {
 
   private show_difference_legend(): void {
     const top = this.look.uniforms.difference_top.value;
-    replace(this.difference_legend, this.comparison === "difference" && legend("colour difference, CIEDE2000", "0", `${number_text(top)} and more`));
+    replace(this.difference_legend, this.comparison === "difference" && legend("color difference, CIEDE2000", "0", `${number_text(top)} and more`));
   }
 
   private label_wipe(): void {

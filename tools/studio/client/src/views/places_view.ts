@@ -96,7 +96,7 @@ export class PlacesView implements View {
     return h("div", { class: "nothing" }, h("h1", {}, "Nothing to show here yet"), h("p", {}, "The folder ", h("code", {}, folder), " holds nothing that patinate has made. Make something, then reload this page:"),
       h("ul", {},
         command("patinate synth ledge -o ledge", "a wall with sills: a scene to simulate right here"),
-        command("patinate synth mould -o mould", "scans and photographs of a copper mould that patinates"),
+        command("patinate synth mold -o mold", "scans and photographs of a copper mold that patinates"),
         command("patinate synth crackle -o crackle", "photographs of paint that cracks while it dries"),
         command("patinate ingest crackle/capture.json -o history", "makes a material history of them"),
         command("patinate synth sculpture -o urn", "a mesh to age with it: patinate transfer")),

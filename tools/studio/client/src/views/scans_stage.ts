@@ -1,4 +1,4 @@
-// Registered scans in one frame: each in its colour, with what the registration says of it; any can be hidden.
+// Registered scans in one frame: each in its color, with what the registration says of it; any can be hidden.
 import * as THREE from "three";
 import { get_mesh } from "../api";
 import { read_glb } from "../scene/mesh_loader";
@@ -8,7 +8,7 @@ import { icon_button } from "../ui/controls";
 import { h } from "../ui/dom";
 import { progress, show_error } from "../ui/notices";
 
-/// Told apart with any colour vision [Okabe and Ito 2008].
+/// Told apart with any color vision [Okabe and Ito 2008].
 const kColors = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#999999"];
 const kPoint_px = 2;
 

@@ -221,7 +221,7 @@ export class SimulationView implements View, SceneContext {
   private changed(change: Partial<SceneState>): void {
     Object.assign(this.scene, change);
     if (change.relief_mm) this.look.uniforms.relief_mm.value.set(...change.relief_mm);
-    if (change.behaviour || change.exchange || change.slider !== undefined) this.flow.show(this.scene);
+    if (change.behavior || change.exchange || change.slider !== undefined) this.flow.show(this.scene);
     if (change.rules || change.more_rules) this.rules.show(this.scene);
     if (change.overlays) this.shown.show(this.scene);
     if (change.looks) this.looks.show(this.scene);

@@ -15,7 +15,7 @@ namespace patinate::simulation::composition {
 [[nodiscard]] const std::array<std::uint16_t, 256>& linear16_of_srgb8();
 /// sRGB codes of linear values of 16 bit, by value >> kSrgbShift. Gives every code back: srgb8[linear16[c] >> kSrgbShift] = c.
 [[nodiscard]] const std::array<std::uint8_t, kSrgbSize>& srgb8_of_linear16();
-/// The sRGB codes of a linear colour, of which all colours are composed; 0 for what is not finite.
+/// The sRGB codes of a linear color, of which all colors are composed; 0 for what is not finite.
 [[nodiscard]] std::array<std::uint8_t, 3> srgb8_of(const Vec3& linear);
 
 /// A picture of a material, linear, 1 = 65535: three planes of H x W.
@@ -32,7 +32,7 @@ struct Picture {
 
 /// @param quanta_per_mm  Height quanta, kHeightQuanta in a median texel.
 /// @throws InvalidInput naming the first value that is not finite or out of the range that MaterialLook gives.
-[[nodiscard]] QuantisedLook quantise(const MaterialLook& look, double quanta_per_mm, std::uint32_t noise_key);
+[[nodiscard]] QuantizedLook quantize(const MaterialLook& look, double quanta_per_mm, std::uint32_t noise_key);
 /// Of material `index`: fixed, so that looks can change without the noise.
 [[nodiscard]] std::uint32_t noise_key(int index);
 

@@ -1,4 +1,4 @@
-#include "datasets_synthetic/mould.h"
+#include "datasets_synthetic/mold.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "datasets_synthetic/mould_io.h"
-#include "datasets_synthetic/mould_light.h"
+#include "datasets_synthetic/mold_io.h"
+#include "datasets_synthetic/mold_light.h"
 #include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/json.h"
@@ -21,8 +21,8 @@ namespace {
 
 using testing_support::TempFolder;
 
-MouldOptions small() {
-  MouldOptions o;
+MoldOptions small() {
+  MoldOptions o;
   o.width = 96;
   o.height = 72;
   o.num_steps = 3;
@@ -30,35 +30,35 @@ MouldOptions small() {
   o.scan_spacing_mm = 1.5;
   return o;
 }
-MouldOptions small_exact() {
-  MouldOptions o = small();
+MoldOptions small_exact() {
+  MoldOptions o = small();
   o.exact = true;
-  return checked_mould(o);
+  return checked_mold(o);
 }
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
   return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)), static_cast<double>(image.at(x, y, 2))};
 }
 
-TEST(Mould, ExactPhotographsAreTheFormulaOfTheFormatToRounding) {
-  const MouldOptions o = small_exact();
-  const Mould mould(o);
-  const MouldRig rig = mould_rig(o);
+TEST(Mold, ExactPhotographsAreTheFormulaOfTheFormatToRounding) {
+  const MoldOptions o = small_exact();
+  const Mold mold(o);
+  const MoldRig rig = mold_rig(o);
   for (int step : {0, 2}) {
-    const Mesh surface = mould_surface(mould, rig, step);
-    const MouldPhotos photos = mould_photos(mould, rig, step, surface);
-    const MouldView view = mould_view(rig, surface);
+    const Mesh surface = mold_surface(mold, rig, step);
+    const MoldPhotos photos = mold_photos(mold, rig, step, surface);
+    const MoldView view = mold_view(rig, surface);
     int num_checked = 0;
     for (int y = 0; y < o.height; ++y) {
       for (int x = 0; x < o.width; ++x) {
         if (view.mask.at(x, y) == 0) continue;
         const Vec3 p = vector_at(view.position_mm, x, y), n = vector_at(view.normal, x, y);
-        const MouldLook look = mould.look(static_cast<double>(view.object_mm.at(x, y, 0)), static_cast<double>(view.object_mm.at(x, y, 1)), step * o.interval_d);
+        const MoldLook look = mold.look(static_cast<double>(view.object_mm.at(x, y, 0)), static_cast<double>(view.object_mm.at(x, y, 1)), step * o.interval_d);
         for (std::size_t i = 0; i < rig.lights.size(); ++i) {
           const Vec3 away = rig.lights[i].position - p;
           const double cosine = std::max(0.0, n.dot(away.normalized()));
           const Vec3 expected = look.albedo.cwiseProduct(rig.lights[i].intensity) / std::numbers::pi * cosine / away.squaredNorm();
-          EXPECT_LT((vector_at(photos.lit[i], x, y) - expected).norm(), 1e-5);  // Floats of maps and photographs, through colour's slope.
+          EXPECT_LT((vector_at(photos.lit[i], x, y) - expected).norm(), 1e-5);  // Floats of maps and photographs, through color's slope.
           ++num_checked;
         }
       }
@@ -67,30 +67,30 @@ TEST(Mould, ExactPhotographsAreTheFormulaOfTheFormatToRounding) {
   }
 }
 
-TEST(Mould, ScanPointsLieOnTheMovedHeightFunction) {
-  MouldOptions o = small();
+TEST(Mold, ScanPointsLieOnTheMovedHeightFunction) {
+  MoldOptions o = small();
   o.scan_noise_mm = 0.0;
-  const Mould mould(checked_mould(o));
-  const MouldRig rig = mould_rig(o);
+  const Mold mold(checked_mold(o));
+  const MoldRig rig = mold_rig(o);
   EXPECT_LT((rig.scanner_from_object[0].matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-15);
   for (int step = 0; step < 3; ++step) {
-    const PointCloud scan = mould_scan(mould, rig, step);
+    const PointCloud scan = mold_scan(mold, rig, step);
     const RigidTransform back = rig.scanner_from_object[static_cast<std::size_t>(step)].inverse();
     EXPECT_GT(scan.triangles.size(), 5000u);
     for (std::size_t i = 0; i < scan.points.size(); ++i) {
       const Vec3 p = back.apply(scan.points[i]);
-      ASSERT_NEAR(p.z(), mould.height(p.x(), p.y()), 1e-7);  // Newton's last step.
-      ASSERT_LT((back.rotation * scan.normals[i] - mould.normal(p.x(), p.y())).norm(), 1e-9);
+      ASSERT_NEAR(p.z(), mold.height(p.x(), p.y()), 1e-7);  // Newton's last step.
+      ASSERT_LT((back.rotation * scan.normals[i] - mold.normal(p.x(), p.y())).norm(), 1e-9);
     }
   }
 }
 
-TEST(Mould, ScannerNoiseHasTheStandardDeviationAskedFor) {
-  MouldOptions o = small();
+TEST(Mold, ScannerNoiseHasTheStandardDeviationAskedFor) {
+  MoldOptions o = small();
   o.scan_noise_mm = 0.0;
-  const PointCloud clean = mould_scan(Mould(o), mould_rig(o), 1);
+  const PointCloud clean = mold_scan(Mold(o), mold_rig(o), 1);
   o.scan_noise_mm = 0.05;
-  const PointCloud noisy = mould_scan(Mould(o), mould_rig(o), 1);
+  const PointCloud noisy = mold_scan(Mold(o), mold_rig(o), 1);
   ASSERT_EQ(clean.points.size(), noisy.points.size());
   EXPECT_TRUE(noisy.normals.empty());
   double sum = 0.0;
@@ -99,16 +99,16 @@ TEST(Mould, ScannerNoiseHasTheStandardDeviationAskedFor) {
   EXPECT_NEAR(found, 0.05, 4.0 * 0.05 / std::sqrt(2.0 * n));  // Four standard deviations of an estimated deviation.
 }
 
-TEST(Mould, HighlightsOnlyAddLightAndCastShadowsOnlyTakeIt) {
-  MouldOptions o = small_exact();
-  const MouldRig rig = mould_rig(o);
-  const Mould matt(o);
-  const Mesh surface = mould_surface(matt, rig, 0);
-  const MouldPhotos plain = mould_photos(matt, rig, 0, surface);
-  MouldOptions polished = o, shaded = o;
+TEST(Mold, HighlightsOnlyAddLightAndCastShadowsOnlyTakeIt) {
+  MoldOptions o = small_exact();
+  const MoldRig rig = mold_rig(o);
+  const Mold matt(o);
+  const Mesh surface = mold_surface(matt, rig, 0);
+  const MoldPhotos plain = mold_photos(matt, rig, 0, surface);
+  MoldOptions polished = o, shaded = o;
   polished.highlights = 1.0;
   shaded.shadows = true;
-  const MouldPhotos shiny = mould_photos(Mould(polished), rig, 0, surface), dark = mould_photos(Mould(shaded), rig, 0, surface);
+  const MoldPhotos shiny = mold_photos(Mold(polished), rig, 0, surface), dark = mold_photos(Mold(shaded), rig, 0, surface);
   int num_brighter = 0, num_shadowed = 0;
   for (std::size_t i = 0; i < rig.lights.size(); ++i) {
     for (std::size_t k = 0; k < plain.lit[i].values().size(); ++k) {
@@ -123,24 +123,24 @@ TEST(Mould, HighlightsOnlyAddLightAndCastShadowsOnlyTakeIt) {
   EXPECT_GT(num_shadowed, 50);
 }
 
-TEST(Mould, PatinaComesFirstToHollowsDullsThemAndSparesTheLacquer) {
-  const MouldOptions o = checked_mould(MouldOptions{});
-  const Mould mould(o);
+TEST(Mold, PatinaComesFirstToHollowsDullsThemAndSparesTheLacquer) {
+  const MoldOptions o = checked_mold(MoldOptions{});
+  const Mold mold(o);
   double hollow_change = 0.0, ridge_change = 0.0;
   int num_hollow = 0, num_ridge = 0, num_lacquered = 0;
   for (double y = -58.0; y <= 58.0; y += 1.0) {
     for (double x = -58.0; x <= 58.0; x += 1.0) {
       if (std::hypot(x, y) > 58.0) continue;
-      const MouldLook fresh = mould.look(x, y, 0.0), aged = mould.look(x, y, 30.0);
+      const MoldLook fresh = mold.look(x, y, 0.0), aged = mold.look(x, y, 30.0);
       const double change = (aged.albedo - fresh.albedo).norm();
-      if (mould.is_lacquered(x, y)) {
+      if (mold.is_lacquered(x, y)) {
         ++num_lacquered;
-        EXPECT_LT((mould.look(x, y, 60.0).albedo - fresh.albedo).norm(), 0.02);  // At its edge, where the lacquer is 0.99.
-      } else if (mould.curvature(x, y) > 0.03) {
+        EXPECT_LT((mold.look(x, y, 60.0).albedo - fresh.albedo).norm(), 0.02);  // At its edge, where the lacquer is 0.99.
+      } else if (mold.curvature(x, y) > 0.03) {
         hollow_change += change;
         ++num_hollow;
         EXPECT_LE(aged.specular, fresh.specular);
-      } else if (mould.curvature(x, y) < -0.03) {
+      } else if (mold.curvature(x, y) < -0.03) {
         ridge_change += change;
         ++num_ridge;
       }
@@ -152,23 +152,23 @@ TEST(Mould, PatinaComesFirstToHollowsDullsThemAndSparesTheLacquer) {
   EXPECT_GT(hollow_change / num_hollow, 1.5 * ridge_change / num_ridge);
 }
 
-TEST(Mould, PhotographsAreTheSameForAnyNumberOfThreads) {
-  const MouldOptions o = checked_mould(small());
-  const Mould mould(o);
-  const MouldRig rig = mould_rig(o);
+TEST(Mold, PhotographsAreTheSameForAnyNumberOfThreads) {
+  const MoldOptions o = checked_mold(small());
+  const Mold mold(o);
+  const MoldRig rig = mold_rig(o);
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
-  const Mesh surface = mould_surface(mould, rig, 1, one);
-  EXPECT_EQ(surface.positions, mould_surface(mould, rig, 1, three).positions);
-  EXPECT_EQ(mould_photos(mould, rig, 1, surface, one).lit, mould_photos(mould, rig, 1, surface, three).lit);
-  EXPECT_EQ(mould_scan(mould, rig, 1, one).points, mould_scan(mould, rig, 1, three).points);
+  const Mesh surface = mold_surface(mold, rig, 1, one);
+  EXPECT_EQ(surface.positions, mold_surface(mold, rig, 1, three).positions);
+  EXPECT_EQ(mold_photos(mold, rig, 1, surface, one).lit, mold_photos(mold, rig, 1, surface, three).lit);
+  EXPECT_EQ(mold_scan(mold, rig, 1, one).points, mold_scan(mold, rig, 1, three).points);
 }
 
-TEST(Mould, ProjectFolderHoldsWhatALabWouldHaveAndTheTruth) {
+TEST(Mold, ProjectFolderHoldsWhatALabWouldHaveAndTheTruth) {
   const TempFolder temp;
-  const std::filesystem::path folder = temp.path() / "mould";
-  run_job(plan_mould(small(), folder), {}, {});
+  const std::filesystem::path folder = temp.path() / "mold";
+  run_job(plan_mold(small(), folder), {}, {});
   const Json capture = load_json(folder / "capture.json");
   EXPECT_EQ(capture.at("kind"), "relit");
   EXPECT_EQ(capture.at("steps").size(), 3u);
@@ -184,16 +184,16 @@ TEST(Mould, ProjectFolderHoldsWhatALabWouldHaveAndTheTruth) {
   EXPECT_EQ(read_channels(folder / "truth/albedo/0002.exr", {"R", "G", "B"}).width(), 96);
 }
 
-TEST(Mould, OptionsOutOfRangeAreRefused) {
-  MouldOptions o;
+TEST(Mold, OptionsOutOfRangeAreRefused) {
+  MoldOptions o;
   o.noise = std::nan("");
-  EXPECT_THROW((void)checked_mould(o), InvalidInput);
+  EXPECT_THROW((void)checked_mold(o), InvalidInput);
   o = {};
   o.scan_spacing_mm = 20.0;
-  EXPECT_THROW((void)checked_mould(o), InvalidInput);
+  EXPECT_THROW((void)checked_mold(o), InvalidInput);
   o = {};
   o.num_lights = 0;
-  EXPECT_THROW((void)checked_mould(o), InvalidInput);
+  EXPECT_THROW((void)checked_mold(o), InvalidInput);
 }
 
 }  // namespace

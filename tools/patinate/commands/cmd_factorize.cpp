@@ -15,14 +15,14 @@ namespace {
 
 /// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
 std::string command_of(const analysis::FactorizationTask& task) {
-  std::string text = "patinate factorise " + input_word(task.history) + changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
+  std::string text = "patinate factorize " + input_word(task.history) + changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
   for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
   return text + kAnyOutput;
 }
 
 }  // namespace
 
-int cmd_factorise(CommandRun& run) {
+int cmd_factorize(CommandRun& run) {
   analysis::FactorizationTask task;
   fs::path output;
   run.line.positional("HISTORY", "A history or a simulation", task.history);
@@ -30,14 +30,14 @@ int cmd_factorise(CommandRun& run) {
   run.line.numbers("times", "T,T,...", "Times that the denoised history gets beside its own, in its unit; beyond its ends they are extrapolated, and marked so", task.times);
   run.line.options(task.options);
   run.line.without({"seed"});
-  run.line.example("factorise copper -o copper_factors");
-  run.line.example("factorise copper --times 600,700 -o copper_factors");
+  run.line.example("factorize copper -o copper_factors");
+  run.line.example("factorize copper --times 600,700 -o copper_factors");
   run.line.example("transfer copper_factors/history bust.glb --control rate=accessibility -o aged");
   if (!run.parse()) return 0;
   task.command = command_of(task);
   task.history = history_place(task.history);
-  if (kind_of(task.history) != PathKind::History) throw InvalidInput(task.history.string() + ": is no history; only those can be factorised");
-  const std::optional<JobStatus> status = run.make_folder(analysis::plan_factorization(std::move(task), output), "factorise");
+  if (kind_of(task.history) != PathKind::History) throw InvalidInput(task.history.string() + ": is no history; only those can be factorized");
+  const std::optional<JobStatus> status = run.make_folder(analysis::plan_factorization(std::move(task), output), "factorize");
   if (!status) return 0;
 
   const Json made = load_json(output / analysis::kFactorizationManifestFile);

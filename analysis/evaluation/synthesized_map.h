@@ -26,7 +26,7 @@ struct SynthesisSource {
 };
 
 /// A coordinate map and the surface that it covers.
-struct SynthesisedMap {
+struct SynthesizedMap {
   std::string name;
   std::shared_ptr<const TexelMap> surface;  ///< In mm; flat_surface() for a picture.
   ImageF coordinates;                       ///< H x W x 2: source pixels; -1 outside. Fractions are rounded to the nearest pixel.
@@ -48,7 +48,7 @@ struct TexelPair {
 class SourceIndices {
  public:
   /// @throws InvalidInput if the map has not two channels or not the surface's size, a covered texel has no coordinates, or one lies outside the source.
-  SourceIndices(const SynthesisedMap& map, const SynthesisSource& source);
+  SourceIndices(const SynthesizedMap& map, const SynthesisSource& source);
 
   [[nodiscard]] std::int32_t of(TexelId t) const { return index_[static_cast<std::size_t>(t)]; }
   [[nodiscard]] int x(TexelId t) const { return of(t) % width_; }

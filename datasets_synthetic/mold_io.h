@@ -1,10 +1,10 @@
 /// \file
-/// The mould data set as a capture project for `patinate ingest`, with its truth beside it.
+/// The mold data set as a capture project for `patinate ingest`, with its truth beside it.
 #pragma once
 
 #include <filesystem>
 
-#include "datasets_synthetic/mould.h"
+#include "datasets_synthetic/mold.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::datasets {
@@ -17,6 +17,6 @@ namespace patinate::datasets {
 /// in each photograph's own view `truth/in_light/00_0.png` (step, light: neither turned away nor in a cast shadow); and
 /// `truth/truth.json` (options, `reference_from_scan` and gains of every step, and `"key"`; the plan's manifest).
 /// @throws InvalidInput if an option is out of range.
-[[nodiscard]] JobPlan plan_mould(const MouldOptions& options, const std::filesystem::path& output);
+[[nodiscard]] JobPlan plan_mold(const MoldOptions& options, const std::filesystem::path& output);
 
 }  // namespace patinate::datasets

@@ -1,10 +1,10 @@
-// How the mould stands, is lit, is seen and is scanned.
+// How the mold stands, is lit, is seen and is scanned.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "datasets_synthetic/mould.h"
+#include "datasets_synthetic/mold.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/ray_scene.h"
@@ -20,8 +20,8 @@ constexpr std::uint32_t kScanNoise = 204;
 constexpr double kJump = 6.0;  ///< Longest edge of a scan's triangles, in spacings.
 constexpr std::int64_t kRowChunk = 8;
 
-Camera mould_camera(const MouldOptions& o) {
-  // Above, a little in front; the mould fills most of the picture's height, and the card stands beside it.
+Camera mold_camera(const MoldOptions& o) {
+  // Above, a little in front; the mold fills most of the picture's height, and the card stands beside it.
   const double radius = o.radius_mm;
   const Vec3 eye(0.25 * radius, -2.4 * radius, 6.6 * radius), target(0.25 * radius, -0.03 * radius, 0.05 * radius);
   CameraParameters p;
@@ -40,7 +40,7 @@ Camera mould_camera(const MouldOptions& o) {
   return Camera(p);
 }
 
-std::vector<Light> mould_lights(const MouldOptions& o) {
+std::vector<Light> mold_lights(const MoldOptions& o) {
   std::vector<Light> lights;
   for (int i = 0; i < o.num_lights; ++i) {
     RandomStream random(static_cast<std::uint64_t>(o.seed), static_cast<std::uint64_t>(i), kLights);
@@ -54,7 +54,7 @@ std::vector<Light> mould_lights(const MouldOptions& o) {
   return lights;
 }
 
-RigidTransform mould_motion(const MouldOptions& o, int step) {
+RigidTransform mold_motion(const MoldOptions& o, int step) {
   if (step == 0) return {};
   RandomStream random(static_cast<std::uint64_t>(o.seed), static_cast<std::uint64_t>(step), kMotion);
   const auto within = [&] { return 2.0 * random.uniform() - 1.0; };
@@ -70,10 +70,10 @@ RigidTransform mould_motion(const MouldOptions& o, int step) {
 
 }  // namespace
 
-MouldRig mould_rig(const MouldOptions& o) {
-  MouldRig rig{.camera = mould_camera(o), .lights = mould_lights(o), .scanner_from_object = {}, .gains = {}, .card = {}};
+MoldRig mold_rig(const MoldOptions& o) {
+  MoldRig rig{.camera = mold_camera(o), .lights = mold_lights(o), .scanner_from_object = {}, .gains = {}, .card = {}};
   for (int step = 0; step < o.num_steps; ++step) {
-    rig.scanner_from_object.push_back(mould_motion(o, step));
+    rig.scanner_from_object.push_back(mold_motion(o, step));
     RandomStream random(static_cast<std::uint64_t>(o.seed), static_cast<std::uint64_t>(step), kDrift);
     Vec3 gain = Vec3::Ones();
     const double exposure = random.normal();
@@ -86,7 +86,7 @@ MouldRig mould_rig(const MouldOptions& o) {
   return rig;
 }
 
-std::vector<Vec2> card_polygon(const MouldRig& rig) {
+std::vector<Vec2> card_polygon(const MoldRig& rig) {
   std::vector<Vec2> polygon;
   const Vec3 middle = rig.card.center(), half = 0.5 * (rig.card.high - rig.card.low);
   for (const Vec2& corner : {Vec2(-1, 1), Vec2(1, 1), Vec2(1, -1), Vec2(-1, -1)}) {
@@ -96,12 +96,12 @@ std::vector<Vec2> card_polygon(const MouldRig& rig) {
   return polygon;
 }
 
-PointCloud mould_scan(const Mould& mould, const MouldRig& rig, int step, const RunControl& control) {
-  const MouldOptions& o = mould.options();
+PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunControl& control) {
+  const MoldOptions& o = mold.options();
   const RigidTransform& motion = rig.scanner_from_object[static_cast<std::size_t>(step)];
   const RigidTransform back = motion.inverse();
   // From the mesh a start, then the height function itself.
-  Mesh rough = mould.mesh(o.radius_mm / 80.0);
+  Mesh rough = mold.mesh(o.radius_mm / 80.0);
   for (Vec3& p : rough.positions) p = motion.apply(p);
   const RayScene scene(rough);
   const Box box = bounding_box(rough);
@@ -121,8 +121,8 @@ PointCloud mould_scan(const Mould& mould, const MouldRig& rig, int step, const R
         const Vec3 direction = back.rotation * -Vec3::UnitZ();
         for (int i = 0; i < 8; ++i) {  // Newton on z(x, y) along the ray.
           const Vec3 p = back.apply(from - depth * Vec3::UnitZ());
-          const Vec3 n = mould.normal(p.x(), p.y());
-          depth -= (p.z() - mould.height(p.x(), p.y())) * n.z() / std::min(-1e-3, direction.dot(n));
+          const Vec3 n = mold.normal(p.x(), p.y());
+          depth -= (p.z() - mold.height(p.x(), p.y())) * n.z() / std::min(-1e-3, direction.dot(n));
         }
         const Vec3 p = back.apply(from - depth * Vec3::UnitZ());
         if (!(std::hypot(p.x(), p.y()) <= o.radius_mm) || !(std::abs(depth - hit->distance) < 0.05 * o.radius_mm)) continue;
@@ -142,7 +142,7 @@ PointCloud mould_scan(const Mould& mould, const MouldRig& rig, int step, const R
       scan.points.emplace_back((x0 + column) * spacing, (y1 - row) * spacing, z.at(column, row));
       if (o.scan_noise_mm > 0.0) continue;
       const Vec3 p = back.apply(scan.points.back());
-      scan.normals.push_back(motion.rotation * mould.normal(p.x(), p.y()));
+      scan.normals.push_back(motion.rotation * mold.normal(p.x(), p.y()));
     }
   }
   const auto add = [&](int a, int b, int c) {

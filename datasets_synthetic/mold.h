@@ -1,5 +1,5 @@
 /// \file
-/// A copper mould that patinates: a shape with exact truth that is scanned, photographed under near lights, and moved in between.
+/// A copper mold that patinates: a shape with exact truth that is scanned, photographed under near lights, and moved in between.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@
 
 namespace patinate::datasets {
 
-/// Settings of the mould, of how it is captured, and of what disturbs that.
-struct MouldOptions {
+/// Settings of the mold, of how it is captured, and of what disturbs that.
+struct MoldOptions {
   int width = 320;                 ///< Of the photographs; [32, 4096].
   int height = 240;                ///< [32, 4096].
   int num_steps = 4;               ///< [1, 1000].
   int num_lights = 5;              ///< [1, 64].
   double interval_d = 20.0;        ///< Days between steps; > 0.
-  double radius_mm = 60.0;         ///< Of the mould; > 0. Its other lengths, and where camera and lights stand, go with it.
+  double radius_mm = 60.0;         ///< Of the mold; > 0. Its other lengths, and where camera and lights stand, go with it.
   int num_spokes = 10;             ///< [0, 40].
   int num_dents = 7;               ///< [0, 100].
   double scan_spacing_mm = 0.7;    ///< Between the scanner's points; > 0.
@@ -40,26 +40,26 @@ struct MouldOptions {
   bool transforms = false;         ///< The project says how the object was moved, so that nothing has to be registered.
   std::int64_t seed = 1;           ///< >= 0.
 };
-void describe(OptionVisitor& v, MouldOptions& o);
+void describe(OptionVisitor& v, MoldOptions& o);
 /// The options with what `exact` means put in. @throws InvalidInput if one is out of range.
-[[nodiscard]] MouldOptions checked_mould(MouldOptions options);
+[[nodiscard]] MoldOptions checked_mold(MoldOptions options);
 
 /// What a place of the surface looks like at a time.
-struct MouldLook {
+struct MoldLook {
   Vec3 albedo = Vec3::Zero();
-  double specular = 0.0;   ///< Strength of mould_lobe(): reflectance of the polish from straight above.
+  double specular = 0.0;   ///< Strength of mold_lobe(): reflectance of the polish from straight above.
   double roughness = 1.0;  ///< Its width: the lobe falls to about 1/e where the half vector's angle has the tangent roughness^2.
 };
 
 /// The highlight over the light that arrives, E max(0, n . l): s exp(-tan^2 a / m^2) / (4 pi m^2 cos^4 a), a the half vector's angle to the normal and
 /// m = roughness^2 [Cook and Torrance 1982, Beckmann's distribution].
-[[nodiscard]] double mould_lobe(const MouldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera);
+[[nodiscard]] double mold_lobe(const MoldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera);
 
 /// The object in its own frame: a height function z(x, y) in mm over a disc, z toward the viewer, and its patina. Immutable.
-class Mould {
+class Mold {
  public:
-  /// @param options  Of checked_mould().
-  explicit Mould(const MouldOptions& options, const RunControl& control = {});
+  /// @param options  Of checked_mold().
+  explicit Mold(const MoldOptions& options, const RunControl& control = {});
 
   [[nodiscard]] double height(double x, double y) const;
   /// Unit, of the height function (central differences over 2e-4 mm).
@@ -72,8 +72,8 @@ class Mould {
   /// Whether the place is lacquered, so that it never changes.
   [[nodiscard]] bool is_lacquered(double x, double y) const { return lacquer(x, y) > 0.99; }
   /// Copper goes brown, then green: soon where it is concave, late on ridges. @param time_d  >= 0.
-  [[nodiscard]] MouldLook look(double x, double y, double time_d) const;
-  [[nodiscard]] const MouldOptions& options() const { return options_; }
+  [[nodiscard]] MoldLook look(double x, double y, double time_d) const;
+  [[nodiscard]] const MoldOptions& options() const { return options_; }
 
  private:
   struct Dent {
@@ -85,7 +85,7 @@ class Mould {
   /// Unevenness of metal and patina, about [-0.6, 0.6].
   [[nodiscard]] double mottle(double x, double y) const;
 
-  MouldOptions options_;
+  MoldOptions options_;
   SmoothNoise coarse_, fine_;
   std::vector<Dent> dents_;
   ImageF curvature_;  ///< On a grid of curvature_spacing_, its middle the object's.
@@ -94,21 +94,21 @@ class Mould {
 };
 
 /// Where everything stands, in the scanner's frame: z up toward the scanner, mm.
-struct MouldRig {
+struct MoldRig {
   Camera camera;
   std::vector<Light> lights;
   std::vector<RigidTransform> scanner_from_object;  ///< One a step.
   std::vector<Vec3> gains;                          ///< Red, green, blue of every step's photographs; 1 at step 0.
-  double table_mm = 0.0;                            ///< z of the table that the mould lies on.
+  double table_mm = 0.0;                            ///< z of the table that the mold lies on.
   Box card;                                         ///< A gray card on the table, for `reference_patch`; z not used.
 };
-inline constexpr double kMouldCardAlbedo = 0.45;
-[[nodiscard]] MouldRig mould_rig(const MouldOptions& options);
+inline constexpr double kMoldCardAlbedo = 0.45;
+[[nodiscard]] MoldRig mold_rig(const MoldOptions& options);
 /// Corners of the card's inner part in the photographs.
-[[nodiscard]] std::vector<Vec2> card_polygon(const MouldRig& rig);
+[[nodiscard]] std::vector<Vec2> card_polygon(const MoldRig& rig);
 
-/// What the scanner sees at a step: a square grid of points along z, moved along z by its noise; triangles between neighbours, none over
+/// What the scanner sees at a step: a square grid of points along z, moved along z by its noise; triangles between neighbors, none over
 /// jumps; normals of the object only when there is no noise. In the scanner's frame.
-[[nodiscard]] PointCloud mould_scan(const Mould& mould, const MouldRig& rig, int step, const RunControl& control = {});
+[[nodiscard]] PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunControl& control = {});
 
 }  // namespace patinate::datasets

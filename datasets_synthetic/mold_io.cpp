@@ -1,4 +1,4 @@
-#include "datasets_synthetic/mould_io.h"
+#include "datasets_synthetic/mold_io.h"
 
 #include <cstdio>
 #include <memory>
@@ -7,7 +7,7 @@
 #include <string>
 
 #include "patinate/datasets/crackle.h"
-#include "datasets_synthetic/mould_light.h"
+#include "datasets_synthetic/mold_light.h"
 #include "patinate/core/json.h"
 #include "patinate/geometry/point_cloud_io.h"
 #include "patinate/image/image_io.h"
@@ -20,25 +20,25 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Made when the first item needs it and shared by all.
-class SharedMould {
+class SharedMold {
  public:
-  explicit SharedMould(const MouldOptions& o) : options(o), rig(mould_rig(o)) {}
-  const Mould& get(const RunControl& control) {
+  explicit SharedMold(const MoldOptions& o) : options(o), rig(mold_rig(o)) {}
+  const Mold& get(const RunControl& control) {
     const std::lock_guard lock(mutex_);
-    if (!mould_) {
+    if (!mold_) {
       RunControl quiet = control;
       quiet.on_progress = nullptr;
-      mould_ = std::make_unique<Mould>(options, quiet);
+      mold_ = std::make_unique<Mold>(options, quiet);
     }
-    return *mould_;
+    return *mold_;
   }
 
-  const MouldOptions options;
-  const MouldRig rig;
+  const MoldOptions options;
+  const MoldRig rig;
 
  private:
   std::mutex mutex_;
-  std::unique_ptr<Mould> mould_;
+  std::unique_ptr<Mold> mold_;
 };
 
 std::string digits(int index, int count) {
@@ -48,14 +48,14 @@ std::string digits(int index, int count) {
 }
 
 fs::path step_folder(int step) { return "step" + digits(step, 2); }
-std::string photo_extension(const MouldOptions& o) { return o.noise > 0.0 ? ".png" : ".exr"; }
-fs::path photo_file(const MouldOptions& o, int step, int light) { return step_folder(step) / ("light" + std::to_string(light) + photo_extension(o)); }
-fs::path dark_file(const MouldOptions& o, int step) { return step_folder(step) / ("dark" + photo_extension(o)); }
+std::string photo_extension(const MoldOptions& o) { return o.noise > 0.0 ? ".png" : ".exr"; }
+fs::path photo_file(const MoldOptions& o, int step, int light) { return step_folder(step) / ("light" + std::to_string(light) + photo_extension(o)); }
+fs::path dark_file(const MoldOptions& o, int step) { return step_folder(step) / ("dark" + photo_extension(o)); }
 fs::path in_light_file(int step, int light) { return fs::path("truth/in_light") / (digits(step, 2) + "_" + std::to_string(light) + ".png"); }
 fs::path albedo_file(int step) { return fs::path("truth/albedo") / (digits(step, 4) + ".exr"); }
 fs::path specular_file(int step) { return fs::path("truth/specular") / (digits(step, 4) + ".exr"); }
 
-void save_photo(const fs::path& file, const MouldOptions& o, const ImageF& linear, int picture) {
+void save_photo(const fs::path& file, const MoldOptions& o, const ImageF& linear, int picture) {
   if (o.noise > 0.0) {
     write_codes(file, photograph(linear, o.noise, o.seed, picture));
   } else {
@@ -63,14 +63,14 @@ void save_photo(const fs::path& file, const MouldOptions& o, const ImageF& linea
   }
 }
 
-void run_step(SharedMould& shared, int step, const fs::path& folder, const RunControl& control) {
-  const Mould& mould = shared.get(control);
-  const MouldOptions& o = shared.options;
+void run_step(SharedMold& shared, int step, const fs::path& folder, const RunControl& control) {
+  const Mold& mold = shared.get(control);
+  const MoldOptions& o = shared.options;
   fs::create_directories(folder / step_folder(step));
   fs::create_directories(folder / "truth/in_light");
-  write_point_cloud(folder / step_folder(step) / "scan.ply", mould_scan(mould, shared.rig, step, control.part(0.0, 0.2)));
-  const Mesh surface = mould_surface(mould, shared.rig, step, control.part(0.2, 0.3));
-  const MouldPhotos photos = mould_photos(mould, shared.rig, step, surface, control.part(0.3, 1.0));
+  write_point_cloud(folder / step_folder(step) / "scan.ply", mold_scan(mold, shared.rig, step, control.part(0.0, 0.2)));
+  const Mesh surface = mold_surface(mold, shared.rig, step, control.part(0.2, 0.3));
+  const MoldPhotos photos = mold_photos(mold, shared.rig, step, surface, control.part(0.3, 1.0));
   const int num_pictures = o.num_lights + 1;
   for (int i = 0; i < o.num_lights; ++i) {
     save_photo(folder / photo_file(o, step, i), o, photos.lit[static_cast<std::size_t>(i)], step * num_pictures + i);
@@ -79,7 +79,7 @@ void run_step(SharedMould& shared, int step, const fs::path& folder, const RunCo
   if (o.ambient > 0.0) save_photo(folder / dark_file(o, step), o, photos.dark, step * num_pictures + o.num_lights);
 }
 
-std::vector<fs::path> truth_files(const MouldOptions& o) {
+std::vector<fs::path> truth_files(const MoldOptions& o) {
   std::vector<fs::path> files{"truth/position.exr", "truth/normal.exr", "truth/accessibility.exr", "truth/mask.png", "truth/lacquered.png"};
   for (int step = 0; step < o.num_steps; ++step) {
     files.push_back(albedo_file(step));
@@ -88,10 +88,10 @@ std::vector<fs::path> truth_files(const MouldOptions& o) {
   return files;
 }
 
-void run_truth(SharedMould& shared, const fs::path& folder, const RunControl& control) {
-  const Mould& mould = shared.get(control);
-  const MouldOptions& o = shared.options;
-  const MouldView view = mould_view(shared.rig, mould_surface(mould, shared.rig, 0, control.part(0.0, 0.3)), control.part(0.3, 0.6));
+void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& control) {
+  const Mold& mold = shared.get(control);
+  const MoldOptions& o = shared.options;
+  const MoldView view = mold_view(shared.rig, mold_surface(mold, shared.rig, 0, control.part(0.0, 0.3)), control.part(0.3, 0.6));
   for (const char* name : {"truth/albedo", "truth/specular"}) fs::create_directories(folder / name);
   write_exr(folder / "truth/position.exr", view.position_mm, {"X", "Y", "Z"}, ExrDepth::Float);
   write_exr(folder / "truth/normal.exr", view.normal, {"X", "Y", "Z"}, ExrDepth::Float);
@@ -104,12 +104,12 @@ void run_truth(SharedMould& shared, const fs::path& folder, const RunControl& co
       for (int x = 0; x < o.width; ++x) {
         if (view.mask.at(x, y) == 0) continue;
         const double u = static_cast<double>(view.object_mm.at(x, y, 0)), v = static_cast<double>(view.object_mm.at(x, y, 1));
-        const MouldLook look = mould.look(u, v, step * o.interval_d);
+        const MoldLook look = mold.look(u, v, step * o.interval_d);
         for (int c = 0; c < 3; ++c) albedo.at(x, y, c) = static_cast<float>(look.albedo[c]);
         specular.at(x, y, 0) = static_cast<float>(look.specular);
         specular.at(x, y, 1) = static_cast<float>(look.roughness);
-        curvature.at(x, y) = static_cast<float>(mould.curvature(u, v));
-        lacquered.at(x, y) = mould.is_lacquered(u, v) ? 255 : 0;
+        curvature.at(x, y) = static_cast<float>(mold.curvature(u, v));
+        lacquered.at(x, y) = mold.is_lacquered(u, v) ? 255 : 0;
       }
     }
     write_exr(folder / albedo_file(step), albedo, {"R", "G", "B"}, ExrDepth::Float);
@@ -132,13 +132,13 @@ Json matrix_json(const Matrix& m) {
 }
 
 /// What brings a step's scanner frame into the first one's.
-RigidTransform reference_from_scan(const MouldRig& rig, int step) {
+RigidTransform reference_from_scan(const MoldRig& rig, int step) {
   return rig.scanner_from_object.front() * rig.scanner_from_object[static_cast<std::size_t>(step)].inverse();
 }
 
-Json capture_json(const MouldOptions& o, const MouldRig& rig) {
+Json capture_json(const MoldOptions& o, const MoldRig& rig) {
   const CameraParameters& p = rig.camera.parameters();
-  Json json{{"format", "patinate.capture"}, {"version", 1}, {"name", "copper mould"}, {"kind", "relit"}, {"unit", "mm"}, {"time_unit", "d"}, {"response", "srgb"}};
+  Json json{{"format", "patinate.capture"}, {"version", 1}, {"name", "copper mold"}, {"kind", "relit"}, {"unit", "mm"}, {"time_unit", "d"}, {"response", "srgb"}};
   Eigen::Matrix3d matrix;
   matrix << p.fx, 0.0, p.cx, 0.0, p.fy, p.cy, 0.0, 0.0, 1.0;
   json["camera"] = {{"width", p.width}, {"height", p.height}, {"matrix", matrix_json(matrix)}, {"distortion", p.distortion},
@@ -147,7 +147,7 @@ Json capture_json(const MouldOptions& o, const MouldRig& rig) {
   for (const Light& light : rig.lights) json["lights"].push_back({{"position", vector_json(light.position)}, {"intensity", vector_json(light.intensity)}});
   Json polygon = Json::array();
   for (const Vec2& corner : card_polygon(rig)) polygon.push_back({corner.x(), corner.y()});
-  json["reference_patch"] = {{"polygon", polygon}, {"albedo", vector_json(kMouldCardAlbedo * Vec3::Ones())}};
+  json["reference_patch"] = {{"polygon", polygon}, {"albedo", vector_json(kMoldCardAlbedo * Vec3::Ones())}};
   json["reference"] = 0;
   json["steps"] = Json::array();
   for (int step = 0; step < o.num_steps; ++step) {
@@ -160,8 +160,8 @@ Json capture_json(const MouldOptions& o, const MouldRig& rig) {
   return json;
 }
 
-Json truth_json(const MouldOptions& o, const MouldRig& rig, const std::string& key) {
-  Json json{{"format", "patinate.synthetic"}, {"version", 1}, {"kind", "mould"}};
+Json truth_json(const MoldOptions& o, const MoldRig& rig, const std::string& key) {
+  Json json{{"format", "patinate.synthetic"}, {"version", 1}, {"kind", "mold"}};
   for (const auto& [name, value] : option_values(o)) json["options"][name] = value;
   json["accessibility"] = {{"file", "accessibility.exr"}, {"unit", "1/mm"}, {"width_mm", o.radius_mm / 40.0}};
   json["steps"] = Json::array();
@@ -178,13 +178,13 @@ Json truth_json(const MouldOptions& o, const MouldRig& rig, const std::string& k
 
 }  // namespace
 
-JobPlan plan_mould(const MouldOptions& options, const fs::path& output) {
-  const MouldOptions checked = checked_mould(options);
-  JobInputs inputs("synth mould", 1);
+JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
+  const MoldOptions checked = checked_mold(options);
+  JobInputs inputs("synth mold", 1);
   inputs.add_options(option_values(checked));
   JobPlan plan = inputs.plan(output, "truth/truth.json");
   plan.parallel_items = false;
-  const auto shared = std::make_shared<SharedMould>(checked);
+  const auto shared = std::make_shared<SharedMold>(checked);
   for (int step = 0; step < checked.num_steps; ++step) {
     JobItem item{.name = "step-" + digits(step, 4), .outputs = {step_folder(step) / "scan.ply"}, .run = {}};
     for (int i = 0; i < checked.num_lights; ++i) {

@@ -1,4 +1,4 @@
-#include "datasets_synthetic/mould.h"
+#include "datasets_synthetic/mold.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -22,7 +22,7 @@ constexpr std::uint32_t kMottle = 210;
 constexpr double kCurvatureGrid = 1.0 / 150.0;  ///< Spacing of the curvature's grid, in radii.
 constexpr double kNormalStep = 1e-4;
 
-// All in radii of the mould.
+// All in radii of the mold.
 constexpr double kHeight = 0.24;
 constexpr double kFootOfWall = 0.83, kTopOfWall = 0.44;
 
@@ -32,7 +32,7 @@ double smooth_step(double low, double high, double x) {
 }
 double bump(double x) { return std::exp(-x * x); }
 
-/// Colours over the progress of the patina.
+/// Colors over the progress of the patina.
 Vec3 copper_color(double progress) {
   static const std::array<Vec3, 4> kColors{Vec3(0.58, 0.29, 0.18), Vec3(0.30, 0.135, 0.08), Vec3(0.135, 0.095, 0.07), Vec3(0.20, 0.37, 0.31)};
   constexpr std::array<double, 4> kAt{0.0, 0.35, 0.62, 1.0};
@@ -46,15 +46,15 @@ Vec3 copper_color(double progress) {
 
 }  // namespace
 
-void describe(OptionVisitor& v, MouldOptions& o) {
+void describe(OptionVisitor& v, MoldOptions& o) {
   v.visit({"width", "Width of the photographs", "px", between(32, 4096)}, o.width);
   v.visit({"height", "Height of the photographs", "px", between(32, 4096)}, o.height);
   v.visit({"steps", "How often it is scanned and photographed", "", between(1, 1000)}, o.num_steps);
   v.visit({"lights", "Photographs per step, one under each light", "", between(1, 64)}, o.num_lights);
   v.visit({"interval", "Time between steps", "d", above(0)}, o.interval_d);
-  v.visit({"radius", "Radius of the mould", "mm", above(0)}, o.radius_mm);
-  v.visit({"spokes", "Spokes of the mould", "", between(0, 40)}, o.num_spokes);
-  v.visit({"dents", "Dents in the mould", "", between(0, 100)}, o.num_dents);
+  v.visit({"radius", "Radius of the mold", "mm", above(0)}, o.radius_mm);
+  v.visit({"spokes", "Spokes of the mold", "", between(0, 40)}, o.num_spokes);
+  v.visit({"dents", "Dents in the mold", "", between(0, 100)}, o.num_dents);
   v.visit({"scan_spacing", "Distance between the scanner's points", "mm", above(0)}, o.scan_spacing_mm);
   v.visit({"scan_noise", "Standard deviation of the scanner's points", "mm", at_least(0)}, o.scan_noise_mm);
   v.visit({"noise", "Standard deviation of photographs, in sRGB codes / 255; with this and `scan_noise` 0 they are float images of the scan's own triangles", "", between(0, 0.5)}, o.noise);
@@ -69,7 +69,7 @@ void describe(OptionVisitor& v, MouldOptions& o) {
   v.visit({"seed", "Seed of every random choice", "", at_least(0)}, o.seed);
 }
 
-MouldOptions checked_mould(MouldOptions o) {
+MoldOptions checked_mold(MoldOptions o) {
   check_ranges(o);
   if (o.scan_spacing_mm > o.radius_mm / 10.0 || o.scan_spacing_mm < o.radius_mm / 2000.0) {
     throw InvalidInput("scan_spacing: must be between a 10th and a 2000th of `radius`");
@@ -81,7 +81,7 @@ MouldOptions checked_mould(MouldOptions o) {
   return o;
 }
 
-double mould_lobe(const MouldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera) {
+double mold_lobe(const MoldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera) {
   if (!(look.specular > 0.0) || normal.dot(to_light) <= 0.0 || normal.dot(to_camera) <= 0.0) return 0.0;
   const double cosine = std::min(1.0, normal.dot((to_light + to_camera).normalized())), cosine2 = cosine * cosine;
   if (cosine <= 0.0) return 0.0;
@@ -89,7 +89,7 @@ double mould_lobe(const MouldLook& look, const Vec3& normal, const Vec3& to_ligh
   return look.specular * std::exp((1.0 - 1.0 / cosine2) / alpha2) / (4.0 * kPi * alpha2 * cosine2 * cosine2);
 }
 
-Mould::Mould(const MouldOptions& options, const RunControl& control)
+Mold::Mold(const MoldOptions& options, const RunControl& control)
     : options_(options),
       coarse_(static_cast<std::uint64_t>(options.seed), kMottle, 2.2, 2.2, 0.16, 0.16),
       fine_(static_cast<std::uint64_t>(options.seed), kMottle + 1, 2.2, 2.2, 0.05, 0.05) {
@@ -120,7 +120,7 @@ Mould::Mould(const MouldOptions& options, const RunControl& control)
   curvature_high_ = std::max(static_cast<double>(ends.high), curvature_low_ + 1e-9);
 }
 
-double Mould::height(double x, double y) const {
+double Mold::height(double x, double y) const {
   const double radius = options_.radius_mm, u = std::hypot(x, y) / radius;
   const int n = options_.num_spokes;
   // The wall's outline is scalloped, one lobe between two spokes.
@@ -146,13 +146,13 @@ double Mould::height(double x, double y) const {
   return z;
 }
 
-Vec3 Mould::normal(double x, double y) const {
+Vec3 Mold::normal(double x, double y) const {
   const double e = kNormalStep * options_.radius_mm / 60.0;
   const double dx = (height(x + e, y) - height(x - e, y)) / (2.0 * e), dy = (height(x, y + e) - height(x, y - e)) / (2.0 * e);
   return Vec3(-dx, -dy, 1.0).normalized();
 }
 
-Mesh Mould::mesh(double spacing_mm) const {
+Mesh Mold::mesh(double spacing_mm) const {
   const int half = static_cast<int>(std::ceil(options_.radius_mm / spacing_mm)), size = 2 * half + 1;
   Mesh mesh;
   Image<int> index(size, size, 1, -1);
@@ -190,7 +190,7 @@ Mesh Mould::mesh(double spacing_mm) const {
   return mesh;
 }
 
-double Mould::curvature(double x, double y) const {
+double Mold::curvature(double x, double y) const {
   const int half = (curvature_.width() - 1) / 2;
   const double u = std::clamp(x / curvature_spacing_ + half, 0.0, static_cast<double>(2 * half) - 1e-9);
   const double v = std::clamp(half - y / curvature_spacing_, 0.0, static_cast<double>(2 * half) - 1e-9);
@@ -200,28 +200,28 @@ double Mould::curvature(double x, double y) const {
   return (1.0 - g) * ((1.0 - f) * at(i, j) + f * at(i + 1, j)) + g * ((1.0 - f) * at(i, j + 1) + f * at(i + 1, j + 1));
 }
 
-double Mould::lacquer(double x, double y) const {
+double Mold::lacquer(double x, double y) const {
   const double radius = options_.radius_mm, r = std::hypot(x - 0.42 * radius, y + 0.40 * radius) / radius;
   return 1.0 - smooth_step(0.145, 0.165, r);
 }
 
-double Mould::mottle(double x, double y) const {
+double Mold::mottle(double x, double y) const {
   const double u = x / options_.radius_mm + 1.1, v = y / options_.radius_mm + 1.1;
   return 0.6 * coarse_(u, v) + 0.4 * fine_(u, v);
 }
 
-double Mould::progress(double x, double y, double time_d) const {
+double Mold::progress(double x, double y, double time_d) const {
   const double duration = options_.interval_d * std::max(1, options_.num_steps - 1);
   const double reached = std::clamp((curvature(x, y) - curvature_low_) / (curvature_high_ - curvature_low_), 0.0, 1.0);
   const double begin = 0.70 - 0.85 * std::pow(reached, 1.5) + 0.40 * mottle(x, y);
   return (1.0 - lacquer(x, y)) * smooth_step(begin, begin + 0.85, time_d / duration);
 }
 
-MouldLook Mould::look(double x, double y, double time_d) const {
+MoldLook Mold::look(double x, double y, double time_d) const {
   const double p = progress(x, y, time_d), duration = options_.interval_d * std::max(1, options_.num_steps - 1);
   // Everything that is bare tarnishes a little.
   const double dull = (1.0 - lacquer(x, y)) * (1.0 - std::exp(-2.0 * time_d / duration));
-  MouldLook look;
+  MoldLook look;
   look.albedo = copper_color(std::max(p, 0.25 * dull)) * (1.0 + (0.10 + 0.35 * p) * mottle(y, x));
   const double bright = (1.0 - 0.6 * dull) * std::pow(1.0 - p, 2);
   look.specular = options_.highlights * (0.002 + 0.12 * bright);

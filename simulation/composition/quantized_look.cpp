@@ -1,4 +1,4 @@
-#include "simulation/composition/quantised_look.h"
+#include "simulation/composition/quantized_look.h"
 
 #include <algorithm>
 #include <cmath>
@@ -82,14 +82,14 @@ Picture make_picture(const ImageF& linear) {
   return picture;
 }
 
-QuantisedLook quantise(const MaterialLook& look, double quanta_per_mm, std::uint32_t noise_key) {
+QuantizedLook quantize(const MaterialLook& look, double quanta_per_mm, std::uint32_t noise_key) {
   check_range("strength", look.strength, 0.0, 1000.0);
   check_range("variation", look.variation, 0.0, 1.0);
   check_range("specular change", look.specular, -1.0, 1.0);
   check_range("specular variation", look.specular_variation, 0.0, 1.0);
   check_range("height", look.height_mm, -1e6, 1e6);
   check_range("height variation", look.height_variation, 0.0, 1.0);
-  QuantisedLook out;
+  QuantizedLook out;
   out.strength = static_cast<std::uint32_t>(std::lround(look.strength * kOne));
   if (out.strength > 0) out.limit = std::min<std::uint32_t>(kMaxWeight, (kMaxWeight << 14) / out.strength);
   out.variation = share(look.variation);

@@ -1,4 +1,4 @@
-#include "analysis/evaluation/synthesised_map.h"
+#include "analysis/evaluation/synthesized_map.h"
 
 #include <array>
 #include <cmath>
@@ -46,7 +46,7 @@ std::shared_ptr<const TexelMap> flat_surface(int width, int height, double texel
   return std::make_shared<TexelMap>(std::move(mesh), width, height);
 }
 
-SourceIndices::SourceIndices(const SynthesisedMap& map, const SynthesisSource& source) : width_(source.width()) {
+SourceIndices::SourceIndices(const SynthesizedMap& map, const SynthesisSource& source) : width_(source.width()) {
   const TexelMap& surface = *map.surface;
   if (map.coordinates.channels() != 2 || map.coordinates.width() != surface.width() || map.coordinates.height() != surface.height()) {
     throw InvalidInput(map.name + ": the coordinate map is " + size_text(map.coordinates.width(), map.coordinates.height()) + " with " +

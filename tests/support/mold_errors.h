@@ -1,12 +1,12 @@
 /// \file
-/// How far a history that was made of the mould is from its truth.
+/// How far a history that was made of the mold is from its truth.
 #pragma once
 
 #include <filesystem>
 
 namespace patinate::testing_support {
 
-struct MouldErrors {
+struct MoldErrors {
   // Over all texels and channels that the history and the frame call valid, of all frames:
   double albedo_rms = 0.0;     ///< Root mean square error over root mean square of the truth.
   double albedo_median = 0.0;  ///< Of |error| / truth.
@@ -21,7 +21,7 @@ struct MouldErrors {
   double accessibility_correlation = 0.0;  ///< Of ranks, with the curvature that the patina followed.
 };
 
-/// @param data  Folder of plan_mould(); @param history  made of it.
-[[nodiscard]] MouldErrors mould_errors(const std::filesystem::path& data, const std::filesystem::path& history);
+/// @param data  Folder of plan_mold(); @param history  made of it.
+[[nodiscard]] MoldErrors mold_errors(const std::filesystem::path& data, const std::filesystem::path& history);
 
 }  // namespace patinate::testing_support

@@ -1,4 +1,4 @@
-#include "datasets_synthetic/mould_light.h"
+#include "datasets_synthetic/mold_light.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -20,27 +20,27 @@ constexpr double kTableAlbedo = 0.045;
 constexpr double kShadowOffset = 2e-4;  ///< Of the radius: shadow rays start so far above the surface.
 constexpr std::int64_t kRowChunk = 4;
 
-bool is_exact(const MouldOptions& o) { return !(o.noise > 0.0) && !(o.scan_noise_mm > 0.0); }
+bool is_exact(const MoldOptions& o) { return !(o.noise > 0.0) && !(o.scan_noise_mm > 0.0); }
 
 /// What one ray of the camera meets.
 struct Seen {
   Vec3 position = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();
-  MouldLook look;
+  MoldLook look;
   bool is_object = false;
 };
 
-class MouldPicture {
+class MoldPicture {
  public:
-  MouldPicture(const Mould& mould, const MouldRig& rig, int step, const Mesh& surface)
-      : mould_(mould),
+  MoldPicture(const Mold& mold, const MoldRig& rig, int step, const Mesh& surface)
+      : mold_(mold),
         rig_(rig),
         back_(rig.scanner_from_object[static_cast<std::size_t>(step)].inverse()),
         gain_(rig.gains[static_cast<std::size_t>(step)]),
-        time_d_(step * mould.options().interval_d),
+        time_d_(step * mold.options().interval_d),
         surface_(surface),
         scene_(surface),
-        grain_(static_cast<std::uint64_t>(mould.options().seed), 212, 8.0, 8.0, 0.12, 0.03) {}
+        grain_(static_cast<std::uint64_t>(mold.options().seed), 212, 8.0, 8.0, 0.12, 0.03) {}
 
   [[nodiscard]] std::optional<Seen> look(const Vec2& pixel) const {
     const std::optional<CameraRay> ray = rig_.camera.ray(pixel);
@@ -56,7 +56,7 @@ class MouldPicture {
       }
       seen.normal.normalize();
       const Vec3 p = back_.apply(seen.position);
-      seen.look = mould_.look(p.x(), p.y(), time_d_);
+      seen.look = mold_.look(p.x(), p.y(), time_d_);
       seen.is_object = true;
       return seen;
     }
@@ -66,31 +66,31 @@ class MouldPicture {
     const Box& card = rig_.card;
     const bool is_card = seen.position.x() > card.low.x() && seen.position.x() < card.high.x() && seen.position.y() > card.low.y() &&
                          seen.position.y() < card.high.y();
-    const double radius = mould_.options().radius_mm;
+    const double radius = mold_.options().radius_mm;
     const double grain = 1.0 + 0.5 * grain_(seen.position.x() / radius + 4.0, seen.position.y() / radius + 4.0);
-    seen.look.albedo = is_card ? Vec3(kMouldCardAlbedo * Vec3::Ones()) : Vec3(kTableAlbedo * grain * Vec3(1.0, 0.92, 0.85));
+    seen.look.albedo = is_card ? Vec3(kMoldCardAlbedo * Vec3::Ones()) : Vec3(kTableAlbedo * grain * Vec3(1.0, 0.92, 0.85));
     return seen;
   }
 
   [[nodiscard]] bool is_lit(const Seen& seen, const Light& light) const {
     if (!(seen.normal.dot(direction_to(light, seen.position)) > 0.0)) return false;
-    const double offset = kShadowOffset * mould_.options().radius_mm;
-    return !mould_.options().shadows || !scene_.is_blocked(seen.position + offset * seen.normal, light.position, offset);
+    const double offset = kShadowOffset * mold_.options().radius_mm;
+    return !mold_.options().shadows || !scene_.is_blocked(seen.position + offset * seen.normal, light.position, offset);
   }
 
   /// Linear value under one light, without ambient light.
   [[nodiscard]] Vec3 lit(const Seen& seen, const Light& light) const {
     if (!is_lit(seen, light)) return Vec3::Zero();
     const Vec3 to_light = direction_to(light, seen.position), to_camera = (rig_.camera.center() - seen.position).normalized();
-    const double lobe = seen.is_object ? mould_lobe(seen.look, seen.normal, to_light, to_camera) : 0.0;
+    const double lobe = seen.is_object ? mold_lobe(seen.look, seen.normal, to_light, to_camera) : 0.0;
     const Vec3 share = seen.look.albedo / std::numbers::pi + Vec3::Constant(lobe);
     return gain_.cwiseProduct(share.cwiseProduct(light_at(light, seen.position))) * seen.normal.dot(to_light);
   }
-  [[nodiscard]] Vec3 dark(const Seen& seen) const { return mould_.options().ambient * gain_.cwiseProduct(seen.look.albedo); }
+  [[nodiscard]] Vec3 dark(const Seen& seen) const { return mold_.options().ambient * gain_.cwiseProduct(seen.look.albedo); }
 
  private:
-  const Mould& mould_;
-  const MouldRig& rig_;
+  const Mold& mold_;
+  const MoldRig& rig_;
   RigidTransform back_;
   Vec3 gain_;
   double time_d_;
@@ -105,19 +105,19 @@ void add(ImageF& image, int x, int y, const Vec3& value) {
 
 }  // namespace
 
-Mesh mould_surface(const Mould& mould, const MouldRig& rig, int step, const RunControl& control) {
-  if (is_exact(mould.options())) return mesh_of_scan(mould_scan(mould, rig, step, control));
-  Mesh mesh = mould.mesh(mould.options().radius_mm / 160.0);
+Mesh mold_surface(const Mold& mold, const MoldRig& rig, int step, const RunControl& control) {
+  if (is_exact(mold.options())) return mesh_of_scan(mold_scan(mold, rig, step, control));
+  Mesh mesh = mold.mesh(mold.options().radius_mm / 160.0);
   const RigidTransform& motion = rig.scanner_from_object[static_cast<std::size_t>(step)];
   for (Vec3& p : mesh.positions) p = motion.apply(p);
   for (Vec3& n : mesh.normals) n = motion.rotation * n;
   return mesh;
 }
 
-MouldPhotos mould_photos(const Mould& mould, const MouldRig& rig, int step, const Mesh& surface, const RunControl& control) {
-  const MouldOptions& o = mould.options();
-  const MouldPicture picture(mould, rig, step, surface);
-  MouldPhotos photos;
+MoldPhotos mold_photos(const Mold& mold, const MoldRig& rig, int step, const Mesh& surface, const RunControl& control) {
+  const MoldOptions& o = mold.options();
+  const MoldPicture picture(mold, rig, step, surface);
+  MoldPhotos photos;
   photos.dark = ImageF(o.width, o.height, 3);
   photos.lit.assign(rig.lights.size(), photos.dark);
   photos.in_light.assign(rig.lights.size(), ImageU8(o.width, o.height));
@@ -143,9 +143,9 @@ MouldPhotos mould_photos(const Mould& mould, const MouldRig& rig, int step, cons
   return photos;
 }
 
-MouldView mould_view(const MouldRig& rig, const Mesh& surface, const RunControl& control) {
+MoldView mold_view(const MoldRig& rig, const Mesh& surface, const RunControl& control) {
   const CameraParameters& p = rig.camera.parameters();
-  MouldView view{ImageU8(p.width, p.height), ImageF(p.width, p.height, 3), ImageF(p.width, p.height, 3), ImageF(p.width, p.height, 2)};
+  MoldView view{ImageU8(p.width, p.height), ImageF(p.width, p.height, 3), ImageF(p.width, p.height, 3), ImageF(p.width, p.height, 2)};
   const RayScene scene(surface);
   const RigidTransform back = rig.scanner_from_object.front().inverse();
   parallel_for(p.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {

@@ -1,4 +1,4 @@
-#include "capture/stability/stabilise.h"
+#include "capture/stability/stabilize.h"
 
 #include <Eigen/Sparse>
 #include <algorithm>
@@ -37,7 +37,7 @@ std::vector<Edge> usable_edges(int num_frames, const std::vector<FramePair>& pai
   std::vector<bool> is_tied(static_cast<std::size_t>(num_frames), false);
   for (const FramePair& pair : pairs) {
     if (pair.reference < 0 || pair.frame < 0 || pair.reference >= num_frames || pair.frame >= num_frames) {
-      throw InvalidInput("stabilise: a pair names frame " + std::to_string(std::max(pair.reference, pair.frame)) + " of " +
+      throw InvalidInput("stabilize: a pair names frame " + std::to_string(std::max(pair.reference, pair.frame)) + " of " +
                          std::to_string(num_frames));
     }
     if (!is_usable(pair)) continue;
@@ -122,8 +122,8 @@ void sample_cubic(const ImageF& image, double x, double y, std::span<float> out)
 
 }  // namespace
 
-StabilisedMotions solve_motions(int num_frames, const std::vector<FramePair>& pairs, int width, int height) {
-  StabilisedMotions result;
+StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pairs, int width, int height) {
+  StabilizedMotions result;
   std::vector<Edge> edges = usable_edges(num_frames, pairs, result.unlinked_frames);
   Corners first;
   first << 0, width, 0, 0, 0, height;

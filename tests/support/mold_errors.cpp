@@ -1,4 +1,4 @@
-#include "tests/support/mould_errors.h"
+#include "tests/support/mold_errors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +40,7 @@ RigidTransform transform_of(const Json& rows) {
 
 }  // namespace
 
-MouldErrors mould_errors(const fs::path& data, const fs::path& folder) {
+MoldErrors mold_errors(const fs::path& data, const fs::path& folder) {
   const HistoryReader history(folder);
   const Json truth = load_json(data / "truth/truth.json"), report = load_json(folder / "relit.json");
   const ImageU8 object = read_mask(data / "truth/mask.png"), spot = read_mask(data / "truth/lacquered.png"), inside = history.read_mask();
@@ -51,7 +51,7 @@ MouldErrors mould_errors(const fs::path& data, const fs::path& folder) {
   std::vector<Vec3> spot_means;
   std::vector<Vec3> sums(static_cast<std::size_t>(object.num_pixels()), Vec3::Zero()), squares = sums;
   std::vector<int> counts(sums.size(), 0);
-  MouldErrors out;
+  MoldErrors out;
   int frame_index = 0;
   for (std::size_t k = 0; k < report.at("steps").size(); ++k) {
     const Json& step = report.at("steps").at(k);

@@ -10,7 +10,8 @@ namespace patinate::capture {
 
 namespace {
 
-JobPlan plan_history(const std::filesystem::path& file, const std::filesystem::path& output, const MakeHistoryOptions& options) {
+JobPlan plan_history(const std::filesystem::path& file, const std::filesystem::path& output,
+                     const MakeHistoryOptions& options) {
   if (is_relit_capture(file)) return plan_relit_ingest(read_relit_project(file), {}, output);
   IngestOptions ingest;
   ingest.add_progress = options.add_progress;
@@ -23,8 +24,8 @@ JobPlan plan_history(const std::filesystem::path& file, const std::filesystem::p
 
 }  // namespace
 
-void make_history(const std::filesystem::path& capture, const std::filesystem::path& output, const MakeHistoryOptions& options,
-                  const RunControl& control) {
+void make_history(const std::filesystem::path& capture, const std::filesystem::path& output,
+                  const MakeHistoryOptions& options, const RunControl& control) {
   run_job(plan_history(capture_file(capture), output, options), {.force = options.force}, control);
 }
 

@@ -17,7 +17,8 @@ class Plane {
  public:
   explicit Plane(const Face& face) : origin_(face.corners[0]) {
     const auto& c = face.corners;
-    const Vec3 along = (c[1] - c[0]).normalized(), normal = along.cross(c[2] - c[0]).normalized(), across = normal.cross(along);
+    const Vec3 along = (c[1] - c[0]).normalized(), normal = along.cross(c[2] - c[0]).normalized(),
+               across = normal.cross(along);
     normal_ = normal;
     x_ = std::cos(face.angle) * along + std::sin(face.angle) * across;
     y_ = normal.cross(x_);
@@ -114,7 +115,8 @@ void merge_positions(Mesh& mesh) {
 
 void add_bar(std::vector<Face>& faces, double x0, double x1, const std::array<Vec2, 4>& section_yz, double cell_mm) {
   const auto cells = [&](double length) { return std::max(1, static_cast<int>(std::lround(length / cell_mm))); };
-  const int along = cells(x1 - x0), deep = cells((section_yz[1] - section_yz[0]).norm()), high = cells((section_yz[2] - section_yz[1]).norm());
+  const int along = cells(x1 - x0), deep = cells((section_yz[1] - section_yz[0]).norm()),
+            high = cells((section_yz[2] - section_yz[1]).norm());
   const auto at = [&](double x, std::size_t k) { return Vec3(x, section_yz[k].x(), section_yz[k].y()); };
   for (std::size_t k = 0; k < 4; ++k) {
     const std::size_t n = (k + 1) % 4;
@@ -129,12 +131,17 @@ std::vector<Face> in_patches(const std::vector<Face>& faces, int num_charts) {
   std::vector<Face> patches;
   for (const Face& face : faces) {
     const double longer = std::max(face.cells_x, face.cells_y);
-    const auto count = [&](int cells) { return std::clamp(static_cast<int>(std::lround(num_charts * cells / longer)), 1, cells); };
+    const auto count = [&](int cells) {
+      return std::clamp(static_cast<int>(std::lround(num_charts * cells / longer)), 1, cells);
+    };
     const int nx = count(face.cells_x), ny = count(face.cells_y);
     for (int j = 0; j < ny; ++j) {
       for (int i = 0; i < nx; ++i) {
-        const int x0 = face.cells_x * i / nx, x1 = face.cells_x * (i + 1) / nx, y0 = face.cells_y * j / ny, y1 = face.cells_y * (j + 1) / ny;
-        const auto at = [&](int x, int y) { return point_at(face, static_cast<double>(x) / face.cells_x, static_cast<double>(y) / face.cells_y); };
+        const int x0 = face.cells_x * i / nx, x1 = face.cells_x * (i + 1) / nx, y0 = face.cells_y * j / ny,
+                  y1 = face.cells_y * (j + 1) / ny;
+        const auto at = [&](int x, int y) {
+          return point_at(face, static_cast<double>(x) / face.cells_x, static_cast<double>(y) / face.cells_y);
+        };
         const double angle = 0.4 + 2.4 * static_cast<double>(patches.size());  // no two neighbors alike
         patches.push_back({{at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)}, x1 - x0, y1 - y0, angle});
       }
@@ -143,7 +150,8 @@ std::vector<Face> in_patches(const std::vector<Face>& faces, int num_charts) {
   return patches;
 }
 
-Mesh mesh_of_faces(const std::vector<Face>& faces, double largest_mm, const std::string& node, const std::string& material) {
+Mesh mesh_of_faces(const std::vector<Face>& faces, double largest_mm, const std::string& node,
+                   const std::string& material) {
   std::vector<Plane> planes;
   std::vector<Vec2> sizes;
   for (const Face& face : faces) {
@@ -152,7 +160,8 @@ Mesh mesh_of_faces(const std::vector<Face>& faces, double largest_mm, const std:
   }
   std::vector<std::size_t> order(faces.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sizes[a].y() > sizes[b].y(); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return sizes[a].y() > sizes[b].y(); });
   double scale = 1.0 / largest_mm;
   std::vector<Vec2> corners = place(sizes, order, scale);
   while (corners.empty()) corners = place(sizes, order, scale *= 0.995);

@@ -8,8 +8,8 @@
 
 #include "datasets_synthetic/crackle_growth.h"
 #include "datasets_synthetic/smooth_noise.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::datasets {
 
@@ -22,7 +22,8 @@ constexpr std::uint32_t kBrushNoise = 4;
 constexpr std::uint32_t kEdgeNoise = 5;
 constexpr double kMinBarrierPx = 0.75;  // Half width of a crack's band in the cell map.
 
-// From where on, between the thickest paint (0) and the thinnest (1), cracks come no longer one by one, and where wholly at once.
+// From where on, between the thickest paint (0) and the thinnest (1), cracks come no longer one by one, and where
+// wholly at once.
 constexpr double kOneByOne = 0.35;
 constexpr double kAtOnce = 0.65;
 
@@ -192,7 +193,11 @@ void describe(OptionVisitor& v, CrackleOptions& o) {
   v.visit({"yellowing", "Share of blue that the paint loses until the end", "", between(0, 1)}, o.yellowing);
   v.visit_choice({"law", "How transmitted light falls with thickness"}, o.law, kLawNames);
   v.visit({"absorption", "Strength of that fall", "1/mm", above(0)}, o.absorption_per_mm);
-  v.visit({"simultaneity", "How far cracks come at once where paint is thin, and meet at 120 degrees; 0 = they come one by one everywhere", "", between(0, 1)}, o.simultaneity);
+  v.visit(
+      {"simultaneity",
+       "How far cracks come at once where paint is thin, and meet at 120 degrees; 0 = they come one by one everywhere",
+       "", between(0, 1)},
+      o.simultaneity);
   v.visit({"noise", "Standard deviation of the photographs' codes, 1 = full scale", "", between(0, 0.5)}, o.noise);
   v.visit({"seed", "Every random choice derives from it", "", at_least(0)}, o.seed);
 }
@@ -218,13 +223,15 @@ CrackleDataset crackle(const CrackleOptions& options, const RunControl& control)
   d.paint = make_paint(options, d.thickness_mm);
   d.backlight = make_backlight(options);
 
-  CrackleField field{ImageF(options.width, options.height), ImageF(options.width, options.height), ImageF(options.width, options.height)};
+  CrackleField field{ImageF(options.width, options.height), ImageF(options.width, options.height),
+                     ImageF(options.width, options.height)};
   const double thickness_range = options.thickness_max_mm - options.thickness_min_mm;
   for (std::size_t i = 0; i < d.thickness_mm.values().size(); ++i) {
     const double h = static_cast<double>(d.thickness_mm.values()[i]);
     field.spacing_px.values()[i] =
         static_cast<float>(std::max(4.0, options.spacing_per_thickness * h / options.texel_size_mm));
-    const double thin = 1.0 - (h - options.thickness_min_mm) / thickness_range, rise = std::clamp((thin - kOneByOne) / (kAtOnce - kOneByOne), 0.0, 1.0);
+    const double thin = 1.0 - (h - options.thickness_min_mm) / thickness_range,
+                 rise = std::clamp((thin - kOneByOne) / (kAtOnce - kOneByOne), 0.0, 1.0);
     field.unsteadiness.values()[i] = static_cast<float>(thin);
     field.at_once.values()[i] = static_cast<float>(options.simultaneity * rise * rise * (3.0 - 2.0 * rise));
   }

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/job/job_inputs.h"
 
 namespace patinate::datasets {
 

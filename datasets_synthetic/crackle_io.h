@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "patinate/datasets/crackle.h"
 #include "libcommon/job/job.h"
+#include "patinate/datasets/crackle.h"
 
 namespace patinate::datasets {
 

@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 
-#include "patinate/datasets/crackle.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "patinate/datasets/crackle.h"
 #include "patinate/image/color.h"
 
 namespace patinate::datasets {

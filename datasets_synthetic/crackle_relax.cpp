@@ -9,14 +9,15 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr std::uint32_t kWaves = 14;       // Purpose of random streams; and the next.
-constexpr int kSweeps = 80;                // Over all nodes.
-constexpr double kSpring = 1.5;           // Against one crack's pull, per spacing that a node has moved: softer, and cells of few sides vanish.
-constexpr double kLateSpring = 3.0;        // Added to it, where not all cracks come at once.
-constexpr double kOneNode = 0.10;          // Cracks that end on another closer than this, in spacings, meet there.
-constexpr double kNearest = 0.12;          // Nodes closer than this, in spacings, pull no harder.
-constexpr double kWave = 0.20;            // Of a chord, in spacings.
-constexpr double kWaveLength = 0.55;       // In spacings of the thinnest paint.
+constexpr std::uint32_t kWaves = 14;  // Purpose of random streams; and the next.
+constexpr int kSweeps = 80;           // Over all nodes.
+constexpr double kSpring =
+    1.5;  // Against one crack's pull, per spacing that a node has moved: softer, and cells of few sides vanish.
+constexpr double kLateSpring = 3.0;   // Added to it, where not all cracks come at once.
+constexpr double kOneNode = 0.10;     // Cracks that end on another closer than this, in spacings, meet there.
+constexpr double kNearest = 0.12;     // Nodes closer than this, in spacings, pull no harder.
+constexpr double kWave = 0.20;        // Of a chord, in spacings.
+constexpr double kWaveLength = 0.55;  // In spacings of the thinnest paint.
 constexpr double kStepPx = 0.5;
 
 using Point = std::array<double, 2>;
@@ -27,7 +28,7 @@ double distance(const Point& a, const Point& b) { return std::hypot(a[0] - b[0],
 struct Node {
   Point place = {}, before = {};
   double at_once = 0.0, spacing = 1.0;
-  bool is_fixed = false;          // On the border.
+  bool is_fixed = false;  // On the border.
   std::vector<int> neighbors = {};
 };
 struct Stop {
@@ -36,7 +37,8 @@ struct Stop {
 };
 
 double sampled(const ImageF& image, const Point& p) {
-  const int x = std::clamp(static_cast<int>(std::lround(p[0])), 0, image.width() - 1), y = std::clamp(static_cast<int>(std::lround(p[1])), 0, image.height() - 1);
+  const int x = std::clamp(static_cast<int>(std::lround(p[0])), 0, image.width() - 1),
+            y = std::clamp(static_cast<int>(std::lround(p[1])), 0, image.height() - 1);
   return static_cast<double>(image.at(x, y));
 }
 
@@ -86,10 +88,12 @@ class Relaxation {
       for (std::size_t i = 1; i < stops.size(); ++i) {
         const std::size_t first = stops[i - 1].point, last = stops[i].point;
         if (last == first) continue;
-        const Node &a = nodes_[static_cast<std::size_t>(stops[i - 1].node)], &b = nodes_[static_cast<std::size_t>(stops[i].node)];
+        const Node &a = nodes_[static_cast<std::size_t>(stops[i - 1].node)],
+                   &b = nodes_[static_cast<std::size_t>(stops[i].node)];
         for (std::size_t j = first + (points.empty() ? 0 : 1); j <= last; ++j) {
           if (static_cast<int>(j) == crack.origin) origin = points.size();
-          points.push_back(moved(crack.points_px[j], crack.points_px[first], crack.points_px[last], a, b, static_cast<double>(j - first) / static_cast<double>(last - first), wave_x, wave_y));
+          points.push_back(moved(crack.points_px[j], crack.points_px[first], crack.points_px[last], a, b,
+                                 static_cast<double>(j - first) / static_cast<double>(last - first), wave_x, wave_y));
         }
       }
       if (points.size() < 2) continue;
@@ -102,18 +106,26 @@ class Relaxation {
  private:
   void add_end(std::size_t crack, std::size_t point, int parent) {
     const Point& p = cracks_[crack].points_px[point];
-    Node node{.place = p, .before = p, .at_once = sampled(field_.at_once, p), .spacing = sampled(field_.spacing_px, p), .is_fixed = parent < 0};
+    Node node{.place = p,
+              .before = p,
+              .at_once = sampled(field_.at_once, p),
+              .spacing = sampled(field_.spacing_px, p),
+              .is_fixed = parent < 0};
     if (parent >= 0) {
       const auto& points = cracks_[static_cast<std::size_t>(parent)].points_px;
-      const auto nearest = std::min_element(points.begin(), points.end(), [&](const Point& a, const Point& b) { return distance(a, p) < distance(b, p); });
+      const auto nearest = std::min_element(points.begin(), points.end(), [&](const Point& a, const Point& b) {
+        return distance(a, p) < distance(b, p);
+      });
       if (node.at_once > 0.0) {
         for (const Stop& stop : stops_[static_cast<std::size_t>(parent)]) {
-          if (distance(nodes_[static_cast<std::size_t>(stop.node)].before, *nearest) > kOneNode * node.spacing) continue;
+          if (distance(nodes_[static_cast<std::size_t>(stop.node)].before, *nearest) > kOneNode * node.spacing)
+            continue;
           stops_[crack].push_back({point, stop.node});
           return;
         }
       }
-      stops_[static_cast<std::size_t>(parent)].push_back({static_cast<std::size_t>(nearest - points.begin()), static_cast<int>(nodes_.size())});
+      stops_[static_cast<std::size_t>(parent)].push_back(
+          {static_cast<std::size_t>(nearest - points.begin()), static_cast<int>(nodes_.size())});
       // A crack stops a pixel short of its parent: that pixel is part of the node.
       if (node.at_once > 0.0) node.place = node.before = *nearest;
     }
@@ -122,7 +134,8 @@ class Relaxation {
   }
 
   // A point between two nodes: shifted with them, and drawn to a wavy chord as far as cracks come at once.
-  [[nodiscard]] Point moved(const Point& p, const Point& first, const Point& last, const Node& a, const Node& b, double share, const SmoothNoise& wave_x, const SmoothNoise& wave_y) const {
+  [[nodiscard]] Point moved(const Point& p, const Point& first, const Point& last, const Node& a, const Node& b,
+                            double share, const SmoothNoise& wave_x, const SmoothNoise& wave_y) const {
     const double w = sampled(field_.at_once, p);
     const bool is_still = w <= 0.0 && a.at_once <= 0.0 && b.at_once <= 0.0;
     if (is_still) return p;
@@ -131,9 +144,11 @@ class Relaxation {
     for (std::size_t c = 0; c < 2; ++c) {
       // Nodes where nothing comes at once stay at their crack's own end.
       const double shift_a = a.place[c] - first[c], shift_b = b.place[c] - last[c];
-      const double shifted = p[c] + (1.0 - share) * shift_a * (a.at_once > 0.0 ? 1.0 : 0.0) + share * shift_b * (b.at_once > 0.0 ? 1.0 : 0.0);
+      const double shifted = p[c] + (1.0 - share) * shift_a * (a.at_once > 0.0 ? 1.0 : 0.0) +
+                             share * shift_b * (b.at_once > 0.0 ? 1.0 : 0.0);
       const double from = a.at_once > 0.0 ? a.place[c] : first[c], to = b.at_once > 0.0 ? b.place[c] : last[c];
-      const double chord = from + share * (to - from) + kWave * spacing * fade * (c == 0 ? wave_x(out_x(p), out_y(p)) : wave_y(out_x(p), out_y(p)));
+      const double chord = from + share * (to - from) +
+                           kWave * spacing * fade * (c == 0 ? wave_x(out_x(p), out_y(p)) : wave_y(out_x(p), out_y(p)));
       out[c] = (1.0 - w) * shifted + w * chord;
     }
     return out;
@@ -150,7 +165,8 @@ class Relaxation {
       const Point a = crack.points_px[i - 1], b = crack.points_px[i];
       const int pieces = std::max(1, static_cast<int>(std::lround(distance(a, b) / kStepPx)));
       if (distance(a, b) < 0.2 && i + 1 < crack.points_px.size() && distance(out.back(), b) < 0.35) continue;
-      for (int k = 1; k <= pieces; ++k) out.push_back({a[0] + (b[0] - a[0]) * k / pieces, a[1] + (b[1] - a[1]) * k / pieces});
+      for (int k = 1; k <= pieces; ++k)
+        out.push_back({a[0] + (b[0] - a[0]) * k / pieces, a[1] + (b[1] - a[1]) * k / pieces});
     }
     crack.points_px = std::move(out);
     crack.origin = std::min(origin, static_cast<int>(crack.points_px.size()) - 1);
@@ -164,12 +180,16 @@ class Relaxation {
 
 }  // namespace
 
-void relax_junctions(const CrackleField& field, std::uint64_t seed, const std::vector<std::array<int, 2>>& ends_on, std::vector<Crack>& cracks) {
+void relax_junctions(const CrackleField& field, std::uint64_t seed, const std::vector<std::array<int, 2>>& ends_on,
+                     std::vector<Crack>& cracks) {
   Relaxation relaxation(field, ends_on, cracks);
   relaxation.balance();
   const double width = field.spacing_px.width(), height = field.spacing_px.height();
-  const double wave = std::max(4.0, kWaveLength * static_cast<double>(*std::min_element(field.spacing_px.values().begin(), field.spacing_px.values().end())));
-  const SmoothNoise wave_x(seed, kWaves, width, height, wave, wave), wave_y(seed, kWaves + 1, width, height, wave, wave);
+  const double wave =
+      std::max(4.0, kWaveLength * static_cast<double>(*std::min_element(field.spacing_px.values().begin(),
+                                                                        field.spacing_px.values().end())));
+  const SmoothNoise wave_x(seed, kWaves, width, height, wave, wave),
+      wave_y(seed, kWaves + 1, width, height, wave, wave);
   relaxation.redraw(wave_x, wave_y);
 }
 

@@ -21,8 +21,14 @@ void describe(OptionVisitor& v, LedgeOptions& o) {
   v.visit({"thickness", "Of a sill's front; at most a tenth of the width", "mm", above(0)}, o.thickness_mm);
   v.visit({"sills", "Sills, one above the other and beside each other in turn", "", between(1, 6)}, o.num_sills);
   v.visit({"cells", "Squares along the wall", "", between(1, 400)}, o.cells);
-  v.visit({"charts", "Charts that a face is cut into along its longer side, each turned by an angle of its own: to see that no seam shows", "", between(1, 24)}, o.num_charts);
-  v.visit_choice({"weather", "The scene's: dust that rain carries off the sills, or soot that rain washes off the wall"}, o.weather, kWeatherNames);
+  v.visit({"charts",
+           "Charts that a face is cut into along its longer side, each turned by an angle of its own: to see that no "
+           "seam shows",
+           "", between(1, 24)},
+          o.num_charts);
+  v.visit_choice(
+      {"weather", "The scene's: dust that rain carries off the sills, or soot that rain washes off the wall"},
+      o.weather, kWeatherNames);
 }
 
 Mesh ledge(const LedgeOptions& options) {
@@ -39,7 +45,9 @@ Mesh ledge(const LedgeOptions& options) {
     const double d = options.depth_mm, back = -kInside * w, t = options.thickness_mm;
     // The underside falls back toward the wall, so that water creeps along it and down.
     add_bar(faces, middle - half, middle + half,
-            {Vec2(y - kFall * d - t, d), Vec2(y - kFall * d - t - kUnderside * (d - back), back), Vec2(y - kFall * back, back), Vec2(y - kFall * d, d)}, w / options.cells);
+            {Vec2(y - kFall * d - t, d), Vec2(y - kFall * d - t - kUnderside * (d - back), back),
+             Vec2(y - kFall * back, back), Vec2(y - kFall * d, d)},
+            w / options.cells);
   }
   return mesh_of_faces(in_patches(faces, options.num_charts), w, "wall", "plaster");
 }
@@ -50,28 +58,51 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
   Json json{{"format", "patinate.scene"}, {"version", 2}, {"unit", "mm"}, {"gravity", {0, -9810, 0}}, {"seed", 1}};
   json["atlas"] = {{"resolution", 1024}};
   json["objects"] = Json::array({{{"name", "wall"}, {"mesh", mesh_file}, {"preset", "plaster"}}});
-  json["behavior"] = {{"bounce", 0.02}, {"float", 0.965}, {"absorb", 0.015}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
-  json["tracing"] = {{"epsilon", 0.004 * w}, {"pull", 0.006 * w}, {"reach", 0.01 * w}, {"lobe_exponent_float", 2000}, {"rest_speed", 0.002 * w}};
+  json["behavior"] = {
+      {"bounce", 0.02}, {"float", 0.965}, {"absorb", 0.015}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
+  json["tracing"] = {{"epsilon", 0.004 * w},
+                     {"pull", 0.006 * w},
+                     {"reach", 0.01 * w},
+                     {"lobe_exponent_float", 2000},
+                     {"rest_speed", 0.002 * w}};
   json["time"] = {{"unit", "d"}, {"per_iteration", 0.05}, {"contact", 1.0}};
   if (options.weather == LedgeWeather::Dust) {
     json["materials"] = {"water", "dirt", "organic", "moss"};
     json["appearance"] = {{"dirt", {{"color", {0.05, 0.04, 0.03}}, {"strength", 1.6}}}};
     // Dust settles on what looks up; slanting rain takes it over the edge, along the underside and down the wall.
-    json["emitters"] = Json::array({{{"name", "rain"}, {"shape", "sky"}, {"direction", {0, -1, -0.12}}, {"spread_deg", 4}, {"speed", 3 * w}, {"gammatons", 2500}, {"carries", {{"water", 0.8}}}},
-                                    {{"name", "dust"}, {"shape", "sky"}, {"direction", {0, -1, -0.02}}, {"spread_deg", 3}, {"speed", w}, {"gammatons", 2000}, {"carries", {{"dirt", 1.5}}}}});
+    json["emitters"] = Json::array({{{"name", "rain"},
+                                     {"shape", "sky"},
+                                     {"direction", {0, -1, -0.12}},
+                                     {"spread_deg", 4},
+                                     {"speed", 3 * w},
+                                     {"gammatons", 2500},
+                                     {"carries", {{"water", 0.8}}}},
+                                    {{"name", "dust"},
+                                     {"shape", "sky"},
+                                     {"direction", {0, -1, -0.02}},
+                                     {"spread_deg", 3},
+                                     {"speed", w},
+                                     {"gammatons", 2000},
+                                     {"carries", {{"dirt", 1.5}}}}});
     json["exchange"] = {{"ratio", 0.4}, {"rates", {{"water", 0.3}, {"dirt", 0.1}}}};
     json["rules"] = Json::array({{{"name", "evaporation"}, {"alpha", 0.5}}, {{"name", "moss"}, {"alpha", 0.02}}});
-    json["run"] = {{"iterations", 1000}, {"history_every", 100}, {"controls", {"hits", "water.deposited", "dirt.final"}}};
+    json["run"] = {
+        {"iterations", 1000}, {"history_every", 100}, {"controls", {"hits", "water.deposited", "dirt.final"}}};
   } else {
     json["materials"] = {"water", "dirt"};
-    json["appearance"] = {{"water", {{"strength", 0.12}}}, {"dirt", {{"color", {0.03, 0.027, 0.024}}, {"strength", 0.85}, {"variation", 0.06}}}};
-    // Soot comes from the air, everywhere; a low ratio makes drops take it away. Where sills keep the rain off, it stays.
-    Json rain{{"name", "rain"}, {"shape", "sky"}, {"direction", {0.04, -1, -0.3}}, {"spread_deg", 6}, {"speed", 3 * w}, {"gammatons", 15000}, {"carries", {{"water", 0.8}}}};
+    json["appearance"] = {{"water", {{"strength", 0.12}}},
+                          {"dirt", {{"color", {0.03, 0.027, 0.024}}, {"strength", 0.85}, {"variation", 0.06}}}};
+    // Soot comes from the air, everywhere; a low ratio makes drops take it away. Where sills keep the rain off, it
+    // stays.
+    Json rain{{"name", "rain"}, {"shape", "sky"},     {"direction", {0.04, -1, -0.3}}, {"spread_deg", 6},
+              {"speed", 3 * w}, {"gammatons", 15000}, {"carries", {{"water", 0.8}}}};
     Json waiting = rain;
     waiting["on"] = false;
     json["emitters"] = Json::array({waiting});
     json["exchange"] = {{"ratio", 0.01}, {"rates", {{"water", 0.3}, {"dirt", 0.5}}}};
-    json["rules"] = Json::array({{{"name", "soot"}, {"driver", "max(0, 1 - dirt)"}, {"alpha", 0.1}, {"makes", {{"dirt", 1}}}}, {{"name", "evaporation"}, {"alpha", 0.5}}});
+    json["rules"] =
+        Json::array({{{"name", "soot"}, {"driver", "max(0, 1 - dirt)"}, {"alpha", 0.1}, {"makes", {{"dirt", 1}}}},
+                     {{"name", "evaporation"}, {"alpha", 0.5}}});
     json["events"] = Json::array({{{"iteration", 400}, {"op", "emitter"}, {"emitter", rain}}});
     json["run"] = {{"iterations", 1000}, {"history_every", 200}, {"controls", {"hits", "dirt.final"}}};
   }

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/height_field.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 
 namespace patinate::datasets {
 
@@ -34,7 +34,8 @@ double bump(double x) { return std::exp(-x * x); }
 
 /// Colors over the progress of the patina.
 Vec3 copper_color(double progress) {
-  static const std::array<Vec3, 4> kColors{Vec3(0.58, 0.29, 0.18), Vec3(0.30, 0.135, 0.08), Vec3(0.135, 0.095, 0.07), Vec3(0.20, 0.37, 0.31)};
+  static const std::array<Vec3, 4> kColors{Vec3(0.58, 0.29, 0.18), Vec3(0.30, 0.135, 0.08), Vec3(0.135, 0.095, 0.07),
+                                           Vec3(0.20, 0.37, 0.31)};
   constexpr std::array<double, 4> kAt{0.0, 0.35, 0.62, 1.0};
   for (std::size_t i = 1; i < kAt.size(); ++i) {
     if (progress > kAt[i] && i + 1 < kAt.size()) continue;
@@ -57,15 +58,22 @@ void describe(OptionVisitor& v, MoldOptions& o) {
   v.visit({"dents", "Dents in the mold", "", between(0, 100)}, o.num_dents);
   v.visit({"scan_spacing", "Distance between the scanner's points", "mm", above(0)}, o.scan_spacing_mm);
   v.visit({"scan_noise", "Standard deviation of the scanner's points", "mm", at_least(0)}, o.scan_noise_mm);
-  v.visit({"noise", "Standard deviation of photographs, in sRGB codes / 255; with this and `scan_noise` 0 they are float images of the scan's own triangles", "", between(0, 0.5)}, o.noise);
-  v.visit({"motion_deg", "How far the object is turned between steps, at most", "degrees", between(0, 180)}, o.motion_deg);
+  v.visit({"noise",
+           "Standard deviation of photographs, in sRGB codes / 255; with this and `scan_noise` 0 they are float images "
+           "of the scan's own triangles",
+           "", between(0, 0.5)},
+          o.noise);
+  v.visit({"motion_deg", "How far the object is turned between steps, at most", "degrees", between(0, 180)},
+          o.motion_deg);
   v.visit({"motion", "How far the object is moved between steps, at most", "mm", at_least(0)}, o.motion_mm);
   v.visit({"highlights", "Strength of the polish; 1 = bright copper, 0 = matt", "", between(0, 10)}, o.highlights);
   v.visit({"shadows", "Whether the object casts shadows"}, o.shadows);
   v.visit({"ambient", "What a white surface shows with all lights off", "", between(0, 1)}, o.ambient);
-  v.visit({"drift", "Standard deviation of exposure and white balance from step to step", "", between(0, 0.5)}, o.drift);
+  v.visit({"drift", "Standard deviation of exposure and white balance from step to step", "", between(0, 0.5)},
+          o.drift);
   v.visit({"exact", "Nothing disturbs: no noise, motion, highlights, shadows, ambient light or drift"}, o.exact);
-  v.visit({"transforms", "The project says how the object was moved, so that nothing has to be registered"}, o.transforms);
+  v.visit({"transforms", "The project says how the object was moved, so that nothing has to be registered"},
+          o.transforms);
   v.visit({"seed", "Seed of every random choice", "", at_least(0)}, o.seed);
 }
 
@@ -97,7 +105,8 @@ Mold::Mold(const MoldOptions& options, const RunControl& control)
   for (int i = 0; i < options_.num_dents; ++i) {
     RandomStream random(static_cast<std::uint64_t>(options_.seed), static_cast<std::uint64_t>(i), kDents);
     const double r = radius * (0.15 + 0.65 * random.uniform()), angle = 2.0 * kPi * random.uniform();
-    const double depth = radius * (0.007 + 0.012 * random.uniform()), width = radius * (0.045 + 0.05 * random.uniform());
+    const double depth = radius * (0.007 + 0.012 * random.uniform()),
+                 width = radius * (0.045 + 0.05 * random.uniform());
     dents_.push_back({r * std::cos(angle), r * std::sin(angle), depth, width});
   }
   HeightField field;
@@ -127,10 +136,10 @@ double Mold::height(double x, double y) const {
   const double wave = n > 0 && u > 1e-6 ? std::cos(n * std::atan2(y, x)) : 0.0;
   const double lobed = u * (1.0 + 0.05 * wave * smooth_step(0.15, 0.45, u) * (1.0 - smooth_step(0.80, 0.92, u)));
   double z = kHeight * (1.0 - smooth_step(kTopOfWall, kFootOfWall, lobed));
-  z -= 0.13 * bump(std::pow(u / 0.17, 2));                    // The pit in the middle,
-  z += 0.035 * bump((u - 0.215) / 0.045);                     // its rim,
-  z += 0.040 * bump((u - 0.945) / 0.030);                     // the rolled rim outside,
-  z -= 0.020 * bump((u - 0.855) / 0.030);                     // the groove inside of it.
+  z -= 0.13 * bump(std::pow(u / 0.17, 2));  // The pit in the middle,
+  z += 0.035 * bump((u - 0.215) / 0.045);   // its rim,
+  z += 0.040 * bump((u - 0.945) / 0.030);   // the rolled rim outside,
+  z -= 0.020 * bump((u - 0.855) / 0.030);   // the groove inside of it.
   double spokes = 0.0;
   const double along = smooth_step(0.26, 0.36, u) * (1.0 - smooth_step(0.74, 0.84, u));
   if (along > 0.0) {
@@ -148,7 +157,8 @@ double Mold::height(double x, double y) const {
 
 Vec3 Mold::normal(double x, double y) const {
   const double e = kNormalStep * options_.radius_mm / 60.0;
-  const double dx = (height(x + e, y) - height(x - e, y)) / (2.0 * e), dy = (height(x, y + e) - height(x, y - e)) / (2.0 * e);
+  const double dx = (height(x + e, y) - height(x - e, y)) / (2.0 * e),
+               dy = (height(x, y + e) - height(x, y - e)) / (2.0 * e);
   return Vec3(-dx, -dy, 1.0).normalized();
 }
 
@@ -179,7 +189,8 @@ Mesh Mold::mesh(double spacing_mm) const {
   };
   for (int row = 0; row + 1 < size; ++row) {
     for (int column = 0; column + 1 < size; ++column) {
-      const int a = index.at(column, row + 1), b = index.at(column + 1, row + 1), c = index.at(column + 1, row), d = index.at(column, row);
+      const int a = index.at(column, row + 1), b = index.at(column + 1, row + 1), c = index.at(column + 1, row),
+                d = index.at(column, row);
       add(a, b, c);
       add(a, c, d);
     }

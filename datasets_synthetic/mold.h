@@ -1,5 +1,6 @@
 /// \file
-/// A copper mold that patinates: a shape with exact truth that is scanned, photographed under near lights, and moved in between.
+/// A copper mold that patinates: a shape with exact truth that is scanned, photographed under near lights, and moved in
+/// between.
 #pragma once
 
 #include <cstdint>
@@ -19,26 +20,26 @@ namespace patinate::datasets {
 
 /// Settings of the mold, of how it is captured, and of what disturbs that.
 struct MoldOptions {
-  int width = 320;                 ///< Of the photographs; [32, 4096].
-  int height = 240;                ///< [32, 4096].
-  int num_steps = 4;               ///< [1, 1000].
-  int num_lights = 5;              ///< [1, 64].
-  double interval_d = 20.0;        ///< Days between steps; > 0.
-  double radius_mm = 60.0;         ///< Of the mold; > 0. Its other lengths, and where camera and lights stand, go with it.
-  int num_spokes = 10;             ///< [0, 40].
-  int num_dents = 7;               ///< [0, 100].
-  double scan_spacing_mm = 0.7;    ///< Between the scanner's points; > 0.
-  double scan_noise_mm = 0.02;     ///< Standard deviation along the scanner's direction; >= 0.
-  double noise = 0.004;            ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
-  double motion_deg = 5.0;         ///< How far the object is turned between steps, at most; [0, 180].
-  double motion_mm = 3.0;          ///< How far it is moved, at most; >= 0.
-  double highlights = 1.0;         ///< Strength of the polish, times that of bright copper; [0, 10].
-  bool shadows = true;             ///< Whether the object casts shadows.
-  double ambient = 0.01;           ///< Value of a white surface with all lights off; [0, 1].
-  double drift = 0.03;             ///< Standard deviation of exposure and white balance from step to step; [0, 0.5].
-  bool exact = false;              ///< Nothing disturbs: as if the eight above were 0 or off.
-  bool transforms = false;         ///< The project says how the object was moved, so that nothing has to be registered.
-  std::int64_t seed = 1;           ///< >= 0.
+  int width = 320;           ///< Of the photographs; [32, 4096].
+  int height = 240;          ///< [32, 4096].
+  int num_steps = 4;         ///< [1, 1000].
+  int num_lights = 5;        ///< [1, 64].
+  double interval_d = 20.0;  ///< Days between steps; > 0.
+  double radius_mm = 60.0;   ///< Of the mold; > 0. Its other lengths, and where camera and lights stand, go with it.
+  int num_spokes = 10;       ///< [0, 40].
+  int num_dents = 7;         ///< [0, 100].
+  double scan_spacing_mm = 0.7;  ///< Between the scanner's points; > 0.
+  double scan_noise_mm = 0.02;   ///< Standard deviation along the scanner's direction; >= 0.
+  double noise = 0.004;          ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
+  double motion_deg = 5.0;       ///< How far the object is turned between steps, at most; [0, 180].
+  double motion_mm = 3.0;        ///< How far it is moved, at most; >= 0.
+  double highlights = 1.0;       ///< Strength of the polish, times that of bright copper; [0, 10].
+  bool shadows = true;           ///< Whether the object casts shadows.
+  double ambient = 0.01;         ///< Value of a white surface with all lights off; [0, 1].
+  double drift = 0.03;           ///< Standard deviation of exposure and white balance from step to step; [0, 0.5].
+  bool exact = false;            ///< Nothing disturbs: as if the eight above were 0 or off.
+  bool transforms = false;       ///< The project says how the object was moved, so that nothing has to be registered.
+  std::int64_t seed = 1;         ///< >= 0.
 };
 void describe(OptionVisitor& v, MoldOptions& o);
 /// The options with what `exact` means put in. @throws InvalidInput if one is out of range.
@@ -47,15 +48,17 @@ void describe(OptionVisitor& v, MoldOptions& o);
 /// What a place of the surface looks like at a time.
 struct MoldLook {
   Vec3 albedo = Vec3::Zero();
-  double specular = 0.0;   ///< Strength of mold_lobe(): reflectance of the polish from straight above.
-  double roughness = 1.0;  ///< Its width: the lobe falls to about 1/e where the half vector's angle has the tangent roughness^2.
+  double specular = 0.0;  ///< Strength of mold_lobe(): reflectance of the polish from straight above.
+  double roughness =
+      1.0;  ///< Its width: the lobe falls to about 1/e where the half vector's angle has the tangent roughness^2.
 };
 
-/// The highlight over the light that arrives, E max(0, n . l): s exp(-tan^2 a / m^2) / (4 pi m^2 cos^4 a), a the half vector's angle to the normal and
-/// m = roughness^2 [Cook and Torrance 1982, Beckmann's distribution].
+/// The highlight over the light that arrives, E max(0, n . l): s exp(-tan^2 a / m^2) / (4 pi m^2 cos^4 a), a the half
+/// vector's angle to the normal and m = roughness^2 [Cook and Torrance 1982, Beckmann's distribution].
 [[nodiscard]] double mold_lobe(const MoldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera);
 
-/// The object in its own frame: a height function z(x, y) in mm over a disc, z toward the viewer, and its patina. Immutable.
+/// The object in its own frame: a height function z(x, y) in mm over a disc, z toward the viewer, and its patina.
+/// Immutable.
 class Mold {
  public:
   /// @param options  Of checked_mold().
@@ -66,7 +69,8 @@ class Mold {
   [[nodiscard]] Vec3 normal(double x, double y) const;
   /// Triangles of the disc, edges of about `spacing_mm`, with normal() at its corners.
   [[nodiscard]] Mesh mesh(double spacing_mm) const;
-  /// height_curvature() of the height function, 1/mm, concave positive, at a width of radius / 40. What the patina follows.
+  /// height_curvature() of the height function, 1/mm, concave positive, at a width of radius / 40. What the patina
+  /// follows.
   [[nodiscard]] double curvature(double x, double y) const;
   [[nodiscard]] double curvature_width_mm() const { return options_.radius_mm / 40.0; }
   /// Whether the place is lacquered, so that it never changes.
@@ -107,8 +111,8 @@ inline constexpr double kMoldCardAlbedo = 0.45;
 /// Corners of the card's inner part in the photographs.
 [[nodiscard]] std::vector<Vec2> card_polygon(const MoldRig& rig);
 
-/// What the scanner sees at a step: a square grid of points along z, moved along z by its noise; triangles between neighbors, none over
-/// jumps; normals of the object only when there is no noise. In the scanner's frame.
+/// What the scanner sees at a step: a square grid of points along z, moved along z by its noise; triangles between
+/// neighbors, none over jumps; normals of the object only when there is no noise. In the scanner's frame.
 [[nodiscard]] PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunControl& control = {});
 
 }  // namespace patinate::datasets

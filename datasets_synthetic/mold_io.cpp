@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "patinate/datasets/crackle.h"
 #include "datasets_synthetic/mold_light.h"
+#include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
+#include "patinate/datasets/crackle.h"
 #include "patinate/geometry/point_cloud_io.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/job/job_inputs.h"
 
 namespace patinate::datasets {
 
@@ -49,9 +49,13 @@ std::string digits(int index, int count) {
 
 fs::path step_folder(int step) { return "step" + digits(step, 2); }
 std::string photo_extension(const MoldOptions& o) { return o.noise > 0.0 ? ".png" : ".exr"; }
-fs::path photo_file(const MoldOptions& o, int step, int light) { return step_folder(step) / ("light" + std::to_string(light) + photo_extension(o)); }
+fs::path photo_file(const MoldOptions& o, int step, int light) {
+  return step_folder(step) / ("light" + std::to_string(light) + photo_extension(o));
+}
 fs::path dark_file(const MoldOptions& o, int step) { return step_folder(step) / ("dark" + photo_extension(o)); }
-fs::path in_light_file(int step, int light) { return fs::path("truth/in_light") / (digits(step, 2) + "_" + std::to_string(light) + ".png"); }
+fs::path in_light_file(int step, int light) {
+  return fs::path("truth/in_light") / (digits(step, 2) + "_" + std::to_string(light) + ".png");
+}
 fs::path albedo_file(int step) { return fs::path("truth/albedo") / (digits(step, 4) + ".exr"); }
 fs::path specular_file(int step) { return fs::path("truth/specular") / (digits(step, 4) + ".exr"); }
 
@@ -80,7 +84,8 @@ void run_step(SharedMold& shared, int step, const fs::path& folder, const RunCon
 }
 
 std::vector<fs::path> truth_files(const MoldOptions& o) {
-  std::vector<fs::path> files{"truth/position.exr", "truth/normal.exr", "truth/accessibility.exr", "truth/mask.png", "truth/lacquered.png"};
+  std::vector<fs::path> files{"truth/position.exr", "truth/normal.exr", "truth/accessibility.exr", "truth/mask.png",
+                              "truth/lacquered.png"};
   for (int step = 0; step < o.num_steps; ++step) {
     files.push_back(albedo_file(step));
     files.push_back(specular_file(step));
@@ -91,7 +96,8 @@ std::vector<fs::path> truth_files(const MoldOptions& o) {
 void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& control) {
   const Mold& mold = shared.get(control);
   const MoldOptions& o = shared.options;
-  const MoldView view = mold_view(shared.rig, mold_surface(mold, shared.rig, 0, control.part(0.0, 0.3)), control.part(0.3, 0.6));
+  const MoldView view =
+      mold_view(shared.rig, mold_surface(mold, shared.rig, 0, control.part(0.0, 0.3)), control.part(0.3, 0.6));
   for (const char* name : {"truth/albedo", "truth/specular"}) fs::create_directories(folder / name);
   write_exr(folder / "truth/position.exr", view.position_mm, {"X", "Y", "Z"}, ExrDepth::Float);
   write_exr(folder / "truth/normal.exr", view.normal, {"X", "Y", "Z"}, ExrDepth::Float);
@@ -103,7 +109,8 @@ void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& con
     for (int y = 0; y < o.height; ++y) {
       for (int x = 0; x < o.width; ++x) {
         if (view.mask.at(x, y) == 0) continue;
-        const double u = static_cast<double>(view.object_mm.at(x, y, 0)), v = static_cast<double>(view.object_mm.at(x, y, 1));
+        const double u = static_cast<double>(view.object_mm.at(x, y, 0)),
+                     v = static_cast<double>(view.object_mm.at(x, y, 1));
         const MoldLook look = mold.look(u, v, step * o.interval_d);
         for (int c = 0; c < 3; ++c) albedo.at(x, y, c) = static_cast<float>(look.albedo[c]);
         specular.at(x, y, 0) = static_cast<float>(look.specular);
@@ -138,20 +145,33 @@ RigidTransform reference_from_scan(const MoldRig& rig, int step) {
 
 Json capture_json(const MoldOptions& o, const MoldRig& rig) {
   const CameraParameters& p = rig.camera.parameters();
-  Json json{{"format", "patinate.capture"}, {"version", 1}, {"name", "copper mold"}, {"kind", "relit"}, {"unit", "mm"}, {"time_unit", "d"}, {"response", "srgb"}};
+  Json json{{"format", "patinate.capture"},
+            {"version", 1},
+            {"name", "copper mold"},
+            {"kind", "relit"},
+            {"unit", "mm"},
+            {"time_unit", "d"},
+            {"response", "srgb"}};
   Eigen::Matrix3d matrix;
   matrix << p.fx, 0.0, p.cx, 0.0, p.fy, p.cy, 0.0, 0.0, 1.0;
-  json["camera"] = {{"width", p.width}, {"height", p.height}, {"matrix", matrix_json(matrix)}, {"distortion", p.distortion},
-                    {"rotation", matrix_json(p.rotation)}, {"translation", vector_json(p.translation)}};
+  json["camera"] = {{"width", p.width},
+                    {"height", p.height},
+                    {"matrix", matrix_json(matrix)},
+                    {"distortion", p.distortion},
+                    {"rotation", matrix_json(p.rotation)},
+                    {"translation", vector_json(p.translation)}};
   json["lights"] = Json::array();
-  for (const Light& light : rig.lights) json["lights"].push_back({{"position", vector_json(light.position)}, {"intensity", vector_json(light.intensity)}});
+  for (const Light& light : rig.lights)
+    json["lights"].push_back({{"position", vector_json(light.position)}, {"intensity", vector_json(light.intensity)}});
   Json polygon = Json::array();
   for (const Vec2& corner : card_polygon(rig)) polygon.push_back({corner.x(), corner.y()});
   json["reference_patch"] = {{"polygon", polygon}, {"albedo", vector_json(kMoldCardAlbedo * Vec3::Ones())}};
   json["reference"] = 0;
   json["steps"] = Json::array();
   for (int step = 0; step < o.num_steps; ++step) {
-    Json entry{{"time", step * o.interval_d}, {"scan", (step_folder(step) / "scan.ply").generic_string()}, {"photos", Json::array()}};
+    Json entry{{"time", step * o.interval_d},
+               {"scan", (step_folder(step) / "scan.ply").generic_string()},
+               {"photos", Json::array()}};
     for (int i = 0; i < o.num_lights; ++i) entry["photos"].push_back(photo_file(o, step, i).generic_string());
     if (o.ambient > 0.0) entry["ambient"] = dark_file(o, step).generic_string();
     if (o.transforms) entry["transform"] = matrix_json(reference_from_scan(rig, step).matrix());
@@ -192,12 +212,15 @@ JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
       item.outputs.push_back(in_light_file(step, i));
     }
     if (checked.ambient > 0.0) item.outputs.push_back(dark_file(checked, step));
-    item.run = [shared, step](const fs::path& folder, const RunControl& control) { run_step(*shared, step, folder, control); };
+    item.run = [shared, step](const fs::path& folder, const RunControl& control) {
+      run_step(*shared, step, folder, control);
+    };
     plan.items.push_back(std::move(item));
   }
-  plan.items.push_back({.name = "truth", .outputs = truth_files(checked), .run = [shared](const fs::path& folder, const RunControl& control) {
-                          run_truth(*shared, folder, control);
-                        }});
+  plan.items.push_back(
+      {.name = "truth",
+       .outputs = truth_files(checked),
+       .run = [shared](const fs::path& folder, const RunControl& control) { run_truth(*shared, folder, control); }});
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
     save_json(folder / "capture.json", capture_json(shared->options, shared->rig));
     save_json(folder / "truth/truth.json", truth_json(shared->options, shared->rig, key));

@@ -64,11 +64,12 @@ class MoldPicture {
     if (!(depth > 0.0)) return std::nullopt;
     seen.position = ray->origin + depth * ray->direction;
     const Box& card = rig_.card;
-    const bool is_card = seen.position.x() > card.low.x() && seen.position.x() < card.high.x() && seen.position.y() > card.low.y() &&
-                         seen.position.y() < card.high.y();
+    const bool is_card = seen.position.x() > card.low.x() && seen.position.x() < card.high.x() &&
+                         seen.position.y() > card.low.y() && seen.position.y() < card.high.y();
     const double radius = mold_.options().radius_mm;
     const double grain = 1.0 + 0.5 * grain_(seen.position.x() / radius + 4.0, seen.position.y() / radius + 4.0);
-    seen.look.albedo = is_card ? Vec3(kMoldCardAlbedo * Vec3::Ones()) : Vec3(kTableAlbedo * grain * Vec3(1.0, 0.92, 0.85));
+    seen.look.albedo =
+        is_card ? Vec3(kMoldCardAlbedo * Vec3::Ones()) : Vec3(kTableAlbedo * grain * Vec3(1.0, 0.92, 0.85));
     return seen;
   }
 
@@ -81,12 +82,15 @@ class MoldPicture {
   /// Linear value under one light, without ambient light.
   [[nodiscard]] Vec3 lit(const Seen& seen, const Light& light) const {
     if (!is_lit(seen, light)) return Vec3::Zero();
-    const Vec3 to_light = direction_to(light, seen.position), to_camera = (rig_.camera.center() - seen.position).normalized();
+    const Vec3 to_light = direction_to(light, seen.position),
+               to_camera = (rig_.camera.center() - seen.position).normalized();
     const double lobe = seen.is_object ? mold_lobe(seen.look, seen.normal, to_light, to_camera) : 0.0;
     const Vec3 share = seen.look.albedo / std::numbers::pi + Vec3::Constant(lobe);
     return gain_.cwiseProduct(share.cwiseProduct(light_at(light, seen.position))) * seen.normal.dot(to_light);
   }
-  [[nodiscard]] Vec3 dark(const Seen& seen) const { return mold_.options().ambient * gain_.cwiseProduct(seen.look.albedo); }
+  [[nodiscard]] Vec3 dark(const Seen& seen) const {
+    return mold_.options().ambient * gain_.cwiseProduct(seen.look.albedo);
+  }
 
  private:
   const Mold& mold_;
@@ -128,14 +132,16 @@ MoldPhotos mold_photos(const Mold& mold, const MoldRig& rig, int step, const Mes
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < o.width; ++x) {
         if (const std::optional<Seen> middle = picture.look(Vec2(x, y)); middle && middle->is_object) {
-          for (std::size_t i = 0; i < rig.lights.size(); ++i) photos.in_light[i].at(x, y) = picture.is_lit(*middle, rig.lights[i]) ? 255 : 0;
+          for (std::size_t i = 0; i < rig.lights.size(); ++i)
+            photos.in_light[i].at(x, y) = picture.is_lit(*middle, rig.lights[i]) ? 255 : 0;
         }
         for (const Vec2& offset : offsets) {
           const std::optional<Seen> seen = picture.look(Vec2(x, y) + offset);
           if (!seen) continue;
           const Vec3 dark = picture.dark(*seen);
           add(photos.dark, x, y, share * dark);
-          for (std::size_t i = 0; i < rig.lights.size(); ++i) add(photos.lit[i], x, y, share * (dark + picture.lit(*seen, rig.lights[i])));
+          for (std::size_t i = 0; i < rig.lights.size(); ++i)
+            add(photos.lit[i], x, y, share * (dark + picture.lit(*seen, rig.lights[i])));
         }
       }
     }
@@ -145,7 +151,8 @@ MoldPhotos mold_photos(const Mold& mold, const MoldRig& rig, int step, const Mes
 
 MoldView mold_view(const MoldRig& rig, const Mesh& surface, const RunControl& control) {
   const CameraParameters& p = rig.camera.parameters();
-  MoldView view{ImageU8(p.width, p.height), ImageF(p.width, p.height, 3), ImageF(p.width, p.height, 3), ImageF(p.width, p.height, 2)};
+  MoldView view{ImageU8(p.width, p.height), ImageF(p.width, p.height, 3), ImageF(p.width, p.height, 3),
+                ImageF(p.width, p.height, 2)};
   const RayScene scene(surface);
   const RigidTransform back = rig.scanner_from_object.front().inverse();
   parallel_for(p.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {

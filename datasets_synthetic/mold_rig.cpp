@@ -45,10 +45,13 @@ std::vector<Light> mold_lights(const MoldOptions& o) {
   for (int i = 0; i < o.num_lights; ++i) {
     RandomStream random(static_cast<std::uint64_t>(o.seed), static_cast<std::uint64_t>(i), kLights);
     const double azimuth = 2.0 * std::numbers::pi * (i + 0.35 + 0.1 * random.uniform()) / o.num_lights;
-    const double elevation = (i % 2 == 0 ? 0.95 : 0.72) + 0.08 * random.uniform(), distance = o.radius_mm * (5.6 + 1.2 * random.uniform());
+    const double elevation = (i % 2 == 0 ? 0.95 : 0.72) + 0.08 * random.uniform(),
+                 distance = o.radius_mm * (5.6 + 1.2 * random.uniform());
     Light light;
-    light.position = distance * Vec3(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-    light.intensity = 1.25 * std::numbers::pi * distance * distance * (0.95 + 0.1 * random.uniform()) * Vec3(1.0, 0.97, 0.91);
+    light.position = distance * Vec3(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                                     std::sin(elevation));
+    light.intensity =
+        1.25 * std::numbers::pi * distance * distance * (0.95 + 0.1 * random.uniform()) * Vec3(1.0, 0.97, 0.91);
     lights.push_back(light);
   }
   return lights;
@@ -62,7 +65,8 @@ RigidTransform mold_motion(const MoldOptions& o, int step) {
   // It stays on the table, more or less: turned about the vertical, tilted a third of that.
   const double turn = within(), tilt_x = within(), tilt_y = within();
   const double degree = std::numbers::pi / 180.0;
-  motion.rotation = rotation_of(o.motion_deg * degree * turn * Vec3::UnitZ()) * rotation_of(o.motion_deg * degree / 3.0 * Vec3(tilt_x, tilt_y, 0.0));
+  motion.rotation = rotation_of(o.motion_deg * degree * turn * Vec3::UnitZ()) *
+                    rotation_of(o.motion_deg * degree / 3.0 * Vec3(tilt_x, tilt_y, 0.0));
   const double x = within(), y = within(), z = within();
   motion.translation = o.motion_mm * Vec3(x, y, 0.3 * z);
   return motion;
@@ -80,7 +84,9 @@ MoldRig mold_rig(const MoldOptions& o) {
     for (int c = 0; c < 3; ++c) gain[c] += step == 0 ? 0.0 : o.drift * (exposure + 0.4 * random.normal());
     rig.gains.push_back(gain.cwiseMax(0.1));
   }
-  rig.table_mm = -0.12 * o.radius_mm - std::sin(std::min(o.motion_deg / 3.0, 60.0) * std::numbers::pi / 180.0) * 1.5 * o.radius_mm - 0.5 * o.motion_mm;
+  rig.table_mm = -0.12 * o.radius_mm -
+                 std::sin(std::min(o.motion_deg / 3.0, 60.0) * std::numbers::pi / 180.0) * 1.5 * o.radius_mm -
+                 0.5 * o.motion_mm;
   rig.card.low = o.radius_mm * Vec3(1.33, -0.62, 0.0);
   rig.card.high = o.radius_mm * Vec3(1.63, -0.32, 0.0);
   return rig;
@@ -106,8 +112,10 @@ PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunCo
   const RayScene scene(rough);
   const Box box = bounding_box(rough);
   const double spacing = o.scan_spacing_mm, top = box.high.z() + o.radius_mm;
-  const int x0 = static_cast<int>(std::ceil(box.low.x() / spacing)), x1 = static_cast<int>(std::floor(box.high.x() / spacing));
-  const int y0 = static_cast<int>(std::ceil(box.low.y() / spacing)), y1 = static_cast<int>(std::floor(box.high.y() / spacing));
+  const int x0 = static_cast<int>(std::ceil(box.low.x() / spacing)),
+            x1 = static_cast<int>(std::floor(box.high.x() / spacing));
+  const int y0 = static_cast<int>(std::ceil(box.low.y() / spacing)),
+            y1 = static_cast<int>(std::floor(box.high.y() / spacing));
   const int width = x1 - x0 + 1, height = y1 - y0 + 1;
   Image<double> z(width, height);
   ImageU8 seen(width, height);
@@ -125,9 +133,12 @@ PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunCo
           depth -= (p.z() - mold.height(p.x(), p.y())) * n.z() / std::min(-1e-3, direction.dot(n));
         }
         const Vec3 p = back.apply(from - depth * Vec3::UnitZ());
-        if (!(std::hypot(p.x(), p.y()) <= o.radius_mm) || !(std::abs(depth - hit->distance) < 0.05 * o.radius_mm)) continue;
-        RandomStream random(static_cast<std::uint64_t>(o.seed), static_cast<std::uint64_t>(row) * static_cast<std::uint64_t>(width) + static_cast<std::uint64_t>(column),
-                            kScanNoise + 16u * static_cast<std::uint32_t>(step));
+        if (!(std::hypot(p.x(), p.y()) <= o.radius_mm) || !(std::abs(depth - hit->distance) < 0.05 * o.radius_mm))
+          continue;
+        RandomStream random(
+            static_cast<std::uint64_t>(o.seed),
+            static_cast<std::uint64_t>(row) * static_cast<std::uint64_t>(width) + static_cast<std::uint64_t>(column),
+            kScanNoise + 16u * static_cast<std::uint32_t>(step));
         z.at(column, row) = top - depth + (o.scan_noise_mm > 0.0 ? o.scan_noise_mm * random.normal() : 0.0);
         seen.at(column, row) = 255;
       }
@@ -153,7 +164,8 @@ PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunCo
   };
   for (int row = 0; row + 1 < height; ++row) {
     for (int column = 0; column + 1 < width; ++column) {
-      const int a = index.at(column, row + 1), b = index.at(column + 1, row + 1), c = index.at(column + 1, row), d = index.at(column, row);
+      const int a = index.at(column, row + 1), b = index.at(column + 1, row + 1), c = index.at(column + 1, row),
+                d = index.at(column, row);
       if (a >= 0 && c >= 0) {
         add(a, b, c);
         add(a, c, d);

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "libcommon/core/files.h"
+#include "libcommon/job/job_inputs.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/job/job_inputs.h"
 
 namespace patinate::datasets {
 
@@ -19,7 +19,8 @@ using MakeFiles = std::function<void(const fs::path& folder, const RunControl& c
 
 /// One item that makes all files, and `KIND.json` with `about` and the key.
 template <class Options>
-JobPlan plan_object(const std::string& kind, std::int64_t version, const Options& options, const fs::path& output, std::vector<fs::path> files, MakeFiles make, Json about) {
+JobPlan plan_object(const std::string& kind, std::int64_t version, const Options& options, const fs::path& output,
+                    std::vector<fs::path> files, MakeFiles make, Json about) {
   check_ranges(options);
   JobInputs inputs("synth " + kind, version);
   inputs.add_options(option_values(options));
@@ -28,7 +29,9 @@ JobPlan plan_object(const std::string& kind, std::int64_t version, const Options
   about["mesh"] = "mesh.obj";
   about["unit"] = "mm";
   about["key"] = plan.key;
-  plan.join = [file = plan.manifest, about = std::move(about)](const fs::path& folder, const RunControl&) { save_json(folder / file, about); };
+  plan.join = [file = plan.manifest, about = std::move(about)](const fs::path& folder, const RunControl&) {
+    save_json(folder / file, about);
+  };
   return plan;
 }
 
@@ -37,8 +40,10 @@ JobPlan plan_object(const std::string& kind, std::int64_t version, const Options
 JobPlan plan_sculpture(const SculptureOptions& options, const fs::path& output) {
   Json values;
   for (const auto& [name, value] : option_values(options)) values[name] = value;
-  return plan_object("sculpture", 1, options, output, {"mesh.obj"},
-                     [options](const fs::path& folder, const RunControl&) { write_obj(folder / "mesh.obj", sculpture(options)); }, {{"options", values}});
+  return plan_object(
+      "sculpture", 1, options, output, {"mesh.obj"},
+      [options](const fs::path& folder, const RunControl&) { write_obj(folder / "mesh.obj", sculpture(options)); },
+      {{"options", values}});
 }
 
 JobPlan plan_ledge(const LedgeOptions& options, const fs::path& output) {

@@ -4,14 +4,15 @@
 
 #include <filesystem>
 
+#include "libcommon/job/job.h"
 #include "patinate/datasets/fence.h"
 #include "patinate/datasets/ledge.h"
 #include "patinate/datasets/sculpture.h"
-#include "libcommon/job/job.h"
 
 namespace patinate::datasets {
 
-/// `mesh.obj` (mm); `sculpture.json` is the manifest: mesh, unit, options, key. All of these @throws InvalidInput if an option is out of range.
+/// `mesh.obj` (mm); `sculpture.json` is the manifest: mesh, unit, options, key. All of these @throws InvalidInput if an
+/// option is out of range.
 [[nodiscard]] JobPlan plan_sculpture(const SculptureOptions& options, const std::filesystem::path& output);
 /// `mesh.obj` (mm), `scene.json` for `patinate simulate`; `ledge.json` is the manifest: mesh, scene, unit, key.
 [[nodiscard]] JobPlan plan_ledge(const LedgeOptions& options, const std::filesystem::path& output);

@@ -27,8 +27,10 @@ void add_control(HtmlPage& page, const std::string& control, const std::string& 
 void write_page(const std::filesystem::path& folder) {
   HtmlPage page("Crackled paint on an urn");
   page.paragraph(
-      "A painted plate was photographed while its paint dried and cracked, and once on a back-light, which shows how thick "
-      "the paint is. patinate made a material history of it, and aged an urn with it: where the urn's paint is thick, its "
+      "A painted plate was photographed while its paint dried and cracked, and once on a back-light, which shows how "
+      "thick "
+      "the paint is. patinate made a material history of it, and aged an urn with it: where the urn's paint is thick, "
+      "its "
       "cracks are those of thick paint. Photographs and urn are synthetic, so that this demo needs no data.");
   page.heading("The material history");
   page.picture({"pictures/history.png", "The plate at four times."});

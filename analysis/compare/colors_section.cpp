@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "analysis/figures/aging.h"
 #include "analysis/compare/sections.h"
+#include "analysis/figures/aging.h"
 #include "analysis/figures/sliced_distance.h"
 #include "libcommon/core/text.h"
 
@@ -13,7 +13,8 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::size_t kMostTimes = 13, kMostSamples = 4096;
-constexpr std::uint32_t kDistributionPurpose = 101, kOnsetPurpose = 102, kSaturationPurpose = 103, kCoveredPurpose = 104;
+constexpr std::uint32_t kDistributionPurpose = 101, kOnsetPurpose = 102, kSaturationPurpose = 103,
+                        kCoveredPurpose = 104;
 constexpr double kNormal95 = 1.959963984540054;
 
 std::vector<double> mean_and(std::vector<double> curve) {
@@ -22,12 +23,15 @@ std::vector<double> mean_and(std::vector<double> curve) {
 }
 
 /// A curve of the values after the first, which is their mean, with band and with what A against itself shows.
-Curve distance_curve(const SplitFigure& f, const std::vector<double>& x, const std::string& name, const std::string& title, const std::string& x_name, const std::string& y_name) {
+Curve distance_curve(const SplitFigure& f, const std::vector<double>& x, const std::string& name,
+                     const std::string& title, const std::string& x_name, const std::string& y_name) {
   Curve curve{.name = name, .title = title, .x_name = x_name, .y_name = y_name, .x = x, .columns = {}};
   CurveColumn between{"A against B", {}}, split{"A against itself split in two", {}, {}, true};
   for (std::size_t i = 0; i < x.size(); ++i) {
     between.values.emplace_back(f.value[i + 1]);
-    if (f.errors) between.band.emplace_back(std::max(0.0, f.value[i + 1] - kNormal95 * (*f.errors)[i + 1]), f.value[i + 1] + kNormal95 * (*f.errors)[i + 1]);
+    if (f.errors)
+      between.band.emplace_back(std::max(0.0, f.value[i + 1] - kNormal95 * (*f.errors)[i + 1]),
+                                f.value[i + 1] + kNormal95 * (*f.errors)[i + 1]);
     if (!f.split.empty()) split.values.emplace_back(f.split[i + 1]);
   }
   curve.columns.push_back(std::move(between));
@@ -35,7 +39,8 @@ Curve distance_curve(const SplitFigure& f, const std::vector<double>& x, const s
   return curve;
 }
 
-void add_distribution(const ComparedPair& pair, const CompareOptions& options, const RunControl& control, Section& section) {
+void add_distribution(const ComparedPair& pair, const CompareOptions& options, const RunControl& control,
+                      Section& section) {
   std::vector<SortedColors> a, b;
   std::vector<double> times;
   const auto sample = [&](const ColorStack& stack, const BlockGrid& grid, std::size_t t) {
@@ -60,8 +65,12 @@ void add_distribution(const ComparedPair& pair, const CompareOptions& options, c
     };
   };
   const SplitFigure f = split_figure(pair, figure(a, b), figure(a, a), options, kDistributionPurpose, control);
-  section.figures.push_back(figure_of(f, 0, "color_distribution", "Distance between the distributions of color, mean over times", "Delta E 1976", "no block shows the surface"));
-  if (!f.value.empty()) section.curves.push_back(distance_curve(f, times, "color_distribution", "Distance between the distributions of color", pair.time_name, "Delta E 1976"));
+  section.figures.push_back(figure_of(f, 0, "color_distribution",
+                                      "Distance between the distributions of color, mean over times", "Delta E 1976",
+                                      "no block shows the surface"));
+  if (!f.value.empty())
+    section.curves.push_back(distance_curve(
+        f, times, "color_distribution", "Distance between the distributions of color", pair.time_name, "Delta E 1976"));
 }
 
 std::vector<BlockValue> times_of(const TexelAging& aging, const std::vector<float>& values, const BlockGrid& grid) {
@@ -74,8 +83,9 @@ std::vector<BlockValue> times_of(const TexelAging& aging, const std::vector<floa
 }
 
 /// The distance between the distributions of a time of A and of B, and the medians.
-void add_times(const ComparedPair& pair, const std::vector<BlockValue>& a, const std::vector<BlockValue>& b, const std::string& name, const std::string& what, const CompareOptions& options,
-               std::uint32_t purpose, const RunControl& control, Section& section) {
+void add_times(const ComparedPair& pair, const std::vector<BlockValue>& a, const std::vector<BlockValue>& b,
+               const std::string& name, const std::string& what, const CompareOptions& options, std::uint32_t purpose,
+               const RunControl& control, Section& section) {
   const auto figure = [](const std::vector<BlockValue>& one, const std::vector<BlockValue>& other) {
     return [&one, &other](const std::vector<int>& wa, const std::vector<int>& wb) {
       const std::optional<double> d = quantile_distance(one, wa, other, wb, 1);
@@ -84,16 +94,23 @@ void add_times(const ComparedPair& pair, const std::vector<BlockValue>& a, const
   };
   const std::string undefined = std::string(a.empty() ? "A" : "B") + " does not age visibly anywhere";
   const SplitFigure f = split_figure(pair, figure(a, b), figure(a, a), options, purpose, control);
-  section.figures.push_back(figure_of(f, 0, name + "_distance", what + ": distance between the distributions", pair.time_unit, undefined));
+  section.figures.push_back(
+      figure_of(f, 0, name + "_distance", what + ": distance between the distributions", pair.time_unit, undefined));
   for (const auto& [side, list] : {std::pair{"a", &a}, std::pair{"b", &b}}) {
-    const std::optional<double> median = list->empty() ? std::nullopt : quantile(*list, (side[0] == 'a' ? pair.blocks_a : pair.blocks_b).all(), 0.5);
-    section.figures.push_back({.name = name + "_median_" + side, .title = what + ": median of " + (side[0] == 'a' ? "A" : "B"), .unit = pair.time_unit, .value = median,
-                               .undefined = median ? "" : std::string(side[0] == 'a' ? "A" : "B") + " does not age visibly anywhere"});
+    const std::optional<double> median =
+        list->empty() ? std::nullopt : quantile(*list, (side[0] == 'a' ? pair.blocks_a : pair.blocks_b).all(), 0.5);
+    section.figures.push_back(
+        {.name = name + "_median_" + side,
+         .title = what + ": median of " + (side[0] == 'a' ? "A" : "B"),
+         .unit = pair.time_unit,
+         .value = median,
+         .undefined = median ? "" : std::string(side[0] == 'a' ? "A" : "B") + " does not age visibly anywhere"});
   }
 }
 
 /// Share of the texels with a visible change at every time; empty when no block has weight.
-std::vector<double> covered_share(const std::vector<std::vector<double>>& first_covered, const std::vector<double>& counts, const std::vector<int>& weights) {
+std::vector<double> covered_share(const std::vector<std::vector<double>>& first_covered,
+                                  const std::vector<double>& counts, const std::vector<int>& weights) {
   std::vector<double> share(first_covered.empty() ? 0 : first_covered.front().size());
   double total = 0.0;
   for (std::size_t b = 0; b < weights.size(); ++b) {
@@ -115,7 +132,8 @@ struct Covered {
 };
 
 Covered covered_of(const TexelAging& aging, const BlockGrid& grid, std::size_t num_times) {
-  Covered c{std::vector<std::vector<double>>(grid.num_blocks(), std::vector<double>(num_times)), std::vector<double>(grid.num_blocks())};
+  Covered c{std::vector<std::vector<double>>(grid.num_blocks(), std::vector<double>(num_times)),
+            std::vector<double>(grid.num_blocks())};
   for (std::size_t i = 0; i < aging.covered_at.size(); ++i) {
     c.counts[grid.block_of[i]] += 1.0;
     if (aging.covered_at[i] < num_times) c.first[grid.block_of[i]][aging.covered_at[i]] += 1.0;
@@ -123,12 +141,14 @@ Covered covered_of(const TexelAging& aging, const BlockGrid& grid, std::size_t n
   return c;
 }
 
-void add_covered(const ComparedPair& pair, const TexelAging& aging_a, const TexelAging& aging_b, const CompareOptions& options, const RunControl& control, Section& section) {
+void add_covered(const ComparedPair& pair, const TexelAging& aging_a, const TexelAging& aging_b,
+                 const CompareOptions& options, const RunControl& control, Section& section) {
   const std::size_t num_times = pair.a.num_times();
   const Covered a = covered_of(aging_a, pair.blocks_a, num_times), b = covered_of(aging_b, pair.blocks_b, num_times);
   const auto figure = [](const Covered& one, const Covered& other) {
     return [&one, &other](const std::vector<int>& wa, const std::vector<int>& wb) {
-      const std::vector<double> x = covered_share(one.first, one.counts, wa), y = covered_share(other.first, other.counts, wb);
+      const std::vector<double> x = covered_share(one.first, one.counts, wa),
+                                y = covered_share(other.first, other.counts, wb);
       if (x.empty() || y.empty()) return std::vector<double>();
       double sum = 0.0;
       for (std::size_t t = 0; t < x.size(); ++t) sum += std::abs(x[t] - y[t]);
@@ -136,9 +156,16 @@ void add_covered(const ComparedPair& pair, const TexelAging& aging_a, const Texe
     };
   };
   const SplitFigure f = split_figure(pair, figure(a, b), figure(a, a), options, kCoveredPurpose, control);
-  section.figures.push_back(figure_of(f, 0, "covered_distance", "Share with a visible change: difference, mean over times", "", "no block shows the surface"));
-  const std::vector<double> x = covered_share(a.first, a.counts, pair.blocks_a.all()), y = covered_share(b.first, b.counts, pair.blocks_b.all());
-  section.curves.push_back({.name = "covered", .title = "Share of the surface with a visible change", .x_name = pair.time_name, .y_name = "share", .x = pair.a.times,
+  section.figures.push_back(figure_of(f, 0, "covered_distance",
+                                      "Share with a visible change: difference, mean over times", "",
+                                      "no block shows the surface"));
+  const std::vector<double> x = covered_share(a.first, a.counts, pair.blocks_a.all()),
+                            y = covered_share(b.first, b.counts, pair.blocks_b.all());
+  section.curves.push_back({.name = "covered",
+                            .title = "Share of the surface with a visible change",
+                            .x_name = pair.time_name,
+                            .y_name = "share",
+                            .x = pair.a.times,
                             .columns = {{"A", {x.begin(), x.end()}}, {"B", {y.begin(), y.end()}}}});
 }
 
@@ -146,7 +173,13 @@ void add_covered(const ComparedPair& pair, const TexelAging& aging_a, const Texe
 void add_means(const ComparedPair& pair, Section& section) {
   constexpr const char* kNames[3] = {"L", "a", "b"};
   for (std::size_t c = 0; c < 3; ++c) {
-    Curve curve{.name = std::string("mean_") + kNames[c], .title = std::string("Mean ") + kNames[c] + "*", .x_name = pair.time_name, .y_name = std::string(kNames[c]) + "*", .x = pair.a.times, .columns = {}, .from_zero = false};
+    Curve curve{.name = std::string("mean_") + kNames[c],
+                .title = std::string("Mean ") + kNames[c] + "*",
+                .x_name = pair.time_name,
+                .y_name = std::string(kNames[c]) + "*",
+                .x = pair.a.times,
+                .columns = {},
+                .from_zero = false};
     for (const ColorStack* stack : {&pair.a, &pair.b}) {
       CurveColumn column{stack == &pair.a ? "A" : "B", {}};
       for (std::size_t t = 0; t < stack->num_times(); ++t) {
@@ -164,17 +197,25 @@ void add_means(const ComparedPair& pair, Section& section) {
 
 Section colors_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
   Section section{.name = "colors", .title = "Colors, wherever they are"};
-  section.paragraphs.push_back("Distances are between whole distributions: shifting every color by some Delta E gives exactly that number. A change is visible from Delta E " +
-                               short_number_text(options.visible_delta_e) + " on; onset and saturation are the times at which a place has made a tenth and nine tenths of its change.");
+  section.paragraphs.push_back(
+      "Distances are between whole distributions: shifting every color by some Delta E gives exactly that number. A "
+      "change is visible from Delta E " +
+      short_number_text(options.visible_delta_e) +
+      " on; onset and saturation are the times at which a place has made a tenth and nine tenths of its change.");
   add_distribution(pair, options, control.part(0.0, 0.6), section);
   add_means(pair, section);
   if (pair.a.num_times() < 2) {
-    for (const char* name : {"onset_distance", "saturation_distance", "covered_distance"}) section.figures.push_back({.name = name, .title = name, .unit = pair.time_unit, .undefined = "there is only one common time"});
+    for (const char* name : {"onset_distance", "saturation_distance", "covered_distance"})
+      section.figures.push_back(
+          {.name = name, .title = name, .unit = pair.time_unit, .undefined = "there is only one common time"});
     return section;
   }
-  const TexelAging a = texel_aging(pair.a, options.visible_delta_e, control), b = texel_aging(pair.b, options.visible_delta_e, control);
-  add_times(pair, times_of(a, a.onset, pair.blocks_a), times_of(b, b.onset, pair.blocks_b), "onset", "Onset", options, kOnsetPurpose, control.part(0.6, 0.8), section);
-  add_times(pair, times_of(a, a.saturation, pair.blocks_a), times_of(b, b.saturation, pair.blocks_b), "saturation", "Saturation", options, kSaturationPurpose, control.part(0.8, 0.95), section);
+  const TexelAging a = texel_aging(pair.a, options.visible_delta_e, control),
+                   b = texel_aging(pair.b, options.visible_delta_e, control);
+  add_times(pair, times_of(a, a.onset, pair.blocks_a), times_of(b, b.onset, pair.blocks_b), "onset", "Onset", options,
+            kOnsetPurpose, control.part(0.6, 0.8), section);
+  add_times(pair, times_of(a, a.saturation, pair.blocks_a), times_of(b, b.saturation, pair.blocks_b), "saturation",
+            "Saturation", options, kSaturationPurpose, control.part(0.8, 0.95), section);
   add_covered(pair, a, b, options, control.part(0.95, 1.0), section);
   return section;
 }

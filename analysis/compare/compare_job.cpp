@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "analysis/compare/compare_report.h"
-#include "analysis/report/report_page.h"
 #include "analysis/compare/sections.h"
-#include "patinate/image/image_io.h"
+#include "analysis/report/report_page.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
 
@@ -28,7 +28,9 @@ struct Work {
 
   const ComparedPair& loaded(const RunControl& control) {
     const std::scoped_lock lock(mutex);
-    if (!pair) pair.emplace(load_pair(open_series(task.a, task.through).series, open_series(task.b).series, task.options, control));
+    if (!pair)
+      pair.emplace(
+          load_pair(open_series(task.a, task.through).series, open_series(task.b).series, task.options, control));
     return *pair;
   }
 };
@@ -40,9 +42,12 @@ JobItem section_item(const std::shared_ptr<Work>& work, const NamedSection& sect
   return {.name = section.name,
           .outputs = part_files(section_file(section.name)),
           .run = [work, name = section.name, make = section.make](const fs::path& folder, const RunControl& control) {
-            const Section section = make(work->loaded(control.part(0.0, 0.3)), work->task.options, control.part(0.3, 1.0));
+            const Section section =
+                make(work->loaded(control.part(0.0, 0.3)), work->task.options, control.part(0.3, 1.0));
             Json json = section_json(section);
-            for (std::size_t i = 0; i < section.pictures.size(); ++i) json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
+            for (std::size_t i = 0; i < section.pictures.size(); ++i)
+              json["pictures"][i]["source"] =
+                  picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
             fs::create_directories(folder / kJobWorkFolder);
             save_part(folder / section_file(name), std::move(json));
           }};
@@ -78,7 +83,8 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
     for (const std::string& name : names) made.push_back(load_part(folder / section_file(name)));
     const CompareTask& t = work->task;
     const SeriesFile side_a = open_series(t.a, t.through), side_b = open_series(t.b);
-    write_compare_report(folder, {.a = side_a, .b = side_b, .options = t.options, .command = t.command, .key = key}, made);
+    write_compare_report(folder, {.a = side_a, .b = side_b, .options = t.options, .command = t.command, .key = key},
+                         made);
   };
   return plan;
 }

@@ -21,6 +21,7 @@ struct CompareProvenance {
 
 /// Writes report.html (everything inside), report.json and curves/<name>.csv.
 /// @param sections  section_json() with a `source` in every picture. @throws CannotComplete
-void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance, const std::vector<Json>& sections);
+void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance,
+                          const std::vector<Json>& sections);
 
 }  // namespace patinate::analysis

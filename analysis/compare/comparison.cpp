@@ -7,7 +7,8 @@
 
 namespace patinate::analysis {
 
-std::vector<Section> compare(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control) {
+std::vector<Section> compare(TextureSeries a, TextureSeries b, const CompareOptions& options,
+                             const RunControl& control) {
   check_ranges(options);
   const ComparedPair pair = load_pair(std::move(a), std::move(b), options, control.part(0.0, 0.3));
   const std::vector<NamedSection> makers = compared_sections(options);

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "analysis/figures/aging.h"
 #include "analysis/compare/sections.h"
+#include "analysis/figures/aging.h"
 
 namespace patinate::analysis {
 
@@ -14,9 +14,13 @@ constexpr double kAnyVisible = 1.0;  ///< Of texel_aging(), whose change does no
 
 }  // namespace
 
-ClassedSurface::ClassedSurface(const ColorStack& stack, std::span<const std::uint16_t> block_of, std::vector<float> values, const ControlFacts& parameter, const SharedControl& shared,
+ClassedSurface::ClassedSurface(const ColorStack& stack, std::span<const std::uint16_t> block_of,
+                               std::vector<float> values, const ControlFacts& parameter, const SharedControl& shared,
                                int num_classes, std::uint64_t seed, const RunControl& control)
-    : stack_(stack), block_of_(block_of), values_(std::move(values)), class_of_(control_classes(values_, parameter, shared, num_classes)) {
+    : stack_(stack),
+      block_of_(block_of),
+      values_(std::move(values)),
+      class_of_(control_classes(values_, parameter, shared, num_classes)) {
   if (stack.num_times() > 1) change_ = texel_aging(stack, kAnyVisible, control).change;
   for (int k = 0; k < num_classes; ++k) {
     std::vector<std::uint32_t> texels;
@@ -24,7 +28,8 @@ ClassedSurface::ClassedSurface(const ColorStack& stack, std::span<const std::uin
       if (class_of_[i] == k) texels.push_back(static_cast<std::uint32_t>(i));
     }
     colors_.emplace_back();
-    for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes)) colors_.back().emplace_back(stack, t, texels, block_of_, kMostSamples, seed);
+    for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes))
+      colors_.back().emplace_back(stack, t, texels, block_of_, kMostSamples, seed);
   }
 }
 
@@ -44,7 +49,8 @@ std::vector<std::optional<double>> ClassedSurface::rates(std::span<const int> we
   return out;
 }
 
-std::optional<double> conditional_distance(const ClassedSurface& a, std::span<const int> weights_a, const ClassedSurface& b, std::span<const int> weights_b) {
+std::optional<double> conditional_distance(const ClassedSurface& a, std::span<const int> weights_a,
+                                           const ClassedSurface& b, std::span<const int> weights_b) {
   double sum = 0.0;
   int count = 0;
   for (std::size_t k = 0; k < a.num_classes(); ++k) {
@@ -58,7 +64,8 @@ std::optional<double> conditional_distance(const ClassedSurface& a, std::span<co
   return count == 0 ? std::nullopt : std::optional(sum / count);
 }
 
-std::optional<double> rate_distance(const ClassedSurface& a, std::span<const int> weights_a, const ClassedSurface& b, std::span<const int> weights_b) {
+std::optional<double> rate_distance(const ClassedSurface& a, std::span<const int> weights_a, const ClassedSurface& b,
+                                    std::span<const int> weights_b) {
   const std::vector<std::optional<double>> x = a.rates(weights_a), y = b.rates(weights_b);
   double sum = 0.0;
   int count = 0;

@@ -19,8 +19,9 @@ class ClassedSurface {
  public:
   /// @param stack     Outlives this. @param block_of  Of every texel of the stack; outlives this.
   /// @param values    Of the control at the stack's texels, in [0, 1]. @param parameter  What 0 and 1 stand for.
-  ClassedSurface(const ColorStack& stack, std::span<const std::uint16_t> block_of, std::vector<float> values, const ControlFacts& parameter, const SharedControl& shared, int num_classes,
-                 std::uint64_t seed, const RunControl& control = {});
+  ClassedSurface(const ColorStack& stack, std::span<const std::uint16_t> block_of, std::vector<float> values,
+                 const ControlFacts& parameter, const SharedControl& shared, int num_classes, std::uint64_t seed,
+                 const RunControl& control = {});
 
   [[nodiscard]] std::size_t num_classes() const { return colors_.size(); }
   [[nodiscard]] const std::vector<float>& values() const { return values_; }
@@ -41,11 +42,14 @@ class ClassedSurface {
   std::vector<std::vector<SortedColors>> colors_;  ///< [class][time]
 };
 
-/// P(color | control, time): distance between the distributions, Delta E 1976, mean over the classes and times that both have.
+/// P(color | control, time): distance between the distributions, Delta E 1976, mean over the classes and times that
+/// both have.
 /// @returns nothing when they have none in common.
-[[nodiscard]] std::optional<double> conditional_distance(const ClassedSurface& a, std::span<const int> weights_a, const ClassedSurface& b, std::span<const int> weights_b);
+[[nodiscard]] std::optional<double> conditional_distance(const ClassedSurface& a, std::span<const int> weights_a,
+                                                         const ClassedSurface& b, std::span<const int> weights_b);
 
 /// Root mean square difference of the rates over the classes that both have. @returns nothing when there is none.
-[[nodiscard]] std::optional<double> rate_distance(const ClassedSurface& a, std::span<const int> weights_a, const ClassedSurface& b, std::span<const int> weights_b);
+[[nodiscard]] std::optional<double> rate_distance(const ClassedSurface& a, std::span<const int> weights_a,
+                                                  const ClassedSurface& b, std::span<const int> weights_b);
 
 }  // namespace patinate::analysis

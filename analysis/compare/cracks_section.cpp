@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/figures/block_values.h"
 #include "analysis/compare/sections.h"
 #include "analysis/cracks/crack_network.h"
+#include "analysis/figures/block_values.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {
@@ -43,16 +43,20 @@ Cracks cracks_of(const ColorStack& stack, const BlockGrid& grid, double pixel) {
     c.cracked[grid.block_of[i]] += c.mask.data()[stack.texels[i]] != 0 ? 1.0 : 0.0;
   }
   const auto block = [&](double x, double y) {
-    return block_at[static_cast<std::size_t>(std::lround(y)) * static_cast<std::size_t>(stack.width) + static_cast<std::size_t>(std::lround(x))];
+    return block_at[static_cast<std::size_t>(std::lround(y)) * static_cast<std::size_t>(stack.width) +
+                    static_cast<std::size_t>(std::lround(x))];
   };
-  for (const CrackCell& cell : c.network.cells) c.cells.push_back({static_cast<float>(std::log2(cell.area_px * pixel * pixel)), block(cell.x, cell.y)});
-  for (const CrackJunction& j : c.network.junctions) c.angles.push_back({static_cast<float>(j.angle_deg()), block(j.x, j.y)});
+  for (const CrackCell& cell : c.network.cells)
+    c.cells.push_back({static_cast<float>(std::log2(cell.area_px * pixel * pixel)), block(cell.x, cell.y)});
+  for (const CrackJunction& j : c.network.junctions)
+    c.angles.push_back({static_cast<float>(j.angle_deg()), block(j.x, j.y)});
   sort_values(c.cells);
   sort_values(c.angles);
   return c;
 }
 
-std::vector<double> share_distance(const Cracks& a, const std::vector<int>& wa, const Cracks& b, const std::vector<int>& wb) {
+std::vector<double> share_distance(const Cracks& a, const std::vector<int>& wa, const Cracks& b,
+                                   const std::vector<int>& wb) {
   const auto share = [](const Cracks& c, const std::vector<int>& w) -> std::optional<double> {
     double cracked = 0.0, count = 0.0;
     for (std::size_t k = 0; k < w.size(); ++k) cracked += w[k] * c.cracked[k], count += w[k] * c.counts[k];
@@ -66,8 +70,15 @@ std::vector<double> share_distance(const Cracks& a, const std::vector<int>& wa, 
 void add_side(const Cracks& c, const std::string& side, const std::string& unit, Section& section) {
   const std::string suffix = side == "A" ? "_a" : "_b";
   const std::string none = "no dark lines are found in " + side;
-  const auto add = [&](const std::string& name, const std::string& title, const std::string& of, std::optional<double> value, const std::string& why) {
-    section.figures.push_back({.name = name + suffix, .title = title + " of " + side, .unit = of, .value = value, .undefined = value ? "" : c.is_none() ? none : why});
+  const auto add = [&](const std::string& name, const std::string& title, const std::string& of,
+                       std::optional<double> value, const std::string& why) {
+    section.figures.push_back({.name = name + suffix,
+                               .title = title + " of " + side,
+                               .unit = of,
+                               .value = value,
+                               .undefined = value         ? ""
+                                            : c.is_none() ? none
+                                                          : why});
   };
   const auto mean = [](const std::vector<BlockValue>& values) -> std::optional<double> {
     if (values.empty()) return std::nullopt;
@@ -81,11 +92,13 @@ void add_side(const Cracks& c, const std::string& side, const std::string& unit,
   std::optional<double> cell_area;
   if (!c.cells.empty()) cell_area = std::exp2(static_cast<double>(c.cells[c.cells.size() / 2].value));
   add("cell_area", "Median cell", unit + "^2", cell_area, "no cell is closed");
-  add("junction_angle", "Mean angle between cracks (90: one ends on another; 120: three meet evenly)", "degrees", mean(c.angles), "no junction can be followed");
+  add("junction_angle", "Mean angle between cracks (90: one ends on another; 120: three meet evenly)", "degrees",
+      mean(c.angles), "no junction can be followed");
 }
 
 /// The same figures where a control is below and above its median: does the pattern follow it?
-void add_halves(const TextureSeries& series, const ColorStack& stack, const Cracks& c, const std::string& side, const std::string& unit, Section& section) {
+void add_halves(const TextureSeries& series, const ColorStack& stack, const Cracks& c, const std::string& side,
+                const std::string& unit, Section& section) {
   for (const ControlFacts& control : series.facts().controls) {
     const std::vector<float> values = control_at(series, control.name, stack);
     if (values.empty()) continue;
@@ -95,7 +108,10 @@ void add_halves(const TextureSeries& series, const ColorStack& stack, const Crac
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     for (const bool is_high : {false, true}) {
-      const auto is_here = [&](const auto& part) { return (at.at(static_cast<int>(std::lround(part.x)), static_cast<int>(std::lround(part.y))) >= *middle) == is_high; };
+      const auto is_here = [&](const auto& part) {
+        return (at.at(static_cast<int>(std::lround(part.x)), static_cast<int>(std::lround(part.y))) >= *middle) ==
+               is_high;
+      };
       std::vector<double> cells, angles, waves;
       for (const CrackCell& cell : c.network.cells) {
         if (is_here(cell)) cells.push_back(cell.area_px * c.pixel * c.pixel);
@@ -113,13 +129,18 @@ void add_halves(const TextureSeries& series, const ColorStack& stack, const Crac
         for (const double v : list) sum += v;
         return sum / static_cast<double>(list.size());
       };
-      const std::string suffix = "_" + control.name + (is_high ? "_high_" : "_low_") + (side == "A" ? "a" : "b"), where = " of " + side + " where " + control.name + " is " + (is_high ? "high" : "low");
-      const auto add = [&](const std::string& name, const std::string& title, const std::string& of, std::optional<double> value, const std::string& why) {
-        section.figures.push_back({.name = name + suffix, .title = title + where, .unit = of, .value = value, .undefined = value ? "" : why});
+      const std::string suffix = "_" + control.name + (is_high ? "_high_" : "_low_") + (side == "A" ? "a" : "b"),
+                        where = " of " + side + " where " + control.name + " is " + (is_high ? "high" : "low");
+      const auto add = [&](const std::string& name, const std::string& title, const std::string& of,
+                           std::optional<double> value, const std::string& why) {
+        section.figures.push_back(
+            {.name = name + suffix, .title = title + where, .unit = of, .value = value, .undefined = value ? "" : why});
       };
-      add("cell_area", "Median cell", unit + "^2", cells.empty() ? std::nullopt : std::optional(cells[cells.size() / 2]), "no closed cell has its middle there");
+      add("cell_area", "Median cell", unit + "^2",
+          cells.empty() ? std::nullopt : std::optional(cells[cells.size() / 2]), "no closed cell has its middle there");
       add("junction_angle", "Mean angle between cracks", "degrees", mean(angles), "no junction there can be followed");
-      add("waviness", "Mean distance of cracks from their chords, as a share of those", "", mean(waves), "no crack there is long enough");
+      add("waviness", "Mean distance of cracks from their chords, as a share of those", "", mean(waves),
+          "no crack there is long enough");
     }
   }
 }
@@ -130,33 +151,50 @@ Section cracks_section(const ComparedPair& pair, const CompareOptions& options, 
   Section section{.name = "cracks", .title = "Cracks"};
   const bool is_metric = pair.a.pixel_mm && pair.b.pixel_mm;
   const std::string unit = is_metric ? "mm" : "pixel";
-  const Cracks a = cracks_of(pair.a, pair.blocks_a, is_metric ? *pair.a.pixel_mm : 1.0), b = cracks_of(pair.b, pair.blocks_b, is_metric ? *pair.b.pixel_mm : 1.0);
-  section.paragraphs.push_back("Dark lines at the last common time, at the compared size; cracks narrower than a pixel of it are not seen (--size).");
+  const Cracks a = cracks_of(pair.a, pair.blocks_a, is_metric ? *pair.a.pixel_mm : 1.0),
+               b = cracks_of(pair.b, pair.blocks_b, is_metric ? *pair.b.pixel_mm : 1.0);
+  section.paragraphs.push_back(
+      "Dark lines at the last common time, at the compared size; cracks narrower than a pixel of it are not seen "
+      "(--size).");
   add_side(a, "A", unit, section);
   add_side(b, "B", unit, section);
   add_halves(pair.series_a, pair.a, a, "A", unit, section);
   add_halves(pair.series_b, pair.b, b, "B", unit, section);
   const auto of = [](const Cracks& one, const Cracks& other, const std::vector<BlockValue> Cracks::*list) {
     return [&one, &other, list](const std::vector<int>& wa, const std::vector<int>& wb) {
-      const std::optional<double> d = (one.*list).empty() || (other.*list).empty() ? std::nullopt : quantile_distance(one.*list, wa, other.*list, wb, 1);
+      const std::optional<double> d = (one.*list).empty() || (other.*list).empty()
+                                          ? std::nullopt
+                                          : quantile_distance(one.*list, wa, other.*list, wb, 1);
       return d ? std::vector<double>{*d} : std::vector<double>();
     };
   };
   const auto shares = [](const Cracks& one, const Cracks& other) {
-    return [&one, &other](const std::vector<int>& wa, const std::vector<int>& wb) { return share_distance(one, wa, other, wb); };
+    return [&one, &other](const std::vector<int>& wa, const std::vector<int>& wb) {
+      return share_distance(one, wa, other, wb);
+    };
   };
-  section.figures.push_back(figure_of(split_figure(pair, shares(a, b), shares(a, a), options, kSharePurpose, control), 0, "crack_share_distance", "Difference of the shares of cracks", "", "no block shows the surface"));
-  const auto cell_figure = split_figure(pair, of(a, b, &Cracks::cells), of(a, a, &Cracks::cells), options, kCellPurpose, control);
-  section.figures.push_back(figure_of(cell_figure, 0, "cell_area_distance", "Distance between the distributions of cell area", "octaves", "one side has no closed cell"));
-  const auto angle_figure = split_figure(pair, of(a, b, &Cracks::angles), of(a, a, &Cracks::angles), options, kAnglePurpose, control);
-  section.figures.push_back(figure_of(angle_figure, 0, "junction_angle_distance", "Distance between the distributions of junction angle", "degrees", "one side has no junction that can be followed"));
+  section.figures.push_back(figure_of(split_figure(pair, shares(a, b), shares(a, a), options, kSharePurpose, control),
+                                      0, "crack_share_distance", "Difference of the shares of cracks", "",
+                                      "no block shows the surface"));
+  const auto cell_figure =
+      split_figure(pair, of(a, b, &Cracks::cells), of(a, a, &Cracks::cells), options, kCellPurpose, control);
+  section.figures.push_back(figure_of(cell_figure, 0, "cell_area_distance",
+                                      "Distance between the distributions of cell area", "octaves",
+                                      "one side has no closed cell"));
+  const auto angle_figure =
+      split_figure(pair, of(a, b, &Cracks::angles), of(a, a, &Cracks::angles), options, kAnglePurpose, control);
+  section.figures.push_back(figure_of(angle_figure, 0, "junction_angle_distance",
+                                      "Distance between the distributions of junction angle", "degrees",
+                                      "one side has no junction that can be followed"));
   for (const Cracks* c : {&a, &b}) {
     const ColorStack& stack = c == &a ? pair.a : pair.b;
     ImageF picture = stack.rgb_image(stack.num_times() - 1);
     for (std::int64_t i = 0; i < c->mask.num_pixels(); ++i) {
-      if (c->mask.data()[i] != 0) picture.data()[3 * i] = 0.9f, picture.data()[3 * i + 1] = 0.35f, picture.data()[3 * i + 2] = 0.02f;
+      if (c->mask.data()[i] != 0)
+        picture.data()[3 * i] = 0.9f, picture.data()[3 * i + 1] = 0.35f, picture.data()[3 * i + 2] = 0.02f;
     }
-    section.pictures.push_back({c == &a ? "cracks_a" : "cracks_b", std::string("What is taken for cracks, ") + (c == &a ? "A" : "B"), std::move(picture)});
+    section.pictures.push_back({c == &a ? "cracks_a" : "cracks_b",
+                                std::string("What is taken for cracks, ") + (c == &a ? "A" : "B"), std::move(picture)});
   }
   return section;
 }

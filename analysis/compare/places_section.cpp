@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/compare/sections.h"
 #include "analysis/figures/aging.h"
 #include "analysis/figures/pixel_difference.h"
-#include "analysis/compare/sections.h"
 #include "analysis/figures/time_warp.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/color_ramp.h"
@@ -19,7 +19,8 @@ ImageF texel_image(const ColorStack& stack, const std::vector<float>& values) {
   return out;
 }
 
-std::vector<std::optional<double>> column(const std::vector<PixelDifference>& differences, double PixelDifference::*member) {
+std::vector<std::optional<double>> column(const std::vector<PixelDifference>& differences,
+                                          double PixelDifference::*member) {
   std::vector<std::optional<double>> out;
   for (const PixelDifference& d : differences) out.emplace_back(d.*member);
   return out;
@@ -31,7 +32,9 @@ double mean(const std::vector<PixelDifference>& differences, double PixelDiffere
   return sum / static_cast<double>(differences.size());
 }
 
-std::vector<std::optional<double>> optionals(const std::vector<double>& values) { return {values.begin(), values.end()}; }
+std::vector<std::optional<double>> optionals(const std::vector<double>& values) {
+  return {values.begin(), values.end()};
+}
 
 double rms(const std::vector<double>& values) {
   double sum = 0.0;
@@ -40,43 +43,94 @@ double rms(const std::vector<double>& values) {
 }
 
 void add_differences(const ComparedPair& pair, const std::vector<PixelDifference>& differences, Section& section) {
-  section.figures.push_back({.name = "ciede2000_mean", .title = "CIEDE2000, mean over places and times", .unit = "Delta E 2000", .value = mean(differences, &PixelDifference::ciede2000_mean)});
-  section.figures.push_back({.name = "ciede2000_p95", .title = "CIEDE2000, 95th percentile of places, mean over times", .unit = "Delta E 2000", .value = mean(differences, &PixelDifference::ciede2000_p95)});
-  section.figures.push_back({.name = "ssim_mean", .title = "SSIM of lightness, mean over places and times", .unit = "", .value = mean(differences, &PixelDifference::ssim)});
-  section.figures.push_back({.name = "absolute_mean", .title = "Absolute difference of linear color", .unit = "", .value = mean(differences, &PixelDifference::absolute)});
-  Curve ciede{.name = "ciede2000", .title = "Color difference, place by place", .x_name = pair.time_name, .y_name = "CIEDE2000", .x = pair.a.times, .columns = {}};
+  section.figures.push_back({.name = "ciede2000_mean",
+                             .title = "CIEDE2000, mean over places and times",
+                             .unit = "Delta E 2000",
+                             .value = mean(differences, &PixelDifference::ciede2000_mean)});
+  section.figures.push_back({.name = "ciede2000_p95",
+                             .title = "CIEDE2000, 95th percentile of places, mean over times",
+                             .unit = "Delta E 2000",
+                             .value = mean(differences, &PixelDifference::ciede2000_p95)});
+  section.figures.push_back({.name = "ssim_mean",
+                             .title = "SSIM of lightness, mean over places and times",
+                             .unit = "",
+                             .value = mean(differences, &PixelDifference::ssim)});
+  section.figures.push_back({.name = "absolute_mean",
+                             .title = "Absolute difference of linear color",
+                             .unit = "",
+                             .value = mean(differences, &PixelDifference::absolute)});
+  Curve ciede{.name = "ciede2000",
+              .title = "Color difference, place by place",
+              .x_name = pair.time_name,
+              .y_name = "CIEDE2000",
+              .x = pair.a.times,
+              .columns = {}};
   ciede.columns.push_back({"mean", column(differences, &PixelDifference::ciede2000_mean)});
   ciede.columns.push_back({"median", column(differences, &PixelDifference::ciede2000_median)});
   ciede.columns.push_back({"95th percentile", column(differences, &PixelDifference::ciede2000_p95)});
   section.curves.push_back(std::move(ciede));
-  section.curves.push_back({.name = "ssim", .title = "Structural similarity of lightness", .x_name = pair.time_name, .y_name = "SSIM", .x = pair.a.times, .columns = {{"SSIM", column(differences, &PixelDifference::ssim)}}});
-  section.curves.push_back({.name = "absolute", .title = "Absolute difference of linear color", .x_name = pair.time_name, .y_name = "mean |A - B|", .x = pair.a.times, .columns = {{"absolute", column(differences, &PixelDifference::absolute)}}});
+  section.curves.push_back({.name = "ssim",
+                            .title = "Structural similarity of lightness",
+                            .x_name = pair.time_name,
+                            .y_name = "SSIM",
+                            .x = pair.a.times,
+                            .columns = {{"SSIM", column(differences, &PixelDifference::ssim)}}});
+  section.curves.push_back({.name = "absolute",
+                            .title = "Absolute difference of linear color",
+                            .x_name = pair.time_name,
+                            .y_name = "mean |A - B|",
+                            .x = pair.a.times,
+                            .columns = {{"absolute", column(differences, &PixelDifference::absolute)}}});
 }
 
 void add_maps(const ComparedPair& pair, double top, Section& section) {
   const ImageU8 mask = pair.shared_a.mask();
   const double high = std::max(2.0, std::ceil(top));
-  const std::string caption = "CIEDE2000: dark blue 0, yellow " + short_number_text(high) + "; gray, not seen on both sides";
-  section.pictures.push_back(picture_strip("ciede2000", caption, pair, spread_indices(pair.a.num_times(), kPicturesInARow), [&](std::size_t t) {
-    return ramp_picture(texel_image(pair.shared_a, ciede2000_at(pair.shared_a, t, pair.shared_b, t)), mask, 0.0, high, ColorRamp::Sequential);
-  }));
+  const std::string caption =
+      "CIEDE2000: dark blue 0, yellow " + short_number_text(high) + "; gray, not seen on both sides";
+  section.pictures.push_back(picture_strip(
+      "ciede2000", caption, pair, spread_indices(pair.a.num_times(), kPicturesInARow), [&](std::size_t t) {
+        return ramp_picture(texel_image(pair.shared_a, ciede2000_at(pair.shared_a, t, pair.shared_b, t)), mask, 0.0,
+                            high, ColorRamp::Sequential);
+      }));
 }
 
 void add_warp(const ComparedPair& pair, const RunControl& control, Section& section) {
   const TimeWarp warp = find_time_warp(pair.shared_a, pair.shared_b, 8, control);
   double deviation = 0.0;
-  for (std::size_t i = 0; i < warp.times.size(); ++i) deviation += std::abs(warp.warped[i] - warp.times[i]) / static_cast<double>(warp.times.size());
-  section.figures.push_back({.name = "warp_deviation", .title = "Mean distance of the best common clock from equal times", .unit = pair.time_unit, .value = deviation});
-  section.figures.push_back({.name = "residual_before_warp", .title = "Difference at equal times, root mean square", .unit = "Delta E 1976", .value = rms(warp.before)});
-  section.figures.push_back({.name = "residual_after_warp", .title = "What is left after the best common clock", .unit = "Delta E 1976", .value = rms(warp.after)});
-  section.curves.push_back({.name = "time_warp", .title = "The common clock: when B shows what A shows", .x_name = "A: " + pair.time_name, .y_name = "B: " + pair.time_name, .x = warp.times,
-                            .columns = {{"best clock", optionals(warp.warped)}, {"equal times", optionals(warp.times), {}, true}}});
-  section.curves.push_back({.name = "warp_residual", .title = "Difference before and after the best common clock", .x_name = pair.time_name, .y_name = "RMS Delta E 1976", .x = warp.times,
-                            .columns = {{"equal times", optionals(warp.before)}, {"best clock", optionals(warp.after)}}});
+  for (std::size_t i = 0; i < warp.times.size(); ++i)
+    deviation += std::abs(warp.warped[i] - warp.times[i]) / static_cast<double>(warp.times.size());
+  section.figures.push_back({.name = "warp_deviation",
+                             .title = "Mean distance of the best common clock from equal times",
+                             .unit = pair.time_unit,
+                             .value = deviation});
+  section.figures.push_back({.name = "residual_before_warp",
+                             .title = "Difference at equal times, root mean square",
+                             .unit = "Delta E 1976",
+                             .value = rms(warp.before)});
+  section.figures.push_back({.name = "residual_after_warp",
+                             .title = "What is left after the best common clock",
+                             .unit = "Delta E 1976",
+                             .value = rms(warp.after)});
+  section.curves.push_back(
+      {.name = "time_warp",
+       .title = "The common clock: when B shows what A shows",
+       .x_name = "A: " + pair.time_name,
+       .y_name = "B: " + pair.time_name,
+       .x = warp.times,
+       .columns = {{"best clock", optionals(warp.warped)}, {"equal times", optionals(warp.times), {}, true}}});
+  section.curves.push_back(
+      {.name = "warp_residual",
+       .title = "Difference before and after the best common clock",
+       .x_name = pair.time_name,
+       .y_name = "RMS Delta E 1976",
+       .x = warp.times,
+       .columns = {{"equal times", optionals(warp.before)}, {"best clock", optionals(warp.after)}}});
 }
 
 void add_shift(const ComparedPair& pair, const CompareOptions& options, const RunControl& control, Section& section) {
-  const TexelAging aging_a = texel_aging(pair.shared_a, options.visible_delta_e, control), aging_b = texel_aging(pair.shared_b, options.visible_delta_e, control);
+  const TexelAging aging_a = texel_aging(pair.shared_a, options.visible_delta_e, control),
+                   aging_b = texel_aging(pair.shared_b, options.visible_delta_e, control);
   std::vector<std::uint8_t> known(aging_a.ages.size());
   for (std::size_t i = 0; i < known.size(); ++i) known[i] = aging_a.ages[i] != 0 && aging_b.ages[i] != 0;
   const TimeShift shift = find_time_shift(pair.shared_a, pair.shared_b, known, control);
@@ -87,20 +141,32 @@ void add_shift(const ComparedPair& pair, const CompareOptions& options, const Ru
     values.push_back(shift.shift[i]);
     mask.data()[pair.shared_a.texels[i]] = 255;
   }
-  Figure median{.name = "time_shift_median", .title = "How much later B ages, median of places", .unit = pair.time_unit};
-  Figure spread{.name = "time_shift_spread", .title = "Half of what 68 % of the places differ by in it", .unit = pair.time_unit};
-  Figure share{.name = "time_shift_known", .title = "Share of places that age visibly on both sides", .unit = "", .value = static_cast<double>(values.size()) / static_cast<double>(known.size())};
+  Figure median{
+      .name = "time_shift_median", .title = "How much later B ages, median of places", .unit = pair.time_unit};
+  Figure spread{
+      .name = "time_shift_spread", .title = "Half of what 68 % of the places differ by in it", .unit = pair.time_unit};
+  Figure share{.name = "time_shift_known",
+               .title = "Share of places that age visibly on both sides",
+               .unit = "",
+               .value = static_cast<double>(values.size()) / static_cast<double>(known.size())};
   if (values.empty()) {
-    median.undefined = spread.undefined = "no place ages visibly on both sides (--visible-delta-e " + short_number_text(options.visible_delta_e) + ")";
+    median.undefined = spread.undefined =
+        "no place ages visibly on both sides (--visible-delta-e " + short_number_text(options.visible_delta_e) + ")";
   } else {
     std::sort(values.begin(), values.end());
-    const auto at = [&](double s) { return static_cast<double>(values[std::min(values.size() - 1, static_cast<std::size_t>(s * static_cast<double>(values.size())))]); };
+    const auto at = [&](double s) {
+      return static_cast<double>(
+          values[std::min(values.size() - 1, static_cast<std::size_t>(s * static_cast<double>(values.size())))]);
+    };
     median.value = at(0.5);
     spread.value = (at(0.84) - at(0.16)) / 2.0;
-    const double reach = std::max({std::abs(at(0.02)), std::abs(at(0.98)), 1e-9 + 0.02 * (pair.a.times.back() - pair.a.times.front())});
+    const double reach =
+        std::max({std::abs(at(0.02)), std::abs(at(0.98)), 1e-9 + 0.02 * (pair.a.times.back() - pair.a.times.front())});
     const std::string text = short_number_text(rounded(reach, 3)) + " " + pair.time_unit;
-    section.pictures.push_back({"time_shift", "Time shift: blue, B ages " + text + " earlier; white, together; orange, " + text + " later; gray, not known",
-                                ramp_picture(texel_image(pair.shared_a, shift.shift), mask, -reach, reach, ColorRamp::Diverging)});
+    section.pictures.push_back(
+        {"time_shift",
+         "Time shift: blue, B ages " + text + " earlier; white, together; orange, " + text + " later; gray, not known",
+         ramp_picture(texel_image(pair.shared_a, shift.shift), mask, -reach, reach, ColorRamp::Diverging)});
   }
   for (Figure* f : {&median, &spread, &share}) section.figures.push_back(std::move(*f));
 }
@@ -108,17 +174,30 @@ void add_shift(const ComparedPair& pair, const CompareOptions& options, const Ru
 }  // namespace
 
 Section places_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
-  Section section{.name = "places", .title = "Place by place", .paragraphs = {}, .figures = {}, .curves = {}, .pictures = {}, .undefined = pair.places_problem};
+  Section section{.name = "places",
+                  .title = "Place by place",
+                  .paragraphs = {},
+                  .figures = {},
+                  .curves = {},
+                  .pictures = {},
+                  .undefined = pair.places_problem};
   if (!section.undefined.empty()) return section;
-  section.paragraphs.push_back("Equal pixels are taken to show equal places; " + std::to_string(pair.shared_a.num_texels()) + " texels are seen on both sides at every time.");
-  const std::vector<PixelDifference> differences = pixel_differences(pair.shared_a, pair.shared_b, control.part(0.0, 0.5));
+  section.paragraphs.push_back("Equal pixels are taken to show equal places; " +
+                               std::to_string(pair.shared_a.num_texels()) +
+                               " texels are seen on both sides at every time.");
+  const std::vector<PixelDifference> differences =
+      pixel_differences(pair.shared_a, pair.shared_b, control.part(0.0, 0.5));
   add_differences(pair, differences, section);
   double top = 0.0;
   for (const PixelDifference& d : differences) top = std::max(top, d.ciede2000_p95);
   add_maps(pair, top, section);
   if (pair.a.num_times() < 2) {
     for (const char* name : {"warp_deviation", "residual_after_warp", "time_shift_median"}) {
-      section.figures.push_back({.name = name, .title = std::string(name) == "time_shift_median" ? "How much later B ages" : "The best common clock", .unit = pair.time_unit, .undefined = "there is only one common time"});
+      section.figures.push_back(
+          {.name = name,
+           .title = std::string(name) == "time_shift_median" ? "How much later B ages" : "The best common clock",
+           .unit = pair.time_unit,
+           .undefined = "there is only one common time"});
     }
     return section;
   }

@@ -30,17 +30,22 @@ std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most) {
   return out;
 }
 
-SplitFigure split_figure(const ComparedPair& pair, const BlockFigure& a_b, const BlockFigure& a_a, const CompareOptions& options, std::uint32_t purpose, const RunControl& control) {
+SplitFigure split_figure(const ComparedPair& pair, const BlockFigure& a_b, const BlockFigure& a_a,
+                         const CompareOptions& options, std::uint32_t purpose, const RunControl& control) {
   SplitFigure f;
   f.value = a_b(pair.blocks_a.all(), pair.blocks_b.all());
   f.split = a_a(pair.blocks_a.half(false), pair.blocks_a.half(true));
   if (f.value.empty()) return f;
-  const BootstrapOptions bootstrap{.resamples = options.num_resamples, .seed = options.seed, .purpose = purpose, .is_paired = pair.places_problem.empty() && pair.a.texels == pair.b.texels};
+  const BootstrapOptions bootstrap{.resamples = options.num_resamples,
+                                   .seed = options.seed,
+                                   .purpose = purpose,
+                                   .is_paired = pair.places_problem.empty() && pair.a.texels == pair.b.texels};
   f.errors = block_standard_errors(pair.blocks_a, pair.blocks_b, a_b, bootstrap, control);
   return f;
 }
 
-Figure figure_of(const SplitFigure& f, std::size_t k, const std::string& name, const std::string& title, const std::string& unit, const std::string& undefined) {
+Figure figure_of(const SplitFigure& f, std::size_t k, const std::string& name, const std::string& title,
+                 const std::string& unit, const std::string& undefined) {
   Figure figure{.name = name, .title = title, .unit = unit};
   if (f.value.empty()) {
     figure.undefined = undefined;
@@ -55,7 +60,8 @@ Figure figure_of(const SplitFigure& f, std::size_t k, const std::string& name, c
   return figure;
 }
 
-Picture picture_strip(const std::string& name, const std::string& caption, const ComparedPair& pair, const std::vector<std::size_t>& times, const std::function<ImageF(std::size_t)>& image) {
+Picture picture_strip(const std::string& name, const std::string& caption, const ComparedPair& pair,
+                      const std::vector<std::size_t>& times, const std::function<ImageF(std::size_t)>& image) {
   std::vector<ImageF> images;
   std::vector<std::string> labels;
   for (const std::size_t t : times) {

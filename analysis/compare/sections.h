@@ -14,17 +14,23 @@ namespace patinate::analysis {
 
 /// How the two look over time, at up to six of the compared times.
 [[nodiscard]] Section look_section(const ComparedPair& pair);
-/// Place by place: CIEDE2000, SSIM and absolute error, the common clock, every texel's delay. Undefined when places do not correspond.
-[[nodiscard]] Section places_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
+/// Place by place: CIEDE2000, SSIM and absolute error, the common clock, every texel's delay. Undefined when places do
+/// not correspond.
+[[nodiscard]] Section places_section(const ComparedPair& pair, const CompareOptions& options,
+                                     const RunControl& control = {});
 /// Whatever needs no correspondence: distribution of colors, onset, saturation, covered share.
-[[nodiscard]] Section colors_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
+[[nodiscard]] Section colors_section(const ComparedPair& pair, const CompareOptions& options,
+                                     const RunControl& control = {});
 /// Structure: radial power spectrum, correlation length.
-[[nodiscard]] Section structure_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
+[[nodiscard]] Section structure_section(const ComparedPair& pair, const CompareOptions& options,
+                                        const RunControl& control = {});
 /// Color and rate of change by control; a section that says why when there is no common control.
-[[nodiscard]] Section controls_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
+[[nodiscard]] Section controls_section(const ComparedPair& pair, const CompareOptions& options,
+                                       const RunControl& control = {});
 
 /// Dark lines at the last common time: their share, width, cells and the angles at which they meet.
-[[nodiscard]] Section cracks_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control = {});
+[[nodiscard]] Section cracks_section(const ComparedPair& pair, const CompareOptions& options,
+                                     const RunControl& control = {});
 
 /// A section and how it is made.
 struct NamedSection {
@@ -43,12 +49,14 @@ struct SplitFigure {
   std::vector<double> split;  ///< Empty when undefined.
 };
 /// @param a_b  The figure of A and B. @param a_a  The same of A and A.
-[[nodiscard]] SplitFigure split_figure(const ComparedPair& pair, const BlockFigure& a_b, const BlockFigure& a_a, const CompareOptions& options, std::uint32_t purpose,
-                                       const RunControl& control);
+[[nodiscard]] SplitFigure split_figure(const ComparedPair& pair, const BlockFigure& a_b, const BlockFigure& a_a,
+                                       const CompareOptions& options, std::uint32_t purpose, const RunControl& control);
 /// Component `k` of it, with its interval, not below 0. @param undefined  Said when there is no value.
-[[nodiscard]] Figure figure_of(const SplitFigure& f, std::size_t k, const std::string& name, const std::string& title, const std::string& unit, const std::string& undefined);
+[[nodiscard]] Figure figure_of(const SplitFigure& f, std::size_t k, const std::string& name, const std::string& title,
+                               const std::string& unit, const std::string& undefined);
 /// Pictures at some of the compared times side by side, no larger than a page shows them.
-[[nodiscard]] Picture picture_strip(const std::string& name, const std::string& caption, const ComparedPair& pair, const std::vector<std::size_t>& times,
+[[nodiscard]] Picture picture_strip(const std::string& name, const std::string& caption, const ComparedPair& pair,
+                                    const std::vector<std::size_t>& times,
                                     const std::function<ImageF(std::size_t time)>& image);
 inline constexpr std::size_t kPicturesInARow = 5;
 /// At most `most` indices of `count`, evenly, the first and the last among them.

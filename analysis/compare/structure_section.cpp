@@ -17,7 +17,8 @@ constexpr std::uint32_t kSpectrumPurpose = 201, kLengthPurpose = 202;
 constexpr double kFaint = 1e-6;  ///< L*^2: keeps the logarithm of nothing finite; far below what a photograph resolves.
 
 /// log2 of a spectrum at a frequency between its rings, which are half an octave apart.
-std::optional<double> log_power(const std::vector<double>& frequencies, const std::vector<double>& power, double frequency) {
+std::optional<double> log_power(const std::vector<double>& frequencies, const std::vector<double>& power,
+                                double frequency) {
   double at = 2.0 * std::log2(frequency / frequencies.front());
   if (std::abs(at - std::round(at)) < 1e-9) at = std::round(at);  // The same ring: nothing to blend.
   if (at < 0.0 || at > static_cast<double>(power.size() - 1)) return std::nullopt;
@@ -27,7 +28,8 @@ std::optional<double> log_power(const std::vector<double>& frequencies, const st
 }
 
 /// Octaves by which two spectra differ, mean over the frequencies that both have.
-std::optional<double> octaves_between(const SpatialStructure& a, double pixel_a, std::span<const int> wa, const SpatialStructure& b, double pixel_b, std::span<const int> wb) {
+std::optional<double> octaves_between(const SpatialStructure& a, double pixel_a, std::span<const int> wa,
+                                      const SpatialStructure& b, double pixel_b, std::span<const int> wb) {
   const std::vector<double> pa = a.spectrum(wa), pb = b.spectrum(wb);
   if (pa.empty() || pb.empty()) return std::nullopt;
   double sum = 0.0;
@@ -47,17 +49,20 @@ struct Structures {
   double pixel = 1.0;  ///< mm, or 1.
 };
 
-Structures structures_of(const ColorStack& stack, const BlockGrid& grid, const std::vector<std::size_t>& times, double pixel, const RunControl& control) {
+Structures structures_of(const ColorStack& stack, const BlockGrid& grid, const std::vector<std::size_t>& times,
+                         double pixel, const RunControl& control) {
   std::vector<std::optional<SpatialStructure>> made(times.size());
   parallel_for(static_cast<std::int64_t>(times.size()), 1, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) made[k].emplace(stack, times[k], grid);
+    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
+      made[k].emplace(stack, times[k], grid);
   });
   Structures out{{}, pixel};
   for (auto& m : made) out.at.push_back(std::move(*m));
   return out;
 }
 
-void add_spectrum(const ComparedPair& pair, const Structures& a, const Structures& b, const std::string& unit, const CompareOptions& options, const RunControl& control, Section& section) {
+void add_spectrum(const ComparedPair& pair, const Structures& a, const Structures& b, const std::string& unit,
+                  const CompareOptions& options, const RunControl& control, Section& section) {
   const auto figure = [](const Structures& one, const Structures& other) {
     return [&one, &other](const std::vector<int>& wa, const std::vector<int>& wb) {
       double sum = 0.0;
@@ -70,15 +75,25 @@ void add_spectrum(const ComparedPair& pair, const Structures& a, const Structure
     };
   };
   const SplitFigure f = split_figure(pair, figure(a, b), figure(a, a), options, kSpectrumPurpose, control);
-  section.figures.push_back(figure_of(f, 0, "spectrum_distance", "Power spectra of lightness: factor between them, mean over frequencies and times", "octaves",
-                                      "no tile of " + std::to_string(a.at.front().tile_px()) + " pixels lies on the surface of both, or they share no frequency"));
-  Curve curve{.name = "spectrum", .title = "Power spectrum of lightness at the last common time", .x_name = "cycles per " + unit, .y_name = "power (L*^2 " + unit + "^2)", .x = {}, .columns = {}, .is_logarithmic = true};
+  section.figures.push_back(
+      figure_of(f, 0, "spectrum_distance",
+                "Power spectra of lightness: factor between them, mean over frequencies and times", "octaves",
+                "no tile of " + std::to_string(a.at.front().tile_px()) +
+                    " pixels lies on the surface of both, or they share no frequency"));
+  Curve curve{.name = "spectrum",
+              .title = "Power spectrum of lightness at the last common time",
+              .x_name = "cycles per " + unit,
+              .y_name = "power (L*^2 " + unit + "^2)",
+              .x = {},
+              .columns = {},
+              .is_logarithmic = true};
   for (double v : a.at.back().frequencies()) curve.x.push_back(v / a.pixel);
   for (const Structures* s : {&a, &b}) {
     CurveColumn column{s == &a ? "A" : "B", {}};
     const std::vector<double> power = s->at.back().spectrum((s == &a ? pair.blocks_a : pair.blocks_b).all());
     for (double frequency : curve.x) {
-      const std::optional<double> log = power.empty() ? std::nullopt : log_power(s->at.back().frequencies(), power, frequency * s->pixel);
+      const std::optional<double> log =
+          power.empty() ? std::nullopt : log_power(s->at.back().frequencies(), power, frequency * s->pixel);
       column.values.push_back(log ? std::optional(std::exp2(*log) * s->pixel * s->pixel) : std::nullopt);
     }
     curve.columns.push_back(std::move(column));
@@ -86,8 +101,8 @@ void add_spectrum(const ComparedPair& pair, const Structures& a, const Structure
   section.curves.push_back(std::move(curve));
 }
 
-void add_length(const ComparedPair& pair, const Structures& a, const Structures& b, const std::vector<double>& times, const std::string& unit, const CompareOptions& options,
-                const RunControl& control, Section& section) {
+void add_length(const ComparedPair& pair, const Structures& a, const Structures& b, const std::vector<double>& times,
+                const std::string& unit, const CompareOptions& options, const RunControl& control, Section& section) {
   const auto figure = [](const Structures& one, const Structures& other) {
     return [&one, &other](const std::vector<int>& wa, const std::vector<int>& wb) {
       double sum = 0.0;
@@ -102,9 +117,15 @@ void add_length(const ComparedPair& pair, const Structures& a, const Structures&
     };
   };
   const SplitFigure f = split_figure(pair, figure(a, b), figure(a, a), options, kLengthPurpose, control);
-  section.figures.push_back(figure_of(f, 0, "correlation_length_distance", "Correlation lengths: factor between them, mean over times", "octaves",
-                                      "at no common time does the lightness of both vary and lose its correlation within a third of the surface"));
-  Curve curve{.name = "correlation_length", .title = "Correlation length of lightness", .x_name = pair.time_name, .y_name = unit, .x = times, .columns = {}};
+  section.figures.push_back(figure_of(
+      f, 0, "correlation_length_distance", "Correlation lengths: factor between them, mean over times", "octaves",
+      "at no common time does the lightness of both vary and lose its correlation within a third of the surface"));
+  Curve curve{.name = "correlation_length",
+              .title = "Correlation length of lightness",
+              .x_name = pair.time_name,
+              .y_name = unit,
+              .x = times,
+              .columns = {}};
   for (const Structures* s : {&a, &b}) {
     CurveColumn column{s == &a ? "A" : "B", {}};
     for (const SpatialStructure& at : s->at) {
@@ -122,12 +143,17 @@ Section structure_section(const ComparedPair& pair, const CompareOptions& option
   Section section{.name = "structure", .title = "Structure"};
   const bool is_metric = pair.a.pixel_mm && pair.b.pixel_mm;
   const std::string unit = is_metric ? "mm" : "pixel";
-  section.paragraphs.push_back(is_metric ? "Lengths are on the surface." : "Lengths are in pixels of the compared size: the surface length of a pixel is not known on both sides.");
+  section.paragraphs.push_back(
+      is_metric
+          ? "Lengths are on the surface."
+          : "Lengths are in pixels of the compared size: the surface length of a pixel is not known on both sides.");
   std::vector<double> times;
   const std::vector<std::size_t> indices = spread_indices(pair.a.num_times(), kMostTimes);
   for (const std::size_t t : indices) times.push_back(pair.a.times[t]);
-  const Structures a = structures_of(pair.a, pair.blocks_a, indices, is_metric ? *pair.a.pixel_mm : 1.0, control.part(0.0, 0.3));
-  const Structures b = structures_of(pair.b, pair.blocks_b, indices, is_metric ? *pair.b.pixel_mm : 1.0, control.part(0.3, 0.6));
+  const Structures a =
+      structures_of(pair.a, pair.blocks_a, indices, is_metric ? *pair.a.pixel_mm : 1.0, control.part(0.0, 0.3));
+  const Structures b =
+      structures_of(pair.b, pair.blocks_b, indices, is_metric ? *pair.b.pixel_mm : 1.0, control.part(0.3, 0.6));
   add_spectrum(pair, a, b, unit, options, control.part(0.6, 0.8), section);
   add_length(pair, a, b, times, unit, options, control.part(0.8, 1.0), section);
   return section;

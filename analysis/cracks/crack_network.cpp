@@ -12,7 +12,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr int kDx[8] = {0, 1, 1, 1, 0, -1, -1, -1}, kDy[8] = {-1, -1, 0, 1, 1, 1, 0, -1};  // Clockwise from above.
-constexpr int kJunctionReach = 2;        ///< Pixels around a junction in which its arms touch each other.
+constexpr int kJunctionReach = 2;  ///< Pixels around a junction in which its arms touch each other.
 constexpr double kSmallestCell = 16.0;
 constexpr double kRadians = std::numbers::pi / 180.0;
 
@@ -58,8 +58,8 @@ std::vector<std::vector<Place>> parts_of(const ImageU8& image, bool with_diagona
   return parts;
 }
 
-/// Length of center lines: steps along and across the grid, weighted so that straight lines of all directions come out right on average
-/// [Vossepoel and Smeulders 1982].
+/// Length of center lines: steps along and across the grid, weighted so that straight lines of all directions come out
+/// right on average [Vossepoel and Smeulders 1982].
 double length_of(const ImageU8& lines) {
   double length = 0.0;
   for (int y = 0; y < lines.height(); ++y) {
@@ -107,20 +107,24 @@ std::vector<Place> junction_centers(const ImageU8& lines, double reach, std::vec
 }
 
 /// Follows the lines from a junction to the circle around it. @returns no arms when another junction lies inside.
-CrackJunction junction_at(const ImageU8& lines, const ImageU8& others, const std::vector<Place>& group, Place center, double radius) {
+CrackJunction junction_at(const ImageU8& lines, const ImageU8& others, const std::vector<Place>& group, Place center,
+                          double radius) {
   CrackJunction junction{.x = static_cast<double>(center.x), .y = static_cast<double>(center.y)};
   const int reach = static_cast<int>(std::ceil(radius)) + 1;
   ImageU8 seen(2 * reach + 1, 2 * reach + 1), ring(2 * reach + 1, 2 * reach + 1);
   std::vector<Place> walk = group;
   for (const Place& p : group) {
-    if (seen.contains(p.x - center.x + reach, p.y - center.y + reach)) seen.at(p.x - center.x + reach, p.y - center.y + reach) = 255;
+    if (seen.contains(p.x - center.x + reach, p.y - center.y + reach))
+      seen.at(p.x - center.x + reach, p.y - center.y + reach) = 255;
   }
   for (std::size_t i = 0; i < walk.size(); ++i) {
     for (std::size_t k = 0; k < 8; ++k) {
       const int x = walk[i].x + kDx[k], y = walk[i].y + kDy[k], u = x - center.x + reach, v = y - center.y + reach;
       const double d = std::hypot(x - center.x, y - center.y);
       if (d > radius || !is_set(lines, x, y) || !seen.contains(u, v) || seen.at(u, v) != 0) continue;
-      if (is_set(others, x, y) && std::none_of(group.begin(), group.end(), [&](const Place& p) { return p.x == x && p.y == y; })) return junction;
+      if (is_set(others, x, y) &&
+          std::none_of(group.begin(), group.end(), [&](const Place& p) { return p.x == x && p.y == y; }))
+        return junction;
       seen.at(u, v) = 255;
       if (d > radius - 1.5) ring.at(u, v) = 255;
       walk.push_back({x, y});
@@ -139,7 +143,9 @@ CrackJunction junction_at(const ImageU8& lines, const ImageU8& others, const std
 /// @returns nothing for what is shorter than `least_px`, or closed.
 std::optional<CrackSegment> segment_of(const std::vector<Place>& pixels, double least_px) {
   const auto farthest = [&](const Place& from) {
-    return *std::max_element(pixels.begin(), pixels.end(), [&](const Place& a, const Place& b) { return std::hypot(a.x - from.x, a.y - from.y) < std::hypot(b.x - from.x, b.y - from.y); });
+    return *std::max_element(pixels.begin(), pixels.end(), [&](const Place& a, const Place& b) {
+      return std::hypot(a.x - from.x, a.y - from.y) < std::hypot(b.x - from.x, b.y - from.y);
+    });
   };
   const Place a = farthest(pixels.front()), b = farthest(a);
   const double chord = std::hypot(b.x - a.x, b.y - a.y);
@@ -148,7 +154,8 @@ std::optional<CrackSegment> segment_of(const std::vector<Place>& pixels, double 
   double squares = 0.0;
   const auto n = static_cast<double>(pixels.size());
   for (const Place& p : pixels) {
-    const double off = ((p.x - a.x) * static_cast<double>(b.y - a.y) - (p.y - a.y) * static_cast<double>(b.x - a.x)) / chord;
+    const double off =
+        ((p.x - a.x) * static_cast<double>(b.y - a.y) - (p.y - a.y) * static_cast<double>(b.x - a.x)) / chord;
     squares += off * off, segment.x += p.x / n, segment.y += p.y / n;
   }
   segment.waviness = std::sqrt(squares / n) / chord;
@@ -169,7 +176,8 @@ ImageF extreme(const ImageF& in, const ImageU8& mask, int reach, bool is_largest
   }
   for (int y = 0; y < in.height(); ++y) {
     for (int x = 0; x < in.width(); ++x) {
-      for (int j = std::max(0, y - reach); j <= std::min(in.height() - 1, y + reach); ++j) out.at(x, y) = better(out.at(x, y), rows.at(x, j));
+      for (int j = std::max(0, y - reach); j <= std::min(in.height() - 1, y + reach); ++j)
+        out.at(x, y) = better(out.at(x, y), rows.at(x, j));
     }
   }
   return out;
@@ -180,7 +188,8 @@ double otsu(const std::vector<float>& values) {
   const double high = static_cast<double>(*std::max_element(values.begin(), values.end()));
   if (!(high > 0.0)) return 0.0;
   std::array<double, 256> counts{};
-  for (float v : values) counts[static_cast<std::size_t>(std::min(255.0, std::max(0.0, static_cast<double>(v)) / high * 256.0))] += 1.0;
+  for (float v : values)
+    counts[static_cast<std::size_t>(std::min(255.0, std::max(0.0, static_cast<double>(v)) / high * 256.0))] += 1.0;
   double total = 0.0, weighted = 0.0;
   for (std::size_t k = 0; k < 256; ++k) total += counts[k], weighted += counts[k] * static_cast<double>(k);
   double below = 0.0, below_weighted = 0.0, best = -1.0, threshold = 0.0;
@@ -188,7 +197,8 @@ double otsu(const std::vector<float>& values) {
     below += counts[k];
     below_weighted += counts[k] * static_cast<double>(k);
     if (below == 0.0 || below == total) continue;
-    const double d = below_weighted / below - (weighted - below_weighted) / (total - below), between = below * (total - below) * d * d;
+    const double d = below_weighted / below - (weighted - below_weighted) / (total - below),
+                 between = below * (total - below) * d * d;
     if (between > best) best = between, threshold = static_cast<double>(k + 1) / 256.0 * high;
   }
   return threshold;
@@ -218,7 +228,8 @@ ImageU8 thinned(const ImageU8& cracks) {
           const std::array<bool, 8> n = neighbors(lines, x, y);
           const auto count = std::count(n.begin(), n.end(), true);
           if (count < 2 || count > 6 || entries(n) != 1) continue;
-          const bool keeps = is_second ? (n[0] && n[2] && n[6]) || (n[0] && n[4] && n[6]) : (n[0] && n[2] && n[4]) || (n[2] && n[4] && n[6]);
+          const bool keeps = is_second ? (n[0] && n[2] && n[6]) || (n[0] && n[4] && n[6])
+                                       : (n[0] && n[2] && n[4]) || (n[2] && n[4] && n[6]);
           if (!keeps) removed.push_back({x, y});
         }
       }
@@ -259,7 +270,8 @@ CrackNetwork measure_cracks(const ImageU8& cracks, const ImageU8& mask, double a
   for (std::int64_t i = 0; i < cells.num_pixels(); ++i) cells.data()[i] = lines.data()[i] == 0 ? 255 : 0;
   for (const std::vector<Place>& cell : parts_of(cells, false)) {
     const bool is_open = std::any_of(cell.begin(), cell.end(), [&](const Place& p) {
-      return p.x == 0 || p.y == 0 || p.x + 1 == cracks.width() || p.y + 1 == cracks.height() || !is_inside(mask, p.x, p.y);
+      return p.x == 0 || p.y == 0 || p.x + 1 == cracks.width() || p.y + 1 == cracks.height() ||
+             !is_inside(mask, p.x, p.y);
     });
     if (is_open || static_cast<double>(cell.size()) < kSmallestCell) continue;
     CrackCell made{.area_px = static_cast<double>(cell.size())};
@@ -289,14 +301,17 @@ CrackNetwork measure_cracks(const ImageU8& cracks, const ImageU8& mask, double a
     }
   }
   for (const std::vector<Place>& part : parts_of(between, true)) {
-    if (const std::optional<CrackSegment> segment = segment_of(part, 2.0 * arm_px)) network.segments.push_back(*segment);
+    if (const std::optional<CrackSegment> segment = segment_of(part, 2.0 * arm_px))
+      network.segments.push_back(*segment);
   }
   return network;
 }
 
 ImageU8 find_cracks(const ImageF& lightness, const ImageU8& mask, const CrackFinder& settings) {
-  if (lightness.channels() != 1 || (!mask.empty() && !mask.same_size(lightness))) throw InvalidInput("cracks: one channel and a mask of its size are needed");
-  if (settings.reach_px < 1 || settings.reach_px > 100 || !(settings.least_contrast > 0.0)) throw InvalidInput("cracks: the reach must be in [1, 100] px and the contrast > 0");
+  if (lightness.channels() != 1 || (!mask.empty() && !mask.same_size(lightness)))
+    throw InvalidInput("cracks: one channel and a mask of its size are needed");
+  if (settings.reach_px < 1 || settings.reach_px > 100 || !(settings.least_contrast > 0.0))
+    throw InvalidInput("cracks: the reach must be in [1, 100] px and the contrast > 0");
   const ImageF closed = extreme(extreme(lightness, mask, settings.reach_px, true), mask, settings.reach_px, false);
   std::vector<float> depth;
   for (int y = 0; y < lightness.height(); ++y) {
@@ -308,7 +323,9 @@ ImageU8 find_cracks(const ImageF& lightness, const ImageU8& mask, const CrackFin
   if (depth.empty()) return out;
   const double threshold = std::max(otsu(depth), settings.least_contrast);
   for (int y = 0; y < lightness.height(); ++y) {
-    for (int x = 0; x < lightness.width(); ++x) out.at(x, y) = is_inside(mask, x, y) && static_cast<double>(closed.at(x, y) - lightness.at(x, y)) > threshold ? 255 : 0;
+    for (int x = 0; x < lightness.width(); ++x)
+      out.at(x, y) =
+          is_inside(mask, x, y) && static_cast<double>(closed.at(x, y) - lightness.at(x, y)) > threshold ? 255 : 0;
   }
   for (const std::vector<Place>& part : parts_of(out, true)) {
     if (part.size() >= static_cast<std::size_t>(settings.least_area_px)) continue;

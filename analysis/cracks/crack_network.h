@@ -14,8 +14,8 @@ struct CrackJunction {
   double x = 0.0, y = 0.0;  ///< Pixels.
   std::vector<double> arms_deg = {};
 
-  /// The mean of all angles between neighboring arms but the largest, degrees: 90 where a crack ends on another or two cross, 120 where three
-  /// meet evenly.
+  /// The mean of all angles between neighboring arms but the largest, degrees: 90 where a crack ends on another or two
+  /// cross, 120 where three meet evenly.
   [[nodiscard]] double angle_deg() const;
 };
 
@@ -29,7 +29,8 @@ struct CrackCell {
 struct CrackSegment {
   double x = 0.0, y = 0.0;  ///< Its middle, pixels.
   double chord_px = 0.0;    ///< From end to end.
-  double waviness = 0.0;    ///< Root mean square distance from the chord, as a share of it: 0 = straight; an arc of a sixth of a circle has 0.098.
+  double waviness = 0.0;    ///< Root mean square distance from the chord, as a share of it: 0 = straight; an arc of a
+                            ///< sixth of a circle has 0.098.
 };
 
 struct CrackNetwork {
@@ -39,17 +40,21 @@ struct CrackNetwork {
   std::vector<CrackCell> cells = {};          ///< Those that touch neither border nor outside.
   std::vector<CrackJunction> junctions = {};  ///< Those whose arms can be followed without meeting another junction.
 
-  std::vector<CrackSegment> segments = {};    ///< Those at least twice as long as an arm.
+  std::vector<CrackSegment> segments = {};  ///< Those at least twice as long as an arm.
 
   /// Mean; nothing without cracks.
-  [[nodiscard]] std::optional<double> width_px() const { return length_px > 0.0 ? std::optional(area_px / length_px) : std::nullopt; }
+  [[nodiscard]] std::optional<double> width_px() const {
+    return length_px > 0.0 ? std::optional(area_px / length_px) : std::nullopt;
+  }
 };
 
-/// One pixel wide center lines, 8-connected [Zhang and Suen 1984], without the stairs that their method leaves of slanted lines. @param cracks  H x W, not 0 = crack.
+/// One pixel wide center lines, 8-connected [Zhang and Suen 1984], without the stairs that their method leaves of
+/// slanted lines. @param cracks  H x W, not 0 = crack.
 [[nodiscard]] ImageU8 thinned(const ImageU8& cracks);
 
 /// @param cracks  H x W, not 0 = crack. @param mask  H x W, 0 = outside; may be empty.
-/// @param arm_px  Distance from a junction at which its arms' directions are taken, [3, 1000]: beyond the width of cracks, below the size of cells.
+/// @param arm_px  Distance from a junction at which its arms' directions are taken, [3, 1000]: beyond the width of
+/// cracks, below the size of cells.
 /// @throws InvalidInput if sizes differ, the mask is empty everywhere or arm_px is out of range.
 [[nodiscard]] CrackNetwork measure_cracks(const ImageU8& cracks, const ImageU8& mask, double arm_px);
 
@@ -59,8 +64,8 @@ struct CrackFinder {
   double least_contrast = 4;  ///< Lightness by which a crack is darker than what surrounds it, L*; > 0.
   int least_area_px = 30;     ///< Smaller dark spots are no cracks.
 };
-/// Dark lines: what a closing by a square of 2 reach_px + 1 fills by more than Otsu's threshold [Otsu 1979] of all that it fills, or by more than
-/// least_contrast if that is more. @param lightness  H x W, L*. @returns 0 / 255.
+/// Dark lines: what a closing by a square of 2 reach_px + 1 fills by more than Otsu's threshold [Otsu 1979] of all that
+/// it fills, or by more than least_contrast if that is more. @param lightness  H x W, L*. @returns 0 / 255.
 /// @throws InvalidInput if sizes differ or a setting is out of range.
 [[nodiscard]] ImageU8 find_cracks(const ImageF& lightness, const ImageU8& mask, const CrackFinder& settings = {});
 

@@ -13,12 +13,13 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::int64_t kChunk = 16384;
-constexpr int kNear = 4, kFar = 64;          // Of rep64.
+constexpr int kNear = 4, kFar = 64;                  // Of rep64.
 constexpr int kShortestSpan = 8, kLongestSpan = 32;  // Texels: whole pixels measure the longest to a few percent.
-constexpr double kLargestStep = 5.0;         // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
-constexpr double kStepTolerance = 0.99;      // Of a unit: both places are rounded to half of one.
+constexpr double kLargestStep = 5.0;     // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
+constexpr double kStepTolerance = 0.99;  // Of a unit: both places are rounded to half of one.
 constexpr std::pair<int, int> kSteps[] = {{1, 0}, {0, 1}};
-constexpr std::pair<int, int> kFartherSteps[] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}, {2, 0}, {0, 2}, {2, 1}, {1, -2}, {3, 0}, {0, 3}, {4, 1}, {1, -4}};
+constexpr std::pair<int, int> kFartherSteps[] = {{1, 0}, {0, 1},  {1, 1}, {1, -1}, {2, 0}, {0, 2},
+                                                 {2, 1}, {1, -2}, {3, 0}, {0, 3},  {4, 1}, {1, -4}};
 
 /// Sets that are joined; the smallest member stands for each.
 class Pieces {
@@ -43,7 +44,9 @@ class Pieces {
   std::vector<std::int32_t> parent_;
 };
 
-Vec2 source_step(const SourceIndices& source, TexelId a, TexelId b) { return {source.x(b) - source.x(a), source.y(b) - source.y(a)}; }
+Vec2 source_step(const SourceIndices& source, TexelId a, TexelId b) {
+  return {source.x(b) - source.x(a), source.y(b) - source.y(a)};
+}
 
 bool follows_surface(const SourceIndices& source, const TexelPair& pair, const SourceScale& scale) {
   const Vec2 error = source_step(source, pair.first, pair.second) - pair.offset_mm / scale.pixel_mm;
@@ -65,10 +68,12 @@ struct PairSums {
   std::int64_t count = 0, following = 0;
   double difference = 0.0, distance = 0.0;
 
-  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames, const SourceScale& scale) {
+  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames,
+           const SourceScale& scale) {
     ++count;
     following += follows_surface(source, pair, scale) ? 1 : 0;
-    for (const ImageF& frame : frames.frames) difference += color_difference(frame, source.of(pair.first), source.of(pair.second));
+    for (const ImageF& frame : frames.frames)
+      difference += color_difference(frame, source.of(pair.first), source.of(pair.second));
     distance += pair.offset_mm.norm() * static_cast<double>(frames.frames.size());
   }
   static PairSums merge(PairSums a, const PairSums& b) {
@@ -78,12 +83,14 @@ struct PairSums {
   [[nodiscard]] double following_share() const { return static_cast<double>(following) / static_cast<double>(count); }
 };
 
-/// Pairs by how far they are apart: a texture's differences do not grow with the distance, so that only pairs of equal distance can be compared.
+/// Pairs by how far they are apart: a texture's differences do not grow with the distance, so that only pairs of equal
+/// distance can be compared.
 class PairsByDistance {
  public:
   explicit PairsByDistance(double texel_mm) : bin_mm_(texel_mm / 2) {}
 
-  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames, const SourceScale& scale) {
+  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames,
+           const SourceScale& scale) {
     const double bin = std::floor(pair.offset_mm.norm() / bin_mm_ + 0.5);
     if (bin < static_cast<double>(sums_.size())) sums_[static_cast<std::size_t>(bin)].add(pair, source, frames, scale);
   }
@@ -125,14 +132,16 @@ class PairsByDistance {
 };
 
 /// Length of a span in the source over that on the surface; nothing where it leaves a piece.
-std::optional<double> span_ratio(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale, TexelId t, int dx, int dy) {
+std::optional<double> span_ratio(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale,
+                                 TexelId t, int dx, int dy) {
   double length_mm = 0.0;
   TexelId at = t;
   for (int k = 0; k < kLongestSpan; ++k) {
     const std::optional<TexelPair> pair = interior_pair(surface, scale.frames, at, dx, dy);
     const Vec2 made = pair ? source_step(source, pair->first, pair->second) : Vec2(0, 0);
-    const bool leaves = !pair || made.cwiseAbs().maxCoeff() > kLargestStep * scale.unit_px ||
-                        (made.squaredNorm() > 0.0 && made.dot(pair->offset_mm) <= 0.5 * made.norm() * pair->offset_mm.norm());
+    const bool leaves =
+        !pair || made.cwiseAbs().maxCoeff() > kLargestStep * scale.unit_px ||
+        (made.squaredNorm() > 0.0 && made.dot(pair->offset_mm) <= 0.5 * made.norm() * pair->offset_mm.norm());
     if (leaves && k < kShortestSpan) return std::nullopt;
     if (leaves) break;
     length_mm += pair->offset_mm.norm();
@@ -165,7 +174,8 @@ CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices&
   for (TexelId t = 0; t < surface.num_texels(); ++t) {  // The smallest member comes first.
     if (!surface.is_covered(t)) continue;
     const std::int32_t root = pieces.find(static_cast<std::int32_t>(t));
-    figures.piece[static_cast<std::size_t>(t)] = root == t ? num_pieces++ : figures.piece[static_cast<std::size_t>(root)];
+    figures.piece[static_cast<std::size_t>(t)] =
+        root == t ? num_pieces++ : figures.piece[static_cast<std::size_t>(root)];
   }
   figures.texels_per_piece = num_pieces > 0 ? static_cast<double>(surface.num_covered()) / num_pieces : 0.0;
   return figures;
@@ -190,8 +200,10 @@ ReuseFigures measure_reuse(const TexelMap& surface, const SourceIndices& source,
     ++used;
     for (std::size_t i = begin; i < end; ++i) {  // Texels of one source are in rows: only 64 of those are looked at.
       bool found = false;
-      for (std::size_t j = i; j-- > begin && !found && order[i] / w - order[j] / w <= kFar;) found = is_near(order[i], order[j]);
-      for (std::size_t j = i + 1; j < end && !found && order[j] / w - order[i] / w <= kFar; ++j) found = is_near(order[i], order[j]);
+      for (std::size_t j = i; j-- > begin && !found && order[i] / w - order[j] / w <= kFar;)
+        found = is_near(order[i], order[j]);
+      for (std::size_t j = i + 1; j < end && !found && order[j] / w - order[i] / w <= kFar; ++j)
+        found = is_near(order[i], order[j]);
       figures.is_repeated[static_cast<std::size_t>(order[i])] = found ? 1 : 0;
       repeated += found ? 1 : 0;
     }
@@ -201,8 +213,8 @@ ReuseFigures measure_reuse(const TexelMap& surface, const SourceIndices& source,
   return figures;
 }
 
-SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, std::span<const TexelPair> seams, const SynthesisSource& frames,
-                          const SourceScale& scale, const RunControl& control) {
+SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, std::span<const TexelPair> seams,
+                          const SynthesisSource& frames, const SourceScale& scale, const RunControl& control) {
   const PairsByDistance none(surface.median_texel_size_mm());
   if (seams.empty()) return {};
   PairsByDistance over = none;
@@ -214,7 +226,8 @@ SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, 
         for (TexelId t = begin; t < end; ++t) {
           if (!surface.is_covered(t)) continue;
           for (const auto& [dx, dy] : kFartherSteps) {
-            if (const auto pair = interior_pair(surface, scale.frames, t, dx, dy)) part.add(*pair, source, frames, scale);
+            if (const auto pair = interior_pair(surface, scale.frames, t, dx, dy))
+              part.add(*pair, source, frames, scale);
           }
         }
         return part;
@@ -223,7 +236,8 @@ SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, 
   return over.against(inside);
 }
 
-ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale, const RunControl& control) {
+ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source,
+                                             const SourceScale& scale, const RunControl& control) {
   using Ratios = std::vector<double>;
   Ratios errors = parallel_reduce(
       surface.num_texels(), kChunk, control, Ratios{},
@@ -232,7 +246,8 @@ ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const Sour
         for (TexelId t = begin; t < end; ++t) {
           if (!surface.is_covered(t)) continue;
           for (const auto& [dx, dy] : kSteps) {
-            if (const auto ratio = span_ratio(surface, source, scale, t, dx, dy)) part.push_back(std::exp2(std::abs(std::log2(*ratio))) - 1.0);
+            if (const auto ratio = span_ratio(surface, source, scale, t, dx, dy))
+              part.push_back(std::exp2(std::abs(std::log2(*ratio))) - 1.0);
           }
         }
         return part;
@@ -245,7 +260,9 @@ ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const Sour
   figures.num_spans = static_cast<std::int64_t>(errors.size());
   if (errors.empty()) return figures;
   std::sort(errors.begin(), errors.end());
-  const auto at = [&](double rank) { return errors[static_cast<std::size_t>(rank * static_cast<double>(errors.size() - 1))]; };
+  const auto at = [&](double rank) {
+    return errors[static_cast<std::size_t>(rank * static_cast<double>(errors.size() - 1))];
+  };
   figures.median = at(0.5);
   figures.p99 = at(0.99);
   return figures;

@@ -6,20 +6,24 @@
 
 #include "analysis/evaluation/coherence.h"
 #include "libcommon/atlas/direction_field.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
-#include "patinate/image/color.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/color_ramp.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 
 namespace patinate::analysis {
 
 void describe(OptionVisitor& v, EvaluationOptions& o) {
-  v.visit({"samples", "Patches and texels drawn for distances of distributions", "", between(100, 1000000)}, o.num_samples);
+  v.visit({"samples", "Patches and texels drawn for distances of distributions", "", between(100, 1000000)},
+          o.num_samples);
   v.visit({"directions", "Directions along which they are compared", "", between(1, 1024)}, o.num_directions);
   v.visit({"times", "Times at which colors are compared", "", between(1, 100)}, o.num_times);
-  v.visit({"audits", "Texels whose pixel is compared with the best of the whole source; 0 = none", "", between(0, 1000000)}, o.num_audits);
-  v.visit({"source_step", "Source pixels of a texel step; 0 = by the sizes of texel and pixel", "px", between(0, 256)}, o.source_step);
+  v.visit(
+      {"audits", "Texels whose pixel is compared with the best of the whole source; 0 = none", "", between(0, 1000000)},
+      o.num_audits);
+  v.visit({"source_step", "Source pixels of a texel step; 0 = by the sizes of texel and pixel", "px", between(0, 256)},
+          o.source_step);
 }
 
 namespace {
@@ -37,8 +41,10 @@ ImageF gathered(const ImageF& source, const SourceIndices& indices, const TexelM
   return out;
 }
 
-Figure figure(const std::string& name, const std::string& title, const std::string& unit, std::optional<double> value, const std::string& undefined, std::optional<double> split = {}) {
-  return {.name = name, .title = title, .unit = unit, .value = value, .split = split, .undefined = value ? "" : undefined};
+Figure figure(const std::string& name, const std::string& title, const std::string& unit, std::optional<double> value,
+              const std::string& undefined, std::optional<double> split = {}) {
+  return {
+      .name = name, .title = title, .unit = unit, .value = value, .split = split, .undefined = value ? "" : undefined};
 }
 
 struct ErrorSummary {
@@ -52,7 +58,8 @@ ErrorSummary summary_of(const ImageF& error, const ImageU8& coverage) {
     sum += static_cast<double>(error.data()[i]);
     ++n;
   }
-  return {n > 0 ? sum / static_cast<double>(n) : 0.0, static_cast<double>(percentiles(error, coverage, 0.95, 0.95).low)};
+  return {n > 0 ? sum / static_cast<double>(n) : 0.0,
+          static_cast<double>(percentiles(error, coverage, 0.95, 0.95).low)};
 }
 
 ImageF difference(const ImageF& a, const ImageF& b) {
@@ -76,7 +83,9 @@ struct Work {
   Evaluation out;
 
   void add(Figure f) { out.figures.push_back(std::move(f)); }
-  void picture(const std::string& name, const std::string& caption, ImageF image) { out.pictures.push_back({out.name + "_" + name, caption, std::move(image)}); }
+  void picture(const std::string& name, const std::string& caption, ImageF image) {
+    out.pictures.push_back({out.name + "_" + name, caption, std::move(image)});
+  }
 
   void add_control_error();
   void add_coherence();
@@ -95,14 +104,21 @@ void Work::add_control_error() {
     const ImageF made = gathered(source.control, indices, surface, 0.0f);
     const ImageF error = difference(made, map.control);
     plain = summary_of(error, coverage);
-    smooth = summary_of(difference(gaussian_blur(made, coverage, kSmallControl, control), gaussian_blur(map.control, coverage, kSmallControl, control)), coverage);
-    picture("control_error", "Control error |P(s(t)) - Q(t)|: dark 0, light 0.25 and above", ramp_picture(error, coverage, 0.0, 0.25, ColorRamp::Sequential));
+    smooth = summary_of(difference(gaussian_blur(made, coverage, kSmallControl, control),
+                                   gaussian_blur(map.control, coverage, kSmallControl, control)),
+                        coverage);
+    picture("control_error", "Control error |P(s(t)) - Q(t)|: dark 0, light 0.25 and above",
+            ramp_picture(error, coverage, 0.0, 0.25, ColorRamp::Sequential));
   }
-  const auto value = [&](const std::optional<ErrorSummary>& s, bool mean) { return s ? std::optional(mean ? s->mean : s->p95) : std::nullopt; };
+  const auto value = [&](const std::optional<ErrorSummary>& s, bool mean) {
+    return s ? std::optional(mean ? s->mean : s->p95) : std::nullopt;
+  };
   add(figure("control_error_mean", "Control error, mean (M2)", "", value(plain, true), why));
   add(figure("control_error_p95", "Control error, 95th percentile (M2)", "", value(plain, false), why));
-  add(figure("control_error_s3_mean", "Control error after a Gaussian of 3 px, mean (M2)", "", value(smooth, true), why));
-  add(figure("control_error_s3_p95", "Control error after a Gaussian of 3 px, 95th percentile (M2)", "", value(smooth, false), why));
+  add(figure("control_error_s3_mean", "Control error after a Gaussian of 3 px, mean (M2)", "", value(smooth, true),
+             why));
+  add(figure("control_error_s3_p95", "Control error after a Gaussian of 3 px, 95th percentile (M2)", "",
+             value(smooth, false), why));
 }
 
 void Work::add_coherence() {
@@ -112,20 +128,24 @@ void Work::add_coherence() {
 }
 
 void Work::add_texture() {
-  const TextureDistanceOptions distance{.num_samples = options.num_samples, .num_directions = options.num_directions, .seed = seed};
+  const TextureDistanceOptions distance{
+      .num_samples = options.num_samples, .num_directions = options.num_directions, .seed = seed};
   TextureDistanceOptions again = distance;
   again.seed = seed + 1;
   std::vector<int> chart(static_cast<std::size_t>(surface.num_texels()));
-  for (TexelId t = 0; t < surface.num_texels(); ++t) chart[static_cast<std::size_t>(t)] = surface.is_covered(t) ? surface.chart(t) : -1;
+  for (TexelId t = 0; t < surface.num_texels(); ++t)
+    chart[static_cast<std::size_t>(t)] = surface.is_covered(t) ? surface.chart(t) : -1;
   const bool has_control = !source.control.empty();
-  const ImageF control_made = has_control ? (map.control.empty() ? gathered(source.control, indices, surface, 0.0f) : map.control) : ImageF();
+  const ImageF control_made =
+      has_control ? (map.control.empty() ? gathered(source.control, indices, surface, 0.0f) : map.control) : ImageF();
   std::array<std::vector<double>, 4> sums, floors;
   const auto put = [](std::vector<double>& list, const std::optional<double>& v) {
     if (v) list.push_back(*v);
   };
   for (const ImageF& frame : source.frames) {
     const ImageF made = gathered(frame, indices, surface, 0.0f);
-    const TextureView a{frame, source.mask, {}, has_control ? &source.control : nullptr}, b{made, coverage, chart, has_control ? &control_made : nullptr};
+    const TextureView a{frame, source.mask, {}, has_control ? &source.control : nullptr},
+        b{made, coverage, chart, has_control ? &control_made : nullptr};
     put(sums[0], patch_distance(a, b, distance, control));
     put(floors[0], patch_distance(a, a, again, control));
     put(sums[1], gradient_distance(a, b));
@@ -139,21 +159,29 @@ void Work::add_texture() {
     for (double v : list) sum += v;
     return list.size() == source.frames.size() ? std::optional(sum / static_cast<double>(list.size())) : std::nullopt;
   };
-  add(figure("patch_swd", "Sliced distance of 7 x 7 patches (M4)", "codes", mean(sums[0]), "no chart or mask holds a whole patch of 7 x 7", mean(floors[0])));
-  add(figure("gradient_emd", "Distance of gradient lengths (M4)", "codes", mean(sums[1]), "no neighbors inside a chart"));
-  add(figure("spectrum", "Log spectrum, mean difference (M4)", "decades", mean(sums[2]), "no tile of the picture is covered"));
-  add(figure("joint_swd", "Sliced distance of (R, G, B, control) (M5)", "codes", mean(sums[3]), "the source has no control", mean(floors[3])));
+  add(figure("patch_swd", "Sliced distance of 7 x 7 patches (M4)", "codes", mean(sums[0]),
+             "no chart or mask holds a whole patch of 7 x 7", mean(floors[0])));
+  add(figure("gradient_emd", "Distance of gradient lengths (M4)", "codes", mean(sums[1]),
+             "no neighbors inside a chart"));
+  add(figure("spectrum", "Log spectrum, mean difference (M4)", "decades", mean(sums[2]),
+             "no tile of the picture is covered"));
+  add(figure("joint_swd", "Sliced distance of (R, G, B, control) (M5)", "codes", mean(sums[3]),
+             "the source has no control", mean(floors[3])));
 }
 
 void Work::add_reuse() {
   std::int64_t usable = std::int64_t{source.width()} * source.height();
-  if (!source.mask.empty()) usable = static_cast<std::int64_t>(source.mask.values().size()) - std::count(source.mask.values().begin(), source.mask.values().end(), 0);
+  if (!source.mask.empty())
+    usable = static_cast<std::int64_t>(source.mask.values().size()) -
+             std::count(source.mask.values().begin(), source.mask.values().end(), 0);
   const ReuseFigures f = measure_reuse(surface, indices, usable);
   add(figure("rep64", "Texels whose source shows again 4 to 64 px away (M6)", "", f.rep64, ""));
   add(figure("used_share", "Source pixels that show anywhere (M6)", "", f.used_share, ""));
   ImageF repeated(surface.width(), surface.height());
-  for (TexelId t = 0; t < surface.num_texels(); ++t) repeated.data()[t] = static_cast<float>(f.is_repeated[static_cast<std::size_t>(t)]);
-  picture("repeated", "Light: the same source pixel shows again 4 to 64 texels away", ramp_picture(repeated, coverage, 0.0, 1.0, ColorRamp::Sequential));
+  for (TexelId t = 0; t < surface.num_texels(); ++t)
+    repeated.data()[t] = static_cast<float>(f.is_repeated[static_cast<std::size_t>(t)]);
+  picture("repeated", "Light: the same source pixel shows again 4 to 64 texels away",
+          ramp_picture(repeated, coverage, 0.0, 1.0, ColorRamp::Sequential));
 }
 
 void Work::add_seams() {
@@ -161,7 +189,8 @@ void Work::add_seams() {
   const SeamFigures f = measure_seams(surface, indices, pairs, source, scale, control);
   const std::string why = f.num_pairs == 0 ? "the surface has no seams" : "the source does not vary inside charts";
   add(figure("seam_gradient_ratio", "Gradient over seams against inside charts (M7)", "", f.gradient_ratio, why));
-  add(figure("seam_coherence_ratio", "Coherence over seams against inside charts (M7)", "", f.coherence_ratio, f.num_pairs == 0 ? why : "no neighbors follow the surface"));
+  add(figure("seam_coherence_ratio", "Coherence over seams against inside charts (M7)", "", f.coherence_ratio,
+             f.num_pairs == 0 ? why : "no neighbors follow the surface"));
 }
 
 void Work::add_scale() {
@@ -174,7 +203,8 @@ void Work::add_scale() {
 void Work::add_explained(const MadePicture* made) {
   std::optional<double> share;
   if (made) {
-    if (made->frame >= source.frames.size() || !made->codes.same_size(coverage) || made->codes.channels() != 3) throw InvalidInput(map.name + ": its picture has not the size of its coordinate map");
+    if (made->frame >= source.frames.size() || !made->codes.same_size(coverage) || made->codes.channels() != 3)
+      throw InvalidInput(map.name + ": its picture has not the size of its coordinate map");
     const ImageF expected = gathered(source.frames[made->frame], indices, surface, 0.0f);
     std::int64_t equal = 0;
     for (TexelId t = 0; t < surface.num_texels(); ++t) {
@@ -185,7 +215,8 @@ void Work::add_explained(const MadePicture* made) {
     }
     share = static_cast<double>(equal) / static_cast<double>(surface.num_covered());
   }
-  add(figure("explained_pixels", "Pixels of the tool's picture that are the source at its coordinates (M9)", "", share, "no picture was given"));
+  add(figure("explained_pixels", "Pixels of the tool's picture that are the source at its coordinates (M9)", "", share,
+             "no picture was given"));
 }
 
 /// @param wanted  Source pixels of a texel; 0: what sizes say.
@@ -199,10 +230,14 @@ SourceScale scale_of(const FlowFrames& frames, double pixel_mm, const TexelMap& 
 void check_source(const SynthesisSource& source, const SynthesizedMap& map) {
   if (source.frames.empty()) throw InvalidInput("the source has no frame");
   for (const ImageF& f : source.frames) {
-    if (f.channels() != 3 || !f.same_size(source.frames.front())) throw InvalidInput("the source's frames differ in size, or have not 3 channels");
+    if (f.channels() != 3 || !f.same_size(source.frames.front()))
+      throw InvalidInput("the source's frames differ in size, or have not 3 channels");
   }
-  if (!source.control.empty() && !source.control.same_size(source.frames.front())) throw InvalidInput("the source's control has another size than its frames");
-  if (!map.control.empty() && (map.control.width() != map.surface->width() || map.control.height() != map.surface->height())) throw InvalidInput(map.name + ": its control has another size than its coordinate map");
+  if (!source.control.empty() && !source.control.same_size(source.frames.front()))
+    throw InvalidInput("the source's control has another size than its frames");
+  if (!map.control.empty() &&
+      (map.control.width() != map.surface->width() || map.control.height() != map.surface->height()))
+    throw InvalidInput(map.name + ": its control has another size than its coordinate map");
 }
 
 }  // namespace
@@ -220,20 +255,34 @@ ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices,
   return out;
 }
 
-Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, const EvaluationOptions& options, std::uint64_t seed, const MadePicture* made, const RunControl& control) {
+Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, const EvaluationOptions& options,
+                    std::uint64_t seed, const MadePicture* made, const RunControl& control) {
   check_source(source, map);
   const auto frames = map.frames ? map.frames : std::make_shared<const FlowFrames>(uv_frames(*map.surface));
-  if (frames->size() != map.surface->mesh().triangles.size()) throw InvalidInput(map.name + ": expected one frame a triangle");
-  Work work{.source = source, .map = map, .options = options, .control = control, .seed = seed, .surface = *map.surface, .indices = SourceIndices(map, source),
-            .coverage = map.surface->coverage(), .frames = frames, .scale = scale_of(*frames, source.pixel_mm, *map.surface, options.source_step),
+  if (frames->size() != map.surface->mesh().triangles.size())
+    throw InvalidInput(map.name + ": expected one frame a triangle");
+  Work work{.source = source,
+            .map = map,
+            .options = options,
+            .control = control,
+            .seed = seed,
+            .surface = *map.surface,
+            .indices = SourceIndices(map, source),
+            .coverage = map.surface->coverage(),
+            .frames = frames,
+            .scale = scale_of(*frames, source.pixel_mm, *map.surface, options.source_step),
             .out = {.name = map.name, .figures = {}, .pictures = {}, .hash = {}}};
   const std::vector<std::int32_t>& all = work.indices.all();
   work.out.hash = ContentHash().add(std::as_bytes(std::span(all))).hex();
   ImageF shown = gathered(source.frames.back(), work.indices, *map.surface, 0.0f);
   for (float& v : shown.values()) v = linear_from_srgb(v / 255.0f);
   work.picture("result", "The last of the compared times through the coordinates", std::move(shown));
-  work.picture("coordinates", "Where each texel comes from: red along x, green along y, a checker of 16 source pixels in blue", coordinate_picture(*map.surface, work.indices, source.width(), source.height()));
-  if (!map.control.empty()) work.picture("control", "The wanted control, in the source's values", ramp_picture(map.control, work.coverage, 0.0, 1.0, ColorRamp::Sequential));
+  work.picture("coordinates",
+               "Where each texel comes from: red along x, green along y, a checker of 16 source pixels in blue",
+               coordinate_picture(*map.surface, work.indices, source.width(), source.height()));
+  if (!map.control.empty())
+    work.picture("control", "The wanted control, in the source's values",
+                 ramp_picture(map.control, work.coverage, 0.0, 1.0, ColorRamp::Sequential));
   work.add_control_error();
   work.add_coherence();
   control.report(0.2);

@@ -1,5 +1,6 @@
 /// \file
-/// How good a texture synthesis is, whichever tool made it: the metrics M2-M10 of one coordinate map as figures and maps.
+/// How good a texture synthesis is, whichever tool made it: the metrics M2-M10 of one coordinate map as figures and
+/// maps.
 #pragma once
 
 #include <optional>
@@ -14,11 +15,11 @@
 namespace patinate::analysis {
 
 struct EvaluationOptions {
-  int num_samples = 20000;     ///< [100, 10^6]. Patches drawn for the distances of distributions.
-  int num_directions = 64;     ///< [1, 1024].
-  int num_times = 5;           ///< [1, 100]. At which colors are compared.
-  int num_audits = 2000;       ///< [0, 10^6]. Texels whose pixel is compared with the best there is (M1); 0: none.
-  int source_step = 0;         ///< [0, 256]. Source pixels of a texel step; 0: texel size / pixel size.
+  int num_samples = 20000;  ///< [100, 10^6]. Patches drawn for the distances of distributions.
+  int num_directions = 64;  ///< [1, 1024].
+  int num_times = 5;        ///< [1, 100]. At which colors are compared.
+  int num_audits = 2000;    ///< [0, 10^6]. Texels whose pixel is compared with the best there is (M1); 0: none.
+  int source_step = 0;      ///< [0, 256]. Source pixels of a texel step; 0: texel size / pixel size.
 };
 void describe(OptionVisitor& v, EvaluationOptions& o);
 
@@ -37,14 +38,17 @@ struct Evaluation {
 };
 
 /// Figures, in this order; those that cannot be had are undefined and say why:
-/// control_error_mean, control_error_p95 (M2: |Ps(s(t)) - Pt(t)|), control_error_s3_mean, control_error_s3_p95 (both maps under a Gaussian of 3 px first),
-/// coherent_share, texels_per_piece (M3), patch_swd, gradient_emd, spectrum (M4), joint_swd (M5), rep64, used_share (M6), seam_gradient_ratio, seam_coherence_ratio (M7),
-/// scale_error_median, scale_error_p99 (M8), explained_pixels (M9). M4 and M5 have as `split` what two draws from the source itself give.
+/// control_error_mean, control_error_p95 (M2: |Ps(s(t)) - Pt(t)|), control_error_s3_mean, control_error_s3_p95 (both
+/// maps under a Gaussian of 3 px first), coherent_share, texels_per_piece (M3), patch_swd, gradient_emd, spectrum (M4),
+/// joint_swd (M5), rep64, used_share (M6), seam_gradient_ratio, seam_coherence_ratio (M7), scale_error_median,
+/// scale_error_p99 (M8), explained_pixels (M9). M4 and M5 have as `split` what two draws from the source itself give.
 /// @throws InvalidInput if sizes do not fit. Same bits for any number of threads.
-[[nodiscard]] Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, const EvaluationOptions& options, std::uint64_t seed,
+[[nodiscard]] Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map,
+                                  const EvaluationOptions& options, std::uint64_t seed,
                                   const MadePicture* made = nullptr, const RunControl& control = {});
 
 /// Coordinates as colors: red along x, green along y, blue in a fine checker, so that borders of pieces show. Linear.
-[[nodiscard]] ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices, int source_width, int source_height);
+[[nodiscard]] ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices, int source_width,
+                                        int source_height);
 
 }  // namespace patinate::analysis

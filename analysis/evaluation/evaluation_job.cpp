@@ -5,11 +5,11 @@
 #include <set>
 
 #include "analysis/report/report_page.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "patinate/image/color.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 
 namespace patinate::analysis {
 
@@ -27,16 +27,25 @@ ImageF source_picture(const SynthesisSource& source) {
   return linear;
 }
 
-Json picture_json(const Picture& picture, const fs::path& scratch) { return {{"name", picture.name}, {"caption", picture.caption}, {"source", picture_uri(picture.image, scratch)}}; }
+Json picture_json(const Picture& picture, const fs::path& scratch) {
+  return {{"name", picture.name}, {"caption", picture.caption}, {"source", picture_uri(picture.image, scratch)}};
+}
 
 /// One map's part of the report, with its pictures inside.
-Json evaluated(const EvaluationItem& item, const EvaluationOptions& options, std::uint64_t seed, const fs::path& scratch, const RunControl& control) {
+Json evaluated(const EvaluationItem& item, const EvaluationOptions& options, std::uint64_t seed,
+               const fs::path& scratch, const RunControl& control) {
   const MapToEvaluate opened = item.open(control.part(0.0, 0.5));
-  Evaluation made = evaluate(opened.source, opened.map, options, seed, opened.made ? &*opened.made : nullptr, control.part(0.5, 1.0));
-  Json json{{"name", item.name}, {"about", item.about}, {"hash", made.hash}, {"figures", Json::array()}, {"pictures", Json::array()}};
+  Evaluation made =
+      evaluate(opened.source, opened.map, options, seed, opened.made ? &*opened.made : nullptr, control.part(0.5, 1.0));
+  Json json{{"name", item.name},
+            {"about", item.about},
+            {"hash", made.hash},
+            {"figures", Json::array()},
+            {"pictures", Json::array()}};
   for (const Figure& f : opened.more) json["figures"].push_back(figure_json(f));
   for (const Figure& f : made.figures) json["figures"].push_back(figure_json(f));
-  json["pictures"].push_back(picture_json({"source", "The source at the last of the compared times", source_picture(opened.source)}, scratch));
+  json["pictures"].push_back(
+      picture_json({"source", "The source at the last of the compared times", source_picture(opened.source)}, scratch));
   for (const Picture& p : made.pictures) json["pictures"].push_back(picture_json(p, scratch));
   return json;
 }
@@ -74,23 +83,33 @@ void add_table(HtmlPage& page, const std::vector<Json>& maps) {
   page.table(header, rows);
 }
 
-void write_report(const fs::path& folder, const EvaluationTask& task, const std::string& key, const std::vector<Json>& maps) {
+void write_report(const fs::path& folder, const EvaluationTask& task, const std::string& key,
+                  const std::vector<Json>& maps) {
   HtmlPage page("How good is the texture?");
-  page.paragraph("Every texel of a synthesis shows a place of its source; these figures say how well it follows its control, how well it hangs together, and how much its statistics are the source's. "
-                 "In brackets: the same for two draws from the source itself, which nothing can be better than. Less is better, except for the two figures M3, the share used (M6), and those at seams, where 1 is best. "
-                 "M1 says how far a search went towards the least energy, not how good the texture looks: the least energy is smooth and repeats itself.");
+  page.paragraph(
+      "Every texel of a synthesis shows a place of its source; these figures say how well it follows its control, how "
+      "well it hangs together, and how much its statistics are the source's. "
+      "In brackets: the same for two draws from the source itself, which nothing can be better than. Less is better, "
+      "except for the two figures M3, the share used (M6), and those at seams, where 1 is best. "
+      "M1 says how far a search went towards the least energy, not how good the texture looks: the least energy is "
+      "smooth and repeats itself.");
   add_table(page, maps);
   Json list = Json::array();
   for (const Json& map : maps) {
     page.heading(map.at("name").get<std::string>());
     page.paragraph(map.at("about").get<std::string>());
     std::vector<HtmlPicture> pictures;
-    for (const Json& p : map.at("pictures")) pictures.push_back({p.at("source").get<std::string>(), p.at("caption").get<std::string>()});
+    for (const Json& p : map.at("pictures"))
+      pictures.push_back({p.at("source").get<std::string>(), p.at("caption").get<std::string>()});
     page.pictures(pictures);
     for (const Json& f : map.at("figures")) {
-      if (f.at("value").is_null()) page.paragraph(f.at("title").get<std::string>() + ": undefined, " + f.at("undefined").get<std::string>() + ".");
+      if (f.at("value").is_null())
+        page.paragraph(f.at("title").get<std::string>() + ": undefined, " + f.at("undefined").get<std::string>() + ".");
     }
-    list.push_back({{"name", map.at("name")}, {"about", map.at("about")}, {"hash", map.at("hash")}, {"figures", map.at("figures")}});
+    list.push_back({{"name", map.at("name")},
+                    {"about", map.at("about")},
+                    {"hash", map.at("hash")},
+                    {"figures", map.at("figures")}});
   }
   Json options = Json::object();
   for (const auto& [name, value] : option_values(task.options)) options[name] = value;
@@ -100,7 +119,12 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
   page.code(task.command);
   page.link(kEvaluationFile, "The figures as JSON");
   page.save(folder / kEvaluationPageFile);
-  save_json(folder / kEvaluationFile, Json{{"format", "patinate.evaluation"}, {"version", 1}, {"maps", list}, {"options", options}, {"command", task.command}, {"key", key}});
+  save_json(folder / kEvaluationFile, Json{{"format", "patinate.evaluation"},
+                                           {"version", 1},
+                                           {"maps", list},
+                                           {"options", options},
+                                           {"command", task.command},
+                                           {"key", key}});
 }
 
 }  // namespace
@@ -124,7 +148,10 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
                           .outputs = part_files(item_file(i)),
                           .run = [shared, i](const fs::path& folder, const RunControl& control) {
                             fs::create_directories(folder / kJobWorkFolder);
-                            save_part(folder / item_file(i), evaluated(shared->maps[i], shared->options, shared->seed, folder / kJobWorkFolder / ("map" + std::to_string(i) + ".png"), control));
+                            save_part(
+                                folder / item_file(i),
+                                evaluated(shared->maps[i], shared->options, shared->seed,
+                                          folder / kJobWorkFolder / ("map" + std::to_string(i) + ".png"), control));
                           }});
   }
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {

@@ -36,7 +36,7 @@ struct EvaluationTask {
   std::vector<EvaluationItem> maps;  ///< At least one.
   EvaluationOptions options;
   std::uint64_t seed = 1;
-  std::string command;               ///< What repeats it, for the report; no part of the key.
+  std::string command;  ///< What repeats it, for the report; no part of the key.
 };
 
 /// @throws InvalidInput if there is no map or a name occurs twice.

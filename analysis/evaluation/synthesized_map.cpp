@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -48,9 +48,12 @@ std::shared_ptr<const TexelMap> flat_surface(int width, int height, double texel
 
 SourceIndices::SourceIndices(const SynthesizedMap& map, const SynthesisSource& source) : width_(source.width()) {
   const TexelMap& surface = *map.surface;
-  if (map.coordinates.channels() != 2 || map.coordinates.width() != surface.width() || map.coordinates.height() != surface.height()) {
-    throw InvalidInput(map.name + ": the coordinate map is " + size_text(map.coordinates.width(), map.coordinates.height()) + " with " +
-                       std::to_string(map.coordinates.channels()) + " channels; expected " + size_text(surface.width(), surface.height()) + " with 2");
+  if (map.coordinates.channels() != 2 || map.coordinates.width() != surface.width() ||
+      map.coordinates.height() != surface.height()) {
+    throw InvalidInput(map.name + ": the coordinate map is " +
+                       size_text(map.coordinates.width(), map.coordinates.height()) + " with " +
+                       std::to_string(map.coordinates.channels()) + " channels; expected " +
+                       size_text(surface.width(), surface.height()) + " with 2");
   }
   index_.assign(static_cast<std::size_t>(surface.num_texels()), -1);
   for (TexelId t = 0; t < surface.num_texels(); ++t) {
@@ -58,7 +61,8 @@ SourceIndices::SourceIndices(const SynthesizedMap& map, const SynthesisSource& s
     const float* s = map.coordinates.data() + 2 * t;
     const double x = std::floor(static_cast<double>(s[0]) + 0.5), y = std::floor(static_cast<double>(s[1]) + 0.5);
     if (!(x >= 0.0 && y >= 0.0 && x < source.width() && y < source.height())) {
-      throw InvalidInput(map.name + ": texel " + std::to_string(t % surface.width()) + ", " + std::to_string(t / surface.width()) + " comes from " + number_text(x) + ", " + number_text(y) +
+      throw InvalidInput(map.name + ": texel " + std::to_string(t % surface.width()) + ", " +
+                         std::to_string(t / surface.width()) + " comes from " + number_text(x) + ", " + number_text(y) +
                          ", which is not in the source of " + size_text(source.width(), source.height()));
     }
     index_[static_cast<std::size_t>(t)] = static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);

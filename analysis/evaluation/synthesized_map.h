@@ -29,9 +29,10 @@ struct SynthesisSource {
 struct SynthesizedMap {
   std::string name;
   std::shared_ptr<const TexelMap> surface;  ///< In mm; flat_surface() for a picture.
-  ImageF coordinates;                       ///< H x W x 2: source pixels; -1 outside. Fractions are rounded to the nearest pixel.
-  ImageF control;                           ///< H x W x 1, the wanted control in the source's values; may be empty.
-  std::shared_ptr<const FlowFrames> frames = nullptr;  ///< How the source was laid on the surface; none: as the UVs run.
+  ImageF coordinates;  ///< H x W x 2: source pixels; -1 outside. Fractions are rounded to the nearest pixel.
+  ImageF control;      ///< H x W x 1, the wanted control in the source's values; may be empty.
+  std::shared_ptr<const FlowFrames> frames =
+      nullptr;  ///< How the source was laid on the surface; none: as the UVs run.
 };
 
 /// A plane of `width` x `height` texels of `texel_mm`, all covered.
@@ -47,7 +48,8 @@ struct TexelPair {
 /// Index into the source (y * width + x) of every texel, -1 outside or where the map names no pixel of the source.
 class SourceIndices {
  public:
-  /// @throws InvalidInput if the map has not two channels or not the surface's size, a covered texel has no coordinates, or one lies outside the source.
+  /// @throws InvalidInput if the map has not two channels or not the surface's size, a covered texel has no
+  /// coordinates, or one lies outside the source.
   SourceIndices(const SynthesizedMap& map, const SynthesisSource& source);
 
   [[nodiscard]] std::int32_t of(TexelId t) const { return index_[static_cast<std::size_t>(t)]; }
@@ -61,8 +63,11 @@ class SourceIndices {
 };
 
 /// The texel one step away in the atlas and in the same chart. @returns nothing if there is none.
-[[nodiscard]] std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t, int dx, int dy);
-/// Texels on two sides of a seam: a step of one texel (of the first one's size) over a border of its chart. Each side is seen from both.
-[[nodiscard]] std::vector<TexelPair> seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunControl& control = {});
+[[nodiscard]] std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t,
+                                                     int dx, int dy);
+/// Texels on two sides of a seam: a step of one texel (of the first one's size) over a border of its chart. Each side
+/// is seen from both.
+[[nodiscard]] std::vector<TexelPair> seam_pairs(const TexelMap& surface, const FlowFrames& frames,
+                                                const RunControl& control = {});
 
 }  // namespace patinate::analysis

@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "analysis/figures/spatial.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
-#include "patinate/image/color.h"
 #include "libcommon/metrics/color_curves.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 
 namespace patinate::analysis {
 
@@ -27,7 +27,11 @@ struct Vectors {
 
 bool is_whole_patch(const TextureView& view, int x0, int y0) {
   const int w = view.codes.width();
-  const auto chart = [&](int x, int y) { return view.chart.empty() ? 0 : view.chart[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)]; };
+  const auto chart = [&](int x, int y) {
+    return view.chart.empty()
+               ? 0
+               : view.chart[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)];
+  };
   const int first = chart(x0, y0);
   if (first < 0) return false;
   for (int y = y0; y < y0 + kPatch; ++y) {
@@ -40,7 +44,8 @@ bool is_whole_patch(const TextureView& view, int x0, int y0) {
 
 /// Draws with replacement, so that both sides have equally many. @param n  Of places to choose from.
 template <class Append>
-Vectors draw(std::size_t n, std::size_t size, const TextureDistanceOptions& options, std::uint32_t side, Append&& append) {
+Vectors draw(std::size_t n, std::size_t size, const TextureDistanceOptions& options, std::uint32_t side,
+             Append&& append) {
   Vectors out{.size = size, .values = {}};
   out.values.reserve(size * static_cast<std::size_t>(options.num_samples));
   for (int k = 0; k < options.num_samples; ++k) {
@@ -50,7 +55,8 @@ Vectors draw(std::size_t n, std::size_t size, const TextureDistanceOptions& opti
   return out;
 }
 
-std::optional<Vectors> draw_patches(const TextureView& view, const TextureDistanceOptions& options, std::uint32_t side) {
+std::optional<Vectors> draw_patches(const TextureView& view, const TextureDistanceOptions& options,
+                                    std::uint32_t side) {
   std::vector<std::array<int, 2>> places;
   for (int y = 0; y + kPatch <= view.codes.height(); ++y) {
     for (int x = 0; x + kPatch <= view.codes.width(); ++x) {
@@ -126,11 +132,15 @@ std::vector<double> gradient_lengths(const TextureView& view) {
   std::vector<double> lengths;
   const int w = view.codes.width();
   const auto luma = [&](int x, int y) { return static_cast<double>(luminance(view.codes.pixel(x, y))); };
-  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x); };
+  const auto at = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x);
+  };
   for (int y = 0; y + 1 < view.codes.height(); ++y) {
     for (int x = 0; x + 1 < w; ++x) {
       if (!is_inside(view.mask, x, y) || !is_inside(view.mask, x + 1, y) || !is_inside(view.mask, x, y + 1)) continue;
-      if (!view.chart.empty() && (view.chart[at(x, y)] != view.chart[at(x + 1, y)] || view.chart[at(x, y)] != view.chart[at(x, y + 1)])) continue;
+      if (!view.chart.empty() &&
+          (view.chart[at(x, y)] != view.chart[at(x + 1, y)] || view.chart[at(x, y)] != view.chart[at(x, y + 1)]))
+        continue;
       lengths.push_back(std::hypot(luma(x + 1, y) - luma(x, y), luma(x, y + 1) - luma(x, y)));
     }
   }
@@ -152,7 +162,8 @@ Spectrum spectrum_of(const TextureView& view) {
       if (!is_inside(view.mask, x, y)) continue;
       stack.texels.push_back(static_cast<std::uint32_t>(y * stack.width + x));
       std::array<double, 3> linear{};
-      for (std::size_t c = 0; c < 3; ++c) linear[c] = static_cast<double>(linear_from_srgb(view.codes.pixel(x, y)[c] / 255.0f));
+      for (std::size_t c = 0; c < 3; ++c)
+        linear[c] = static_cast<double>(linear_from_srgb(view.codes.pixel(x, y)[c] / 255.0f));
       for (double v : lab_from_linear(linear[0], linear[1], linear[2])) stack.lab.push_back(static_cast<float>(v));
     }
   }
@@ -164,13 +175,15 @@ Spectrum spectrum_of(const TextureView& view) {
 
 }  // namespace
 
-std::optional<double> patch_distance(const TextureView& a, const TextureView& b, const TextureDistanceOptions& options, const RunControl& control) {
+std::optional<double> patch_distance(const TextureView& a, const TextureView& b, const TextureDistanceOptions& options,
+                                     const RunControl& control) {
   const std::optional<Vectors> from = draw_patches(a, options, 0), to = draw_patches(b, options, 1);
   if (!from || !to) return std::nullopt;
   return sliced(*from, *to, options, control);
 }
 
-std::optional<double> joint_distance(const TextureView& a, const TextureView& b, const TextureDistanceOptions& options, const RunControl& control) {
+std::optional<double> joint_distance(const TextureView& a, const TextureView& b, const TextureDistanceOptions& options,
+                                     const RunControl& control) {
   const std::optional<Vectors> from = draw_joint(a, options, 0), to = draw_joint(b, options, 1);
   if (!from || !to) return std::nullopt;
   return sliced(*from, *to, options, control);
@@ -197,7 +210,9 @@ std::optional<double> spectrum_distance(const TextureView& a, const TextureView&
   int count = 0;
   for (std::size_t i = 0; i < p.power.size(); ++i) {
     for (std::size_t j = 0; j < q.power.size(); ++j) {  // Tiles of another size have fewer of the same rings.
-      if (std::abs(p.frequencies[i] - q.frequencies[j]) > 1e-9 * p.frequencies[i] || !(p.power[i] > 0.0) || !(q.power[j] > 0.0)) continue;
+      if (std::abs(p.frequencies[i] - q.frequencies[j]) > 1e-9 * p.frequencies[i] || !(p.power[i] > 0.0) ||
+          !(q.power[j] > 0.0))
+        continue;
       sum += std::abs(std::log10(p.power[i] / q.power[j]));
       ++count;
     }

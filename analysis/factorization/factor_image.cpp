@@ -16,14 +16,17 @@ struct ModelChannel {
   std::size_t model = 0;
   int channel = 0;
 };
-ModelChannel model_channel(std::size_t color, std::size_t num_models) { return num_models == 1 ? ModelChannel{0, static_cast<int>(color)} : ModelChannel{color, 0}; }
+ModelChannel model_channel(std::size_t color, std::size_t num_models) {
+  return num_models == 1 ? ModelChannel{0, static_cast<int>(color)} : ModelChannel{color, 0};
+}
 
 }  // namespace
 
 std::vector<std::string> factor_channel_names(std::size_t num_models) {
   std::vector<std::string> names;
   for (std::size_t m = 0; m < num_models; ++m) {
-    for (const char* name : {"status", "rate", "offset", "rate_stddev", "residual"}) names.push_back(name + std::string(".") + std::to_string(m));
+    for (const char* name : {"status", "rate", "offset", "rate_stddev", "residual"})
+      names.push_back(name + std::string(".") + std::to_string(m));
   }
   for (const char* name : {"gain.R", "gain.G", "gain.B", "base.R", "base.G", "base.B"}) names.emplace_back(name);
   return names;
@@ -42,8 +45,10 @@ ImageF factor_image(int width, int height, const std::vector<std::vector<PlaceFa
     }
     for (std::size_t c = 0; c < 3; ++c) {
       const ModelChannel at = model_channel(c, num_models);
-      out[kOfModel * num_models + c] = static_cast<float>(factors[at.model][i].gain[static_cast<std::size_t>(at.channel)]);
-      out[kOfModel * num_models + 3 + c] = static_cast<float>(factors[at.model][i].base[static_cast<std::size_t>(at.channel)]);
+      out[kOfModel * num_models + c] =
+          static_cast<float>(factors[at.model][i].gain[static_cast<std::size_t>(at.channel)]);
+      out[kOfModel * num_models + 3 + c] =
+          static_cast<float>(factors[at.model][i].base[static_cast<std::size_t>(at.channel)]);
     }
   }
   return image;
@@ -52,8 +57,11 @@ ImageF factor_image(int width, int height, const std::vector<std::vector<PlaceFa
 PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t model, std::size_t num_models) {
   const float* in = image.data() + pixel * image.channels();
   const float* of = in + kOfModel * model;
-  PlaceFactors f{.status = static_cast<PlaceStatus>(static_cast<int>(std::clamp(of[0], 0.0f, 3.0f))), .rate = static_cast<double>(of[1]), .offset = static_cast<double>(of[2]),
-                 .rate_stddev = static_cast<double>(of[3]), .residual = static_cast<double>(of[4])};
+  PlaceFactors f{.status = static_cast<PlaceStatus>(static_cast<int>(std::clamp(of[0], 0.0f, 3.0f))),
+                 .rate = static_cast<double>(of[1]),
+                 .offset = static_cast<double>(of[2]),
+                 .rate_stddev = static_cast<double>(of[3]),
+                 .residual = static_cast<double>(of[4])};
   for (std::size_t c = 0; c < 3; ++c) {
     const ModelChannel at = model_channel(c, num_models);
     if (at.model != model) continue;
@@ -63,11 +71,13 @@ PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t mod
   return f;
 }
 
-std::array<float, 3> factored_color(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel, double time) {
+std::array<float, 3> factored_color(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel,
+                                    double time) {
   std::array<float, 3> color{};
   for (std::size_t c = 0; c < 3; ++c) {
     const ModelChannel at = model_channel(c, models.size());
-    const double v = factored_value(models[at.model].curve, factors_at(image, pixel, at.model, models.size()), at.channel, time);
+    const double v =
+        factored_value(models[at.model].curve, factors_at(image, pixel, at.model, models.size()), at.channel, time);
     color[c] = static_cast<float>(std::clamp(v, 0.0, kLargestHalf));
   }
   return color;
@@ -88,7 +98,12 @@ Json models_json(std::span<const TemporalModel> models) {
     for (std::size_t c = 0; c < 3; ++c) {
       if (models.size() == 1 || c == m) names.push_back(kNames[c]);
     }
-    list.push_back({{"channels", names}, {"low", models[m].curve.low}, {"high", models[m].curve.high}, {"coefficients", models[m].curve.coefficients}, {"noise", models[m].noise}, {"correlation", models[m].correlation}});
+    list.push_back({{"channels", names},
+                    {"low", models[m].curve.low},
+                    {"high", models[m].curve.high},
+                    {"coefficients", models[m].curve.coefficients},
+                    {"noise", models[m].noise},
+                    {"correlation", models[m].correlation}});
   }
   return list;
 }
@@ -104,7 +119,8 @@ std::vector<TemporalModel> read_models(const JsonReader& json) {
     const JsonReader coefficients = entry.member("coefficients");
     for (const JsonReader& list : coefficients.elements(channels)) {
       const std::size_t size = list.elements(kMostCoefficients).size();
-      if (size < 4 || (!model.curve.coefficients.empty() && size != model.curve.coefficients.front().size())) list.fail("at least 4 coefficients, as many for every channel");
+      if (size < 4 || (!model.curve.coefficients.empty() && size != model.curve.coefficients.front().size()))
+        list.fail("at least 4 coefficients, as many for every channel");
       model.curve.coefficients.push_back(list.numbers(size));
     }
     if (model.curve.coefficients.size() != channels) coefficients.fail("a list for every channel");

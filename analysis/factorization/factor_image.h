@@ -19,12 +19,15 @@ namespace patinate::analysis {
 /// @param factors  For each model, width x height places in reading order.
 [[nodiscard]] ImageF factor_image(int width, int height, const std::vector<std::vector<PlaceFactors>>& factors);
 /// The inverse for one pixel (y * width + x) and model.
-[[nodiscard]] PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t model, std::size_t num_models);
+[[nodiscard]] PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t model,
+                                      std::size_t num_models);
 
 /// Linear color of a pixel at a time, >= 0 and no more than a half float holds. @param models  One, or one per channel.
-[[nodiscard]] std::array<float, 3> factored_color(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel, double time);
+[[nodiscard]] std::array<float, 3> factored_color(std::span<const TemporalModel> models, const ImageF& image,
+                                                  std::int64_t pixel, double time);
 /// Whether all its curves are known at that time.
-[[nodiscard]] bool is_covered(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel, double time);
+[[nodiscard]] bool is_covered(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel,
+                              double time);
 
 /// Members channels, low, high, coefficients, noise.
 [[nodiscard]] Json models_json(std::span<const TemporalModel> models);

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_work.h"
-#include "patinate/core/json.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
@@ -30,7 +30,9 @@ std::vector<fs::path> taken_over(const HistoryManifest& m) {
 ImageF map_of(const ImageF& factors, std::size_t num_models, double (*value)(const PlaceFactors&)) {
   ImageF out(factors.width(), factors.height(), static_cast<int>(num_models));
   for (std::int64_t i = 0; i < out.num_pixels(); ++i) {
-    for (std::size_t m = 0; m < num_models; ++m) out.data()[static_cast<std::size_t>(i) * num_models + m] = static_cast<float>(value(factors_at(factors, i, m, num_models)));
+    for (std::size_t m = 0; m < num_models; ++m)
+      out.data()[static_cast<std::size_t>(i) * num_models + m] =
+          static_cast<float>(value(factors_at(factors, i, m, num_models)));
   }
   return out;
 }
@@ -38,7 +40,8 @@ ImageF map_of(const ImageF& factors, std::size_t num_models, double (*value)(con
 /// Three channels of the factor image from `first` on.
 ImageF colors_of(const ImageF& factors, int first) {
   ImageF out(factors.width(), factors.height(), 3);
-  for (std::int64_t i = 0; i < out.num_pixels(); ++i) std::copy_n(factors.data() + i * factors.channels() + first, 3, out.data() + 3 * i);
+  for (std::int64_t i = 0; i < out.num_pixels(); ++i)
+    std::copy_n(factors.data() + i * factors.channels() + first, 3, out.data() + 3 * i);
   return out;
 }
 
@@ -63,33 +66,42 @@ void write_rate_control(const FactorizationWork& work, const ImageF& factors, Hi
   for (std::int64_t i = 0; i < rate.num_pixels(); ++i) {
     if (unchanged.data()[i] != 0) rate.data()[i] = range.low;  // It does not age: the low end.
   }
-  writer.write_control(rate_control_name(work.history.manifest()), rate, static_cast<double>(range.low), static_cast<double>(range.high), "relative");
+  writer.write_control(rate_control_name(work.history.manifest()), rate, static_cast<double>(range.low),
+                       static_cast<double>(range.high), "relative");
 }
 
 }  // namespace
 
 std::vector<std::pair<std::string, fs::path>> factor_maps() {
   std::vector<std::pair<std::string, fs::path>> maps;
-  for (const char* name : {"base", "gain", "rate", "offset", "rate_stddev", "residual"}) maps.emplace_back(name, fs::path("maps") / (std::string(name) + ".exr"));
-  for (const char* name : {"changes", "clock"}) maps.emplace_back(name, fs::path("maps") / (std::string(name) + ".png"));
+  for (const char* name : {"base", "gain", "rate", "offset", "rate_stddev", "residual"})
+    maps.emplace_back(name, fs::path("maps") / (std::string(name) + ".exr"));
+  for (const char* name : {"changes", "clock"})
+    maps.emplace_back(name, fs::path("maps") / (std::string(name) + ".png"));
   return maps;
 }
 
 std::string rate_control_name(const HistoryManifest& history) {
-  const auto is_taken = [&](const std::string& name) { return std::any_of(history.controls.begin(), history.controls.end(), [&](const ControlParameter& c) { return c.name == name; }); };
+  const auto is_taken = [&](const std::string& name) {
+    return std::any_of(history.controls.begin(), history.controls.end(),
+                       [&](const ControlParameter& c) { return c.name == name; });
+  };
   std::string name = "rate";
   while (is_taken(name)) name = "factored_" + name;
   return name;
 }
 
 std::vector<fs::path> map_outputs(const FactorizationWork& work) {
-  std::vector<fs::path> files{work_file("models.json"), work_file("factors.exr"), work_file("controls.json"), kHistory / HistoryWriter::mask_file()};
+  std::vector<fs::path> files{work_file("models.json"), work_file("factors.exr"), work_file("controls.json"),
+                              kHistory / HistoryWriter::mask_file()};
   for (const auto& [name, file] : factor_maps()) files.push_back(file);
   for (const fs::path& file : taken_over(work.history.manifest())) files.push_back(kHistory / file);
   return files;
 }
 
-fs::path rate_control_file(const FactorizationWork& work) { return kHistory / HistoryWriter::control_file(rate_control_name(work.history.manifest())); }
+fs::path rate_control_file(const FactorizationWork& work) {
+  return kHistory / HistoryWriter::control_file(rate_control_name(work.history.manifest()));
+}
 
 void make_maps(FactorizationWork& work, const fs::path& folder) {
   const std::size_t num_models = work.num_models();
@@ -117,18 +129,24 @@ void make_maps(FactorizationWork& work, const fs::path& folder) {
   const int after_models = image.channels() - 6;
   write_exr(folder / "maps/gain.exr", colors_of(image, after_models), rgb, ExrDepth::Float);
   write_exr(folder / "maps/base.exr", colors_of(image, after_models + 3), rgb, ExrDepth::Float);
-  write_exr(folder / "maps/rate.exr", map_of(image, num_models, [](const PlaceFactors& f) { return f.rate; }), of_clock, ExrDepth::Float);
-  write_exr(folder / "maps/offset.exr", map_of(image, num_models, [](const PlaceFactors& f) { return f.offset; }), of_clock, ExrDepth::Float);
-  write_exr(folder / "maps/rate_stddev.exr", map_of(image, num_models, [](const PlaceFactors& f) { return f.rate_stddev; }), of_clock, ExrDepth::Float);
-  write_exr(folder / "maps/residual.exr", map_of(image, num_models, [](const PlaceFactors& f) { return f.residual; }), of_clock, ExrDepth::Float);
+  write_exr(folder / "maps/rate.exr", map_of(image, num_models, [](const PlaceFactors& f) { return f.rate; }), of_clock,
+            ExrDepth::Float);
+  write_exr(folder / "maps/offset.exr", map_of(image, num_models, [](const PlaceFactors& f) { return f.offset; }),
+            of_clock, ExrDepth::Float);
+  write_exr(folder / "maps/rate_stddev.exr",
+            map_of(image, num_models, [](const PlaceFactors& f) { return f.rate_stddev; }), of_clock, ExrDepth::Float);
+  write_exr(folder / "maps/residual.exr", map_of(image, num_models, [](const PlaceFactors& f) { return f.residual; }),
+            of_clock, ExrDepth::Float);
   ImageU8 changed(work.width(), work.height()), clock = changed, known = changed;
   for (std::int64_t i = 0; i < changed.num_pixels(); ++i) {
     bool is_changing = false, is_fitted = true, is_known = work.mask.data()[i] != 0;
     for (std::size_t m = 0; m < num_models; ++m) {
       const PlaceFactors& f = factors[m][static_cast<std::size_t>(i)];
-      is_changing = is_changing || changes(f), is_fitted = is_fitted && f.status == PlaceStatus::Fitted, is_known = is_known && f.status != PlaceStatus::Unseen;
+      is_changing = is_changing || changes(f), is_fitted = is_fitted && f.status == PlaceStatus::Fitted,
+      is_known = is_known && f.status != PlaceStatus::Unseen;
     }
-    changed.data()[i] = is_changing ? 255 : 0, clock.data()[i] = is_fitted ? 255 : 0, known.data()[i] = is_known ? 255 : 0;
+    changed.data()[i] = is_changing ? 255 : 0, clock.data()[i] = is_fitted ? 255 : 0,
+    known.data()[i] = is_known ? 255 : 0;
   }
   write_codes(folder / "maps/changes.png", changed);
   write_codes(folder / "maps/clock.png", clock);
@@ -139,11 +157,23 @@ void make_maps(FactorizationWork& work, const fs::path& folder) {
     fs::create_directories((folder / kHistory / file).parent_path());
     fs::copy_file(work.history.folder() / file, folder / kHistory / file, fs::copy_options::overwrite_existing);
   }
-  HistoryWriter writer(folder / kHistory, {.name = source.name, .origin = source.origin, .width = source.width, .height = source.height, .texel_size_mm = {}, .time_unit = source.time_unit, .frames = {}, .controls = {}, .mask = {}, .maps = {}, .key = {}});
+  HistoryWriter writer(folder / kHistory, {.name = source.name,
+                                           .origin = source.origin,
+                                           .width = source.width,
+                                           .height = source.height,
+                                           .texel_size_mm = {},
+                                           .time_unit = source.time_unit,
+                                           .frames = {},
+                                           .controls = {},
+                                           .mask = {},
+                                           .maps = {},
+                                           .key = {}});
   writer.write_mask(known);
   write_rate_control(work, image, writer);
   Json controls = Json::array();
-  for (const ControlParameter& c : writer.manifest().controls) controls.push_back({{"name", c.name}, {"file", c.file.generic_string()}, {"range", {c.low, c.high}}, {"unit", c.unit}});
+  for (const ControlParameter& c : writer.manifest().controls)
+    controls.push_back(
+        {{"name", c.name}, {"file", c.file.generic_string()}, {"range", {c.low, c.high}}, {"unit", c.unit}});
   save_json(folder / work_file("controls.json"), controls);
 }
 

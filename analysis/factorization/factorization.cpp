@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "analysis/factorization/place_fit.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -16,25 +16,38 @@ constexpr std::array<std::string_view, 2> kClockNames{"shared", "channels"};
 constexpr std::int64_t kChunk = 32;
 
 void check(const PlaceSeries& places) {
-  if (places.num_channels < 1 || places.num_channels > 3) throw InvalidInput("factorize: there must be 1 to 3 channels");
+  if (places.num_channels < 1 || places.num_channels > 3)
+    throw InvalidInput("factorize: there must be 1 to 3 channels");
   if (static_cast<int>(places.times.size()) < kLeastFrames) {
-    throw InvalidInput("factorize: there " + std::string(places.times.size() == 1 ? "is 1 frame" : "are " + std::to_string(places.times.size()) + " frames") + "; a curve with rates and offsets needs at least " +
-                       std::to_string(kLeastFrames));
+    throw InvalidInput("factorize: there " +
+                       std::string(places.times.size() == 1
+                                       ? "is 1 frame"
+                                       : "are " + std::to_string(places.times.size()) + " frames") +
+                       "; a curve with rates and offsets needs at least " + std::to_string(kLeastFrames));
   }
   for (std::size_t t = 1; t < places.times.size(); ++t) {
-    if (!(places.times[t] > places.times[t - 1])) throw InvalidInput("factorize: times must be strictly increasing; found " + number_text(places.times[t]) + " after " + number_text(places.times[t - 1]));
+    if (!(places.times[t] > places.times[t - 1]))
+      throw InvalidInput("factorize: times must be strictly increasing; found " + number_text(places.times[t]) +
+                         " after " + number_text(places.times[t - 1]));
   }
-  if (places.values.size() % (places.times.size() * static_cast<std::size_t>(places.num_channels)) != 0) throw InvalidInput("factorize: values are no whole number of places");
-  if (!places.is_seen.empty() && places.is_seen.size() * static_cast<std::size_t>(places.num_channels) != places.values.size()) throw InvalidInput("factorize: is_seen must hold a flag for every place and time");
+  if (places.values.size() % (places.times.size() * static_cast<std::size_t>(places.num_channels)) != 0)
+    throw InvalidInput("factorize: values are no whole number of places");
+  if (!places.is_seen.empty() &&
+      places.is_seen.size() * static_cast<std::size_t>(places.num_channels) != places.values.size())
+    throw InvalidInput("factorize: is_seen must hold a flag for every place and time");
 }
 
 }  // namespace
 
 void describe(OptionVisitor& v, FactorizationOptions& o) {
-  v.visit_choice({"clock", "One rate and offset of a place for all channels, or one for each channel"}, o.clock, kClockNames);
-  v.visit({"num_intervals", "Pieces of the curve's spline; more follow faster changes", "", between(2, 400)}, o.num_intervals);
-  v.visit({"max_rate", "Places age at most so many times faster or slower than the median one", "", between(1.1, 20)}, o.max_rate);
-  v.visit({"least_change", "A place whose color changes by less does not change; linear color", "", above(0)}, o.least_change);
+  v.visit_choice({"clock", "One rate and offset of a place for all channels, or one for each channel"}, o.clock,
+                 kClockNames);
+  v.visit({"num_intervals", "Pieces of the curve's spline; more follow faster changes", "", between(2, 400)},
+          o.num_intervals);
+  v.visit({"max_rate", "Places age at most so many times faster or slower than the median one", "", between(1.1, 20)},
+          o.max_rate);
+  v.visit({"least_change", "A place whose color changes by less does not change; linear color", "", above(0)},
+          o.least_change);
   v.visit({"num_training", "Places that the curve is fitted to", "", between(16, 4096)}, o.num_training);
 }
 
@@ -47,12 +60,14 @@ PlaceSeries PlaceSeries::channel(int c) const {
   return out;
 }
 
-std::vector<PlaceFactors> fit_places(const PlaceSeries& places, const TemporalModel& model, const FactorizationOptions& options, const RunControl& control) {
+std::vector<PlaceFactors> fit_places(const PlaceSeries& places, const TemporalModel& model,
+                                     const FactorizationOptions& options, const RunControl& control) {
   check(places);
   const PlaceFit fit(model, places.times, options);
   std::vector<PlaceFactors> factors(static_cast<std::size_t>(places.num_places()));
   parallel_for(places.num_places(), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; ++i) factors[static_cast<std::size_t>(i)] = fit.solve(places.place(i), places.seen(i));
+    for (std::int64_t i = begin; i < end; ++i)
+      factors[static_cast<std::size_t>(i)] = fit.solve(places.place(i), places.seen(i));
   });
   return factors;
 }
@@ -115,7 +130,8 @@ PlaceSeries place_series(const History& history, std::span<const std::uint32_t> 
     const ImageU8 seen = history.facts().frames[t].has_mask ? history.read_frame_mask(static_cast<int>(t)) : ImageU8();
     if (!seen.empty() && out.is_seen.empty()) out.is_seen.assign(n * num_times, 255);
     for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t c = 0; c < 3; ++c) out.values[(3 * i + c) * num_times + t] = frame.data()[std::size_t{3} * pixels[i] + c];
+      for (std::size_t c = 0; c < 3; ++c)
+        out.values[(3 * i + c) * num_times + t] = frame.data()[std::size_t{3} * pixels[i] + c];
       if (!seen.empty()) out.is_seen[i * num_times + t] = seen.data()[pixels[i]];
     }
     control.report((static_cast<double>(t) + 1.0) / static_cast<double>(num_times));
@@ -125,11 +141,13 @@ PlaceSeries place_series(const History& history, std::span<const std::uint32_t> 
 
 double factored_value(const TemporalCurve& curve, const PlaceFactors& place, int channel, double time) {
   const auto c = static_cast<std::size_t>(channel);
-  return place.gain[c] == 0.0 ? place.base[c] : place.gain[c] * curve.value(channel, place.rate * time - place.offset) + place.base[c];
+  return place.gain[c] == 0.0 ? place.base[c]
+                              : place.gain[c] * curve.value(channel, place.rate * time - place.offset) + place.base[c];
 }
 
 bool is_covered(const TemporalCurve& curve, const PlaceFactors& place, double time) {
-  if (place.status != PlaceStatus::Fitted && place.status != PlaceStatus::Open) return place.status == PlaceStatus::Unchanged;
+  if (place.status != PlaceStatus::Fitted && place.status != PlaceStatus::Open)
+    return place.status == PlaceStatus::Unchanged;
   const double clock = place.rate * time - place.offset;
   return clock >= curve.low && clock <= curve.high;
 }

@@ -3,13 +3,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "patinate/analysis/texture_series.h"
 #include "analysis/factorization/factorization_work.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/analysis/texture_series.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -20,7 +20,8 @@ namespace {
 constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other figures.
 constexpr int kMostFrames = 1'000'000;
 constexpr double kMaxSide = 65536;
-// For progress, in what the factors of one pixel take, as measured on 400 x 300 pixels at 40 times: the curve is sought at a fixed number of places.
+// For progress, in what the factors of one pixel take, as measured on 400 x 300 pixels at 40 times: the curve is sought
+// at a fixed number of places.
 constexpr double kCurveWeight = 1.5e6, kMapsWeight = 0.1, kFrameWeight = 0.1, kJoinWeight = 0.5;
 
 /// What curve and maps depend on: not the times that are asked for.
@@ -48,22 +49,48 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
   JobPlan plan = inputs.plan(output, kFactorizationManifestFile);
   work->key = plan.key;
   plan.parallel_items = false;
-  const double pixels = static_cast<double>(work->width()) * work->height(), models = static_cast<double>(work->num_models());
-  plan.items.push_back({.name = "curve", .outputs = {work_file("curve.json")}, .run = [work](const fs::path& folder, const RunControl& control) { make_curve(*work, folder, control); }, .key = model_key, .weight = kCurveWeight * models});
+  const double pixels = static_cast<double>(work->width()) * work->height(),
+               models = static_cast<double>(work->num_models());
+  plan.items.push_back(
+      {.name = "curve",
+       .outputs = {work_file("curve.json")},
+       .run = [work](const fs::path& folder, const RunControl& control) { make_curve(*work, folder, control); },
+       .key = model_key,
+       .weight = kCurveWeight * models});
   for (int band = 0; band < work->num_bands(); ++band) {
     const std::string name = "rows." + std::to_string(band);
-    plan.items.push_back({.name = name, .outputs = {work_file(name + ".exr")}, .run = [work, band](const fs::path& folder, const RunControl& control) { make_rows(*work, band, folder, control); }, .key = model_key, .stage = 1, .weight = models * pixels / work->num_bands()});
+    plan.items.push_back({.name = name,
+                          .outputs = {work_file(name + ".exr")},
+                          .run = [work, band](const fs::path& folder,
+                                              const RunControl& control) { make_rows(*work, band, folder, control); },
+                          .key = model_key,
+                          .stage = 1,
+                          .weight = models * pixels / work->num_bands()});
   }
-  plan.items.push_back({.name = "maps", .outputs = map_outputs(*work), .run = [work](const fs::path& folder, const RunControl&) { make_maps(*work, folder); }, .key = model_key, .stage = 2, .weight = kMapsWeight * pixels, .optional_outputs = {rate_control_file(*work)}});
+  plan.items.push_back({.name = "maps",
+                        .outputs = map_outputs(*work),
+                        .run = [work](const fs::path& folder, const RunControl&) { make_maps(*work, folder); },
+                        .key = model_key,
+                        .stage = 2,
+                        .weight = kMapsWeight * pixels,
+                        .optional_outputs = {rate_control_file(*work)}});
   for (int i = 0; i < static_cast<int>(work->frames.size()); ++i) {
     const FactoredFrame& frame = work->frames[static_cast<std::size_t>(i)];
     const std::string name = "frame." + std::to_string(i);
     std::vector<fs::path> outputs{work_file(name + ".json"), "history" / HistoryWriter::frame_file(i)};
     if (frame.is_extrapolated) outputs.push_back("history" / HistoryWriter::frame_mask_file(i));
-    plan.items.push_back({.name = name, .outputs = std::move(outputs), .run = [work, i](const fs::path& folder, const RunControl& control) { make_frame(*work, i, folder, control); }, .key = frame_key(model_key, i, frame), .stage = 3, .weight = kFrameWeight * pixels});
+    plan.items.push_back(
+        {.name = name,
+         .outputs = std::move(outputs),
+         .run = [work, i](const fs::path& folder, const RunControl& control) { make_frame(*work, i, folder, control); },
+         .key = frame_key(model_key, i, frame),
+         .stage = 3,
+         .weight = kFrameWeight * pixels});
   }
   plan.join_weight = kJoinWeight * pixels;
-  plan.join = [work](const fs::path& folder, const RunControl& control) { write_factorization(*work, folder, control); };
+  plan.join = [work](const fs::path& folder, const RunControl& control) {
+    write_factorization(*work, folder, control);
+  };
   return plan;
 }
 
@@ -89,7 +116,9 @@ FactorizationManifest read_factorization(const fs::path& path) {
   }
   for (JsonReader& f : json.member("figures").elements(1000)) {
     const JsonReader value = f.member("value");
-    m.figures.emplace_back(f.member("name").string(), value.is_null() ? "undefined: " + f.member("undefined").string() : short_number_text(rounded(value.number(), 4)) + " " + f.member("unit").string());
+    m.figures.emplace_back(f.member("name").string(), value.is_null() ? "undefined: " + f.member("undefined").string()
+                                                                      : short_number_text(rounded(value.number(), 4)) +
+                                                                            " " + f.member("unit").string());
   }
   JsonReader maps = json.member("maps");
   for (const auto& [name, where] : factor_maps()) m.maps.emplace_back(name, maps.member(name).path());

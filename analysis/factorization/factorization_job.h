@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "libcommon/job/job.h"
 #include "patinate/analysis/factorization.h"
 #include "patinate/history/history.h"
-#include "libcommon/job/job.h"
 
 namespace patinate::analysis {
 
@@ -18,11 +18,13 @@ inline constexpr const char* kFactorizationPageFile = "report.html";
 struct FactorizationTask {
   std::filesystem::path history;
   FactorizationOptions options = {};
-  std::vector<double> times = {};  ///< Of frames that the denoised history gets beside those of the frames, in the history's unit.
-  std::string command = {};        ///< What repeats it, for the page; no part of the key.
+  std::vector<double> times =
+      {};  ///< Of frames that the denoised history gets beside those of the frames, in the history's unit.
+  std::string command = {};  ///< What repeats it, for the page; no part of the key.
 };
 
-/// Opens the history at once. @throws InvalidInput (fewer than kLeastFrames frames, a time that is not finite, options), IoError.
+/// Opens the history at once. @throws InvalidInput (fewer than kLeastFrames frames, a time that is not finite,
+/// options), IoError.
 [[nodiscard]] JobPlan plan_factorization(FactorizationTask task, const std::filesystem::path& output);
 
 /// What factorization.json says, as far as others need it.
@@ -32,9 +34,9 @@ struct FactorizationManifest {
   TimeUnit time_unit = TimeUnit::Seconds;
   std::vector<TemporalModel> models;
   int num_frames = 0, num_extrapolated = 0;
-  std::vector<std::pair<std::string, std::string>> figures;       ///< Names and values as text, or "undefined: ...".
+  std::vector<std::pair<std::string, std::string>> figures;         ///< Names and values as text, or "undefined: ...".
   std::vector<std::pair<std::string, std::filesystem::path>> maps;  ///< Names and files.
-  std::filesystem::path history;                                  ///< The denoised one.
+  std::filesystem::path history;                                    ///< The denoised one.
   std::string key;
 };
 /// @param path  The folder or the file. @throws IoError if it breaks the format.

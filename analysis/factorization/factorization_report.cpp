@@ -10,9 +10,9 @@
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/output/color_ramp.h"
 #include "libcommon/output/contact_strip.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
 
@@ -26,7 +26,8 @@ constexpr std::array<const char*, 3> kColorNames{"red", "green", "blue"};
 ImageF shown(ImageF image) {
   const int longer = std::max(image.width(), image.height());
   if (longer <= kPictureSide) return image;
-  return downscale_area(image, std::max(1, image.width() * kPictureSide / longer), std::max(1, image.height() * kPictureSide / longer));
+  return downscale_area(image, std::max(1, image.width() * kPictureSide / longer),
+                        std::max(1, image.height() * kPictureSide / longer));
 }
 
 /// Everything the report is made of.
@@ -42,8 +43,17 @@ struct Said {
 };
 
 Said gather(FactorizationWork& work, const fs::path& folder) {
-  Said s{.work = work, .f = work.factored(folder), .folder = folder, .frames = {}, .rates = {}, .rate_stddevs = {}, .ends = {}, .clock = read_mask(folder / "maps/clock.png"), .changes = read_mask(folder / "maps/changes.png")};
-  for (std::size_t i = 0; i < work.frames.size(); ++i) s.frames.push_back(load_json(folder / work_file("frame." + std::to_string(i) + ".json")));
+  Said s{.work = work,
+         .f = work.factored(folder),
+         .folder = folder,
+         .frames = {},
+         .rates = {},
+         .rate_stddevs = {},
+         .ends = {},
+         .clock = read_mask(folder / "maps/clock.png"),
+         .changes = read_mask(folder / "maps/changes.png")};
+  for (std::size_t i = 0; i < work.frames.size(); ++i)
+    s.frames.push_back(load_json(folder / work_file("frame." + std::to_string(i) + ".json")));
   for (std::int64_t i = 0; i < work.mask.num_pixels(); ++i) {
     if (work.mask.data()[i] == 0) continue;
     double end = 1e300;
@@ -51,7 +61,8 @@ Said gather(FactorizationWork& work, const fs::path& folder) {
       const PlaceFactors p = factors_at(s.f.image, i, m, work.num_models());
       if (m == 0) s.counts[static_cast<std::size_t>(p.status)] += 1.0;
       if (p.status == PlaceStatus::Fitted) s.rates.push_back(p.rate), s.rate_stddevs.push_back(p.rate_stddev);
-      if (p.status == PlaceStatus::Fitted || p.status == PlaceStatus::Open) end = std::min(end, (s.f.models[m].curve.high + p.offset) / p.rate);
+      if (p.status == PlaceStatus::Fitted || p.status == PlaceStatus::Open)
+        end = std::min(end, (s.f.models[m].curve.high + p.offset) / p.rate);
     }
     if (end < 1e300) s.ends.push_back(end);
   }
@@ -73,36 +84,50 @@ std::optional<double> over_frames(const Said& s, const char* name, bool is_squar
 Section figures_section(const Said& s) {
   Section section{.name = "figures", .title = "How much it explains, and how small it is"};
   const std::string unit = time_unit_text(s.work.history.manifest().time_unit);
-  const auto add = [&](const std::string& name, const std::string& title, const std::string& of, std::optional<double> value, const std::string& why) {
-    section.figures.push_back({.name = name, .title = title, .unit = of, .value = value, .undefined = value ? "" : why});
+  const auto add = [&](const std::string& name, const std::string& title, const std::string& of,
+                       std::optional<double> value, const std::string& why) {
+    section.figures.push_back(
+        {.name = name, .title = title, .unit = of, .value = value, .undefined = value ? "" : why});
   };
   const std::string unseen = "no frame shows a place that is known";
   add("rmse", "Reconstruction, root mean square", "linear", over_frames(s, "rmse", true), unseen);
-  add("ciede2000_mean", "Reconstruction, mean difference of color", "CIEDE2000", over_frames(s, "ciede2000_mean", false), unseen);
+  add("ciede2000_mean", "Reconstruction, mean difference of color", "CIEDE2000",
+      over_frames(s, "ciede2000_mean", false), unseen);
   double noise = 0.0;
   for (const TemporalModel& m : s.f.models) noise = std::max(noise, *std::max_element(m.noise.begin(), m.noise.end()));
   add("noise", "Standard deviation of most residuals, the noisiest channel", "linear", noise, "");
   const double all = std::accumulate(s.counts.begin(), s.counts.end(), 0.0);
   constexpr std::array<const char*, 4> kNames{"unseen_share", "unchanged_share", "open_share", "fitted_share"};
-  constexpr std::array<const char*, 4> kTitles{"Surface that too few frames show", "Surface that does not change: rate and offset undefined", "Surface that changes, its rate left open by the data", "Surface with known rate and offset"};
+  constexpr std::array<const char*, 4> kTitles{
+      "Surface that too few frames show", "Surface that does not change: rate and offset undefined",
+      "Surface that changes, its rate left open by the data", "Surface with known rate and offset"};
   for (std::size_t k = 4; k-- > 0;) add(kNames[k], kTitles[k], "", s.counts[k] / all, "");
   const std::string nothing = "no place has a known rate";
   std::vector<double> rates = s.rates;
   std::sort(rates.begin(), rates.end());
-  const auto at = [&](double share) { return rates.empty() ? std::nullopt : std::optional(rates[static_cast<std::size_t>(share * static_cast<double>(rates.size() - 1))]); };
+  const auto at = [&](double share) {
+    return rates.empty()
+               ? std::nullopt
+               : std::optional(rates[static_cast<std::size_t>(share * static_cast<double>(rates.size() - 1))]);
+  };
   add("rate_p05", "Rate of the slowest 5 %", "of the median", at(0.05), nothing);
   add("rate_p95", "Rate of the fastest 5 %", "of the median", at(0.95), nothing);
-  add("rate_stddev", "Median standard deviation of a rate by noise", "", s.rate_stddevs.empty() ? std::nullopt : std::optional(median_of(s.rate_stddevs)), nothing);
-  add("covered_until", "Time until which the curve covers half of what changes", unit, s.ends.empty() ? std::nullopt : std::optional(median_of(s.ends)), "nothing changes");
+  add("rate_stddev", "Median standard deviation of a rate by noise", "",
+      s.rate_stddevs.empty() ? std::nullopt : std::optional(median_of(s.rate_stddevs)), nothing);
+  add("covered_until", "Time until which the curve covers half of what changes", unit,
+      s.ends.empty() ? std::nullopt : std::optional(median_of(s.ends)), "nothing changes");
   const double num_frames = s.work.history.num_frames();
   double numbers = (6.0 + 2.0 * static_cast<double>(s.work.num_models())) * all;
-  for (const TemporalModel& m : s.f.models) numbers += 2.0 + static_cast<double>(m.curve.num_channels()) * (m.curve.num_intervals() + 3.0);
+  for (const TemporalModel& m : s.f.models)
+    numbers += 2.0 + static_cast<double>(m.curve.num_channels()) * (m.curve.num_intervals() + 3.0);
   add("numbers_history", "Numbers of the history", "", 3.0 * num_frames * all, "");
   add("numbers_factors", "Numbers of curve and maps", "", numbers, "");
   add("compactness", "Numbers of the history for one of the factors", "", 3.0 * num_frames * all / numbers, "");
   double bytes_history = 0.0, bytes_maps = 0.0;
-  for (const HistoryFrame& f : s.work.history.manifest().frames) bytes_history += static_cast<double>(fs::file_size(s.work.history.folder() / f.file));
-  for (const char* name : {"maps/base.exr", "maps/gain.exr", "maps/rate.exr", "maps/offset.exr"}) bytes_maps += static_cast<double>(fs::file_size(s.folder / name));
+  for (const HistoryFrame& f : s.work.history.manifest().frames)
+    bytes_history += static_cast<double>(fs::file_size(s.work.history.folder() / f.file));
+  for (const char* name : {"maps/base.exr", "maps/gain.exr", "maps/rate.exr", "maps/offset.exr"})
+    bytes_maps += static_cast<double>(fs::file_size(s.folder / name));
   add("bytes_history", "Files of the history's frames (half floats)", "bytes", bytes_history, "");
   add("bytes_factors", "Files of base, gain, rate and offset (floats)", "bytes", bytes_maps, "");
   return section;
@@ -114,8 +139,12 @@ Section curve_section(const Said& s) {
   for (std::size_t m = 0; m < s.f.models.size(); ++m) {
     const TemporalCurve& c = s.f.models[m].curve;
     const std::string which = s.f.models.size() == 1 ? "" : std::string("_") + kColorNames[m];
-    Curve curve{.name = "curve" + which, .title = "Temporal curve over the common clock", .x_name = "clock (" + unit + ")", .y_name = "share of the gain"};
-    for (int i = 0; i < kCurvePoints; ++i) curve.x.push_back(rounded(c.low + (c.high - c.low) * i / (kCurvePoints - 1), 9));
+    Curve curve{.name = "curve" + which,
+                .title = "Temporal curve over the common clock",
+                .x_name = "clock (" + unit + ")",
+                .y_name = "share of the gain"};
+    for (int i = 0; i < kCurvePoints; ++i)
+      curve.x.push_back(rounded(c.low + (c.high - c.low) * i / (kCurvePoints - 1), 9));
     for (int k = 0; k < c.num_channels(); ++k) {
       CurveColumn column{.name = kColorNames[s.f.models.size() == 1 ? static_cast<std::size_t>(k) : m]};
       for (const double v : c.samples(k, kCurvePoints)) column.values.push_back(v);
@@ -123,14 +152,21 @@ Section curve_section(const Said& s) {
     }
     section.curves.push_back(std::move(curve));
   }
-  Curve error{.name = "error", .title = "Reconstruction error of every frame", .x_name = "time (" + unit + ")", .y_name = "CIEDE2000"};
+  Curve error{.name = "error",
+              .title = "Reconstruction error of every frame",
+              .x_name = "time (" + unit + ")",
+              .y_name = "CIEDE2000"};
   CurveColumn mean{.name = "mean"}, p95{.name = "95th percentile"};
-  Curve rms{.name = "rmse", .title = "Reconstruction error of every frame, linear", .x_name = error.x_name, .y_name = "root mean square"};
+  Curve rms{.name = "rmse",
+            .title = "Reconstruction error of every frame, linear",
+            .x_name = error.x_name,
+            .y_name = "root mean square"};
   CurveColumn rmse{.name = "all channels"};
   for (const Json& f : s.frames) {
     if (!f.contains("rmse")) continue;
     error.x.push_back(f.at("time").get<double>());
-    mean.values.push_back(f.at("ciede2000_mean").get<double>()), p95.values.push_back(f.at("ciede2000_p95").get<double>()), rmse.values.push_back(f.at("rmse").get<double>());
+    mean.values.push_back(f.at("ciede2000_mean").get<double>()),
+        p95.values.push_back(f.at("ciede2000_p95").get<double>()), rmse.values.push_back(f.at("rmse").get<double>());
   }
   rms.x = error.x;
   error.columns = {mean, p95}, rms.columns = {rmse};
@@ -148,19 +184,26 @@ Section look_section(const Said& s) {
     if (s.work.frames[i].source < 0 && s.work.frames[i].is_extrapolated) extrapolated.push_back(i);
   }
   const std::string unit = time_unit_text(s.work.history.manifest().time_unit);
-  const auto strip = [&](const std::string& name, const std::string& caption, const std::vector<std::size_t>& of, bool is_source) {
+  const auto strip = [&](const std::string& name, const std::string& caption, const std::vector<std::size_t>& of,
+                         bool is_source) {
     std::vector<ImageF> images;
     std::vector<std::string> labels;
     for (const std::size_t k : spread_indices(of.size(), kPicturesInARow)) {
       const FactoredFrame& frame = s.work.frames[of[k]];
-      images.push_back(shown(is_source ? s.work.history.read_frame(frame.source) : read_color(s.folder / "history" / HistoryWriter::frame_file(static_cast<int>(of[k])))));
+      images.push_back(
+          shown(is_source ? s.work.history.read_frame(frame.source)
+                          : read_color(s.folder / "history" / HistoryWriter::frame_file(static_cast<int>(of[k])))));
       labels.push_back(short_number_text(rounded(frame.time, 4)) + " " + unit);
     }
     section.pictures.push_back({name, caption, contact_strip(images, labels, {.label_px = 13})});
   };
   strip("history", "The history", seen, true);
   strip("factored", "Curve and maps", seen, false);
-  if (!extrapolated.empty()) strip("extrapolated", "EXTRAPOLATED: seen by nobody; the curve of places that age faster goes on for slower ones, and holds its end where no place has come so far", extrapolated, false);
+  if (!extrapolated.empty())
+    strip("extrapolated",
+          "EXTRAPOLATED: seen by nobody; the curve of places that age faster goes on for slower ones, and holds its "
+          "end where no place has come so far",
+          extrapolated, false);
   return section;
 }
 
@@ -170,29 +213,40 @@ Section maps_section(const Said& s) {
     ImageF image = read_channels(s.folder / "maps/base.exr", {"R", "G", "B"});
     if (is_sum) {
       const ImageF gain = read_channels(s.folder / "maps/gain.exr", {"R", "G", "B"});
-      for (std::int64_t i = 0; i < 3 * image.num_pixels(); ++i) image.data()[i] = std::max(0.0f, image.data()[i] + gain.data()[i]);
+      for (std::int64_t i = 0; i < 3 * image.num_pixels(); ++i)
+        image.data()[i] = std::max(0.0f, image.data()[i] + gain.data()[i]);
     }
-    section.pictures.push_back({name, is_sum ? "Base and gain: color where the curve is 1" : "Base D: color where the curve is 0", shown(std::move(image))});
+    section.pictures.push_back(
+        {name, is_sum ? "Base and gain: color where the curve is 1" : "Base D: color where the curve is 0",
+         shown(std::move(image))});
   };
   color("base", false);
   color("base_and_gain", true);
-  const std::vector<std::string> channels = s.work.num_models() == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+  const std::vector<std::string> channels =
+      s.work.num_models() == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
   const auto ramp = [&](const char* name, const std::string& caption, const ImageU8& mask, bool has_sign) {
     const ImageF all = read_channels(s.folder / "maps" / (std::string(name) + ".exr"), channels);
     for (std::size_t c = 0; c < channels.size(); ++c) {
       ImageF one(all.width(), all.height());
-      for (std::int64_t i = 0; i < one.num_pixels(); ++i) one.data()[i] = all.data()[static_cast<std::size_t>(i) * channels.size() + c];
+      for (std::int64_t i = 0; i < one.num_pixels(); ++i)
+        one.data()[i] = all.data()[static_cast<std::size_t>(i) * channels.size() + c];
       if (std::none_of(mask.values().begin(), mask.values().end(), [](std::uint8_t v) { return v != 0; })) return;
       const Percentiles range = percentiles(one, mask, 0.02, 0.98);
-      const double largest = std::max({std::abs(static_cast<double>(range.low)), std::abs(static_cast<double>(range.high)), 1e-6});
-      const double low = has_sign ? -largest : static_cast<double>(range.low), high = has_sign ? largest : std::max(static_cast<double>(range.high), low + 1e-6);
+      const double largest =
+          std::max({std::abs(static_cast<double>(range.low)), std::abs(static_cast<double>(range.high)), 1e-6});
+      const double low = has_sign ? -largest : static_cast<double>(range.low),
+                   high = has_sign ? largest : std::max(static_cast<double>(range.high), low + 1e-6);
       const std::string which = channels.size() == 1 ? "" : std::string(", ") + kColorNames[c];
-      section.pictures.push_back({name + (channels.size() == 1 ? "" : std::string("_") + kColorNames[c]), caption + which + ", " + short_number_text(rounded(low, 3)) + " (blue) to " + short_number_text(rounded(high, 3)) + (has_sign ? " (orange)" : " (yellow)"),
-                                  shown(ramp_picture(one, mask, low, high, has_sign ? ColorRamp::Diverging : ColorRamp::Sequential))});
+      section.pictures.push_back(
+          {name + (channels.size() == 1 ? "" : std::string("_") + kColorNames[c]),
+           caption + which + ", " + short_number_text(rounded(low, 3)) + " (blue) to " +
+               short_number_text(rounded(high, 3)) + (has_sign ? " (orange)" : " (yellow)"),
+           shown(ramp_picture(one, mask, low, high, has_sign ? ColorRamp::Diverging : ColorRamp::Sequential))});
     }
   };
   ramp("rate", "Rate R: gray where it is not known", s.clock, false);
-  ramp("offset", "Offset O (" + time_unit_text(s.work.history.manifest().time_unit) + "): gray where it is not known", s.clock, true);
+  ramp("offset", "Offset O (" + time_unit_text(s.work.history.manifest().time_unit) + "): gray where it is not known",
+       s.clock, true);
   ramp("residual", "Root mean square over time of what is left over", s.work.mask, false);
   return section;
 }
@@ -204,12 +258,20 @@ HistoryManifest denoised_history(const Said& s) {
   m.frames.clear();
   for (std::size_t i = 0; i < s.work.frames.size(); ++i) {
     const int index = static_cast<int>(i);
-    HistoryFrame frame{.time = s.work.frames[i].time, .file = HistoryWriter::frame_file(index), .mask = {}, .extras = {}, .is_extrapolated = s.work.frames[i].is_extrapolated};
+    HistoryFrame frame{.time = s.work.frames[i].time,
+                       .file = HistoryWriter::frame_file(index),
+                       .mask = {},
+                       .extras = {},
+                       .is_extrapolated = s.work.frames[i].is_extrapolated};
     if (frame.is_extrapolated) frame.mask = HistoryWriter::frame_mask_file(index);
     m.frames.push_back(std::move(frame));
   }
   for (const Json& c : load_json(s.folder / work_file("controls.json"))) {
-    m.controls.push_back({.name = c.at("name"), .file = c.at("file").get<std::string>(), .low = c.at("range").at(0), .high = c.at("range").at(1), .unit = c.at("unit")});
+    m.controls.push_back({.name = c.at("name"),
+                          .file = c.at("file").get<std::string>(),
+                          .low = c.at("range").at(0),
+                          .high = c.at("range").at(1),
+                          .unit = c.at("unit")});
   }
   m.mask = HistoryWriter::mask_file();
   m.key = s.work.key;
@@ -224,13 +286,17 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
   write_history_manifest(folder / "history" / kHistoryManifestFile, denoised_history(s));
   control.report(0.3);
   HtmlPage page(source.name + ", factorized");
-  page.paragraph("Color of every place over time as A phi(R t - O) + D: one temporal curve phi for all places, and for each place a gain A, a base D, a rate R and an offset O. "
-                 "The median place has R = 1 and O = 0; phi goes from 0 to 1.");
+  page.paragraph(
+      "Color of every place over time as A phi(R t - O) + D: one temporal curve phi for all places, and for each place "
+      "a gain A, a base D, a rate R and an offset O. "
+      "The median place has R = 1 and O = 0; phi goes from 0 to 1.");
   fs::create_directories(folder / "curves");
-  Json said{{"figures", Json::array()}, {"curves", Json::array()}, {"undefined_sections", Json::array()}}, maps = Json::object();
+  Json said{{"figures", Json::array()}, {"curves", Json::array()}, {"undefined_sections", Json::array()}},
+      maps = Json::object();
   for (const Section& section : {figures_section(s), look_section(s), curve_section(s), maps_section(s)}) {
     Json json = section_json(section);
-    for (std::size_t i = 0; i < section.pictures.size(); ++i) json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / "picture.png");
+    for (std::size_t i = 0; i < section.pictures.size(); ++i)
+      json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / "picture.png");
     add_section(page, json, folder, "", said);
   }
   Json options = Json::object();
@@ -242,10 +308,23 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
   page.link("history/history.json", "The denoised history");
   page.save(folder / kFactorizationPageFile);
   for (const auto& [name, file] : factor_maps()) maps[name] = file.generic_string();
-  save_json(folder / kFactorizationManifestFile,
-            Json{{"format", "patinate.factorization"}, {"version", 1}, {"name", source.name}, {"origin", source.origin}, {"width", source.width}, {"height", source.height}, {"time_unit", time_unit_text(source.time_unit)},
-                 {"clock", options.at("clock")}, {"curves", models_json(s.f.models)}, {"maps", maps}, {"history", "history"}, {"frames", s.frames}, {"figures", said.at("figures")}, {"csv", said.at("curves")}, {"options", options},
-                 {"command", work.task.command}, {"key", work.key}});
+  save_json(folder / kFactorizationManifestFile, Json{{"format", "patinate.factorization"},
+                                                      {"version", 1},
+                                                      {"name", source.name},
+                                                      {"origin", source.origin},
+                                                      {"width", source.width},
+                                                      {"height", source.height},
+                                                      {"time_unit", time_unit_text(source.time_unit)},
+                                                      {"clock", options.at("clock")},
+                                                      {"curves", models_json(s.f.models)},
+                                                      {"maps", maps},
+                                                      {"history", "history"},
+                                                      {"frames", s.frames},
+                                                      {"figures", said.at("figures")},
+                                                      {"csv", said.at("curves")},
+                                                      {"options", options},
+                                                      {"command", work.task.command},
+                                                      {"key", work.key}});
   control.report(1.0);
 }
 

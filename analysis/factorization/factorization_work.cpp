@@ -5,13 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "patinate/core/error.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/metrics/color_curves.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image_io.h"
 #include "patinate/metrics/color_difference.h"
 
 namespace patinate::analysis {
@@ -31,12 +31,16 @@ double covered_share(const FactorizationWork::Factored& f, const ImageU8& covere
     double end = 1e300;
     for (std::size_t m = 0; m < f.models.size(); ++m) {
       const PlaceFactors p = factors_at(f.image, i, m, f.models.size());
-      if (p.status == PlaceStatus::Fitted || p.status == PlaceStatus::Open) end = std::min(end, (f.models[m].curve.high + p.offset) / p.rate);
+      if (p.status == PlaceStatus::Fitted || p.status == PlaceStatus::Open)
+        end = std::min(end, (f.models[m].curve.high + p.offset) / p.rate);
     }
     if (end == 1e300) continue;
     changing += 1.0, known += covered.data()[i] != 0 ? 1.0 : 0.0, last = std::max(last, end);
   }
-  if (known == 0.0) throw InvalidInput("times: " + number_text(time) + " is beyond what any place tells of any other; the slowest place is covered until " + short_number_text(rounded(last, 4)));
+  if (known == 0.0)
+    throw InvalidInput("times: " + number_text(time) +
+                       " is beyond what any place tells of any other; the slowest place is covered until " +
+                       short_number_text(rounded(last, 4)));
   return known / changing;
 }
 
@@ -44,27 +48,34 @@ double covered_share(const FactorizationWork::Factored& f, const ImageU8& covere
 
 fs::path work_file(const std::string& name) { return fs::path(kJobWorkFolder) / name; }
 
-FactorizationWork::FactorizationWork(FactorizationTask asked) : task(std::move(asked)), history(task.history), mask(history.read_mask()) {
+FactorizationWork::FactorizationWork(FactorizationTask asked)
+    : task(std::move(asked)), history(task.history), mask(history.read_mask()) {
   check_ranges(task.options);
   const HistoryManifest& m = history.manifest();
   const int count = history.num_frames();
   if (count < kLeastFrames) {
-    throw InvalidInput(task.history.string() + ": has " + (count == 1 ? "1 frame" : std::to_string(count) + " frames") + "; a curve with rates and offsets needs at least " + std::to_string(kLeastFrames));
+    throw InvalidInput(task.history.string() + ": has " + (count == 1 ? "1 frame" : std::to_string(count) + " frames") +
+                       "; a curve with rates and offsets needs at least " + std::to_string(kLeastFrames));
   }
   for (int i = 0; i < count; ++i) {
     const HistoryFrame& frame = m.frames[static_cast<std::size_t>(i)];
-    if (frame.is_extrapolated) throw InvalidInput(frame.file.string() + ": is extrapolated, nobody saw it; factorize the history that it was made from");
+    if (frame.is_extrapolated)
+      throw InvalidInput(frame.file.string() +
+                         ": is extrapolated, nobody saw it; factorize the history that it was made from");
     frames.push_back({.time = frame.time, .source = i});
   }
   for (const double t : task.times) {
     if (!std::isfinite(t)) throw InvalidInput("times: " + number_text(t) + " is no time");
     if (std::any_of(frames.begin(), frames.end(), [&](const FactoredFrame& f) { return f.time == t; })) continue;
-    frames.push_back({.time = t, .source = -1, .is_extrapolated = t < m.frames.front().time || t > m.frames.back().time});
+    frames.push_back(
+        {.time = t, .source = -1, .is_extrapolated = t < m.frames.front().time || t > m.frames.back().time});
   }
-  std::sort(frames.begin(), frames.end(), [](const FactoredFrame& a, const FactoredFrame& b) { return a.time < b.time; });
+  std::sort(frames.begin(), frames.end(),
+            [](const FactoredFrame& a, const FactoredFrame& b) { return a.time < b.time; });
   std::vector<double> times;
   for (const FactoredFrame& f : frames) times.push_back(f.time);
-  if (const auto problem = find_time_problem(times)) throw InvalidInput("times: beside its own frames the denoised history " + problem->text);
+  if (const auto problem = find_time_problem(times))
+    throw InvalidInput("times: beside its own frames the denoised history " + problem->text);
 }
 
 int FactorizationWork::rows_per_band() const {
@@ -76,7 +87,8 @@ const FactorizationWork::Factored& FactorizationWork::factored(const fs::path& f
   const std::scoped_lock lock(mutex_);
   if (!factored_) {
     const Json json = load_json(folder / work_file("models.json"));
-    factored_ = Factored{read_models(JsonReader("models.json", json)), read_channels(folder / work_file("factors.exr"), factor_channel_names(num_models()))};
+    factored_ = Factored{read_models(JsonReader("models.json", json)),
+                         read_channels(folder / work_file("factors.exr"), factor_channel_names(num_models()))};
   }
   return *factored_;
 }
@@ -86,15 +98,20 @@ void make_curve(FactorizationWork& work, const fs::path& folder, const RunContro
   const int step_x = std::max(1, work.width() / kLattice), step_y = std::max(1, work.height() / kLattice);
   for (int y = step_y / 2; y < work.height(); y += step_y) {
     for (int x = step_x / 2; x < work.width(); x += step_x) {
-      if (work.mask.at(x, y) != 0) pixels.push_back(static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(work.width()) + static_cast<std::uint32_t>(x));
+      if (work.mask.at(x, y) != 0)
+        pixels.push_back(static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(work.width()) +
+                         static_cast<std::uint32_t>(x));
     }
   }
   if (pixels.empty()) throw InvalidInput(work.task.history.string() + ": its mask leaves nothing to fit a curve to");
   const PlaceSeries series = place_series(work.history, pixels, control.part(0.0, 0.02));
   std::vector<TemporalModel> models;
   for (std::size_t m = 0; m < work.num_models(); ++m) {
-    const RunControl part = control.part(0.02 + 0.98 * static_cast<double>(m) / static_cast<double>(work.num_models()), 0.02 + 0.98 * (static_cast<double>(m) + 1.0) / static_cast<double>(work.num_models()));
-    models.push_back(train_curve(work.num_models() == 1 ? series : series.channel(static_cast<int>(m)), work.task.options, part));
+    const RunControl part =
+        control.part(0.02 + 0.98 * static_cast<double>(m) / static_cast<double>(work.num_models()),
+                     0.02 + 0.98 * (static_cast<double>(m) + 1.0) / static_cast<double>(work.num_models()));
+    models.push_back(
+        train_curve(work.num_models() == 1 ? series : series.channel(static_cast<int>(m)), work.task.options, part));
   }
   fs::create_directories(folder / kJobWorkFolder);
   save_json(folder / work_file("curve.json"), models_json(models));
@@ -109,14 +126,18 @@ void make_rows(FactorizationWork& work, int band, const fs::path& folder, const 
     const std::uint32_t pixel = static_cast<std::uint32_t>(first) * static_cast<std::uint32_t>(work.width()) + i;
     if (work.mask.data()[pixel] != 0) pixels.push_back(pixel), places.push_back(i);
   }
-  std::vector<std::vector<PlaceFactors>> all(models.size(), std::vector<PlaceFactors>(static_cast<std::size_t>(rows) * static_cast<std::size_t>(work.width())));
+  std::vector<std::vector<PlaceFactors>> all(
+      models.size(),
+      std::vector<PlaceFactors>(static_cast<std::size_t>(rows) * static_cast<std::size_t>(work.width())));
   const PlaceSeries series = place_series(work.history, pixels, control.part(0.0, 0.2));
   for (std::size_t m = 0; m < models.size(); ++m) {
     const double share = 0.8 / static_cast<double>(models.size()), begin = 0.2 + share * static_cast<double>(m);
-    const std::vector<PlaceFactors> made = fit_places(models.size() == 1 ? series : series.channel(static_cast<int>(m)), models[m], work.task.options, control.part(begin, begin + share));
+    const std::vector<PlaceFactors> made = fit_places(models.size() == 1 ? series : series.channel(static_cast<int>(m)),
+                                                      models[m], work.task.options, control.part(begin, begin + share));
     for (std::size_t i = 0; i < made.size(); ++i) all[m][places[i]] = made[i];
   }
-  write_exr(folder / work_file("rows." + std::to_string(band) + ".exr"), factor_image(work.width(), rows, all), factor_channel_names(models.size()), ExrDepth::Float);
+  write_exr(folder / work_file("rows." + std::to_string(band) + ".exr"), factor_image(work.width(), rows, all),
+            factor_channel_names(models.size()), ExrDepth::Float);
   control.report(1.0);
 }
 
@@ -126,7 +147,8 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
   const int width = work.width(), height = work.height();
   ImageF made(width, height, 3), source;
   ImageU8 covered(width, height), seen;
-  if (asked.source >= 0) source = work.history.read_frame(asked.source), seen = work.history.read_frame_mask(asked.source);
+  if (asked.source >= 0)
+    source = work.history.read_frame(asked.source), seen = work.history.read_frame_mask(asked.source);
   std::vector<float> differences(static_cast<std::size_t>(made.num_pixels()), -1.0f);  // CIEDE2000; -1 = not compared.
   parallel_for(made.num_pixels(), kPixelsAtATime, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
@@ -138,7 +160,9 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
       const bool is_known = factors_at(f.image, i, 0, f.models.size()).status != PlaceStatus::Unseen;
       if (source.empty() || seen.data()[i] == 0 || !is_known) continue;
       const float* s = source.data() + 3 * i;
-      const auto lab = [](float r, float g, float b) { return lab_from_linear(static_cast<double>(r), static_cast<double>(g), static_cast<double>(b)); };
+      const auto lab = [](float r, float g, float b) {
+        return lab_from_linear(static_cast<double>(r), static_cast<double>(g), static_cast<double>(b));
+      };
       differences[p] = static_cast<float>(ciede2000(lab(v[0], v[1], v[2]), lab(s[0], s[1], s[2])));
     }
   });
@@ -157,7 +181,8 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
     if (differences[i] < 0.0f) continue;
     list.push_back(differences[i]);
     sum += static_cast<double>(differences[i]);
-    for (std::size_t c = 0; c < 3; ++c) squares += std::pow(static_cast<double>(made.data()[3 * i + c] - source.data()[3 * i + c]), 2);
+    for (std::size_t c = 0; c < 3; ++c)
+      squares += std::pow(static_cast<double>(made.data()[3 * i + c] - source.data()[3 * i + c]), 2);
   }
   if (!list.empty()) {
     const auto p95 = list.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(list.size() - 1));

@@ -57,7 +57,8 @@ struct FactorizationWork {
 void make_curve(FactorizationWork& work, const std::filesystem::path& folder, const RunControl& control);
 /// Writes a band of factors: .job/work/rows.K.exr.
 void make_rows(FactorizationWork& work, int band, const std::filesystem::path& folder, const RunControl& control);
-/// Brings bands together and to their gauge; writes the maps, the controls, masks and maps of the history, and what later items read.
+/// Brings bands together and to their gauge; writes the maps, the controls, masks and maps of the history, and what
+/// later items read.
 void make_maps(FactorizationWork& work, const std::filesystem::path& folder);
 /// The files that make_maps() writes always, and the one that it writes where a rate is known at all.
 [[nodiscard]] std::vector<std::filesystem::path> map_outputs(const FactorizationWork& work);

@@ -14,9 +14,11 @@ constexpr double kLargestDelay = 0.5;             ///< Of the grid, as a share o
 constexpr int kHalfWindow = 3;                    ///< Of the filter against outliers [Hampel 1974].
 constexpr double kOutlier = 3.0 * 1.4826;
 constexpr int kMostSteps = 40, kOtherSteps = 8;  ///< From the best start, and from the other as long as it is behind.
-constexpr double kLeastGain = 1e-7;               ///< Relative fall of the cost at which the search ends.
-constexpr double kSignificant = 40.0;             ///< Fall of the cost that noise alone does not give: chi-square of 5 at 1e-6, and a search.
-constexpr double kKnownRate = 0.35;               ///< Standard deviation of log rate up to which it is known: half of what is expected unseen.
+constexpr double kLeastGain = 1e-7;              ///< Relative fall of the cost at which the search ends.
+constexpr double kSignificant =
+    40.0;  ///< Fall of the cost that noise alone does not give: chi-square of 5 at 1e-6, and a search.
+constexpr double kKnownRate =
+    0.35;  ///< Standard deviation of log rate up to which it is known: half of what is expected unseen.
 constexpr int kMaxParameters = 8;
 
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1>;
@@ -74,12 +76,17 @@ struct PlaceFit::State {
 };
 
 PlaceFit::PlaceFit(const TemporalModel& model, const std::vector<double>& times, const FactorizationOptions& options)
-    : model_(model), times_(times), options_(options), middle_(0.5 * (times.front() + times.back())), span_(times.back() - times.front()) {
+    : model_(model),
+      times_(times),
+      options_(options),
+      middle_(0.5 * (times.front() + times.back())),
+      span_(times.back() - times.front()) {
   for (std::size_t c = 0; c < model.noise.size(); ++c) scale_.push_back(model.scale(c));
   const double largest = std::log(options.max_rate);
   for (int i = 0; i < kRateSteps; ++i) {
     for (int k = 0; k < kDelaySteps; ++k) {
-      grid_.push_back({largest * (2.0 * i / (kRateSteps - 1) - 1.0), kLargestDelay * span_ * (2.0 * k / (kDelaySteps - 1) - 1.0)});
+      grid_.push_back(
+          {largest * (2.0 * i / (kRateSteps - 1) - 1.0), kLargestDelay * span_ * (2.0 * k / (kDelaySteps - 1) - 1.0)});
     }
   }
   const auto num_times = static_cast<Eigen::Index>(times.size());
@@ -93,7 +100,10 @@ PlaceFit::PlaceFit(const TemporalModel& model, const std::vector<double>& times,
       }
       row.array() -= row.mean();
       const double length = row.norm();
-      if (length > 1e-6) row /= length; else row.setZero();
+      if (length > 1e-6)
+        row /= length;
+      else
+        row.setZero();
       rows.row(static_cast<Eigen::Index>(g)) = row.cast<float>();
     }
     templates_.push_back(std::move(rows));
@@ -117,7 +127,8 @@ std::vector<PlaceFit::Clock> PlaceFit::starts(const float* values, const std::ui
   (void)explained.maxCoeff(&best);
   Eigen::Index other = -1;
   for (Eigen::Index g = 0; g < explained.size(); ++g) {
-    if (std::abs(g / kDelaySteps - best / kDelaySteps) >= 4 && (other < 0 || explained[g] > explained[other])) other = g;
+    if (std::abs(g / kDelaySteps - best / kDelaySteps) >= 4 && (other < 0 || explained[g] > explained[other]))
+      other = g;
   }
   return {grid_[static_cast<std::size_t>(best)], grid_[static_cast<std::size_t>(other)]};
 }
@@ -128,7 +139,8 @@ void PlaceFit::start_linear(State& state, const float* values, const std::uint8_
     double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
     for (std::size_t t = 0; t < times_.size(); ++t) {
       if (!is_seen(seen, t)) continue;
-      const double x = model_.curve.value(static_cast<int>(c), std::exp(state.clock.log_rate) * (times_[t] - middle_) + middle_ - state.clock.delay);
+      const double x = model_.curve.value(
+          static_cast<int>(c), std::exp(state.clock.log_rate) * (times_[t] - middle_) + middle_ - state.clock.delay);
       const double y = static_cast<double>(clean[t]);
       n += 1.0, sx += x, sy += y, sxx += x * x, sxy += x * y;
     }
@@ -138,8 +150,10 @@ void PlaceFit::start_linear(State& state, const float* values, const std::uint8_
   }
 }
 
-double PlaceFit::cost(const State& state, const float* values, const std::uint8_t* seen, const std::vector<double>& scale) const {
-  const double r = state.clock.log_rate / kRateWidth, d = state.clock.delay / (kDelayWidth * span_), rate = std::exp(state.clock.log_rate);
+double PlaceFit::cost(const State& state, const float* values, const std::uint8_t* seen,
+                      const std::vector<double>& scale) const {
+  const double r = state.clock.log_rate / kRateWidth, d = state.clock.delay / (kDelayWidth * span_),
+               rate = std::exp(state.clock.log_rate);
   double sum = r * r + d * d;
   const double k2 = kCauchyScale * kCauchyScale;
   for (std::size_t t = 0; t < times_.size(); ++t) {
@@ -148,14 +162,16 @@ double PlaceFit::cost(const State& state, const float* values, const std::uint8_
     for (std::size_t c = 0; c < templates_.size(); ++c) {
       double phi = 0.0;
       for (std::size_t i = 0; i < 4; ++i) phi += basis.weights[i] * model_.curve.coefficients[c][basis.first + i];
-      const double z = (static_cast<double>(values[c * times_.size() + t]) - state.base[c] - state.gain[c] * phi) / scale[c];
+      const double z =
+          (static_cast<double>(values[c * times_.size() + t]) - state.base[c] - state.gain[c] * phi) / scale[c];
       sum += k2 * std::log1p(z * z / k2);
     }
   }
   return sum;
 }
 
-PlaceFit::State PlaceFit::refined(const Clock& start, double to_beat, const float* values, const std::uint8_t* seen) const {
+PlaceFit::State PlaceFit::refined(const Clock& start, double to_beat, const float* values,
+                                  const std::uint8_t* seen) const {
   State state{.clock = start};
   start_linear(state, values, seen);
   state.cost = cost(state, values, seen, scale_);
@@ -166,7 +182,8 @@ PlaceFit::State PlaceFit::refined(const Clock& start, double to_beat, const floa
   for (int step = 0; step < kMostSteps && (step < kOtherSteps || state.cost < to_beat); ++step) {
     Matrix normal = Matrix::Zero(size, size);
     Vector gradient = Vector::Zero(size);
-    const double rate = std::exp(state.clock.log_rate), rw = kRateWidth * kRateWidth, dw = kDelayWidth * span_ * kDelayWidth * span_;
+    const double rate = std::exp(state.clock.log_rate), rw = kRateWidth * kRateWidth,
+                 dw = kDelayWidth * span_ * kDelayWidth * span_;
     normal(0, 0) = 1.0 / rw, normal(1, 1) = 1.0 / dw;
     gradient[0] = -state.clock.log_rate / rw, gradient[1] = -state.clock.delay / dw;
     for (std::size_t t = 0; t < times_.size(); ++t) {
@@ -179,10 +196,12 @@ PlaceFit::State PlaceFit::refined(const Clock& start, double to_beat, const floa
           phi += basis.weights[i] * model_.curve.coefficients[c][basis.first + i];
           slope += basis.slopes[i] * model_.curve.coefficients[c][basis.first + i];
         }
-        const double s = 1.0 / scale_[c], z = (static_cast<double>(values[c * times_.size() + t]) - state.base[c] - state.gain[c] * phi) * s;
+        const double s = 1.0 / scale_[c],
+                     z = (static_cast<double>(values[c * times_.size() + t]) - state.base[c] - state.gain[c] * phi) * s;
         const double w = 1.0 / (1.0 + z * z / k2);
         const std::array<double, 4> j{state.gain[c] * slope * along * s, -state.gain[c] * slope * s, phi * s, s};
-        const std::array<Eigen::Index, 4> at{0, 1, 2 + 2 * static_cast<Eigen::Index>(c), 3 + 2 * static_cast<Eigen::Index>(c)};
+        const std::array<Eigen::Index, 4> at{0, 1, 2 + 2 * static_cast<Eigen::Index>(c),
+                                             3 + 2 * static_cast<Eigen::Index>(c)};
         for (std::size_t p = 0; p < 4; ++p) {
           gradient[at[p]] += w * z * j[p];
           for (std::size_t q = 0; q < 4; ++q) normal(at[p], at[q]) += w * j[p] * j[q];
@@ -190,7 +209,8 @@ PlaceFit::State PlaceFit::refined(const Clock& start, double to_beat, const floa
       }
     }
     // As far as the data say; what they leave open the prior closes.
-    const Matrix inverse = (normal + Matrix::Identity(size, size) * 1e-12 * normal.trace()).ldlt().solve(Matrix::Identity(size, size));
+    const Matrix inverse =
+        (normal + Matrix::Identity(size, size) * 1e-12 * normal.trace()).ldlt().solve(Matrix::Identity(size, size));
     state.log_rate_variance = std::max(0.0, inverse(0, 0));
     bool is_better = false;
     double fall = 0.0;
@@ -255,7 +275,8 @@ PlaceFactors PlaceFit::solve(const float* values, const std::uint8_t* seen) cons
       double low = 1e300, high = -1e300;
       for (std::size_t t = 0; t < num_times; ++t) {
         if (!is_seen(seen, t)) continue;
-        const double v = model_.curve.value(static_cast<int>(c), std::exp(best->clock.log_rate) * (times_[t] - middle_) + middle_ - best->clock.delay);
+        const double v = model_.curve.value(
+            static_cast<int>(c), std::exp(best->clock.log_rate) * (times_[t] - middle_) + middle_ - best->clock.delay);
         low = std::min(low, v), high = std::max(high, v);
       }
       change = std::max(change, std::abs(best->gain[c]) * (high - low));
@@ -272,7 +293,8 @@ PlaceFactors PlaceFit::solve(const float* values, const std::uint8_t* seen) cons
   for (std::size_t t = 0; t < num_times; ++t) {
     if (!is_seen(seen, t)) continue;
     for (std::size_t c = 0; c < channels; ++c) {
-      const double r = static_cast<double>(values[c * num_times + t]) - factored_value(model_.curve, place, static_cast<int>(c), times_[t]);
+      const double r = static_cast<double>(values[c * num_times + t]) -
+                       factored_value(model_.curve, place, static_cast<int>(c), times_[t]);
       squares += r * r;
     }
   }

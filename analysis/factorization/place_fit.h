@@ -1,5 +1,6 @@
 /// \file
-/// One place against a known curve: gain and base exactly, rate and offset by a search over a grid and Levenberg-Marquardt from there.
+/// One place against a known curve: gain and base exactly, rate and offset by a search over a grid and
+/// Levenberg-Marquardt from there.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +28,8 @@ class PlaceFit {
   struct State;
   [[nodiscard]] std::vector<Clock> starts(const float* values, const std::uint8_t* seen) const;
   [[nodiscard]] State refined(const Clock& start, double to_beat, const float* values, const std::uint8_t* seen) const;
-  [[nodiscard]] double cost(const State& state, const float* values, const std::uint8_t* seen, const std::vector<double>& scale) const;
+  [[nodiscard]] double cost(const State& state, const float* values, const std::uint8_t* seen,
+                            const std::vector<double>& scale) const;
   void start_linear(State& state, const float* values, const std::uint8_t* seen) const;
 
   const TemporalModel& model_;
@@ -36,7 +38,8 @@ class PlaceFit {
   double middle_ = 0.0, span_ = 1.0;
   std::vector<double> scale_ = {};  ///< What a residual of each channel is measured by.
   std::vector<Clock> grid_;
-  std::vector<Eigen::MatrixXf> templates_;  ///< For each channel, grid x T: the curve under every clock of the grid, mean 0, length 1.
+  std::vector<Eigen::MatrixXf>
+      templates_;  ///< For each channel, grid x T: the curve under every clock of the grid, mean 0, length 1.
 };
 
 /// Values with outliers in time and gaps replaced by what stands around them: for starts only.

@@ -21,12 +21,15 @@ TemporalCurve domain_only(double low, double high, int num_intervals) {
 CurveBasis curve_basis(const TemporalCurve& curve, double clock) {
   const int intervals = curve.num_intervals();
   const double per_clock = intervals / (curve.high - curve.low), x = (clock - curve.low) * per_clock;
-  const double inside = x > 0.0 ? std::min(x, static_cast<double>(intervals)) : 0.0;  // NaN too is somewhere on the curve.
+  const double inside =
+      x > 0.0 ? std::min(x, static_cast<double>(intervals)) : 0.0;  // NaN too is somewhere on the curve.
   const int k = std::min(static_cast<int>(inside), intervals - 1);
   const double u = inside - k, v = 1.0 - u, scale = x == inside ? per_clock : 0.0;
   CurveBasis basis{.first = static_cast<std::size_t>(k)};
-  basis.weights = {v * v * v / 6.0, (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0, (-3.0 * u * u * u + 3.0 * u * u + 3.0 * u + 1.0) / 6.0, u * u * u / 6.0};
-  basis.slopes = {-0.5 * v * v * scale, (1.5 * u * u - 2.0 * u) * scale, (-1.5 * u * u + u + 0.5) * scale, 0.5 * u * u * scale};
+  basis.weights = {v * v * v / 6.0, (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,
+                   (-3.0 * u * u * u + 3.0 * u * u + 3.0 * u + 1.0) / 6.0, u * u * u / 6.0};
+  basis.slopes = {-0.5 * v * v * scale, (1.5 * u * u - 2.0 * u) * scale, (-1.5 * u * u + u + 0.5) * scale,
+                  0.5 * u * u * scale};
   return basis;
 }
 
@@ -44,7 +47,8 @@ std::vector<double> TemporalCurve::samples(int channel, int count) const {
   return out;
 }
 
-std::vector<double> fitted_curve(double low, double high, int num_intervals, std::span<const double> clocks, std::span<const double> values) {
+std::vector<double> fitted_curve(double low, double high, int num_intervals, std::span<const double> clocks,
+                                 std::span<const double> values) {
   const TemporalCurve domain = domain_only(low, high, num_intervals);
   const auto size = static_cast<Eigen::Index>(num_intervals) + 3;
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
@@ -54,14 +58,16 @@ std::vector<double> fitted_curve(double low, double high, int num_intervals, std
     for (std::size_t p = 0; p < 4; ++p) {
       const auto row = static_cast<Eigen::Index>(b.first + p);
       right[row] += b.weights[p] * values[i];
-      for (std::size_t q = 0; q < 4; ++q) normal(row, static_cast<Eigen::Index>(b.first + q)) += b.weights[p] * b.weights[q];
+      for (std::size_t q = 0; q < 4; ++q)
+        normal(row, static_cast<Eigen::Index>(b.first + q)) += b.weights[p] * b.weights[q];
     }
   }
   const double bending = kBending * static_cast<double>(clocks.size());
   constexpr std::array<double, 3> kSecond{1.0, -2.0, 1.0};
   for (Eigen::Index k = 0; k + 2 < size; ++k) {
     for (Eigen::Index p = 0; p < 3; ++p) {
-      for (Eigen::Index q = 0; q < 3; ++q) normal(k + p, k + q) += bending * kSecond[static_cast<std::size_t>(p)] * kSecond[static_cast<std::size_t>(q)];
+      for (Eigen::Index q = 0; q < 3; ++q)
+        normal(k + p, k + q) += bending * kSecond[static_cast<std::size_t>(p)] * kSecond[static_cast<std::size_t>(q)];
     }
   }
   normal.diagonal().array() += 1e-12 * static_cast<double>(clocks.size());
@@ -72,7 +78,8 @@ std::vector<double> fitted_curve(double low, double high, int num_intervals, std
 TemporalCurve moved_curve(const TemporalCurve& curve, double low, double high, int num_intervals) {
   TemporalCurve out{.low = low, .high = high};
   std::vector<double> clocks;
-  for (int i = 0; i <= kSamplesPerInterval * num_intervals; ++i) clocks.push_back(low + (high - low) * i / (kSamplesPerInterval * num_intervals));
+  for (int i = 0; i <= kSamplesPerInterval * num_intervals; ++i)
+    clocks.push_back(low + (high - low) * i / (kSamplesPerInterval * num_intervals));
   for (int c = 0; c < curve.num_channels(); ++c) {
     std::vector<double> values;
     for (const double s : clocks) values.push_back(curve.value(c, s));

@@ -5,31 +5,32 @@
 #include <numeric>
 
 #include "analysis/factorization/curve_refine.h"
-#include "patinate/analysis/factorization.h"
 #include "analysis/factorization/place_fit.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/analysis/factorization.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
 namespace {
 
-constexpr std::int64_t kCandidates = 4096;  ///< Places that are looked at.
-constexpr double kStrongest = 0.6;          ///< Of the candidates that change: those that change most.
-constexpr double kFitShare = 0.1;                             ///< Of a round's time, for the places one by one.
+constexpr std::int64_t kCandidates = 4096;                 ///< Places that are looked at.
+constexpr double kStrongest = 0.6;                         ///< Of the candidates that change: those that change most.
+constexpr double kFitShare = 0.1;                          ///< Of a round's time, for the places one by one.
 constexpr std::array<int, 4> kIterations{25, 25, 25, 60};  ///< Of the joint fit, for every round.
-constexpr double kDomainTail = 0.005;       ///< Share of clock values left outside at each end of the curve.
-constexpr double kLeastNoise = 1e-6;        ///< Linear color.
-constexpr double kSigma = 1.4826;           ///< From a median of absolute values to a standard deviation.
-constexpr double kClip = 3.0;                ///< Standard deviations, for the correlation.
-constexpr int kSamples = 1025;              ///< Of the curve, for its lowest and highest value.
+constexpr double kDomainTail = 0.005;  ///< Share of clock values left outside at each end of the curve.
+constexpr double kLeastNoise = 1e-6;   ///< Linear color.
+constexpr double kSigma = 1.4826;      ///< From a median of absolute values to a standard deviation.
+constexpr double kClip = 3.0;          ///< Standard deviations, for the correlation.
+constexpr int kSamples = 1025;         ///< Of the curve, for its lowest and highest value.
 
 /// The places with their series cleaned: for choosing and for the first curve.
 PlaceSeries cleaned(const PlaceSeries& places, const std::vector<std::int64_t>& chosen) {
   PlaceSeries out{.times = places.times, .num_channels = places.num_channels};
   for (const std::int64_t i : chosen) {
     for (int c = 0; c < places.num_channels; ++c) {
-      const std::vector<float> series = cleaned_series(places.place(i) + static_cast<std::size_t>(c) * places.times.size(), places.seen(i), places.times.size());
+      const std::vector<float> series = cleaned_series(
+          places.place(i) + static_cast<std::size_t>(c) * places.times.size(), places.seen(i), places.times.size());
       out.values.insert(out.values.end(), series.begin(), series.end());
     }
   }
@@ -41,7 +42,8 @@ PlaceSeries picked(const PlaceSeries& places, const std::vector<std::int64_t>& c
   const std::size_t size = places.times.size() * static_cast<std::size_t>(places.num_channels);
   for (const std::int64_t i : chosen) {
     out.values.insert(out.values.end(), places.place(i), places.place(i) + size);
-    if (!places.is_seen.empty()) out.is_seen.insert(out.is_seen.end(), places.seen(i), places.seen(i) + places.times.size());
+    if (!places.is_seen.empty())
+      out.is_seen.insert(out.is_seen.end(), places.seen(i), places.seen(i) + places.times.size());
   }
   return out;
 }
@@ -53,7 +55,8 @@ std::vector<double> first_noise(const PlaceSeries& clean) {
     std::vector<double> steps;
     for (std::int64_t i = 0; i < clean.num_places(); ++i) {
       const float* v = clean.place(i) + static_cast<std::size_t>(c) * clean.times.size();
-      for (std::size_t t = 1; t < clean.times.size(); ++t) steps.push_back(std::abs(static_cast<double>(v[t] - v[t - 1])));
+      for (std::size_t t = 1; t < clean.times.size(); ++t)
+        steps.push_back(std::abs(static_cast<double>(v[t] - v[t - 1])));
     }
     noise.push_back(std::max(kLeastNoise, kSigma * median_of(std::move(steps)) / std::sqrt(2.0)));
   }
@@ -66,9 +69,12 @@ std::vector<std::int64_t> training_places(const PlaceSeries& places, const Facto
   const std::int64_t stride = std::max<std::int64_t>(1, places.num_places() / kCandidates);
   for (std::int64_t i = 0; i < places.num_places(); i += stride) {
     const std::uint8_t* seen = places.seen(i);
-    if (seen == nullptr || std::count(seen, seen + places.times.size(), std::uint8_t{0}) * 2 <= static_cast<std::ptrdiff_t>(places.times.size())) candidates.push_back(i);
+    if (seen == nullptr || std::count(seen, seen + places.times.size(), std::uint8_t{0}) * 2 <=
+                               static_cast<std::ptrdiff_t>(places.times.size()))
+      candidates.push_back(i);
   }
-  if (candidates.empty()) throw InvalidInput("factorize: no place is seen in half of the frames; nothing can be fitted");
+  if (candidates.empty())
+    throw InvalidInput("factorize: no place is seen in half of the frames; nothing can be fitted");
   const PlaceSeries clean = cleaned(places, candidates);
   const std::vector<double> noise = first_noise(clean);
   const auto num_times = static_cast<Eigen::Index>(places.times.size());
@@ -77,18 +83,24 @@ std::vector<std::int64_t> training_places(const PlaceSeries& places, const Facto
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     double strength = 0.0, change = 0.0;
     for (int c = 0; c < places.num_channels; ++c) {
-      const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXf>(clean.place(static_cast<std::int64_t>(k)) + c * num_times, num_times).cast<double>();
+      const Eigen::VectorXd v =
+          Eigen::Map<const Eigen::VectorXf>(clean.place(static_cast<std::int64_t>(k)) + c * num_times, num_times)
+              .cast<double>();
       change = std::max(change, v.maxCoeff() - v.minCoeff());
-      strength += (v.array() - v.mean()).square().sum() / (static_cast<double>(num_times) * std::pow(noise[static_cast<std::size_t>(c)], 2));
+      strength += (v.array() - v.mean()).square().sum() /
+                  (static_cast<double>(num_times) * std::pow(noise[static_cast<std::size_t>(c)], 2));
     }
     largest = std::max(largest, change);
     if (change >= options.least_change) changing.emplace_back(strength, candidates[k]);
   }
   if (changing.empty()) {
-    throw InvalidInput("factorize: nothing changes: the largest change of color is " + short_number_text(rounded(largest, 3)) + ", below --least-change " + short_number_text(options.least_change));
+    throw InvalidInput("factorize: nothing changes: the largest change of color is " +
+                       short_number_text(rounded(largest, 3)) + ", below --least-change " +
+                       short_number_text(options.least_change));
   }
   std::stable_sort(changing.begin(), changing.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  const std::size_t count = std::max<std::size_t>(1, static_cast<std::size_t>(kStrongest * static_cast<double>(changing.size())));
+  const std::size_t count =
+      std::max<std::size_t>(1, static_cast<std::size_t>(kStrongest * static_cast<double>(changing.size())));
   const std::size_t wanted = std::min(count, static_cast<std::size_t>(options.num_training));
   std::vector<std::int64_t> chosen;
   for (std::size_t k = 0; k < wanted; ++k) chosen.push_back(changing[k * count / wanted].second);
@@ -102,7 +114,8 @@ TemporalCurve first_curve(const PlaceSeries& clean, int num_intervals) {
   const auto num_times = static_cast<Eigen::Index>(clean.times.size());
   for (int c = 0; c < clean.num_channels; ++c) {
     Eigen::MatrixXd series(clean.num_places(), num_times);
-    for (std::int64_t i = 0; i < clean.num_places(); ++i) series.row(i) = Eigen::Map<const Eigen::RowVectorXf>(clean.place(i) + c * num_times, num_times).cast<double>();
+    for (std::int64_t i = 0; i < clean.num_places(); ++i)
+      series.row(i) = Eigen::Map<const Eigen::RowVectorXf>(clean.place(i) + c * num_times, num_times).cast<double>();
     series.colwise() -= series.rowwise().mean();
     Eigen::VectorXd shape = Eigen::VectorXd::LinSpaced(num_times, -1.0, 1.0);
     for (int i = 0; i < 30; ++i) {
@@ -114,7 +127,8 @@ TemporalCurve first_curve(const PlaceSeries& clean, int num_intervals) {
       }
       shape /= length;
     }
-    curve.coefficients.push_back(fitted_curve(curve.low, curve.high, num_intervals, clean.times, std::vector<double>(shape.data(), shape.data() + shape.size())));
+    curve.coefficients.push_back(fitted_curve(curve.low, curve.high, num_intervals, clean.times,
+                                              std::vector<double>(shape.data(), shape.data() + shape.size())));
   }
   return curve;
 }
@@ -143,7 +157,8 @@ void measure_noise(const PlaceSeries& places, const std::vector<PlaceFactors>& f
       for (std::size_t t = 0; t < num_times; ++t) {
         const bool is_seen = places.seen(i) == nullptr || places.seen(i)[t] != 0;
         const double v = static_cast<double>(places.place(i)[static_cast<std::size_t>(c) * num_times + t]);
-        residuals.push_back(is_seen ? v - factored_value(model.curve, factors[static_cast<std::size_t>(i)], c, places.times[t]) : 0.0);
+        residuals.push_back(
+            is_seen ? v - factored_value(model.curve, factors[static_cast<std::size_t>(i)], c, places.times[t]) : 0.0);
         if (is_seen) sizes.push_back(std::abs(residuals.back()));
       }
     }
@@ -151,7 +166,9 @@ void measure_noise(const PlaceSeries& places, const std::vector<PlaceFactors>& f
     // Outliers neither hang together nor count.
     const double most = kClip * model.noise.back();
     for (std::size_t k = 0; k < residuals.size(); ++k) {
-      const double a = std::clamp(residuals[k], -most, most) / model.noise.back(), b = k % num_times + 1 < num_times ? std::clamp(residuals[k + 1], -most, most) / model.noise.back() : 0.0;
+      const double a = std::clamp(residuals[k], -most, most) / model.noise.back(),
+                   b = k % num_times + 1 < num_times ? std::clamp(residuals[k + 1], -most, most) / model.noise.back()
+                                                     : 0.0;
       products += a * b, squares += a * a;
     }
   }
@@ -160,7 +177,8 @@ void measure_noise(const PlaceSeries& places, const std::vector<PlaceFactors>& f
 
 /// Every place at rate 1 and offset 0: gain and base by least squares.
 std::vector<PlaceFactors> first_factors(const PlaceSeries& clean, const TemporalCurve& curve) {
-  std::vector<PlaceFactors> factors(static_cast<std::size_t>(clean.num_places()), PlaceFactors{.status = PlaceStatus::Fitted});
+  std::vector<PlaceFactors> factors(static_cast<std::size_t>(clean.num_places()),
+                                    PlaceFactors{.status = PlaceStatus::Fitted});
   const auto n = static_cast<Eigen::Index>(clean.times.size());
   for (int c = 0; c < clean.num_channels; ++c) {
     Eigen::VectorXd shape(n);
@@ -177,7 +195,8 @@ std::vector<PlaceFactors> first_factors(const PlaceSeries& clean, const Temporal
 }
 
 /// Brings the curve's domain to the clock values that occur.
-void follow_clocks(const std::vector<double>& times, const std::vector<PlaceFactors>& factors, int num_intervals, TemporalCurve& curve) {
+void follow_clocks(const std::vector<double>& times, const std::vector<PlaceFactors>& factors, int num_intervals,
+                   TemporalCurve& curve) {
   std::vector<double> clocks;
   for (const PlaceFactors& f : factors) {
     for (const double t : times) clocks.push_back(f.rate * t - f.offset);
@@ -210,7 +229,8 @@ TemporalModel train_curve(const PlaceSeries& places, const FactorizationOptions&
     std::vector<std::int64_t> kept;
     std::vector<PlaceFactors> factors;
     for (std::size_t i = 0; i < all.size(); ++i) {
-      if (all[i].status == PlaceStatus::Fitted || all[i].status == PlaceStatus::Open) kept.push_back(static_cast<std::int64_t>(i)), factors.push_back(all[i]);
+      if (all[i].status == PlaceStatus::Fitted || all[i].status == PlaceStatus::Open)
+        kept.push_back(static_cast<std::int64_t>(i)), factors.push_back(all[i]);
     }
     if (kept.empty()) throw InvalidInput("factorize: no place changes by more than noise explains");
     const PlaceSeries used = picked(training, kept);

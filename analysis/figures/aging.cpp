@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -63,14 +63,17 @@ TexelAging texel_aging(const ColorStack& stack, double visible_delta_e, const Ru
       for (std::size_t t = 0; t < num_times; ++t) {
         const float* now = stack.lab_of(t, i);
         double sum = 0.0;
-        for (int c = 0; c < 3; ++c) sum += (static_cast<double>(now[c]) - static_cast<double>(first[c])) * (static_cast<double>(now[c]) - static_cast<double>(first[c]));
+        for (int c = 0; c < 3; ++c)
+          sum += (static_cast<double>(now[c]) - static_cast<double>(first[c])) *
+                 (static_cast<double>(now[c]) - static_cast<double>(first[c]));
         distance[t] = std::sqrt(sum);
       }
       const std::vector<double> curve = monotone_fit(distance);
       const double low = curve.front(), rise = curve.back() - low;
       out.change[i] = static_cast<float>(rise);
       out.ages[i] = rise >= visible_delta_e;
-      out.covered_at[i] = static_cast<std::uint16_t>(std::lower_bound(curve.begin(), curve.end(), visible_delta_e) - curve.begin());
+      out.covered_at[i] =
+          static_cast<std::uint16_t>(std::lower_bound(curve.begin(), curve.end(), visible_delta_e) - curve.begin());
       if (!out.ages[i]) continue;
       out.onset[i] = static_cast<float>(crossing(stack.times, curve, low + kOnsetShare * rise));
       out.saturation[i] = static_cast<float>(crossing(stack.times, curve, low + kSaturationShare * rise));

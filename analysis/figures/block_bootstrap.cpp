@@ -23,7 +23,9 @@ std::vector<int> drawn(const BlockGrid& grid, std::uint64_t seed, std::uint64_t 
 std::vector<int> BlockGrid::half(bool is_second) const {
   std::vector<int> weights(num_blocks(), 0);
   for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) weights[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] = ((x + y) % 2 == 1) == is_second;
+    for (int x = 0; x < columns; ++x)
+      weights[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)] =
+          ((x + y) % 2 == 1) == is_second;
   }
   return weights;
 }
@@ -49,11 +51,13 @@ BlockGrid make_blocks(const ColorStack& stack, int blocks) {
   return grid;
 }
 
-std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b, const BlockFigure& figure, const BootstrapOptions& options,
+std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b,
+                                                         const BlockFigure& figure, const BootstrapOptions& options,
                                                          const RunControl& control) {
   constexpr std::size_t kFewestBlocks = 4;
   constexpr int kFewestResamples = 10;
-  if (options.resamples < kFewestResamples || a.used.size() < kFewestBlocks || b.used.size() < kFewestBlocks) return std::nullopt;
+  if (options.resamples < kFewestResamples || a.used.size() < kFewestBlocks || b.used.size() < kFewestBlocks)
+    return std::nullopt;
   std::vector<std::vector<double>> results(static_cast<std::size_t>(options.resamples));
   parallel_for(options.resamples, 4, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto r = static_cast<std::size_t>(begin); r < static_cast<std::size_t>(end); ++r) {

@@ -1,6 +1,6 @@
 /// \file
-/// How certain a figure of a surface is: blocks of it drawn again and again. Neighboring texels are alike, so that texels drawn one by one would
-/// promise too much.
+/// How certain a figure of a surface is: blocks of it drawn again and again. Neighboring texels are alike, so that
+/// texels drawn one by one would promise too much.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,9 @@ struct BlockGrid {
   std::vector<std::uint16_t> block_of = {};  ///< Of every texel of the stack: row * columns + column.
   std::vector<std::uint16_t> used = {};      ///< Blocks that hold texels, ascending.
 
-  [[nodiscard]] std::size_t num_blocks() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+  [[nodiscard]] std::size_t num_blocks() const {
+    return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  }
   /// 1 for all / for the black or white squares of the chess board.
   [[nodiscard]] std::vector<int> all() const { return std::vector<int>(num_blocks(), 1); }
   [[nodiscard]] std::vector<int> half(bool is_second) const;
@@ -28,7 +30,8 @@ struct BlockGrid {
 [[nodiscard]] BlockGrid make_blocks(const ColorStack& stack, int blocks);
 
 /// A figure of two surfaces whose blocks count so many times: one value or a curve; empty when it is not defined.
-using BlockFigure = std::function<std::vector<double>(const std::vector<int>& weights_a, const std::vector<int>& weights_b)>;
+using BlockFigure =
+    std::function<std::vector<double>(const std::vector<int>& weights_a, const std::vector<int>& weights_b)>;
 
 struct BootstrapOptions {
   int resamples = 200;
@@ -37,11 +40,14 @@ struct BootstrapOptions {
   bool is_paired = false;     ///< The same blocks are drawn in both surfaces: they show the same places.
 };
 
-/// Standard errors of a figure's values [Efron 1979; blocks: Kunsch 1989, Hall 1985]: standard deviations over surfaces made of as many
-/// blocks drawn with replacement. The 95 % interval is value +- 1.96 of it, not below what the figure can be.
-/// @returns nothing with fewer than 4 blocks or 10 resamples, or when the figure is undefined in more than a tenth of them.
-/// Same bits for any number of threads.
-[[nodiscard]] std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b, const BlockFigure& figure,
-                                                                       const BootstrapOptions& options, const RunControl& control = {});
+/// Standard errors of a figure's values [Efron 1979; blocks: Kunsch 1989, Hall 1985]: standard deviations over surfaces
+/// made of as many blocks drawn with replacement. The 95 % interval is value +- 1.96 of it, not below what the figure
+/// can be.
+/// @returns nothing with fewer than 4 blocks or 10 resamples, or when the figure is undefined in more than a tenth of
+/// them. Same bits for any number of threads.
+[[nodiscard]] std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b,
+                                                                       const BlockFigure& figure,
+                                                                       const BootstrapOptions& options,
+                                                                       const RunControl& control = {});
 
 }  // namespace patinate::analysis

@@ -16,10 +16,12 @@ std::int64_t total(std::span<const BlockValue> values, std::span<const int> weig
 }  // namespace
 
 void sort_values(std::vector<BlockValue>& values) {
-  std::stable_sort(values.begin(), values.end(), [](const BlockValue& a, const BlockValue& b) { return a.value < b.value; });
+  std::stable_sort(values.begin(), values.end(),
+                   [](const BlockValue& a, const BlockValue& b) { return a.value < b.value; });
 }
 
-std::optional<double> quantile_distance(std::span<const BlockValue> a, std::span<const int> weights_a, std::span<const BlockValue> b, std::span<const int> weights_b, int power) {
+std::optional<double> quantile_distance(std::span<const BlockValue> a, std::span<const int> weights_a,
+                                        std::span<const BlockValue> b, std::span<const int> weights_b, int power) {
   const std::int64_t total_a = total(a, weights_a), total_b = total(b, weights_b);
   if (total_a == 0 || total_b == 0) return std::nullopt;
   // Masses in units of 1 / (total_a total_b), exact as integers.

@@ -16,13 +16,16 @@ struct BlockValue {
 /// By value; equal ones stay in order.
 void sort_values(std::vector<BlockValue>& values);
 
-/// Integral of |difference|^power of two quantile functions: for power 1 the 1-Wasserstein distance, for 2 the square of the 2-Wasserstein distance.
+/// Integral of |difference|^power of two quantile functions: for power 1 the 1-Wasserstein distance, for 2 the square
+/// of the 2-Wasserstein distance.
 /// @param a,b  Sorted. @param weights_a,weights_b  How often each block counts. @param power  1 or 2.
 /// @returns nothing when a side has no weight. Cost: O(N).
-[[nodiscard]] std::optional<double> quantile_distance(std::span<const BlockValue> a, std::span<const int> weights_a, std::span<const BlockValue> b, std::span<const int> weights_b,
+[[nodiscard]] std::optional<double> quantile_distance(std::span<const BlockValue> a, std::span<const int> weights_a,
+                                                      std::span<const BlockValue> b, std::span<const int> weights_b,
                                                       int power);
 
 /// The value below which a share of the weight lies (nearest rank). @returns nothing without weight.
-[[nodiscard]] std::optional<double> quantile(std::span<const BlockValue> sorted, std::span<const int> weights, double share);
+[[nodiscard]] std::optional<double> quantile(std::span<const BlockValue> sorted, std::span<const int> weights,
+                                             double share);
 
 }  // namespace patinate::analysis

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/metrics/color_curves.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -37,7 +37,8 @@ ImageF reduced(ImageF image, const ImageU8& mask, const ImageF& coverage) {
   ImageF out = downscale_area(image, coverage.width(), coverage.height(), on_this_thread());
   for (std::int64_t i = 0; i < out.num_pixels(); ++i) {
     const float share = coverage.data()[i];
-    for (std::int64_t c = 0; c < channels; ++c) out.data()[i * channels + c] = share > 0.0f ? out.data()[i * channels + c] / share : 0.0f;
+    for (std::int64_t c = 0; c < channels; ++c)
+      out.data()[i * channels + c] = share > 0.0f ? out.data()[i * channels + c] / share : 0.0f;
   }
   return out;
 }
@@ -65,27 +66,34 @@ ImageU8 ColorStack::mask() const {
 ImageF ColorStack::lab_image(std::size_t time, int channel) const {
   ImageF out(width, height);
   const std::span<const float> values = lab_at(time);
-  for (std::size_t i = 0; i < texels.size(); ++i) out.data()[texels[i]] = values[3 * i + static_cast<std::size_t>(channel)];
+  for (std::size_t i = 0; i < texels.size(); ++i)
+    out.data()[texels[i]] = values[3 * i + static_cast<std::size_t>(channel)];
   return out;
 }
 
 ImageF ColorStack::rgb_image(std::size_t time, float outside) const {
   ImageF out(width, height, 3, outside);
   const std::span<const float> values = rgb_at(time);
-  for (std::size_t i = 0; i < texels.size(); ++i) std::copy_n(values.data() + 3 * i, 3, out.data() + 3 * std::size_t{texels[i]});
+  for (std::size_t i = 0; i < texels.size(); ++i)
+    std::copy_n(values.data() + 3 * i, 3, out.data() + 3 * std::size_t{texels[i]});
   return out;
 }
 
 StackSize stack_size(int width, int height, int size) {
   const int longer = std::max(width, height);
   if (size <= 0 || longer <= size) return {width, height};
-  const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(static_cast<double>(side) * size / longer))); };
+  const auto scaled = [&](int side) {
+    return std::max(1, static_cast<int>(std::lround(static_cast<double>(side) * size / longer)));
+  };
   return {scaled(width), scaled(height)};
 }
 
-StackSize stack_size(const TextureSeries& series, int size) { return stack_size(series.width(), series.height(), size); }
+StackSize stack_size(const TextureSeries& series, int size) {
+  return stack_size(series.width(), series.height(), size);
+}
 
-ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled, const RunControl& control) {
+ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled,
+                      const RunControl& control) {
   if (times.empty()) throw InvalidInput("color stack: there is no time");
   const ImageU8& mask = source.mask;
   const ImageF coverage = coverage_of(mask, scaled);
@@ -97,7 +105,8 @@ ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& ti
   for (std::int64_t i = 0; i < coverage.num_pixels(); ++i) {
     if (coverage.data()[i] >= 0.5f) stack.texels.push_back(static_cast<std::uint32_t>(i));
   }
-  if (stack.texels.empty()) throw InvalidInput(source.name + ": no texel shows the surface at all of the compared times");
+  if (stack.texels.empty())
+    throw InvalidInput(source.name + ": no texel shows the surface at all of the compared times");
   const std::size_t n = stack.num_texels();
   stack.rgb.resize(3 * n * times.size());
   stack.lab.resize(stack.rgb.size());
@@ -109,7 +118,8 @@ ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& ti
         float* rgb = stack.rgb.data() + 3 * (t * n + i);
         float* out = stack.lab.data() + 3 * (t * n + i);
         std::copy_n(from, 3, rgb);
-        const auto lab = lab_from_linear(static_cast<double>(from[0]), static_cast<double>(from[1]), static_cast<double>(from[2]));
+        const auto lab =
+            lab_from_linear(static_cast<double>(from[0]), static_cast<double>(from[1]), static_cast<double>(from[2]));
         for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<float>(lab[c]);
       }
     }
@@ -117,11 +127,18 @@ ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& ti
   return stack;
 }
 
-ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size, const RunControl& control) {
+ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size,
+                      const RunControl& control) {
   if (times.empty()) throw InvalidInput("color stack: there is no time");
-  SurfaceSource source{.name = series.name(), .mask = common_mask(series, times), .pixel_mm = series.pixel_mm(), .sample = [&series](double time) { return series.sample(time); }};
+  SurfaceSource source{.name = series.name(),
+                       .mask = common_mask(series, times),
+                       .pixel_mm = series.pixel_mm(),
+                       .sample = [&series](double time) { return series.sample(time); }};
   ColorStack stack = make_stack(source, times, stack_size(series, size), control);
-  const auto inside = [](const ImageU8& m) { return static_cast<double>(std::count_if(m.values().begin(), m.values().end(), [](std::uint8_t v) { return v != 0; })); };
+  const auto inside = [](const ImageU8& m) {
+    return static_cast<double>(
+        std::count_if(m.values().begin(), m.values().end(), [](std::uint8_t v) { return v != 0; }));
+  };
   stack.seen_share = inside(source.mask) / std::max(1.0, inside(series.mask(times.front())));
   return stack;
 }
@@ -148,8 +165,10 @@ ColorStack restricted(const ColorStack& stack, const std::vector<std::uint32_t>&
     for (std::uint32_t texel : kept) {
       while (stack.texels[i] < texel) ++i;
       const std::size_t at = 3 * (t * stack.num_texels() + i);
-      out.rgb.insert(out.rgb.end(), stack.rgb.begin() + static_cast<std::ptrdiff_t>(at), stack.rgb.begin() + static_cast<std::ptrdiff_t>(at) + 3);
-      out.lab.insert(out.lab.end(), stack.lab.begin() + static_cast<std::ptrdiff_t>(at), stack.lab.begin() + static_cast<std::ptrdiff_t>(at) + 3);
+      out.rgb.insert(out.rgb.end(), stack.rgb.begin() + static_cast<std::ptrdiff_t>(at),
+                     stack.rgb.begin() + static_cast<std::ptrdiff_t>(at) + 3);
+      out.lab.insert(out.lab.end(), stack.lab.begin() + static_cast<std::ptrdiff_t>(at),
+                     stack.lab.begin() + static_cast<std::ptrdiff_t>(at) + 3);
     }
   }
   return out;

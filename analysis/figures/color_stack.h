@@ -1,5 +1,6 @@
 /// \file
-/// Colors of a surface at a number of times, in memory, at a resolution of one's choice: what all figures are computed from.
+/// Colors of a surface at a number of times, in memory, at a resolution of one's choice: what all figures are computed
+/// from.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +28,15 @@ struct ColorStack {
 
   [[nodiscard]] std::size_t num_times() const { return times.size(); }
   [[nodiscard]] std::size_t num_texels() const { return texels.size(); }
-  [[nodiscard]] std::span<const float> lab_at(std::size_t time) const { return {lab.data() + 3 * time * num_texels(), 3 * num_texels()}; }
-  [[nodiscard]] std::span<const float> rgb_at(std::size_t time) const { return {rgb.data() + 3 * time * num_texels(), 3 * num_texels()}; }
-  [[nodiscard]] const float* lab_of(std::size_t time, std::size_t texel) const { return lab.data() + 3 * (time * num_texels() + texel); }
+  [[nodiscard]] std::span<const float> lab_at(std::size_t time) const {
+    return {lab.data() + 3 * time * num_texels(), 3 * num_texels()};
+  }
+  [[nodiscard]] std::span<const float> rgb_at(std::size_t time) const {
+    return {rgb.data() + 3 * time * num_texels(), 3 * num_texels()};
+  }
+  [[nodiscard]] const float* lab_of(std::size_t time, std::size_t texel) const {
+    return lab.data() + 3 * (time * num_texels() + texel);
+  }
   /// 255 at the texels.
   [[nodiscard]] ImageU8 mask() const;
   /// One channel of CIELAB as an image, 0 elsewhere.
@@ -45,27 +52,33 @@ struct StackSize {
 };
 [[nodiscard]] StackSize stack_size(const TextureSeries& series, int size);
 
-/// Pixels of the stack are means over the surface that they cover; those of which less than half shows it at some time are left out.
+/// Pixels of the stack are means over the surface that they cover; those of which less than half shows it at some time
+/// are left out.
 /// @param times  Not empty, of the series' unit; clamped to its ends.
-/// @throws InvalidInput if no texel is left. Cost: two frames read a time; memory 24 B x T x N. Same bits for any number of threads.
-[[nodiscard]] ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size, const RunControl& control = {});
+/// @throws InvalidInput if no texel is left. Cost: two frames read a time; memory 24 B x T x N. Same bits for any
+/// number of threads.
+[[nodiscard]] ColorStack load_stack(const TextureSeries& series, const std::vector<double>& times, int size,
+                                    const RunControl& control = {});
 
 /// A surface whose colors come from anywhere.
 struct SurfaceSource {
   std::string name = {};
-  ImageU8 mask = {};                                    ///< 255 where all of the times show it.
+  ImageU8 mask = {};  ///< 255 where all of the times show it.
   std::optional<double> pixel_mm = {};
-  std::function<ImageF(double time)> sample = {};       ///< H x W x 3, linear, of the mask's size; called by several threads.
+  std::function<ImageF(double time)> sample =
+      {};  ///< H x W x 3, linear, of the mask's size; called by several threads.
 };
 /// The same of any source. @param scaled  Of the stack.
-[[nodiscard]] ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled, const RunControl& control = {});
+[[nodiscard]] ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled,
+                                    const RunControl& control = {});
 /// Size of a stack whose longer side has at most `size` pixels (0: as it is).
 [[nodiscard]] StackSize stack_size(int width, int height, int size);
 /// A map of a source's size at the stack's texels. @param mask  The source's.
 [[nodiscard]] std::vector<float> values_at(const ImageF& values, const ImageU8& mask, const ColorStack& stack);
 
 /// A control of the series at the stack's texels, in [0, 1]. @throws InvalidInput if there is no such control.
-[[nodiscard]] std::vector<float> control_at(const TextureSeries& series, const std::string& name, const ColorStack& stack);
+[[nodiscard]] std::vector<float> control_at(const TextureSeries& series, const std::string& name,
+                                            const ColorStack& stack);
 
 /// The stack with only those of its texels. @param kept  Ascending, all of them the stack's.
 [[nodiscard]] ColorStack restricted(const ColorStack& stack, const std::vector<std::uint32_t>& kept);

@@ -4,8 +4,8 @@
 #include <array>
 #include <iterator>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -15,7 +15,8 @@ constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
 constexpr std::array<std::string_view, 2> kPlacesNames{"auto", "never"};
 
 std::string span_text(const HistoryFacts& m) {
-  return short_number_text(m.frames.front().time) + " to " + short_number_text(m.frames.back().time) + " " + time_unit_text(m.time_unit);
+  return short_number_text(m.frames.front().time) + " to " + short_number_text(m.frames.back().time) + " " +
+         time_unit_text(m.time_unit);
 }
 
 std::vector<double> evenly(double low, double high, int count) {
@@ -44,7 +45,8 @@ void describe(OptionVisitor& v, CompareOptions& o) {
   v.visit_choice({"places", "Whether equal pixels show equal places when the sizes agree"}, o.places, kPlacesNames);
   v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
-  v.visit({"num_blocks", "Blocks per side, for intervals and for a surface split in two", "", between(2, 64)}, o.num_blocks);
+  v.visit({"num_blocks", "Blocks per side, for intervals and for a surface split in two", "", between(2, 64)},
+          o.num_blocks);
   v.visit({"num_resamples", "Resamples of the bootstrap; 0 = no intervals", "", between(0, 100000)}, o.num_resamples);
   v.visit({"cracks", "Measure dark lines at the last common time: share, width, cells, angles"}, o.cracks);
 }
@@ -64,9 +66,11 @@ CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const Com
     return common;
   }
   const double factor = seconds_per(b.time_unit) / seconds_per(a.time_unit);
-  const double low = std::max(start_a, start_b * factor), high = std::min(start_a + span_a, (start_b + span_b) * factor);
+  const double low = std::max(start_a, start_b * factor),
+               high = std::min(start_a + span_a, (start_b + span_b) * factor);
   if (low > high) {
-    throw InvalidInput("compare: A covers " + span_text(a) + ", B " + span_text(b) + ": no time in common; --clock span compares by shares of each span");
+    throw InvalidInput("compare: A covers " + span_text(a) + ", B " + span_text(b) +
+                       ": no time in common; --clock span compares by shares of each span");
   }
   for (const FrameFacts& f : a.frames) frames.push_back(f.time);
   common.clock = clock_times(frames, low, high, options.num_times);
@@ -82,19 +86,29 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
   stack_a.times = times.clock;
   stack_b.times = times.clock;
   const std::string unit = options.clock == Clock::Span ? "spans" : time_unit_text(a.facts().time_unit);
-  ComparedPair pair{.series_a = std::move(a), .series_b = std::move(b), .a = std::move(stack_a), .b = std::move(stack_b),
-                    .time_name = options.clock == Clock::Span ? "share of the span" : "time (" + unit + ")", .time_unit = unit, .places_problem = "", .shared_a = {}, .shared_b = {},
-                    .blocks_a = {}, .blocks_b = {}};
+  ComparedPair pair{.series_a = std::move(a),
+                    .series_b = std::move(b),
+                    .a = std::move(stack_a),
+                    .b = std::move(stack_b),
+                    .time_name = options.clock == Clock::Span ? "share of the span" : "time (" + unit + ")",
+                    .time_unit = unit,
+                    .places_problem = "",
+                    .shared_a = {},
+                    .shared_b = {},
+                    .blocks_a = {},
+                    .blocks_b = {}};
   pair.blocks_a = make_blocks(pair.a, options.num_blocks);
   pair.blocks_b = make_blocks(pair.b, options.num_blocks);
   if (options.places == Places::Never) {
     pair.places_problem = "--places never says that equal pixels do not show equal places";
   } else if (pair.series_a.width() != pair.series_b.width() || pair.series_a.height() != pair.series_b.height()) {
-    pair.places_problem = "A has " + size_text(pair.series_a.width(), pair.series_a.height()) + " pixels, B " + size_text(pair.series_b.width(), pair.series_b.height()) +
+    pair.places_problem = "A has " + size_text(pair.series_a.width(), pair.series_a.height()) + " pixels, B " +
+                          size_text(pair.series_b.width(), pair.series_b.height()) +
                           ": no pixel of one belongs to one of the other; --through TRANSFER looks A up at B's texels";
   } else {
     std::vector<std::uint32_t> shared;
-    std::set_intersection(pair.a.texels.begin(), pair.a.texels.end(), pair.b.texels.begin(), pair.b.texels.end(), std::back_inserter(shared));
+    std::set_intersection(pair.a.texels.begin(), pair.a.texels.end(), pair.b.texels.begin(), pair.b.texels.end(),
+                          std::back_inserter(shared));
     if (shared.empty()) {
       pair.places_problem = "the masks of A and B have no texel in common";
     } else {

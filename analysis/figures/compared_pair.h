@@ -16,10 +16,10 @@ namespace patinate::analysis {
 /// Both sides at the same times.
 struct ComparedPair {
   TextureSeries series_a, series_b;
-  ColorStack a, b;             ///< Their `times` are those of the common clock.
-  std::string time_name;       ///< "time (min)", "share of the span".
-  std::string time_unit;       ///< "min", "spans".
-  std::string places_problem;  ///< Why equal pixels do not show equal places; "" when they do.
+  ColorStack a, b;                ///< Their `times` are those of the common clock.
+  std::string time_name;          ///< "time (min)", "share of the span".
+  std::string time_unit;          ///< "min", "spans".
+  std::string places_problem;     ///< Why equal pixels do not show equal places; "" when they do.
   ColorStack shared_a, shared_b;  ///< Texels of both; when places_problem is "".
   BlockGrid blocks_a, blocks_b;
 };
@@ -33,6 +33,7 @@ struct CommonTimes {
 [[nodiscard]] CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options);
 
 /// @throws InvalidInput, IoError. Cost: two frames read for each time and side.
-[[nodiscard]] ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control = {});
+[[nodiscard]] ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options,
+                                     const RunControl& control = {});
 
 }  // namespace patinate::analysis

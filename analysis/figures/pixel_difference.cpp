@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 #include "patinate/metrics/color_difference.h"
 #include "patinate/metrics/ssim.h"
 
@@ -20,7 +20,8 @@ RunControl on_this_thread() {
 }
 
 double percentile(std::vector<float> values, double share) {
-  const auto rank = static_cast<std::ptrdiff_t>(std::max(1.0, std::ceil(share * static_cast<double>(values.size())))) - 1;
+  const auto rank =
+      static_cast<std::ptrdiff_t>(std::max(1.0, std::ceil(share * static_cast<double>(values.size())))) - 1;
   std::nth_element(values.begin(), values.begin() + rank, values.end());
   return static_cast<double>(values[static_cast<std::size_t>(rank)]);
 }
@@ -33,7 +34,8 @@ PixelDifference difference_at(const ColorStack& a, const ColorStack& b, std::siz
   d.ciede2000_median = percentile(colors, 0.5);
   d.ciede2000_p95 = percentile(colors, 0.95);
   const std::span<const float> ra = a.rgb_at(time), rb = b.rgb_at(time);
-  for (std::size_t i = 0; i < ra.size(); ++i) d.absolute += std::abs(static_cast<double>(ra[i]) - static_cast<double>(rb[i])) / (3.0 * n);
+  for (std::size_t i = 0; i < ra.size(); ++i)
+    d.absolute += std::abs(static_cast<double>(ra[i]) - static_cast<double>(rb[i])) / (3.0 * n);
   const ImageF ssim = ssim_map(a.lab_image(time, 0), b.lab_image(time, 0), mask, 100.0, on_this_thread());
   d.ssim = 0.0;
   for (std::uint32_t t : a.texels) d.ssim += static_cast<double>(ssim.data()[t]) / n;
@@ -46,17 +48,22 @@ std::vector<float> ciede2000_at(const ColorStack& a, std::size_t time_a, const C
   if (a.texels != b.texels) throw InvalidInput("pixel difference: the two sides show different texels");
   if (time_a >= a.num_times() || time_b >= b.num_times()) throw InvalidInput("pixel difference: there is no such time");
   std::vector<float> out(a.num_texels());
-  const auto color = [](const float* lab) { return std::array<double, 3>{static_cast<double>(lab[0]), static_cast<double>(lab[1]), static_cast<double>(lab[2])}; };
-  for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<float>(ciede2000(color(a.lab_of(time_a, i)), color(b.lab_of(time_b, i))));
+  const auto color = [](const float* lab) {
+    return std::array<double, 3>{static_cast<double>(lab[0]), static_cast<double>(lab[1]), static_cast<double>(lab[2])};
+  };
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i] = static_cast<float>(ciede2000(color(a.lab_of(time_a, i)), color(b.lab_of(time_b, i))));
   return out;
 }
 
 std::vector<PixelDifference> pixel_differences(const ColorStack& a, const ColorStack& b, const RunControl& control) {
-  if (a.texels != b.texels || a.num_times() != b.num_times()) throw InvalidInput("pixel difference: the same texels and as many times are needed on both sides");
+  if (a.texels != b.texels || a.num_times() != b.num_times())
+    throw InvalidInput("pixel difference: the same texels and as many times are needed on both sides");
   std::vector<PixelDifference> out(a.num_times());
   const ImageU8 mask = a.mask();
   parallel_for(static_cast<std::int64_t>(out.size()), 1, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) out[t] = difference_at(a, b, t, mask);
+    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+      out[t] = difference_at(a, b, t, mask);
   });
   return out;
 }

@@ -20,9 +20,11 @@ struct PixelDifference {
 
 /// CIEDE2000 of every texel at a pair of times.
 /// @param a,b  The same texels. @throws InvalidInput if not, or a time is not there.
-[[nodiscard]] std::vector<float> ciede2000_at(const ColorStack& a, std::size_t time_a, const ColorStack& b, std::size_t time_b);
+[[nodiscard]] std::vector<float> ciede2000_at(const ColorStack& a, std::size_t time_a, const ColorStack& b,
+                                              std::size_t time_b);
 
 /// @throws InvalidInput unless the stacks hold the same texels and as many times. Same bits for any number of threads.
-[[nodiscard]] std::vector<PixelDifference> pixel_differences(const ColorStack& a, const ColorStack& b, const RunControl& control = {});
+[[nodiscard]] std::vector<PixelDifference> pixel_differences(const ColorStack& a, const ColorStack& b,
+                                                             const RunControl& control = {});
 
 }  // namespace patinate::analysis

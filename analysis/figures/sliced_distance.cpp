@@ -32,26 +32,31 @@ const std::array<std::array<double, 3>, 15>& sliced_axes() {
   return kAxes;
 }
 
-SortedColors::SortedColors(const ColorStack& stack, std::size_t time, std::span<const std::uint32_t> texels, std::span<const std::uint16_t> block_of, std::size_t most, std::uint64_t seed) {
+SortedColors::SortedColors(const ColorStack& stack, std::size_t time, std::span<const std::uint32_t> texels,
+                           std::span<const std::uint16_t> block_of, std::size_t most, std::uint64_t seed) {
   const std::size_t n = std::min(texels.size(), most);
   for (auto& list : sorted_) list.reserve(n);
   for (std::size_t k = 0; k < n; ++k) {
     std::size_t at = k;
     if (n < texels.size()) {
       const double u = RandomStream(seed, k, kPurpose).uniform();
-      at = std::min(static_cast<std::size_t>((static_cast<double>(k) + u) * static_cast<double>(texels.size()) / static_cast<double>(n)), texels.size() - 1);
+      at = std::min(static_cast<std::size_t>((static_cast<double>(k) + u) * static_cast<double>(texels.size()) /
+                                             static_cast<double>(n)),
+                    texels.size() - 1);
     }
     const float* lab = stack.lab_of(time, texels[at]);
     for (std::size_t axis = 0; axis < sorted_.size(); ++axis) {
       const auto& d = sliced_axes()[axis];
-      const double p = static_cast<double>(lab[0]) * d[0] + static_cast<double>(lab[1]) * d[1] + static_cast<double>(lab[2]) * d[2];
+      const double p =
+          static_cast<double>(lab[0]) * d[0] + static_cast<double>(lab[1]) * d[1] + static_cast<double>(lab[2]) * d[2];
       sorted_[axis].push_back({static_cast<float>(p), block_of[texels[at]]});
     }
   }
   for (auto& list : sorted_) sort_values(list);
 }
 
-std::optional<double> sliced_distance(const SortedColors& a, std::span<const int> weights_a, const SortedColors& b, std::span<const int> weights_b) {
+std::optional<double> sliced_distance(const SortedColors& a, std::span<const int> weights_a, const SortedColors& b,
+                                      std::span<const int> weights_b) {
   double sum = 0.0;
   for (std::size_t axis = 0; axis < sliced_axes().size(); ++axis) {
     const std::optional<double> d = quantile_distance(a.along(axis), weights_a, b.along(axis), weights_b, 2);

@@ -13,15 +13,18 @@
 
 namespace patinate::analysis {
 
-/// The 15 two-fold axes of the icosahedron; the first three are L*, a* and b* themselves. For every vector v the mean of (v . axis)^2 is exactly |v|^2 / 3.
+/// The 15 two-fold axes of the icosahedron; the first three are L*, a* and b* themselves. For every vector v the mean
+/// of (v . axis)^2 is exactly |v|^2 / 3.
 [[nodiscard]] const std::array<std::array<double, 3>, 15>& sliced_axes();
 
 /// A sample of colors, sorted along every axis once, so that it can be weighted anew cheaply.
 class SortedColors {
  public:
-  /// At most `most` of the texels, spread evenly over the list by (seed, index). @param texels  Indices into the stack's texels.
+  /// At most `most` of the texels, spread evenly over the list by (seed, index). @param texels  Indices into the
+  /// stack's texels.
   /// @param block_of  Of every texel of the stack.
-  SortedColors(const ColorStack& stack, std::size_t time, std::span<const std::uint32_t> texels, std::span<const std::uint16_t> block_of, std::size_t most, std::uint64_t seed);
+  SortedColors(const ColorStack& stack, std::size_t time, std::span<const std::uint32_t> texels,
+               std::span<const std::uint16_t> block_of, std::size_t most, std::uint64_t seed);
 
   [[nodiscard]] const std::vector<BlockValue>& along(std::size_t axis) const { return sorted_[axis]; }
 
@@ -29,10 +32,11 @@ class SortedColors {
   std::array<std::vector<BlockValue>, 15> sorted_;
 };
 
-/// Sliced 2-Wasserstein distance [Bonneel et al. 2015] of two color distributions in units of Delta E 1976, times the square root of 3: shifting
-/// all colors by d gives exactly |d|.
+/// Sliced 2-Wasserstein distance [Bonneel et al. 2015] of two color distributions in units of Delta E 1976, times the
+/// square root of 3: shifting all colors by d gives exactly |d|.
 /// @param weights_a,weights_b  How often each block counts.
 /// @returns nothing when a side has no weight. Cost: O(N) for each of the 15 axes.
-[[nodiscard]] std::optional<double> sliced_distance(const SortedColors& a, std::span<const int> weights_a, const SortedColors& b, std::span<const int> weights_b);
+[[nodiscard]] std::optional<double> sliced_distance(const SortedColors& a, std::span<const int> weights_a,
+                                                    const SortedColors& b, std::span<const int> weights_b);
 
 }  // namespace patinate::analysis

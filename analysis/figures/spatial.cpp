@@ -37,7 +37,8 @@ void transform(Complex* values, std::size_t n, std::size_t step) {
   }
 }
 
-/// Ring of a frequency of (u, v) cycles per tile: half octaves from 1 on; -1 for the mean and what lies beyond the Nyquist frequency.
+/// Ring of a frequency of (u, v) cycles per tile: half octaves from 1 on; -1 for the mean and what lies beyond the
+/// Nyquist frequency.
 int ring_of(double u, double v, int tile) {
   const double r = std::hypot(u, v);
   if (r < 1.0 || r >= tile / 2.0) return -1;
@@ -57,13 +58,15 @@ SpatialStructure::SpatialStructure(const ColorStack& stack, std::size_t time, co
   add_pairs(stack, values, mask, grid);
 }
 
-void SpatialStructure::add_tiles(const ColorStack& stack, const ImageF& values, const ImageU8& mask, const BlockGrid& grid) {
+void SpatialStructure::add_tiles(const ColorStack& stack, const ImageF& values, const ImageU8& mask,
+                                 const BlockGrid& grid) {
   const int size = tile_px_;
   const auto n = static_cast<std::size_t>(size);
   const int num_rings = static_cast<int>(std::lround(2.0 * std::log2(size / 2.0)));
   for (int r = 0; r < num_rings; ++r) frequencies_.push_back(std::pow(2.0, (r + 0.5) / 2.0) / size);
   std::vector<double> window(n);
-  for (std::size_t i = 0; i < n; ++i) window[i] = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(i) + 0.5) / size);
+  for (std::size_t i = 0; i < n; ++i)
+    window[i] = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(i) + 0.5) / size);
   std::vector<std::uint16_t> block_at(static_cast<std::size_t>(mask.num_pixels()));
   for (std::size_t i = 0; i < stack.texels.size(); ++i) block_at[stack.texels[i]] = grid.block_of[i];
   std::vector<Complex> field(n * n);
@@ -90,11 +93,14 @@ void SpatialStructure::add_tiles(const ColorStack& stack, const ImageF& values, 
       }
       for (std::size_t y = 0; y < n; ++y) transform(&field[y * n], n, 1);
       for (std::size_t x = 0; x < n; ++x) transform(&field[x], n, n);
-      Tile tile{block_at[static_cast<std::size_t>(y0 + size / 2) * static_cast<std::size_t>(stack.width) + static_cast<std::size_t>(x0 + size / 2)], std::vector<double>(frequencies_.size())};
+      Tile tile{block_at[static_cast<std::size_t>(y0 + size / 2) * static_cast<std::size_t>(stack.width) +
+                         static_cast<std::size_t>(x0 + size / 2)],
+                std::vector<double>(frequencies_.size())};
       std::vector<double> counts(frequencies_.size());
       for (std::size_t y = 0; y < n; ++y) {
         for (std::size_t x = 0; x < n; ++x) {
-          const double u = x <= n / 2 ? static_cast<double>(x) : static_cast<double>(x) - size, v = y <= n / 2 ? static_cast<double>(y) : static_cast<double>(y) - size;
+          const double u = x <= n / 2 ? static_cast<double>(x) : static_cast<double>(x) - size,
+                       v = y <= n / 2 ? static_cast<double>(y) : static_cast<double>(y) - size;
           const int ring = ring_of(u, v, size);
           if (ring < 0) continue;
           tile.power[static_cast<std::size_t>(ring)] += std::norm(field[y * n + x]) / weight;
@@ -107,7 +113,8 @@ void SpatialStructure::add_tiles(const ColorStack& stack, const ImageF& values, 
   }
 }
 
-void SpatialStructure::add_pairs(const ColorStack& stack, const ImageF& values, const ImageU8& mask, const BlockGrid& grid) {
+void SpatialStructure::add_pairs(const ColorStack& stack, const ImageF& values, const ImageU8& mask,
+                                 const BlockGrid& grid) {
   pairs_.resize(grid.num_blocks() * kDirections * num_lags_);
   for (std::size_t i = 0; i < stack.texels.size(); ++i) {
     const int x = static_cast<int>(stack.texels[i]) % stack.width, y = static_cast<int>(stack.texels[i]) / stack.width;

@@ -15,8 +15,9 @@ namespace patinate::analysis {
 /// Structure of L* at one time.
 class SpatialStructure {
  public:
-  /// Spectra of square tiles that overlap by half, each with its mean removed and under a Hann window [Welch 1967]; tiles that lie less than
-  /// nine tenths on the surface are left out. Covariances along rows, columns and both diagonals.
+  /// Spectra of square tiles that overlap by half, each with its mean removed and under a Hann window [Welch 1967];
+  /// tiles that lie less than nine tenths on the surface are left out. Covariances along rows, columns and both
+  /// diagonals.
   SpatialStructure(const ColorStack& stack, std::size_t time, const BlockGrid& grid);
 
   /// Side of a tile in pixels: the largest power of two up to a quarter of the shorter side, [8, 64].
@@ -26,8 +27,8 @@ class SpatialStructure {
   /// Mean power of every ring, L*^2: over all frequencies of a tile its mean is the variance of L*.
   /// @param weights  How often each block counts. @returns an empty list when no tile lies on the surface.
   [[nodiscard]] std::vector<double> spectrum(std::span<const int> weights) const;
-  /// Distance at which the correlation falls to 1/e, pixels. @returns nothing when L* does not vary, or it does not fall so far within a third
-  /// of the surface.
+  /// Distance at which the correlation falls to 1/e, pixels. @returns nothing when L* does not vary, or it does not
+  /// fall so far within a third of the surface.
   [[nodiscard]] std::optional<double> correlation_length(std::span<const int> weights) const;
 
  private:

@@ -4,12 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
@@ -50,8 +50,11 @@ std::optional<std::string> find_outside(const ImageF& coordinates, const History
   for (std::int64_t i = 0; i < coordinates.num_pixels(); ++i) {
     const float x = coordinates.data()[2 * i], y = coordinates.data()[2 * i + 1];
     const bool is_outside = x == -1.0f && y == -1.0f;
-    if (is_outside || (x >= 0.0f && y >= 0.0f && x < static_cast<float>(history.width) && y < static_cast<float>(history.height))) continue;
-    return "points outside its history at " + number_text(static_cast<double>(x)) + "," + number_text(static_cast<double>(y));
+    if (is_outside ||
+        (x >= 0.0f && y >= 0.0f && x < static_cast<float>(history.width) && y < static_cast<float>(history.height)))
+      continue;
+    return "points outside its history at " + number_text(static_cast<double>(x)) + "," +
+           number_text(static_cast<double>(y));
   }
   return std::nullopt;
 }
@@ -67,34 +70,45 @@ SeriesAtlas read_atlas(const fs::path& transfer, const HistoryReader& history) {
   const int height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
   JsonReader source = reader.member("history");
   if (source.member("width").integer() != facts.width || source.member("height").integer() != facts.height) {
-    throw InvalidInput(file.string() + ": looks into a history of " + std::to_string(source.member("width").integer()) + " x " +
-                       std::to_string(source.member("height").integer()) + " pixels; " + history.label() + " has " + size_text(facts.width, facts.height));
+    throw InvalidInput(file.string() + ": looks into a history of " + std::to_string(source.member("width").integer()) +
+                       " x " + std::to_string(source.member("height").integer()) + " pixels; " + history.label() +
+                       " has " + size_text(facts.width, facts.height));
   }
   std::vector<fs::path> files;
   if (reader.has("coordinates")) {
     files.push_back(reader.member("coordinates").path());
   } else {
-    for (JsonReader& tile : reader.member("tiles").elements(kMostTiles)) files.push_back(tile.member("coordinates").path());
+    for (JsonReader& tile : reader.member("tiles").elements(kMostTiles))
+      files.push_back(tile.member("coordinates").path());
   }
   std::vector<ImageF> tiles;
   for (const fs::path& f : files) {
     tiles.push_back(read_channels(f, {"source.x", "source.y"}));
-    if (tiles.back().width() != width || tiles.back().height() != height) throw IoError(f.string(), "has another size than transfer.json says");
+    if (tiles.back().width() != width || tiles.back().height() != height)
+      throw IoError(f.string(), "has another size than transfer.json says");
     if (const auto problem = find_outside(tiles.back(), facts)) throw IoError(f.string(), *problem);
   }
   if (tiles.empty()) throw IoError(file.string(), "names no coordinates");
-  SeriesAtlas atlas{.name = reader.has("mesh") ? reader.member("mesh").member("made_from").string() : "an atlas", .coordinates = stacked(tiles), .texel_mm = {}};
-  if (reader.has("texel_size_mm")) atlas.texel_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
+  SeriesAtlas atlas{.name = reader.has("mesh") ? reader.member("mesh").member("made_from").string() : "an atlas",
+                    .coordinates = stacked(tiles),
+                    .texel_mm = {}};
+  if (reader.has("texel_size_mm"))
+    atlas.texel_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
   return atlas;
 }
 
 }  // namespace
 
-TextureSeries::TextureSeries(std::shared_ptr<const History> history) : history_(std::move(history)), name_(facts().name), pixel_mm_(facts().texel_size_mm) {}
+TextureSeries::TextureSeries(std::shared_ptr<const History> history)
+    : history_(std::move(history)), name_(facts().name), pixel_mm_(facts().texel_size_mm) {}
 
 TextureSeries::TextureSeries(std::shared_ptr<const History> history, SeriesAtlas atlas)
-    : history_(std::move(history)), name_(facts().name + " on " + atlas.name), pixel_mm_(atlas.texel_mm), coordinates_(std::move(atlas.coordinates)) {
-  if (coordinates_.empty() || coordinates_.channels() != 2) throw InvalidInput(name_ + ": expected two coordinates a texel");
+    : history_(std::move(history)),
+      name_(facts().name + " on " + atlas.name),
+      pixel_mm_(atlas.texel_mm),
+      coordinates_(std::move(atlas.coordinates)) {
+  if (coordinates_.empty() || coordinates_.channels() != 2)
+    throw InvalidInput(name_ + ": expected two coordinates a texel");
   if (const auto problem = find_outside(coordinates_, facts())) throw InvalidInput(name_ + ": " + *problem);
 }
 
@@ -132,7 +146,9 @@ ImageF TextureSeries::control(const std::string& name) const { return looked_up(
 SeriesFile open_series(const fs::path& path, const fs::path& through) {
   const auto history = std::make_shared<const HistoryReader>(history_of(path));
   if (!is_transfer(path) && through.empty()) return {history, TextureSeries(history)};
-  if (is_transfer(path) && !through.empty()) throw InvalidInput(path.string() + ": is a transfer, which is looked up through its own coordinates; --through is for a history");
+  if (is_transfer(path) && !through.empty())
+    throw InvalidInput(path.string() +
+                       ": is a transfer, which is looked up through its own coordinates; --through is for a history");
   return {history, TextureSeries(history, read_atlas(through.empty() ? path : through, *history))};
 }
 

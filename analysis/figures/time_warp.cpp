@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -15,8 +15,10 @@ constexpr std::int64_t kChunk = 4096;
 constexpr int kCoarseSteps = 32, kRefinements = 3;  ///< Steps of half the span; each refinement halves the step.
 
 void require_pair(const ColorStack& a, const ColorStack& b) {
-  if (a.texels != b.texels || a.texels.empty()) throw InvalidInput("time warp: the two sides must show the same texels");
-  if (a.num_times() < 2 || a.num_times() != b.num_times()) throw InvalidInput("time warp: at least two times on both sides are needed");
+  if (a.texels != b.texels || a.texels.empty())
+    throw InvalidInput("time warp: the two sides must show the same texels");
+  if (a.num_times() < 2 || a.num_times() != b.num_times())
+    throw InvalidInput("time warp: at least two times on both sides are needed");
 }
 
 /// Mean squared distance of A at every time from B at every time and from the next: what any blend of B's is made of.
@@ -28,7 +30,9 @@ struct Gram {
 
   [[nodiscard]] double at(std::size_t i, const StackTime& t) const {
     const std::size_t k = i * n + t.index;
-    return t.fraction == 0.0 ? ab[k] : std::max(0.0, ab[k] - 2.0 * t.fraction * turn[k] + t.fraction * t.fraction * step[t.index]);
+    return t.fraction == 0.0
+               ? ab[k]
+               : std::max(0.0, ab[k] - 2.0 * t.fraction * turn[k] + t.fraction * t.fraction * step[t.index]);
   }
 };
 
@@ -46,7 +50,8 @@ Gram gram_of(const ColorStack& a, const ColorStack& b, const RunControl& control
         const std::span<const float> vb = b.lab_at(j), next = b.lab_at(std::min(j + 1, g.n - 1));
         double ab = 0.0, turn = 0.0, step = 0.0;
         for (std::size_t k = 0; k < va.size(); ++k) {
-          const double d = static_cast<double>(va[k]) - static_cast<double>(vb[k]), s = static_cast<double>(next[k]) - static_cast<double>(vb[k]);
+          const double d = static_cast<double>(va[k]) - static_cast<double>(vb[k]),
+                       s = static_cast<double>(next[k]) - static_cast<double>(vb[k]);
           ab += d * d;
           turn += d * s;
           step += s * s;
@@ -92,7 +97,8 @@ TimeWarp find_time_warp(const ColorStack& a, const ColorStack& b, int fineness, 
     for (std::size_t j = 0; j < m; ++j) {
       if (best[j] < best[argument]) argument = j;
       from[i * m + j] = static_cast<std::uint32_t>(argument);
-      next[j] = best[argument] + gram.at(i, locate(b.times, candidates[j])) + price * std::abs(candidates[j] - b.times[i]);
+      next[j] =
+          best[argument] + gram.at(i, locate(b.times, candidates[j])) + price * std::abs(candidates[j] - b.times[i]);
     }
     best = std::move(next);
   }
@@ -111,7 +117,8 @@ TimeWarp find_time_warp(const ColorStack& a, const ColorStack& b, int fineness, 
   return warp;
 }
 
-TimeShift find_time_shift(const ColorStack& a, const ColorStack& b, const std::vector<std::uint8_t>& known, const RunControl& control) {
+TimeShift find_time_shift(const ColorStack& a, const ColorStack& b, const std::vector<std::uint8_t>& known,
+                          const RunControl& control) {
   require_pair(a, b);
   if (known.size() != a.num_texels()) throw InvalidInput("time shift: `known` needs an entry a texel");
   const std::size_t n = a.num_times();
@@ -120,7 +127,8 @@ TimeShift find_time_shift(const ColorStack& a, const ColorStack& b, const std::v
   // Where every shifted time falls in B.
   std::vector<StackTime> places(static_cast<std::size_t>(2 * kFine + 1) * n);
   for (int k = -kFine; k <= kFine; ++k) {
-    for (std::size_t t = 0; t < n; ++t) places[static_cast<std::size_t>(k + kFine) * n + t] = locate(b.times, b.times[t] + half * k / kFine);
+    for (std::size_t t = 0; t < n; ++t)
+      places[static_cast<std::size_t>(k + kFine) * n + t] = locate(b.times, b.times[t] + half * k / kFine);
   }
   TimeShift out{std::vector<float>(a.num_texels()), known};
   parallel_for(static_cast<std::int64_t>(a.num_texels()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {

@@ -24,20 +24,24 @@ struct TimeWarp {
   std::vector<double> before;  ///< Root mean square Delta E 1976 at equal times.
   std::vector<double> after;   ///< The same at the warped ones.
 };
-/// The best monotone warp: the path through the matrix of mean squared Delta E 1976 between A's times and `fineness` steps between B's, by
-/// dynamic programming [Sakoe and Chiba 1978], with a price for leaving equal times that decides only where nothing else does.
+/// The best monotone warp: the path through the matrix of mean squared Delta E 1976 between A's times and `fineness`
+/// steps between B's, by dynamic programming [Sakoe and Chiba 1978], with a price for leaving equal times that decides
+/// only where nothing else does.
 /// @param a,b  The same texels; both stacks' times count alike (B's are A's, or both run from 0 to 1).
 /// @throws InvalidInput unless so, or with fewer than two times. Cost: O(T^2 N). Same bits for any number of threads.
-[[nodiscard]] TimeWarp find_time_warp(const ColorStack& a, const ColorStack& b, int fineness = 8, const RunControl& control = {});
+[[nodiscard]] TimeWarp find_time_warp(const ColorStack& a, const ColorStack& b, int fineness = 8,
+                                      const RunControl& control = {});
 
 /// How much later B shows what A shows. A list of one entry a texel.
 struct TimeShift {
   std::vector<float> shift;            ///< In the stacks' time; > 0: B ages later. 0 where it is not known.
   std::vector<std::uint8_t> is_known;  ///< Both sides change visibly there.
 };
-/// For every texel the shift s that makes B(t + s) nearest to A(t) in CIELAB over all times, up to half of the span either way, B's first and
-/// last color going on beyond its ends. To a 512th of the span, and between those by a parabola.
+/// For every texel the shift s that makes B(t + s) nearest to A(t) in CIELAB over all times, up to half of the span
+/// either way, B's first and last color going on beyond its ends. To a 512th of the span, and between those by a
+/// parabola.
 /// @param known  1 where both sides age visibly. @throws InvalidInput as find_time_warp().
-[[nodiscard]] TimeShift find_time_shift(const ColorStack& a, const ColorStack& b, const std::vector<std::uint8_t>& known, const RunControl& control = {});
+[[nodiscard]] TimeShift find_time_shift(const ColorStack& a, const ColorStack& b,
+                                        const std::vector<std::uint8_t>& known, const RunControl& control = {});
 
 }  // namespace patinate::analysis

@@ -24,8 +24,12 @@ ImageF sample(const AgedSurface& frames, double time) {
 }  // namespace
 
 ColorStack stack_of(const AgedSurface& frames, const std::vector<double>& times, int size, const RunControl& control) {
-  if (frames.colors.empty() || frames.colors.size() != frames.times.size()) throw InvalidInput("surface: there is not one frame a time");
-  const SurfaceSource source{.name = frames.name, .mask = frames.mask, .pixel_mm = frames.texel_size_mm, .sample = [&frames](double time) { return sample(frames, time); }};
+  if (frames.colors.empty() || frames.colors.size() != frames.times.size())
+    throw InvalidInput("surface: there is not one frame a time");
+  const SurfaceSource source{
+      .name = frames.name, .mask = frames.mask, .pixel_mm = frames.texel_size_mm, .sample = [&frames](double time) {
+        return sample(frames, time);
+      }};
   return make_stack(source, times, stack_size(frames.mask.width(), frames.mask.height(), size), control);
 }
 
@@ -40,10 +44,12 @@ void write_surface(const std::filesystem::path& folder, const AgedSurface& frame
   manifest.time_unit = frames.time_unit;
   manifest.key = key;
   HistoryWriter writer(folder, manifest);
-  for (std::size_t i = 0; i < frames.times.size(); ++i) writer.write_frame(static_cast<int>(i), frames.times[i], frames.colors[i]);
+  for (std::size_t i = 0; i < frames.times.size(); ++i)
+    writer.write_frame(static_cast<int>(i), frames.times[i], frames.colors[i]);
   for (const SurfaceControl& c : frames.controls) {
     ImageF physical = c.values;
-    for (float& v : physical.values()) v = static_cast<float>(c.parameter.low + static_cast<double>(v) * (c.parameter.high - c.parameter.low));
+    for (float& v : physical.values())
+      v = static_cast<float>(c.parameter.low + static_cast<double>(v) * (c.parameter.high - c.parameter.low));
     writer.write_control(c.parameter.name, physical, c.parameter.low, c.parameter.high, c.parameter.unit);
   }
   writer.write_mask(frames.mask);

@@ -11,11 +11,11 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kScanStep = 0.3;           ///< Between one offset of a scan and the next.
-constexpr double kNoWay = 1e-6;             ///< Nearer to an end is at the end.
-constexpr double kLeastExplained = 0.5;     ///< Of the variance: below, a quadratic is no description.
+constexpr double kScanStep = 0.3;        ///< Between one offset of a scan and the next.
+constexpr double kNoWay = 1e-6;          ///< Nearer to an end is at the end.
+constexpr double kLeastExplained = 0.5;  ///< Of the variance: below, a quadratic is no description.
 constexpr double kPointsPerCoefficient = 2.0;
-constexpr double kFlattest = 1e-9;           ///< Curvature, against the largest: flatter counts as this.
+constexpr double kFlattest = 1e-9;  ///< Curvature, against the largest: flatter counts as this.
 constexpr double kSamePlace = 1e-9;
 
 struct Quadratic {
@@ -24,14 +24,16 @@ struct Quadratic {
 };
 
 /// The least-squares quadratic through the points of least objective.
-std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const BoxPoint> points, std::string& problem) {
+std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const BoxPoint> points,
+                                          std::string& problem) {
   const auto n = static_cast<Eigen::Index>(best.at.size());
   const Eigen::Index num_coefficients = (n + 1) * (n + 2) / 2;
   std::vector<const BoxPoint*> near;
   for (const BoxPoint& p : points) {
     if (std::isfinite(p.objective)) near.push_back(&p);
   }
-  std::stable_sort(near.begin(), near.end(), [](const BoxPoint* a, const BoxPoint* b) { return a->objective < b->objective; });
+  std::stable_sort(near.begin(), near.end(),
+                   [](const BoxPoint* a, const BoxPoint* b) { return a->objective < b->objective; });
   const auto wanted = static_cast<std::size_t>(kPointsPerCoefficient * static_cast<double>(num_coefficients));
   if (near.size() < wanted) {
     problem = "only " + std::to_string(near.size()) + " points were tried; " + std::to_string(wanted) + " are needed";
@@ -43,7 +45,8 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
   Eigen::VectorXd scale(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     double sum = 0.0;
-    for (const BoxPoint* p : near) sum += std::pow(p->at[static_cast<std::size_t>(i)] - best.at[static_cast<std::size_t>(i)], 2);
+    for (const BoxPoint* p : near)
+      sum += std::pow(p->at[static_cast<std::size_t>(i)] - best.at[static_cast<std::size_t>(i)], 2);
     scale[i] = std::max(std::sqrt(sum / static_cast<double>(m)), 1e-6);
   }
   Eigen::MatrixXd a(m, num_coefficients);
@@ -52,7 +55,9 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
     const BoxPoint& p = *near[static_cast<std::size_t>(r)];
     Eigen::Index c = 0;
     a(r, c++) = 1.0;
-    const auto d = [&](Eigen::Index i) { return (p.at[static_cast<std::size_t>(i)] - best.at[static_cast<std::size_t>(i)]) / scale[i]; };
+    const auto d = [&](Eigen::Index i) {
+      return (p.at[static_cast<std::size_t>(i)] - best.at[static_cast<std::size_t>(i)]) / scale[i];
+    };
     for (Eigen::Index i = 0; i < n; ++i) a(r, c++) = d(i);
     for (Eigen::Index i = 0; i < n; ++i) {
       for (Eigen::Index j = i; j < n; ++j) a(r, c++) = d(i) * d(j);
@@ -63,7 +68,8 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
   const double variance = (y.array() - y.mean()).square().sum();
   // Per degree of freedom: as many coefficients as these explain a part of any noise.
   const double freedom = static_cast<double>(m - 1) / static_cast<double>(m - num_coefficients);
-  Quadratic q{.curvature = Eigen::MatrixXd::Zero(n, n), .explained = variance > 0.0 ? 1.0 - freedom * (y - a * x).squaredNorm() / variance : 0.0};
+  Quadratic q{.curvature = Eigen::MatrixXd::Zero(n, n),
+              .explained = variance > 0.0 ? 1.0 - freedom * (y - a * x).squaredNorm() / variance : 0.0};
   Eigen::Index c = 1 + n;
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = i; j < n; ++j) {
@@ -72,17 +78,21 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
     }
   }
   if (!(q.explained >= kLeastExplained)) {
-    problem = "near the best the objective is no quadratic (" + std::to_string(static_cast<int>(100.0 * std::max(0.0, q.explained))) + " % of its variance)";
+    problem = "near the best the objective is no quadratic (" +
+              std::to_string(static_cast<int>(100.0 * std::max(0.0, q.explained))) + " % of its variance)";
     return std::nullopt;
   }
   return q;
 }
 
-/// Where the line from the best first rises above the threshold on one side; nothing when it does not before the range's end.
+/// Where the line from the best first rises above the threshold on one side; nothing when it does not before the
+/// range's end.
 std::optional<double> crossing(double best, const std::vector<std::pair<double, double>>& side, double threshold) {
   double from = best, rise_from = 0.0;
   for (const auto& [at, rise] : side) {
-    if (rise > threshold) return from + (at - from) * (rise > rise_from ? std::clamp((threshold - rise_from) / (rise - rise_from), 0.0, 1.0) : 0.0);
+    if (rise > threshold)
+      return from + (at - from) *
+                        (rise > rise_from ? std::clamp((threshold - rise_from) / (rise - rise_from), 0.0, 1.0) : 0.0);
     from = at;
     rise_from = rise;
   }
@@ -90,19 +100,27 @@ std::optional<double> crossing(double best, const std::vector<std::pair<double, 
 }
 
 /// The least rise at every place on one side of the best, going outward.
-std::vector<std::pair<double, double>> least_rises(const BoxPoint& best, std::span<const std::vector<BoxPoint>* const> lists, std::size_t i, bool is_above) {
+std::vector<std::pair<double, double>> least_rises(const BoxPoint& best,
+                                                   std::span<const std::vector<BoxPoint>* const> lists, std::size_t i,
+                                                   bool is_above) {
   std::vector<std::pair<double, double>> side;
   for (const std::vector<BoxPoint>* list : lists) {
     for (const BoxPoint& p : *list) {
-      if ((p.at[i] > best.at[i]) == is_above && p.at[i] != best.at[i]) side.emplace_back(p.at[i], p.objective - best.objective);
+      if ((p.at[i] > best.at[i]) == is_above && p.at[i] != best.at[i])
+        side.emplace_back(p.at[i], p.objective - best.objective);
     }
   }
-  std::sort(side.begin(), side.end(), [&](const auto& a, const auto& b) { return is_above ? a < b : a.first > b.first || (a.first == b.first && a.second < b.second); });
-  side.erase(std::unique(side.begin(), side.end(), [](const auto& a, const auto& b) { return std::abs(a.first - b.first) < kSamePlace; }), side.end());
+  std::sort(side.begin(), side.end(), [&](const auto& a, const auto& b) {
+    return is_above ? a < b : a.first > b.first || (a.first == b.first && a.second < b.second);
+  });
+  side.erase(std::unique(side.begin(), side.end(),
+                         [](const auto& a, const auto& b) { return std::abs(a.first - b.first) < kSamePlace; }),
+             side.end());
   return side;
 }
 
-ParameterVerdict verdict_of(const BoxPoint& best, std::span<const BoxPoint> tried, const std::vector<BoxPoint>& scan, const std::vector<BoxPoint>& profile, std::size_t i, double threshold) {
+ParameterVerdict verdict_of(const BoxPoint& best, std::span<const BoxPoint> tried, const std::vector<BoxPoint>& scan,
+                            const std::vector<BoxPoint>& profile, std::size_t i, double threshold) {
   ParameterVerdict v;
   for (const BoxPoint& p : scan) {
     if (std::isfinite(p.objective)) v.effect = std::max(v.effect, std::abs(p.objective - best.objective));
@@ -116,7 +134,8 @@ ParameterVerdict verdict_of(const BoxPoint& best, std::span<const BoxPoint> trie
     return v;
   }
   const std::array<const std::vector<BoxPoint>*, 2> lists{&scan, &profile};
-  std::optional<double> low = crossing(best.at[i], least_rises(best, lists, i, false), threshold), high = crossing(best.at[i], least_rises(best, lists, i, true), threshold);
+  std::optional<double> low = crossing(best.at[i], least_rises(best, lists, i, false), threshold),
+                        high = crossing(best.at[i], least_rises(best, lists, i, true), threshold);
   for (const BoxPoint& p : tried) {
     if (!(p.objective <= best.objective + threshold)) continue;
     if (low) low = std::min(*low, p.at[i]);
@@ -125,7 +144,10 @@ ParameterVerdict verdict_of(const BoxPoint& best, std::span<const BoxPoint> trie
   const bool is_low = low && *low > kNoWay, is_high = high && *high < 1.0 - kNoWay;
   v.low = is_low ? *low : 0.0;
   v.high = is_high ? *high : 1.0;
-  v.determination = is_low && is_high ? Determination::Determined : is_low ? Determination::AtLeast : is_high ? Determination::AtMost : Determination::Undetermined;
+  v.determination = is_low && is_high ? Determination::Determined
+                    : is_low          ? Determination::AtLeast
+                    : is_high         ? Determination::AtMost
+                                      : Determination::Undetermined;
   return v;
 }
 
@@ -138,7 +160,8 @@ std::vector<double> scan_places(double best, int count) {
   for (int k = 0; k < (count + 1) / 2; ++k) {
     const bool is_alone = 2 * k + 1 == count;  // Of an odd number the last one lies on the wider side.
     if (best > kNoWay && !(is_alone && is_wider_above)) places.push_back(std::max(0.0, best - share * best));
-    if (best < 1.0 - kNoWay && !(is_alone && !is_wider_above)) places.push_back(std::min(1.0, best + share * (1.0 - best)));
+    if (best < 1.0 - kNoWay && !(is_alone && !is_wider_above))
+      places.push_back(std::min(1.0, best + share * (1.0 - best)));
     share *= kScanStep;
   }
   return places;
@@ -148,10 +171,14 @@ std::optional<Valley> valley_of(const BoxPoint& best, std::span<const BoxPoint> 
   const std::optional<Quadratic> q = fitted_quadratic(best, points, problem);
   if (!q) return std::nullopt;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(q->curvature);
-  const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(std::max(kFlattest * eigen.eigenvalues().maxCoeff(), 1e-300));
-  const Eigen::MatrixXd covariance = eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  const Eigen::VectorXd values =
+      eigen.eigenvalues().cwiseMax(std::max(kFlattest * eigen.eigenvalues().maxCoeff(), 1e-300));
+  const Eigen::MatrixXd covariance =
+      eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
   const std::size_t n = best.at.size();
-  Valley valley{.correlation = {n, std::vector<double>(n, 1.0)}, .slopes = {n, std::vector<double>(n, 1.0)}, .explained = q->explained};
+  Valley valley{.correlation = {n, std::vector<double>(n, 1.0)},
+                .slopes = {n, std::vector<double>(n, 1.0)},
+                .explained = q->explained};
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) {
       if (i == j) continue;
@@ -163,12 +190,15 @@ std::optional<Valley> valley_of(const BoxPoint& best, std::span<const BoxPoint> 
   return valley;
 }
 
-std::vector<ParameterVerdict> determine(const BoxPoint& best, std::span<const BoxPoint> tried, const BoxScans& scans, const BoxScans& profiles, double threshold) {
+std::vector<ParameterVerdict> determine(const BoxPoint& best, std::span<const BoxPoint> tried, const BoxScans& scans,
+                                        const BoxScans& profiles, double threshold) {
   const std::size_t n = best.at.size();
-  if (n == 0 || scans.size() != n || profiles.size() != n) throw InvalidInput("determine: there is not one scan a parameter");
+  if (n == 0 || scans.size() != n || profiles.size() != n)
+    throw InvalidInput("determine: there is not one scan a parameter");
   const auto fits = [n](const BoxPoint& p) { return p.at.size() == n; };
   const auto all_fit = [&](const std::vector<BoxPoint>& list) { return std::all_of(list.begin(), list.end(), fits); };
-  if (!std::all_of(tried.begin(), tried.end(), fits) || !std::all_of(scans.begin(), scans.end(), all_fit) || !std::all_of(profiles.begin(), profiles.end(), all_fit)) {
+  if (!std::all_of(tried.begin(), tried.end(), fits) || !std::all_of(scans.begin(), scans.end(), all_fit) ||
+      !std::all_of(profiles.begin(), profiles.end(), all_fit)) {
     throw InvalidInput("determine: a point has another number of parameters");
   }
   if (!(threshold >= 0.0)) throw InvalidInput("determine: the threshold must be >= 0");

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <numeric>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
 namespace {
 
-constexpr double kLargestStep = 0.5;    ///< Half of the box: beyond, reflection makes it uniform anyway.
+constexpr double kLargestStep = 0.5;     ///< Half of the box: beyond, reflection makes it uniform anyway.
 constexpr double kSmallestScale = 1e-9;  ///< Of an axis, against a degenerate shape.
 
 /// The mirror image in [0, 1].
@@ -38,13 +38,16 @@ int Evolution::population_of(std::size_t n, const EvolutionOptions& options) {
 }
 
 Evolution::Evolution(const std::vector<double>& start, const EvolutionOptions& options) : options_(options) {
-  if (start.empty() || start.size() > 100) throw InvalidInput("evolution: found " + std::to_string(start.size()) + " numbers to search for; use [1, 100]");
+  if (start.empty() || start.size() > 100)
+    throw InvalidInput("evolution: found " + std::to_string(start.size()) + " numbers to search for; use [1, 100]");
   for (double x : start) {
     if (!(x >= 0.0 && x <= 1.0)) throw InvalidInput("evolution: the start lies outside [0, 1]");
   }
-  if (options.population != 0 && !(options.population >= 4 && options.population <= 1000)) throw InvalidInput("evolution: the population must be 0 or in [4, 1000]");
+  if (options.population != 0 && !(options.population >= 4 && options.population <= 1000))
+    throw InvalidInput("evolution: the population must be 0 or in [4, 1000]");
   if (!(options.step > 0.0 && options.step <= 1.0)) throw InvalidInput("evolution: the step must be in (0, 1]");
-  if (!(options.tolerance > 0.0) || !(options.flatness >= 0.0)) throw InvalidInput("evolution: tolerance must be > 0, flatness >= 0");
+  if (!(options.tolerance > 0.0) || !(options.flatness >= 0.0))
+    throw InvalidInput("evolution: tolerance must be > 0, flatness >= 0");
   population_ = population_of(start.size(), options);
   weights_ = rank_weights(population_);
   begin(Eigen::Map<const Eigen::VectorXd>(start.data(), static_cast<Eigen::Index>(start.size())));
@@ -61,7 +64,8 @@ void Evolution::begin(const Eigen::VectorXd& center) {
 }
 
 Eigen::VectorXd Evolution::unfolded(int k) const {
-  RandomStream random(options_.seed, static_cast<std::uint64_t>(generation_) * 4096 + static_cast<std::uint64_t>(k), options_.purpose);
+  RandomStream random(options_.seed, static_cast<std::uint64_t>(generation_) * 4096 + static_cast<std::uint64_t>(k),
+                      options_.purpose);
   Eigen::VectorXd z(center_.size());
   for (double& x : z) x = random.normal();
   return center_ + step_ * (axes_ * scales_.cwiseProduct(z));
@@ -77,14 +81,18 @@ std::vector<double> Evolution::candidate(int k) const {
 double Evolution::spread() const { return step_ * std::sqrt(shape_.diagonal().maxCoeff()); }
 
 void Evolution::tell(std::span<const double> values) {
-  if (values.size() != static_cast<std::size_t>(population_)) throw InvalidInput("evolution: found " + std::to_string(values.size()) + " values for " + std::to_string(population_) + " candidates");
+  if (values.size() != static_cast<std::size_t>(population_))
+    throw InvalidInput("evolution: found " + std::to_string(values.size()) + " values for " +
+                       std::to_string(population_) + " candidates");
   for (double v : values) {
     if (std::isnan(v)) throw InvalidInput("evolution: a value is NaN");
   }
   if (is_done_) return;
   std::vector<int> order(values.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[static_cast<std::size_t>(a)] < values[static_cast<std::size_t>(b)]; });
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return values[static_cast<std::size_t>(a)] < values[static_cast<std::size_t>(b)];
+  });
   std::vector<Eigen::VectorXd> best;
   for (std::size_t i = 0; i < weights_.size(); ++i) best.push_back(unfolded(order[i]));
   adapt(best);
@@ -124,7 +132,8 @@ void Evolution::adapt(const std::vector<Eigen::VectorXd>& best) {
   const Eigen::VectorXd whitened = axes_ * scales_.cwiseInverse().cwiseProduct(axes_.transpose() * moved);
   path_step_ = (1.0 - c_step) * path_step_ + std::sqrt(c_step * (2.0 - c_step) * mu) * whitened;
   const double length = path_step_.norm();
-  const bool is_steady = length / std::sqrt(1.0 - std::pow(1.0 - c_step, 2.0 * (age_ + 1))) < (1.4 + 2.0 / (n + 1.0)) * expected_length;
+  const bool is_steady =
+      length / std::sqrt(1.0 - std::pow(1.0 - c_step, 2.0 * (age_ + 1))) < (1.4 + 2.0 / (n + 1.0)) * expected_length;
   path_shape_ = (1.0 - c_path) * path_shape_;
   if (is_steady) path_shape_ += std::sqrt(c_path * (2.0 - c_path) * mu) * moved;
   const double kept = 1.0 - c_one - c_mu + (is_steady ? 0.0 : c_one * c_path * (2.0 - c_path));
@@ -143,7 +152,8 @@ bool Evolution::is_at_end(std::span<const double> values) {
   return spread() <= options_.tolerance || num_flat_ >= 2;
 }
 
-Minimum minimize(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, int budget, const EvolutionOptions& options) {
+Minimum minimize(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start,
+                 int budget, const EvolutionOptions& options) {
   Evolution evolution(start, options);
   Minimum minimum{.at = start, .value = f(start), .num_evaluations = 1};
   std::vector<double> values(static_cast<std::size_t>(evolution.population()));

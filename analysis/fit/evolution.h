@@ -11,21 +11,22 @@
 namespace patinate::analysis {
 
 struct EvolutionOptions {
-  int population = 0;        ///< Candidates a generation, >= 4; 0 = 4 + 3 ln n, at least 6 [Hansen 2016].
-  double step = 0.3;         ///< Standard deviation at the start, as a share of the box; (0, 1].
-  double tolerance = 1e-3;   ///< At an end when no coordinate's standard deviation is larger; > 0.
-  double flatness = 0.0;     ///< Or when the values of two generations in a row differ by no more than this; >= 0.
-  int restarts = 0;          ///< From an end it goes on so many times, from a random place.
+  int population = 0;       ///< Candidates a generation, >= 4; 0 = 4 + 3 ln n, at least 6 [Hansen 2016].
+  double step = 0.3;        ///< Standard deviation at the start, as a share of the box; (0, 1].
+  double tolerance = 1e-3;  ///< At an end when no coordinate's standard deviation is larger; > 0.
+  double flatness = 0.0;    ///< Or when the values of two generations in a row differ by no more than this; >= 0.
+  int restarts = 0;         ///< From an end it goes on so many times, from a random place.
   std::uint64_t seed = 0;
   std::uint32_t purpose = 0;  ///< Keeps several searches with one seed apart.
 };
 
-/// CMA-ES [Hansen and Ostermeier 2001; constants of Hansen 2016, arXiv:1604.00772] in the box [0, 1]^n: candidates are drawn from a normal
-/// distribution, ranked, and the better half moves and shapes the next. Only ranks matter, so noise and any monotone change of the values are
-/// harmless. Bounds by reflection: the function is continued beyond the box as its mirror image, so an optimum on an edge is one inside.
+/// CMA-ES [Hansen and Ostermeier 2001; constants of Hansen 2016, arXiv:1604.00772] in the box [0, 1]^n: candidates are
+/// drawn from a normal distribution, ranked, and the better half moves and shapes the next. Only ranks matter, so noise
+/// and any monotone change of the values are harmless. Bounds by reflection: the function is continued beyond the box
+/// as its mirror image, so an optimum on an edge is one inside.
 ///
-/// Ask for candidate(0) ... candidate(population() - 1) in any order, then tell() their values. Random numbers belong to (seed, generation,
-/// candidate): the same values lead to the same search, whoever computes them in which order.
+/// Ask for candidate(0) ... candidate(population() - 1) in any order, then tell() their values. Random numbers belong
+/// to (seed, generation, candidate): the same values lead to the same search, whoever computes them in which order.
 class Evolution {
  public:
   /// @param start  In [0, 1]^n, n in [1, 100]. @throws InvalidInput if not, or an option is out of range.
@@ -37,7 +38,8 @@ class Evolution {
   [[nodiscard]] int generation() const { return generation_; }
   /// Of the present generation, in [0, 1]^n.
   [[nodiscard]] std::vector<double> candidate(int k) const;
-  /// @param values  One a candidate; infinity: undefined, worse than all others. @throws InvalidInput on NaN or another number of values.
+  /// @param values  One a candidate; infinity: undefined, worse than all others. @throws InvalidInput on NaN or another
+  /// number of values.
   void tell(std::span<const double> values);
   /// At an end, and no restart is left.
   [[nodiscard]] bool is_done() const { return is_done_; }
@@ -53,7 +55,7 @@ class Evolution {
   EvolutionOptions options_;
   int population_ = 0;
   int generation_ = 0;
-  int age_ = 0;       ///< Generations since the last (re)start.
+  int age_ = 0;  ///< Generations since the last (re)start.
   int num_flat_ = 0;
   int num_restarts_ = 0;
   bool is_done_ = false;
@@ -70,6 +72,7 @@ struct Minimum {
   bool is_converged = false;  ///< An end was reached within the budget.
 };
 /// Calls `f` at most `budget` times, whole generations, `start` first.
-[[nodiscard]] Minimum minimize(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start, int budget, const EvolutionOptions& options = {});
+[[nodiscard]] Minimum minimize(const std::function<double(const std::vector<double>&)>& f,
+                               const std::vector<double>& start, int budget, const EvolutionOptions& options = {});
 
 }  // namespace patinate::analysis

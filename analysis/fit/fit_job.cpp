@@ -14,8 +14,8 @@
 #include "analysis/fit/fit_report.h"
 #include "analysis/fit/fit_search.h"
 #include "analysis/report/report_page.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -23,11 +23,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;        ///< Raised when the same input gives other values.
+constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other values.
 constexpr int kEvaluationsPerParameter = 60;
-constexpr double kFlatness = 1e-3;               ///< Delta E or per cent: smaller differences are not searched for.
-constexpr double kSmallestLookStep = 0.05;       ///< Of the search for a look, however narrow the outer one has become; but no wider than its first step.
-constexpr double kScanLookStep = 0.1;             ///< Of the search for a look beside the best.
+constexpr double kFlatness = 1e-3;  ///< Delta E or per cent: smaller differences are not searched for.
+constexpr double kSmallestLookStep =
+    0.05;  ///< Of the search for a look, however narrow the outer one has become; but no wider than its first step.
+constexpr double kScanLookStep = 0.1;            ///< Of the search for a look beside the best.
 constexpr std::uint64_t kScanItems = 1u << 18;   ///< Random numbers of scans, apart from those of the search.
 constexpr double kThresholdWithoutSeeds = 0.01;  ///< Share of the objective.
 
@@ -71,7 +72,9 @@ class Work {
   }
 
   [[nodiscard]] int num_generations() const { return aged.empty() ? 0 : (budget.evaluations - 1) / budget.population; }
-  [[nodiscard]] std::string candidate_name(int generation, int k) const { return numbered("evaluation", 1 + generation * budget.population + k); }
+  [[nodiscard]] std::string candidate_name(int generation, int k) const {
+    return numbered("evaluation", 1 + generation * budget.population + k);
+  }
 
   /// Of a finished item.
   FitEvaluation record(const fs::path& folder, const std::string& name) {
@@ -94,8 +97,13 @@ class Work {
     if (!search_) {
       std::vector<double> unit;
       for (const std::size_t i : aged) unit.push_back(unit_at(task.parameters[i], start[i]));
-      search_ = Standing{Evolution(unit, {.population = budget.population, .step = task.options.step, .tolerance = task.options.tolerance, .flatness = kFlatness,
-                                          .restarts = task.options.restarts, .seed = task.seed, .purpose = 0}),
+      search_ = Standing{Evolution(unit, {.population = budget.population,
+                                          .step = task.options.step,
+                                          .tolerance = task.options.tolerance,
+                                          .flatness = kFlatness,
+                                          .restarts = task.options.restarts,
+                                          .seed = task.seed,
+                                          .purpose = 0}),
                          start};
       keep(record(folder, "initial"));
     }
@@ -148,7 +156,9 @@ class Work {
       const std::optional<std::size_t> i = e.best();
       if (i && (!best || *e.points[*i].result.objective < *best->result.objective)) best = e.points[*i];
     }
-    if (!best) throw InvalidInput("fit: no values give a surface that can be compared: " + record(folder, "initial").points.front().result.problem);
+    if (!best)
+      throw InvalidInput("fit: no values give a surface that can be compared: " +
+                         record(folder, "initial").points.front().result.problem);
     return *best;
   }
 
@@ -175,19 +185,28 @@ class Work {
 using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
 
 JobItem record_item(const std::string& name, int stage, const std::string& key, MakeRecord make) {
-  return {.name = name, .outputs = {record_file(name)}, .run = [name, make = std::move(make)](const fs::path& folder, const RunControl& control) {
-            save_json(folder / record_file(name), evaluation_json(make(folder, control)));
-          }, .key = key, .stage = stage};
+  return {.name = name,
+          .outputs = {record_file(name)},
+          .run =
+              [name, make = std::move(make)](const fs::path& folder, const RunControl& control) {
+                save_json(folder / record_file(name), evaluation_json(make(folder, control)));
+              },
+          .key = key,
+          .stage = stage};
 }
 
-FitEvaluation evaluate_candidate(const std::shared_ptr<Work>& work, const std::string& name, int generation, int k, const fs::path& folder, const RunControl& control) {
+FitEvaluation evaluate_candidate(const std::shared_ptr<Work>& work, const std::string& name, int generation, int k,
+                                 const fs::path& folder, const RunControl& control) {
   const Work::Standing standing = work->standing(folder, generation);
   if (standing.evolution.is_done()) return {.name = name, .points = {}, .is_skipped = true};
   std::vector<double> values = standing.best;
   const std::vector<double> unit = standing.evolution.candidate(k);
-  for (std::size_t i = 0; i < work->aged.size(); ++i) values[work->aged[i]] = value_at(work->task.parameters[work->aged[i]], unit[i]);
-  const LookSearch search{.num_looks = work->looks.empty() ? 1 : work->task.options.looks, .step = std::min(std::max(standing.evolution.spread(), kSmallestLookStep), work->task.options.step),
-                          .item = static_cast<std::uint64_t>(1 + generation * work->budget.population + k)};
+  for (std::size_t i = 0; i < work->aged.size(); ++i)
+    values[work->aged[i]] = value_at(work->task.parameters[work->aged[i]], unit[i]);
+  const LookSearch search{
+      .num_looks = work->looks.empty() ? 1 : work->task.options.looks,
+      .step = std::min(std::max(standing.evolution.spread(), kSmallestLookStep), work->task.options.step),
+      .item = static_cast<std::uint64_t>(1 + generation * work->budget.population + k)};
   return evaluate(work->ready(control), name, values, search, 0, control);
 }
 
@@ -202,14 +221,18 @@ std::vector<std::vector<double>> scan_values(const Work& work, const std::vector
   return list;
 }
 
-/// The parameter at one of its places: the others held, their looks searched again, and the others moved along the valley.
-FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std::size_t k, const fs::path& folder, const RunControl& control) {
+/// The parameter at one of its places: the others held, their looks searched again, and the others moved along the
+/// valley.
+FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std::size_t k, const fs::path& folder,
+                         const RunControl& control) {
   const std::vector<double> best = work.best(folder).values;
   const std::vector<std::vector<double>> places = scan_values(work, best, i);
   if (k >= places.size()) return {.name = name, .points = {}, .is_skipped = true};
   const std::vector<double>& held = places[k];
   const FitModel& model = work.ready(control);
-  LookSearch search{.num_looks = work.looks.empty() ? 1 : work.task.options.looks, .step = kScanLookStep, .item = kScanItems + i * 64 + k};
+  LookSearch search{.num_looks = work.looks.empty() ? 1 : work.task.options.looks,
+                    .step = kScanLookStep,
+                    .item = kScanItems + i * 64 + k};
   FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.5));
   const Work::Ground& ground = work.ground(folder);
   if (!ground.valley) return evaluation;
@@ -233,39 +256,49 @@ FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std
 void add_scans(const std::shared_ptr<Work>& work, int stage, JobPlan& plan) {
   const FitOptions& options = work->task.options;
   for (int s = 1; s <= options.seeds; ++s) {
-    plan.items.push_back(record_item("seed-" + std::to_string(s), stage, "", [work, s](const fs::path& folder, const RunControl& control) {
-      const auto shift = static_cast<std::uint64_t>(s) * static_cast<std::uint64_t>(work->task.options.repeats);
-      return evaluate(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values, {}, shift, control);
-    }));
+    plan.items.push_back(record_item(
+        "seed-" + std::to_string(s), stage, "", [work, s](const fs::path& folder, const RunControl& control) {
+          const auto shift = static_cast<std::uint64_t>(s) * static_cast<std::uint64_t>(work->task.options.repeats);
+          return evaluate(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values, {}, shift,
+                          control);
+        }));
   }
   for (const std::size_t i : work->aged) {
     for (int k = 0; k < options.scan; ++k) {
       const std::string name = "scan-" + std::to_string(i) + "-" + std::to_string(k);
-      plan.items.push_back(record_item(name, stage, "", [work, i, k, name](const fs::path& folder, const RunControl& control) { return scan_place(*work, name, i, static_cast<std::size_t>(k), folder, control); }));
+      plan.items.push_back(
+          record_item(name, stage, "", [work, i, k, name](const fs::path& folder, const RunControl& control) {
+            return scan_place(*work, name, i, static_cast<std::size_t>(k), folder, control);
+          }));
     }
   }
   if (work->looks.empty() || options.scan == 0) return;
   plan.items.push_back(record_item("scan-looks", stage, "", [work](const fs::path& folder, const RunControl& control) {
     std::vector<std::vector<double>> all;
     for (const std::size_t i : work->looks) {
-      for (std::vector<double>& values : scan_values(*work, work->best(folder).values, i)) all.push_back(std::move(values));
+      for (std::vector<double>& values : scan_values(*work, work->best(folder).values, i))
+        all.push_back(std::move(values));
     }
     return evaluate_looks(work->ready(control), "scan-looks", all, 0, control);
   }));
 }
 
 /// Writes the history with some values; gives what a comparison says of it.
-Json compared(const Work& work, const std::string& name, const std::vector<double>& values, const fs::path& folder, const std::string& key, const RunControl& control) {
+Json compared(const Work& work, const std::string& name, const std::vector<double>& values, const fs::path& folder,
+              const std::string& key, const RunControl& control) {
   const LookAt look = work.task.age(values, 0, control.part(0.0, 0.6));
   RunControl quiet = control;
   quiet.on_progress = {};
   write_surface(folder / name, look(values, quiet), key + "-" + name);
   const CompareOptions options = compare_options(work.task.objective);
-  const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options, control.part(0.6, 0.7));
+  const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options,
+                                      control.part(0.6, 0.7));
   Json sections = Json::array();
-  for (const Section& section : {look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)), controls_section(pair, options, control.part(0.9, 1.0))}) {
+  for (const Section& section : {look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)),
+                                 controls_section(pair, options, control.part(0.9, 1.0))}) {
     Json json = section_json(section);
-    for (std::size_t i = 0; i < section.pictures.size(); ++i) json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
+    for (std::size_t i = 0; i < section.pictures.size(); ++i)
+      json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
     sections.push_back(std::move(json));
   }
   return sections;
@@ -278,8 +311,10 @@ FitOutcome outcome_of(Work& work, const fs::path& folder) {
   outcome.initial = outcome.searched.front().points.front();
   outcome.num_planned = work.budget.evaluations;
   // Looks end on their own when another generation of them would have been within the budget.
-  outcome.is_converged = work.aged.empty() ? outcome.searched.front().points.size() + static_cast<std::size_t>(work.budget.population) <= static_cast<std::size_t>(work.budget.evaluations)
-                                           : work.standing(folder, work.num_generations()).evolution.is_done();
+  outcome.is_converged =
+      work.aged.empty() ? outcome.searched.front().points.size() + static_cast<std::size_t>(work.budget.population) <=
+                              static_cast<std::size_t>(work.budget.evaluations)
+                        : work.standing(folder, work.num_generations()).evolution.is_done();
   double squares = 0.0;
   int num_seeds = 0;
   for (int s = 1; s <= work.task.options.seeds; ++s) {
@@ -289,7 +324,8 @@ FitOutcome outcome_of(Work& work, const fs::path& folder) {
     squares += (*value - *outcome.best.result.objective) * (*value - *outcome.best.result.objective);
     ++num_seeds;
   }
-  outcome.threshold = num_seeds > 0 ? std::sqrt(squares / num_seeds) : kThresholdWithoutSeeds * *outcome.best.result.objective;
+  outcome.threshold =
+      num_seeds > 0 ? std::sqrt(squares / num_seeds) : kThresholdWithoutSeeds * *outcome.best.result.objective;
 
   const Work::Ground& ground = work.ground(folder);
   std::vector<BoxPoint> tried = ground.tried;
@@ -305,7 +341,8 @@ FitOutcome outcome_of(Work& work, const fs::path& folder) {
     for (const std::size_t i : work.aged) {
       for (int k = 0; k < work.task.options.scan; ++k) {
         const FitEvaluation e = work.record(folder, "scan-" + std::to_string(i) + "-" + std::to_string(k));
-        for (std::size_t q = 0; q < e.points.size(); ++q) add(i, e.points[q], q == 0 ? outcome.scans : outcome.profiles);
+        for (std::size_t q = 0; q < e.points.size(); ++q)
+          add(i, e.points[q], q == 0 ? outcome.scans : outcome.profiles);
       }
     }
     if (!work.looks.empty()) {
@@ -325,9 +362,13 @@ void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs&
   inputs.add_content("history", "HISTORY", series.key());
   task.add_inputs(inputs);
   for (const FitParameter& p : task.parameters) {
-    inputs.add_value("--vary " + p.range.name, number_text(p.range.low) + ":" + number_text(p.range.high) + ":" + std::string(kFitScaleNames[static_cast<std::size_t>(p.range.scale)]));
+    inputs.add_value("--vary " + p.range.name,
+                     number_text(p.range.low) + ":" + number_text(p.range.high) + ":" +
+                         std::string(kFitScaleNames[static_cast<std::size_t>(p.range.scale)]));
   }
-  for (const FitTerm& t : task.terms) inputs.add_value("--objective " + std::string(kFitFigureNames[static_cast<std::size_t>(t.figure)]), number_text(t.weight));
+  for (const FitTerm& t : task.terms)
+    inputs.add_value("--objective " + std::string(kFitFigureNames[static_cast<std::size_t>(t.figure)]),
+                     number_text(t.weight));
   inputs.add_options(option_values(task.objective));
   inputs.add_value("--seed", std::to_string(task.seed));
 }
@@ -335,15 +376,26 @@ void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs&
 }  // namespace
 
 void describe(OptionVisitor& v, FitOptions& o) {
-  v.visit({"evaluations", "Budget of the search; 0 = 60 for each parameter that is searched", "", between(0, 1e6)}, o.evaluations);
+  v.visit({"evaluations", "Budget of the search; 0 = 60 for each parameter that is searched", "", between(0, 1e6)},
+          o.evaluations);
   v.visit({"looks", "Looks for each aging at most, where some parameters need no aging", "", between(1, 1e5)}, o.looks);
   v.visit({"repeats", "Seeds over which the objective is averaged", "", between(1, 100)}, o.repeats);
-  v.visit({"population", "Candidates a generation, >= 4; 0 = by the number of parameters", "", between(0, 1000)}, o.population);
-  v.visit({"step", "First standard deviation of candidates, share of a range", "", {.low = 0, .high = 1, .is_low_open = true}}, o.step);
-  v.visit({"tolerance", "Converged when the candidates' spread is below this share of every range", "", {.low = 0, .high = 1, .is_low_open = true}}, o.tolerance);
+  v.visit({"population", "Candidates a generation, >= 4; 0 = by the number of parameters", "", between(0, 1000)},
+          o.population);
+  v.visit({"step",
+           "First standard deviation of candidates, share of a range",
+           "",
+           {.low = 0, .high = 1, .is_low_open = true}},
+          o.step);
+  v.visit({"tolerance",
+           "Converged when the candidates' spread is below this share of every range",
+           "",
+           {.low = 0, .high = 1, .is_low_open = true}},
+          o.tolerance);
   v.visit({"restarts", "When converged, begin so often again from a random place", "", between(0, 100)}, o.restarts);
   v.visit({"scan", "Evaluations a parameter for what the data determine", "", between(0, 64)}, o.scan);
-  v.visit({"seeds", "Other seeds that the best is tried with: by how much chance alone differs", "", between(0, 100)}, o.seeds);
+  v.visit({"seeds", "Other seeds that the best is tried with: by how much chance alone differs", "", between(0, 100)},
+          o.seeds);
 }
 
 FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_looks) {
@@ -351,7 +403,9 @@ FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_
   FitBudget budget;
   budget.population = Evolution::population_of(std::max<std::size_t>(n, 1), {.population = options.population});
   budget.least = 1 + 2 * budget.population;
-  budget.evaluations = options.evaluations > 0 ? options.evaluations : std::max(budget.least, 1 + kEvaluationsPerParameter * static_cast<int>(n));
+  budget.evaluations = options.evaluations > 0
+                           ? options.evaluations
+                           : std::max(budget.least, 1 + kEvaluationsPerParameter * static_cast<int>(n));
   return budget;
 }
 
@@ -359,17 +413,20 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   check_ranges(task.options);
   for (const FitParameter& p : task.parameters) {
     if (!(p.start >= p.range.low && p.start <= p.range.high)) {
-      throw InvalidInput(p.range.name + ": starts at " + number_text(p.start) + ", outside " + number_text(p.range.low) + " to " + number_text(p.range.high));
+      throw InvalidInput(p.range.name + ": starts at " + number_text(p.start) + ", outside " +
+                         number_text(p.range.low) + " to " + number_text(p.range.high));
     }
   }
   const SeriesFile series = open_series(task.history);
-  (void)FitObjective(series.series, task.outline, task.terms, task.objective);  // Says what is wrong before work starts.
+  (void)FitObjective(series.series, task.outline, task.terms,
+                     task.objective);  // Says what is wrong before work starts.
   JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
   add_search_inputs(task, series, search_inputs);
   add_search_inputs(task, series, inputs);
   const auto work = std::make_shared<Work>(std::move(task));
   if (work->budget.evaluations < work->budget.least) {
-    throw InvalidInput("fit: a budget of " + std::to_string(work->budget.evaluations) + " evaluations is too small; use at least " + std::to_string(work->budget.least));
+    throw InvalidInput("fit: a budget of " + std::to_string(work->budget.evaluations) +
+                       " evaluations is too small; use at least " + std::to_string(work->budget.least));
   }
   for (const auto& [name, value] : option_values(work->task.options)) {
     const bool is_of_search = name != "evaluations" && name != "scan" && name != "seeds";
@@ -379,15 +436,19 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   JobPlan plan = inputs.plan(output, kFitReportFile);
   const std::string search_key = search_inputs.key();
   plan.items.push_back(record_item("initial", 0, search_key, [work](const fs::path&, const RunControl& control) {
-    const int looks = work->looks.empty() ? 1 : work->aged.empty() ? work->budget.evaluations : work->task.options.looks;
-    return evaluate(work->ready(control), "initial", work->start, {.num_looks = looks, .step = work->task.options.step, .item = 0}, 0, control);
+    const int looks = work->looks.empty()  ? 1
+                      : work->aged.empty() ? work->budget.evaluations
+                                           : work->task.options.looks;
+    return evaluate(work->ready(control), "initial", work->start,
+                    {.num_looks = looks, .step = work->task.options.step, .item = 0}, 0, control);
   }));
   for (int g = 0; g < work->num_generations(); ++g) {
     for (int k = 0; k < work->budget.population; ++k) {
       const std::string name = work->candidate_name(g, k);
-      plan.items.push_back(record_item(name, 1 + g, search_key, [work, name, g, k](const fs::path& folder, const RunControl& control) {
-        return evaluate_candidate(work, name, g, k, folder, control);
-      }));
+      plan.items.push_back(
+          record_item(name, 1 + g, search_key, [work, name, g, k](const fs::path& folder, const RunControl& control) {
+            return evaluate_candidate(work, name, g, k, folder, control);
+          }));
     }
   }
   add_scans(work, 1 + work->num_generations(), plan);

@@ -1,5 +1,6 @@
 /// \file
-/// Finding a model's parameters as a job: every evaluation is an item, so that a killed search goes on, and a larger budget begins where a smaller ended.
+/// Finding a model's parameters as a job: every evaluation is an item, so that a killed search goes on, and a larger
+/// budget begins where a smaller ended.
 #pragma once
 
 #include <filesystem>
@@ -18,11 +19,12 @@ inline constexpr const char* kFitPageFile = "report.html";
 inline constexpr const char* kFitTableFile = "evaluations.csv";
 
 struct FitOptions {
-  int evaluations = 0;      ///< Budget of the search; 0 = 60 for each parameter that is searched. When all parameters are looks, it counts looks.
-  int looks = 30;           ///< For each aging at most, where some parameters need none; [1, 100000].
-  int repeats = 1;          ///< Seeds over which an objective is averaged; [1, 100].
-  int population = 0;       ///< Candidates a generation; 0 = by the number of parameters.
-  double step = 0.3;        ///< First standard deviation, share of a range; (0, 1].
+  int evaluations = 0;  ///< Budget of the search; 0 = 60 for each parameter that is searched. When all parameters are
+                        ///< looks, it counts looks.
+  int looks = 30;       ///< For each aging at most, where some parameters need none; [1, 100000].
+  int repeats = 1;      ///< Seeds over which an objective is averaged; [1, 100].
+  int population = 0;   ///< Candidates a generation; 0 = by the number of parameters.
+  double step = 0.3;    ///< First standard deviation, share of a range; (0, 1].
   double tolerance = 1e-3;  ///< Converged when the candidates' spread is below this share of every range.
   int restarts = 0;         ///< When converged, as often again from a random place.
   int scan = 8;             ///< Evaluations a parameter for what the data determine; 0 = none.
@@ -47,14 +49,17 @@ struct FitTask {
   std::vector<FitTerm> terms;
   ObjectiveOptions objective;
   FitOptions options;
-  std::uint64_t seed = 0;                                   ///< Of the search.
-  std::function<void(JobInputs& inputs)> add_inputs;        ///< All that the model depends on beside its parameters' values.
-  std::function<void(const std::filesystem::path& folder, const std::vector<double>& values)> write_model;  ///< The model's own file with these values.
-  std::string command;                                      ///< What repeats it, for the report; no part of the key.
+  std::uint64_t seed = 0;                             ///< Of the search.
+  std::function<void(JobInputs& inputs)> add_inputs;  ///< All that the model depends on beside its parameters' values.
+  std::function<void(const std::filesystem::path& folder, const std::vector<double>& values)>
+      write_model;      ///< The model's own file with these values.
+  std::string command;  ///< What repeats it, for the report; no part of the key.
 };
 
-/// report.html, report.json, evaluations.csv, evaluations/*.json, the model's file, and `before` and `after`: histories with the starting and the best values.
-/// @throws InvalidInput if the history cannot be compared with the outline (FitObjective), a start lies outside its range or the budget is below the least; IoError.
+/// report.html, report.json, evaluations.csv, evaluations/*.json, the model's file, and `before` and `after`: histories
+/// with the starting and the best values.
+/// @throws InvalidInput if the history cannot be compared with the outline (FitObjective), a start lies outside its
+/// range or the budget is below the least; IoError.
 [[nodiscard]] JobPlan plan_fit(FitTask task, const std::filesystem::path& output);
 
 /// What `report.json` says of a finished folder, as far as others need it.

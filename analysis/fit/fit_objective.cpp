@@ -5,13 +5,13 @@
 #include <iterator>
 #include <numeric>
 
-#include "analysis/figures/aging.h"
 #include "analysis/compare/control_figures.h"
-#include "analysis/figures/pixel_difference.h"
 #include "analysis/compare/sections.h"
+#include "analysis/figures/aging.h"
+#include "analysis/figures/pixel_difference.h"
 #include "analysis/figures/sliced_distance.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -21,11 +21,13 @@ constexpr std::size_t kMostTimes = 13;  // As in the comparison's section of col
 constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
 const std::vector<int> kOneBlock{1};
 
-std::vector<SortedColors> sorted_colors(const ColorStack& stack, std::span<const std::uint16_t> block_of, const ObjectiveOptions& options) {
+std::vector<SortedColors> sorted_colors(const ColorStack& stack, std::span<const std::uint16_t> block_of,
+                                        const ObjectiveOptions& options) {
   std::vector<std::uint32_t> all(stack.num_texels());
   std::iota(all.begin(), all.end(), 0u);
   std::vector<SortedColors> out;
-  for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes)) out.emplace_back(stack, t, all, block_of, static_cast<std::size_t>(options.samples), options.seed);
+  for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes))
+    out.emplace_back(stack, t, all, block_of, static_cast<std::size_t>(options.samples), options.seed);
   return out;
 }
 
@@ -60,7 +62,9 @@ std::vector<BlockValue> times_of(const TexelAging& aging, const std::vector<floa
 }
 
 bool uses(const std::vector<FitTerm>& terms, std::initializer_list<FitFigure> figures) {
-  return std::any_of(terms.begin(), terms.end(), [&](const FitTerm& t) { return std::find(figures.begin(), figures.end(), t.figure) != figures.end(); });
+  return std::any_of(terms.begin(), terms.end(), [&](const FitTerm& t) {
+    return std::find(figures.begin(), figures.end(), t.figure) != figures.end();
+  });
 }
 
 HistoryFacts facts_of(const SurfaceOutline& outline) {
@@ -89,7 +93,8 @@ FitTerm parse_fit_term(const std::string& text) {
   FitTerm term{.figure = static_cast<FitFigure>(found - kFitFigureNames.begin())};
   if (equals == std::string::npos) return term;
   const std::optional<double> weight = parse_number(text.substr(equals + 1));
-  if (!weight || !(*weight > 0.0)) throw UsageError("--objective: found `" + text + "`; expected NAME=WEIGHT with a weight > 0");
+  if (!weight || !(*weight > 0.0))
+    throw UsageError("--objective: found `" + text + "`; expected NAME=WEIGHT with a weight > 0");
   term.weight = *weight;
   return term;
 }
@@ -100,7 +105,8 @@ void describe(OptionVisitor& v, ObjectiveOptions& o) {
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
   v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
-  v.visit({"samples", "Places of a time whose colors color_distribution compares, at most", "", between(64, 65536)}, o.samples);
+  v.visit({"samples", "Places of a time whose colors color_distribution compares, at most", "", between(64, 65536)},
+          o.samples);
 }
 
 CompareOptions compare_options(const ObjectiveOptions& o) {
@@ -127,35 +133,56 @@ struct FitObjective::State {
   std::vector<std::vector<float>> controls;  ///< At the stack's texels, in the manifest's order.
 
   [[nodiscard]] double span() const { return times.clock.back() - times.clock.front(); }
-  [[nodiscard]] std::optional<double> figure(FitFigure which, const AgedSurface& frames, const ColorStack& other, const std::optional<TexelAging>& other_aging, const RunControl& control,
+  [[nodiscard]] std::optional<double> figure(FitFigure which, const AgedSurface& frames, const ColorStack& other,
+                                             const std::optional<TexelAging>& other_aging, const RunControl& control,
                                              std::string& problem) const;
-  [[nodiscard]] std::optional<double> by_control(bool is_rate, const AgedSurface& frames, const ColorStack& other, const RunControl& control, std::string& problem) const;
-  [[nodiscard]] std::optional<double> place_by_place(const ColorStack& other, const RunControl& control, std::string& problem) const;
+  [[nodiscard]] std::optional<double> by_control(bool is_rate, const AgedSurface& frames, const ColorStack& other,
+                                                 const RunControl& control, std::string& problem) const;
+  [[nodiscard]] std::optional<double> place_by_place(const ColorStack& other, const RunControl& control,
+                                                     std::string& problem) const;
 };
 
-FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms, const ObjectiveOptions& options, const RunControl& control) {
+FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms,
+                           const ObjectiveOptions& options, const RunControl& control) {
   check_ranges(options);
   const std::string name = captured.history().label();
   const HistoryFacts& m = captured.facts();
   if (terms.empty()) throw InvalidInput("fit: there is no figure to fit");
   if (m.frames.size() < 2) throw InvalidInput(name + ": has one frame; nothing ages in it");
   CommonTimes times = common_times(m, facts_of(outline), compare_options(options));
-  if (times.clock.size() < 2) throw InvalidInput(name + ": has only one time in common with the scene; --clock span compares by shares of each span");
+  if (times.clock.size() < 2)
+    throw InvalidInput(name +
+                       ": has only one time in common with the scene; --clock span compares by shares of each span");
   if (uses(terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
     std::vector<std::string> names;
     for (const ControlFacts& c : m.controls) names.push_back(c.name);
-    const bool has_common = std::any_of(names.begin(), names.end(), [&](const std::string& n) { return std::find(outline.control_names.begin(), outline.control_names.end(), n) != outline.control_names.end(); });
+    const bool has_common = std::any_of(names.begin(), names.end(), [&](const std::string& n) {
+      return std::find(outline.control_names.begin(), outline.control_names.end(), n) != outline.control_names.end();
+    });
     if (!has_common && !(names.size() == 1 && outline.control_names.size() == 1)) {
-      throw InvalidInput(name + ": has no control in common with the scene (history: " + joined(names) + "; scene's run.controls: " + joined(outline.control_names) + "), which color_by_control and rate_by_control need");
+      throw InvalidInput(name + ": has no control in common with the scene (history: " + joined(names) +
+                         "; scene's run.controls: " + joined(outline.control_names) +
+                         "), which color_by_control and rate_by_control need");
     }
   }
-  if (uses(terms, {FitFigure::Ciede2000}) && (captured.width() != outline.width || captured.height() != outline.height)) {
-    throw InvalidInput(name + ": has " + size_text(captured.width(), captured.height()) + " pixels, the scene's atlas " + size_text(outline.width, outline.height) + ": ciede2000 goes place by place");
+  if (uses(terms, {FitFigure::Ciede2000}) &&
+      (captured.width() != outline.width || captured.height() != outline.height)) {
+    throw InvalidInput(name + ": has " + size_text(captured.width(), captured.height()) +
+                       " pixels, the scene's atlas " + size_text(outline.width, outline.height) +
+                       ": ciede2000 goes place by place");
   }
   ColorStack stack = load_stack(captured, times.times_a, options.size, control);
   stack.times = times.clock;
-  auto state = std::make_unique<State>(State{.series = std::move(captured), .terms = std::move(terms), .options = options, .times = std::move(times), .stack = std::move(stack), .block_of = {}, .colors = {},
-                                             .means = {}, .aging = {}, .controls = {}});
+  auto state = std::make_unique<State>(State{.series = std::move(captured),
+                                             .terms = std::move(terms),
+                                             .options = options,
+                                             .times = std::move(times),
+                                             .stack = std::move(stack),
+                                             .block_of = {},
+                                             .colors = {},
+                                             .means = {},
+                                             .aging = {},
+                                             .controls = {}});
   State& s = *state;
   s.block_of.assign(s.stack.num_texels(), 0);
   if (uses(s.terms, {FitFigure::ColorDistribution})) s.colors = sorted_colors(s.stack, s.block_of, options);
@@ -163,7 +190,9 @@ FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline
   if (uses(s.terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation})) {
     s.aging = texel_aging(s.stack, options.visible_delta_e, control);
     if (std::none_of(s.aging->ages.begin(), s.aging->ages.end(), [](std::uint8_t a) { return a != 0; })) {
-      throw InvalidInput(name + ": does not age visibly anywhere (--visible-delta-e " + short_number_text(options.visible_delta_e) + "); covered, onset and saturation say nothing about it");
+      throw InvalidInput(name + ": does not age visibly anywhere (--visible-delta-e " +
+                         short_number_text(options.visible_delta_e) +
+                         "); covered, onset and saturation say nothing about it");
     }
   }
   if (uses(s.terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
@@ -177,7 +206,8 @@ FitObjective::FitObjective(FitObjective&&) noexcept = default;
 
 const std::vector<FitTerm>& FitObjective::terms() const { return state_->terms; }
 
-std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSurface& frames, const ColorStack& other, const RunControl& control, std::string& problem) const {
+std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSurface& frames, const ColorStack& other,
+                                                      const RunControl& control, std::string& problem) const {
   HistoryFacts simulated;
   for (const SurfaceControl& c : frames.controls) simulated.controls.push_back(c.parameter);
   const std::vector<std::uint16_t> blocks(other.num_texels(), 0);
@@ -188,14 +218,19 @@ std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSu
       problem = shared.name_a + ": " + shared.undefined;
       continue;
     }
-    const auto by_name = [](const std::string& name) { return [&name](const ControlFacts& c) { return c.name == name; }; };
+    const auto by_name = [](const std::string& name) {
+      return [&name](const ControlFacts& c) { return c.name == name; };
+    };
     const auto& list_a = series.facts().controls;
     const auto ia = std::find_if(list_a.begin(), list_a.end(), by_name(shared.name_a));
     const auto ib = std::find_if(simulated.controls.begin(), simulated.controls.end(), by_name(shared.name_b));
     const ImageF& values = frames.controls[static_cast<std::size_t>(ib - simulated.controls.begin())].values;
-    const ClassedSurface a(stack, block_of, controls[static_cast<std::size_t>(ia - list_a.begin())], *ia, shared, options.num_classes, options.seed, control);
-    const ClassedSurface b(other, blocks, values_at(values, frames.mask, other), *ib, shared, options.num_classes, options.seed, control);
-    const std::optional<double> d = is_rate ? rate_distance(a, kOneBlock, b, kOneBlock) : conditional_distance(a, kOneBlock, b, kOneBlock);
+    const ClassedSurface a(stack, block_of, controls[static_cast<std::size_t>(ia - list_a.begin())], *ia, shared,
+                           options.num_classes, options.seed, control);
+    const ClassedSurface b(other, blocks, values_at(values, frames.mask, other), *ib, shared, options.num_classes,
+                           options.seed, control);
+    const std::optional<double> d =
+        is_rate ? rate_distance(a, kOneBlock, b, kOneBlock) : conditional_distance(a, kOneBlock, b, kOneBlock);
     if (!d) continue;
     sum += is_rate ? *d * span() : *d;
     ++count;
@@ -205,23 +240,28 @@ std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSu
   return std::nullopt;
 }
 
-std::optional<double> FitObjective::State::place_by_place(const ColorStack& other, const RunControl& control, std::string& problem) const {
+std::optional<double> FitObjective::State::place_by_place(const ColorStack& other, const RunControl& control,
+                                                          std::string& problem) const {
   std::vector<std::uint32_t> shared;
-  std::set_intersection(stack.texels.begin(), stack.texels.end(), other.texels.begin(), other.texels.end(), std::back_inserter(shared));
+  std::set_intersection(stack.texels.begin(), stack.texels.end(), other.texels.begin(), other.texels.end(),
+                        std::back_inserter(shared));
   if (shared.empty()) {
     problem = "the masks have no texel in common";
     return std::nullopt;
   }
   double sum = 0.0;
-  for (const PixelDifference& d : pixel_differences(restricted(stack, shared), restricted(other, shared), control)) sum += d.ciede2000_mean;
+  for (const PixelDifference& d : pixel_differences(restricted(stack, shared), restricted(other, shared), control))
+    sum += d.ciede2000_mean;
   return sum / static_cast<double>(stack.num_times());
 }
 
-std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSurface& frames, const ColorStack& other, const std::optional<TexelAging>& other_aging, const RunControl& control,
-                                                  std::string& problem) const {
+std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSurface& frames, const ColorStack& other,
+                                                  const std::optional<TexelAging>& other_aging,
+                                                  const RunControl& control, std::string& problem) const {
   constexpr double kAll = 100.0;  // As far as can be: a side does not age visibly.
   const auto distance_of = [&](std::vector<float> TexelAging::*member) -> double {
-    const std::optional<double> d = quantile_distance(times_of(*aging, (*aging).*member), kOneBlock, times_of(*other_aging, (*other_aging).*member), kOneBlock, 1);
+    const std::optional<double> d = quantile_distance(times_of(*aging, (*aging).*member), kOneBlock,
+                                                      times_of(*other_aging, (*other_aging).*member), kOneBlock, 1);
     return d ? 100.0 * *d / span() : kAll;
   };
   switch (which) {
@@ -239,16 +279,22 @@ std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSur
       return std::sqrt(sum / static_cast<double>(stack.num_times()));
     }
     case FitFigure::Covered: {
-      const std::vector<double> x = covered_share(*aging, stack.num_times()), y = covered_share(*other_aging, stack.num_times());
+      const std::vector<double> x = covered_share(*aging, stack.num_times()),
+                                y = covered_share(*other_aging, stack.num_times());
       double sum = 0.0;
       for (std::size_t t = 0; t < x.size(); ++t) sum += std::abs(x[t] - y[t]);
       return 100.0 * sum / static_cast<double>(x.size());
     }
-    case FitFigure::Onset: return distance_of(&TexelAging::onset);
-    case FitFigure::Saturation: return distance_of(&TexelAging::saturation);
-    case FitFigure::ColorByControl: return by_control(false, frames, other, control, problem);
-    case FitFigure::RateByControl: return by_control(true, frames, other, control, problem);
-    case FitFigure::Ciede2000: return place_by_place(other, control, problem);
+    case FitFigure::Onset:
+      return distance_of(&TexelAging::onset);
+    case FitFigure::Saturation:
+      return distance_of(&TexelAging::saturation);
+    case FitFigure::ColorByControl:
+      return by_control(false, frames, other, control, problem);
+    case FitFigure::RateByControl:
+      return by_control(true, frames, other, control, problem);
+    case FitFigure::Ciede2000:
+      return place_by_place(other, control, problem);
   }
   return std::nullopt;
 }
@@ -257,7 +303,10 @@ ObjectiveValue FitObjective::operator()(const AgedSurface& frames, const RunCont
   const State& s = *state_;
   std::vector<double> times = s.times.times_b;
   if (s.options.clock == Clock::Span) {  // Shares of its own span, whatever an iteration stands for.
-    for (std::size_t i = 0; i < times.size(); ++i) times[i] = s.times.clock[i] == 1.0 ? frames.times.back() : frames.times.front() + s.times.clock[i] * (frames.times.back() - frames.times.front());
+    for (std::size_t i = 0; i < times.size(); ++i)
+      times[i] = s.times.clock[i] == 1.0
+                     ? frames.times.back()
+                     : frames.times.front() + s.times.clock[i] * (frames.times.back() - frames.times.front());
   }
   ColorStack other = stack_of(frames, times, s.options.size, control);
   other.times = s.times.clock;

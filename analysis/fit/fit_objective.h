@@ -14,11 +14,25 @@
 
 namespace patinate::analysis {
 
-/// Figures that can be fitted; docs/algorithms/fit.md says what each is. All are >= 0, 0 for equal surfaces, and of like size: Delta E 1976, CIEDE2000,
-/// or per cent of the places (covered) or of the compared span of time (onset, saturation).
-enum class FitFigure { ColorDistribution, MeanColor, Covered, Onset, Saturation, ColorByControl, RateByControl, Ciede2000 };
-inline constexpr std::array<std::string_view, 8> kFitFigureNames{"color_distribution", "mean_color", "covered", "onset", "saturation", "color_by_control", "rate_by_control", "ciede2000"};
-inline constexpr std::array<std::string_view, 8> kFitFigureUnits{"Delta E 1976", "Delta E 1976", "% of places", "% of the span", "% of the span", "Delta E 1976", "Delta E 1976", "Delta E 2000"};
+/// Figures that can be fitted; docs/algorithms/fit.md says what each is. All are >= 0, 0 for equal surfaces, and of
+/// like size: Delta E 1976, CIEDE2000, or per cent of the places (covered) or of the compared span of time (onset,
+/// saturation).
+enum class FitFigure {
+  ColorDistribution,
+  MeanColor,
+  Covered,
+  Onset,
+  Saturation,
+  ColorByControl,
+  RateByControl,
+  Ciede2000
+};
+inline constexpr std::array<std::string_view, 8> kFitFigureNames{
+    "color_distribution", "mean_color",       "covered",         "onset",
+    "saturation",         "color_by_control", "rate_by_control", "ciede2000"};
+inline constexpr std::array<std::string_view, 8> kFitFigureUnits{"Delta E 1976",  "Delta E 1976",  "% of places",
+                                                                 "% of the span", "% of the span", "Delta E 1976",
+                                                                 "Delta E 1976",  "Delta E 2000"};
 
 struct FitTerm {
   FitFigure figure = FitFigure::ColorDistribution;
@@ -33,27 +47,31 @@ struct ObjectiveOptions {
   Clock clock = Clock::Absolute;  ///< Equal times, or equal shares of each history's own span.
   double visible_delta_e = 5.0;   ///< A change from here on is seen; Delta E 1976, > 0.
   int num_classes = 5;            ///< Of a control; [1, 50].
-  int samples = 1024;             ///< Places of a time whose colors color_distribution compares, at most, always the same; [64, 65536].
-  std::uint64_t seed = 0;         ///< Of the sample of texels; not described.
+  int samples =
+      1024;  ///< Places of a time whose colors color_distribution compares, at most, always the same; [64, 65536].
+  std::uint64_t seed = 0;  ///< Of the sample of texels; not described.
 };
 void describe(OptionVisitor& v, ObjectiveOptions& o);
 /// The same for a comparison.
 [[nodiscard]] CompareOptions compare_options(const ObjectiveOptions& options);
 
 struct ObjectiveValue {
-  std::optional<double> objective;              ///< Sum of weight x figure over the sum of the weights; nothing when a figure is undefined.
-  std::vector<std::optional<double>> figures;   ///< One a term.
-  std::string problem;                          ///< Why there is no value; "" when there is.
+  std::optional<double>
+      objective;  ///< Sum of weight x figure over the sum of the weights; nothing when a figure is undefined.
+  std::vector<std::optional<double>> figures;  ///< One a term.
+  std::string problem;                         ///< Why there is no value; "" when there is.
 };
 
 /// Compares simulated surfaces with one captured history, which is prepared once. Thread-safe.
 class FitObjective {
  public:
-  /// @param outline  Of what will be compared: times, size and names of controls decide what can be. The compared times are fixed by it; later
-  /// surfaces that end earlier are held at their ends.
-  /// @throws InvalidInput if the history has a single frame, no time in common with the outline, no change where a figure is about change, no control in
-  /// common where one is about controls, or other pixels where one goes place by place; IoError.
-  FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms, const ObjectiveOptions& options, const RunControl& control = {});
+  /// @param outline  Of what will be compared: times, size and names of controls decide what can be. The compared times
+  /// are fixed by it; later surfaces that end earlier are held at their ends.
+  /// @throws InvalidInput if the history has a single frame, no time in common with the outline, no change where a
+  /// figure is about change, no control in common where one is about controls, or other pixels where one goes place by
+  /// place; IoError.
+  FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms,
+               const ObjectiveOptions& options, const RunControl& control = {});
   ~FitObjective();
   FitObjective(FitObjective&&) noexcept;
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -23,11 +23,14 @@ std::string problem_of(const FitRange& range) {
 }  // namespace
 
 FitRange parse_fit_range(const std::string& text) {
-  const auto fail = [&](const std::string& expected) -> UsageError { return UsageError("--vary: found `" + text + "`; expected " + expected); };
+  const auto fail = [&](const std::string& expected) -> UsageError {
+    return UsageError("--vary: found `" + text + "`; expected " + expected);
+  };
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos) throw fail("POINTER=LOW:HIGH[:log], such as /rules/0/alpha=0.01:1:log");
   FitRange range{.name = text.substr(0, equals)};
-  if (range.name.empty() || range.name.front() != '/') throw fail("a JSON pointer into the scene before `=`, such as /rules/0/alpha");
+  if (range.name.empty() || range.name.front() != '/')
+    throw fail("a JSON pointer into the scene before `=`, such as /rules/0/alpha");
   const std::vector<std::string> parts = split(text.substr(equals + 1), ':');
   if (parts.size() < 2 || parts.size() > 3) throw fail("POINTER=LOW:HIGH[:log]");
   const std::optional<double> low = parse_number(parts[0]), high = parse_number(parts[1]);
@@ -36,23 +39,28 @@ FitRange parse_fit_range(const std::string& text) {
   range.high = *high;
   if (parts.size() == 3) {
     const auto found = std::find(kFitScaleNames.begin(), kFitScaleNames.end(), parts[2]);
-    if (found == kFitScaleNames.end()) throw fail("`log` or `linear` as the third part" + did_you_mean(parts[2], std::vector<std::string>{"linear", "log"}));
+    if (found == kFitScaleNames.end())
+      throw fail("`log` or `linear` as the third part" +
+                 did_you_mean(parts[2], std::vector<std::string>{"linear", "log"}));
     range.scale = static_cast<FitScale>(found - kFitScaleNames.begin());
   }
-  if (const std::string problem = problem_of(range); !problem.empty()) throw UsageError("--vary: `" + text + "`: " + problem);
+  if (const std::string problem = problem_of(range); !problem.empty())
+    throw UsageError("--vary: `" + text + "`: " + problem);
   return range;
 }
 
 FitRange read_fit_range(JsonReader json) {
   FitRange range;
   range.name = json.member("pointer").string();
-  if (range.name.empty() || range.name.front() != '/') json.member("pointer").fail("a JSON pointer, such as /rules/0/alpha");
+  if (range.name.empty() || range.name.front() != '/')
+    json.member("pointer").fail("a JSON pointer, such as /rules/0/alpha");
   range.low = json.member("low").number();
   range.high = json.member("high").number();
   if (json.has("scale")) range.scale = static_cast<FitScale>(json.member("scale").choice(kFitScaleNames));
   json.finish();
   range.place = json.file() + ": " + json.pointer();
-  if (const std::string problem = problem_of(range); !problem.empty()) throw IoError(json.file(), json.pointer() + ": " + problem);
+  if (const std::string problem = problem_of(range); !problem.empty())
+    throw IoError(json.file(), json.pointer() + ": " + problem);
   return range;
 }
 
@@ -60,13 +68,15 @@ double value_at(const FitParameter& parameter, double unit) {
   const FitRange& r = parameter.range;
   if (unit <= 0.0) return r.low;
   if (unit >= 1.0) return r.high;
-  const double value = r.scale == FitScale::Log ? r.low * std::pow(r.high / r.low, unit) : r.low + unit * (r.high - r.low);
+  const double value =
+      r.scale == FitScale::Log ? r.low * std::pow(r.high / r.low, unit) : r.low + unit * (r.high - r.low);
   return std::clamp(parameter.is_whole ? std::round(value) : rounded(value, kDigits), r.low, r.high);
 }
 
 double unit_at(const FitParameter& parameter, double value) {
   const FitRange& r = parameter.range;
-  const double unit = r.scale == FitScale::Log ? std::log(value / r.low) / std::log(r.high / r.low) : (value - r.low) / (r.high - r.low);
+  const double unit = r.scale == FitScale::Log ? std::log(value / r.low) / std::log(r.high / r.low)
+                                               : (value - r.low) / (r.high - r.low);
   return std::clamp(unit, 0.0, 1.0);
 }
 

@@ -16,9 +16,9 @@ inline constexpr std::array<std::string_view, 2> kFitScaleNames{"linear", "log"}
 struct FitRange {
   std::string name;  ///< JSON pointer: "/rules/2/alpha".
   double low = 0.0;
-  double high = 1.0;  ///< > low.
+  double high = 1.0;                  ///< > low.
   FitScale scale = FitScale::Linear;  ///< Log: low > 0.
-  std::string place = {};  ///< "FILE: POINTER" where a file says it, "" from the command line.
+  std::string place = {};             ///< "FILE: POINTER" where a file says it, "" from the command line.
 };
 /// "/rules/2/alpha=0.001:0.1:log". @throws UsageError naming what is wrong.
 [[nodiscard]] FitRange parse_fit_range(const std::string& text);

@@ -12,7 +12,9 @@ constexpr std::size_t kMostPoints = 1'000'000;
 
 Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
 
-std::optional<double> read_optional(const JsonReader& json) { return json.is_null() ? std::nullopt : std::optional(json.number()); }
+std::optional<double> read_optional(const JsonReader& json) {
+  return json.is_null() ? std::nullopt : std::optional(json.number());
+}
 
 /// As a cell of a CSV.
 std::string cell(const std::string& text) {
@@ -27,7 +29,8 @@ std::string cell(const std::string& text) {
 std::optional<std::size_t> FitEvaluation::best() const {
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points[i].result.objective && (!best || *points[i].result.objective < *points[*best].result.objective)) best = i;
+    if (points[i].result.objective && (!best || *points[i].result.objective < *points[*best].result.objective))
+      best = i;
   }
   return best;
 }
@@ -47,7 +50,8 @@ Json evaluation_json(const FitEvaluation& evaluation) {
 FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num_parameters, std::size_t num_terms) {
   const Json root = load_json(file);
   JsonReader json(file.string(), root);
-  FitEvaluation evaluation{.name = json.member("name").string(), .points = {}, .is_skipped = json.member("skipped").boolean()};
+  FitEvaluation evaluation{
+      .name = json.member("name").string(), .points = {}, .is_skipped = json.member("skipped").boolean()};
   for (JsonReader& point : json.member("points").elements(kMostPoints)) {
     FitPoint p{.values = point.member("values").numbers(num_parameters), .result = {}};
     p.result.objective = read_optional(point.member("objective"));
@@ -62,7 +66,8 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
   return evaluation;
 }
 
-std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters, std::span<const FitTerm> terms) {
+std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters,
+                            std::span<const FitTerm> terms) {
   std::string text = "evaluation,look";
   for (const FitParameter& p : parameters) text += "," + cell(p.range.name);
   text += ",objective";

@@ -32,9 +32,12 @@ struct FitEvaluation {
 
 [[nodiscard]] Json evaluation_json(const FitEvaluation& evaluation);
 /// @param num_parameters, num_terms  What it must have. @throws IoError
-[[nodiscard]] FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num_parameters, std::size_t num_terms);
+[[nodiscard]] FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num_parameters,
+                                            std::size_t num_terms);
 
-/// A header and a line a point: evaluation, look, every parameter, objective, every figure, problem. Undefined ones are empty.
-[[nodiscard]] std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters, std::span<const FitTerm> terms);
+/// A header and a line a point: evaluation, look, every parameter, objective, every figure, problem. Undefined ones are
+/// empty.
+[[nodiscard]] std::string evaluations_csv(std::span<const FitEvaluation> evaluations,
+                                          std::span<const FitParameter> parameters, std::span<const FitTerm> terms);
 
 }  // namespace patinate::analysis

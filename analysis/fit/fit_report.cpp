@@ -5,11 +5,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "patinate/analysis/report_parts.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"
 #include "libcommon/output/svg_chart.h"
+#include "patinate/analysis/report_parts.h"
 
 namespace patinate::analysis {
 
@@ -25,7 +25,8 @@ std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"
 const std::string& name_of(const FitTask& task, std::size_t i) { return task.parameters[i].range.name; }
 
 int count_agings(const FitOutcome& o) {
-  return static_cast<int>(std::count_if(o.searched.begin(), o.searched.end(), [](const FitEvaluation& e) { return !e.points.empty(); }));
+  return static_cast<int>(
+      std::count_if(o.searched.begin(), o.searched.end(), [](const FitEvaluation& e) { return !e.points.empty(); }));
 }
 int count_points(const FitOutcome& o) {
   std::size_t n = 0;
@@ -77,12 +78,14 @@ std::string convergence_chart(const FitOutcome& o) {
 
 std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
-  Chart chart{.title = p.range.name, .x_label = p.range.name, .y_label = "objective", .log_x = p.range.scale == FitScale::Log};
+  Chart chart{
+      .title = p.range.name, .x_label = p.range.name, .y_label = "objective", .log_x = p.range.scale == FitScale::Log};
   const auto line_of = [&](const std::string& name, const std::vector<BoxPoint>& list) {
     std::map<double, double> least{{o.best.values[i], *o.best.result.objective}};
     for (const BoxPoint& at : list) {
       const double value = value_at(p, at.at[i]);
-      if (std::isfinite(at.objective) && (!least.contains(value) || at.objective < least[value])) least[value] = at.objective;
+      if (std::isfinite(at.objective) && (!least.contains(value) || at.objective < least[value]))
+        least[value] = at.objective;
     }
     ChartSeries line{.name = name};
     for (const auto& [value, objective] : least) {
@@ -111,8 +114,11 @@ std::vector<std::string> correlated_pairs(const FitTask& task, const FitOutcome&
       const double r = o.valley->correlation[i][j];
       const auto has_effect = [&](std::size_t k) { return o.verdicts[k].effect > o.threshold; };
       if (std::abs(r) < kStrongCorrelation || !has_effect(i) || !has_effect(j)) continue;
-      out.push_back(name_of(task, i) + " and " + name_of(task, j) + " make up for each other (" + number(rounded(r, 2)) + "): " +
-                    (r > 0 ? "more of one looks like less of the other, so both may be larger or smaller together" : "more of both looks like more of one, so one may be larger and the other smaller") + ".");
+      out.push_back(name_of(task, i) + " and " + name_of(task, j) + " make up for each other (" +
+                    number(rounded(r, 2)) + "): " +
+                    (r > 0 ? "more of one looks like less of the other, so both may be larger or smaller together"
+                           : "more of both looks like more of one, so one may be larger and the other smaller") +
+                    ".");
     }
   }
   return out;
@@ -134,7 +140,12 @@ Json figures_json(const Json& sections_before, const Json& sections_after) {
     for (const Figure& f : s.figures) {
       const auto found = after.find(f.name);
       const auto value = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
-      out.push_back({{"name", f.name}, {"title", f.title}, {"unit", f.unit}, {"before", value(f.value)}, {"after", value(found == after.end() ? std::nullopt : found->second.value)}, {"split", value(f.split)}});
+      out.push_back({{"name", f.name},
+                     {"title", f.title},
+                     {"unit", f.unit},
+                     {"before", value(f.value)},
+                     {"after", value(found == after.end() ? std::nullopt : found->second.value)},
+                     {"split", value(f.split)}});
     }
   }
   return out;
@@ -148,17 +159,28 @@ void add_comparison(HtmlPage& page, const Json& before, const Json& after, const
   page.picture({after.at(0).at("pictures").at(1).at("source").get<std::string>(), "simulated, after"});
   std::vector<std::vector<std::string>> rows;
   const auto cell = [](const Json& v) { return v.is_null() ? std::string("undefined") : number(v.get<double>()); };
-  for (const Json& f : figures) rows.push_back({f.at("title").get<std::string>(), cell(f.at("before")), cell(f.at("after")), f.at("split").is_null() ? "" : cell(f.at("split")), f.at("unit").get<std::string>()});
+  for (const Json& f : figures)
+    rows.push_back({f.at("title").get<std::string>(), cell(f.at("before")), cell(f.at("after")),
+                    f.at("split").is_null() ? "" : cell(f.at("split")), f.at("unit").get<std::string>()});
   page.table({"figure (A captured, B simulated)", "before", "after", "A split in two", "unit"}, rows);
-  page.paragraph("\"A split in two\": what equal surfaces would show, the squares of a chess board over the captured one, the black against the white.");
+  page.paragraph(
+      "\"A split in two\": what equal surfaces would show, the squares of a chess board over the captured one, the "
+      "black against the white.");
 }
 
 Json parameter_json(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   const ParameterVerdict& v = o.verdicts[i];
-  return Json{{"pointer", p.range.name}, {"range", {p.range.low, p.range.high}}, {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]}, {"needs_aging", !p.is_look},
-              {"initial", o.initial.values[i]}, {"best", o.best.values[i]}, {"interval", {value_at(p, v.low), value_at(p, v.high)}},
-              {"determination", kDeterminationNames[static_cast<std::size_t>(v.determination)]}, {"effect", v.effect}, {"verdict", verdict_text(task, o, i)}};
+  return Json{{"pointer", p.range.name},
+              {"range", {p.range.low, p.range.high}},
+              {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]},
+              {"needs_aging", !p.is_look},
+              {"initial", o.initial.values[i]},
+              {"best", o.best.values[i]},
+              {"interval", {value_at(p, v.low), value_at(p, v.high)}},
+              {"determination", kDeterminationNames[static_cast<std::size_t>(v.determination)]},
+              {"effect", v.effect},
+              {"verdict", verdict_text(task, o, i)}};
 }
 
 Json objective_json(const FitTask& task, const FitOutcome& o) {
@@ -166,26 +188,47 @@ Json objective_json(const FitTask& task, const FitOutcome& o) {
   const auto value = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
   for (std::size_t i = 0; i < task.terms.size(); ++i) {
     const auto which = static_cast<std::size_t>(task.terms[i].figure);
-    terms.push_back({{"figure", kFitFigureNames[which]}, {"unit", kFitFigureUnits[which]}, {"weight", task.terms[i].weight}, {"before", value(o.initial.result.figures[i])}, {"after", value(o.best.result.figures[i])}});
+    terms.push_back({{"figure", kFitFigureNames[which]},
+                     {"unit", kFitFigureUnits[which]},
+                     {"weight", task.terms[i].weight},
+                     {"before", value(o.initial.result.figures[i])},
+                     {"after", value(o.best.result.figures[i])}});
   }
   for (const FitEvaluation& e : o.seeds) seeds.push_back(value(e.points.front().result.objective));
-  return Json{{"before", value(o.initial.result.objective)}, {"after", *o.best.result.objective}, {"terms", terms}, {"other_seeds", seeds}, {"threshold", o.threshold}};
+  return Json{{"before", value(o.initial.result.objective)},
+              {"after", *o.best.result.objective},
+              {"terms", terms},
+              {"other_seeds", seeds},
+              {"threshold", o.threshold}};
 }
 
 void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
-  const std::string tried = std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " looks at them";
-  page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " + number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : "; the budget ended the search."));
-  if (is_beaten(o)) page.paragraph("Not at its end: along one of the parameters there is a better value. A larger --evaluations goes on from here.");
+  const std::string tried =
+      std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " looks at them";
+  page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
+                 number(o.best.result.objective) + " in " + tried +
+                 (o.is_converged ? "; the search converged." : "; the budget ended the search."));
+  if (is_beaten(o))
+    page.paragraph(
+        "Not at its end: along one of the parameters there is a better value. A larger --evaluations goes on from "
+        "here.");
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     const FitParameter& p = task.parameters[i];
-    rows.push_back({p.range.name, number(p.range.low) + " to " + number(p.range.high) + (p.range.scale == FitScale::Log ? " (log)" : ""), number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
+    rows.push_back(
+        {p.range.name,
+         number(p.range.low) + " to " + number(p.range.high) + (p.range.scale == FitScale::Log ? " (log)" : ""),
+         number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
   }
   page.table({"parameter", "range", "before", "best", "what the data say"}, rows);
-  page.paragraph("An interval holds the values that the figures cannot tell from the best: the objective rises by no more than " + number(o.threshold) + ", " +
-                 (o.seeds.empty() ? "a hundredth of the best." : "what other seeds of the same simulation differ by.") + " It holds within this model: a wrong model can be determined as well as a right one.");
+  page.paragraph(
+      "An interval holds the values that the figures cannot tell from the best: the objective rises by no more than " +
+      number(o.threshold) + ", " +
+      (o.seeds.empty() ? "a hundredth of the best." : "what other seeds of the same simulation differ by.") +
+      " It holds within this model: a wrong model can be determined as well as a right one.");
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
-  if (!o.no_valley.empty() && task.parameters.size() > 1) page.paragraph("Whether parameters make up for each other is not known: " + o.no_valley + ".");
+  if (!o.no_valley.empty() && task.parameters.size() > 1)
+    page.paragraph("Whether parameters make up for each other is not known: " + o.no_valley + ".");
 }
 
 }  // namespace
@@ -195,17 +238,24 @@ std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i
   const ParameterVerdict& v = o.verdicts[i];
   const std::string low = number(value_at(p, v.low)), high = number(value_at(p, v.high));
   switch (v.determination) {
-    case Determination::Determined: return "determined: " + low + " to " + high;
-    case Determination::AtLeast: return "at least " + low + "; nothing in the range bounds it from above";
-    case Determination::AtMost: return "at most " + high + "; nothing in the range bounds it from below";
-    case Determination::Undetermined: return "not determined: the figures cannot tell any two values of its range";
-    case Determination::NotExamined: return "not known: no evaluations were spent on it (--scan 0)";
-    case Determination::WithoutEffect: return "not determined: no figure changes anywhere in its range";
+    case Determination::Determined:
+      return "determined: " + low + " to " + high;
+    case Determination::AtLeast:
+      return "at least " + low + "; nothing in the range bounds it from above";
+    case Determination::AtMost:
+      return "at most " + high + "; nothing in the range bounds it from below";
+    case Determination::Undetermined:
+      return "not determined: the figures cannot tell any two values of its range";
+    case Determination::NotExamined:
+      return "not known: no evaluations were spent on it (--scan 0)";
+    case Determination::WithoutEffect:
+      return "not determined: no figure changes anywhere in its range";
   }
   return "";
 }
 
-void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o, const Json& before, const Json& after, const std::string& key) {
+void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o, const Json& before,
+                      const Json& after, const std::string& key) {
   const Json figures = figures_json(before, after);
   const SeriesFile captured = open_series(task.history);
   const TextureSeries& series = captured.series;
@@ -215,7 +265,9 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < task.terms.size(); ++i) {
     const auto which = static_cast<std::size_t>(task.terms[i].figure);
-    rows.push_back({std::string(kFitFigureNames[which]), number(task.terms[i].weight), number(o.initial.result.figures[i]), number(o.best.result.figures[i]), std::string(kFitFigureUnits[which])});
+    rows.push_back({std::string(kFitFigureNames[which]), number(task.terms[i].weight),
+                    number(o.initial.result.figures[i]), number(o.best.result.figures[i]),
+                    std::string(kFitFigureUnits[which])});
   }
   page.table({"fitted figure", "weight", "before", "after", "unit"}, rows);
   page.heading("Along each parameter");
@@ -236,9 +288,23 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
   options["seed"] = std::to_string(task.seed);
   Json correlation = nullptr;
   if (o.valley) correlation = o.valley->correlation;
-  save_json(folder / kFitReportFile, Json{{"format", "patinate.fit"}, {"version", 2}, {"model", task.model_name}, {"history", {{"name", series.name()}, {"key", captured.key()}}}, {"objective", objective_json(task, o)},
-                                          {"parameters", parameters}, {"correlation", correlation}, {"no_correlation", o.no_valley}, {"evaluations", {{"planned", o.num_planned}, {"agings", count_agings(o)}, {"looks", count_points(o)}, {"converged", o.is_converged}}},
-                                          {"figures", figures}, {"options", options}, {"command", task.command}, {"key", key}});
+  save_json(folder / kFitReportFile, Json{{"format", "patinate.fit"},
+                                          {"version", 2},
+                                          {"model", task.model_name},
+                                          {"history", {{"name", series.name()}, {"key", captured.key()}}},
+                                          {"objective", objective_json(task, o)},
+                                          {"parameters", parameters},
+                                          {"correlation", correlation},
+                                          {"no_correlation", o.no_valley},
+                                          {"evaluations",
+                                           {{"planned", o.num_planned},
+                                            {"agings", count_agings(o)},
+                                            {"looks", count_points(o)},
+                                            {"converged", o.is_converged}}},
+                                          {"figures", figures},
+                                          {"options", options},
+                                          {"command", task.command},
+                                          {"key", key}});
 }
 
 FitManifest read_fit_manifest(const fs::path& path) {

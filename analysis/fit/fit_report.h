@@ -17,21 +17,22 @@ struct FitOutcome {
   FitPoint initial, best;
   int num_planned = 0;
   bool is_converged = false;
-  std::vector<FitEvaluation> seeds;     ///< The best with other seeds.
-  double threshold = 0.0;               ///< Differences of the objective up to here mean nothing.
-  BoxScans scans;                       ///< Along every parameter, the others as at the best.
-  BoxScans profiles;                    ///< The same, others moved to make up for it.
+  std::vector<FitEvaluation> seeds;  ///< The best with other seeds.
+  double threshold = 0.0;            ///< Differences of the objective up to here mean nothing.
+  BoxScans scans;                    ///< Along every parameter, the others as at the best.
+  BoxScans profiles;                 ///< The same, others moved to make up for it.
   std::vector<ParameterVerdict> verdicts;
   std::optional<Valley> valley;
-  std::string no_valley;                ///< Why there is none.
+  std::string no_valley;  ///< Why there is none.
 };
 
 /// A verdict in plain words: "not determined: no figure changes anywhere in its range". @param index  Of the parameter.
 [[nodiscard]] std::string verdict_text(const FitTask& task, const FitOutcome& outcome, std::size_t index);
 
 /// Writes report.html (everything inside), report.json and evaluations.csv.
-/// @param before, after  What a comparison says of the history with the starting and with the best values: lists of section_json() with a `source` in
-/// every picture, the first the look. @throws CannotComplete
-void write_fit_report(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& outcome, const Json& before, const Json& after, const std::string& key);
+/// @param before, after  What a comparison says of the history with the starting and with the best values: lists of
+/// section_json() with a `source` in every picture, the first the look. @throws CannotComplete
+void write_fit_report(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& outcome,
+                      const Json& before, const Json& after, const std::string& key);
 
 }  // namespace patinate::analysis

@@ -14,7 +14,9 @@ constexpr std::uint32_t kLookPurpose = 1u << 20;  ///< Plus the evaluation's num
 /// The means over several seeds.
 class AgedModel {
  public:
-  AgedModel(const FitModel& model, const std::vector<double>& values, std::uint64_t seed_shift, const RunControl& control) : model_(model) {
+  AgedModel(const FitModel& model, const std::vector<double>& values, std::uint64_t seed_shift,
+            const RunControl& control)
+      : model_(model) {
     for (int r = 0; r < model.repeats; ++r) {
       const double n = model.repeats;
       looks_.push_back(model.age(values, seed_shift + static_cast<std::uint64_t>(r), control.part(r / n, (r + 1) / n)));
@@ -29,7 +31,9 @@ class AgedModel {
         point.result = std::move(v);
         continue;
       }
-      const auto add = [](std::optional<double>& sum, const std::optional<double>& x) { sum = sum && x ? std::optional(*sum + *x) : std::nullopt; };
+      const auto add = [](std::optional<double>& sum, const std::optional<double>& x) {
+        sum = sum && x ? std::optional(*sum + *x) : std::nullopt;
+      };
       add(point.result.objective, v.objective);
       for (std::size_t i = 0; i < v.figures.size(); ++i) add(point.result.figures[i], v.figures[i]);
       if (point.result.problem.empty()) point.result.problem = v.problem;
@@ -50,7 +54,10 @@ class AgedModel {
 };
 
 FitPoint undefined_point(const FitModel& model, const std::vector<double>& values, const std::string& problem) {
-  return {values, {.objective = std::nullopt, .figures = std::vector<std::optional<double>>(model.objective->terms().size()), .problem = problem}};
+  return {values,
+          {.objective = std::nullopt,
+           .figures = std::vector<std::optional<double>>(model.objective->terms().size()),
+           .problem = problem}};
 }
 
 RunControl silent(RunControl control) {
@@ -68,7 +75,8 @@ std::vector<std::size_t> FitModel::indices(bool is_look) const {
   return out;
 }
 
-FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values, const LookSearch& search, std::uint64_t seed_shift, const RunControl& control) try {
+FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values,
+                       const LookSearch& search, std::uint64_t seed_shift, const RunControl& control) try {
   FitEvaluation evaluation{.name = name, .points = {}};
   const AgedModel aged(model, values, seed_shift, control.part(0.0, search.num_looks > 1 ? 0.6 : 0.95));
   evaluation.points.push_back(aged.look(values, silent(control)));
@@ -82,12 +90,16 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
       std::vector<double> tried = values;
       for (std::size_t k = 0; k < looks.size(); ++k) tried[looks[k]] = value_at(model.parameters[looks[k]], unit[k]);
       evaluation.points.push_back(aged.look(tried, silent(control)));
-      control.report(0.6 + 0.4 * static_cast<double>(evaluation.points.size()) / static_cast<double>(search.num_looks + 1));
+      control.report(0.6 +
+                     0.4 * static_cast<double>(evaluation.points.size()) / static_cast<double>(search.num_looks + 1));
     }
     is_first = false;  // The start itself has been looked at.
     return evaluation.points.back().result.objective.value_or(std::numeric_limits<double>::infinity());
   };
-  const EvolutionOptions options{.step = search.step, .tolerance = model.tolerance, .flatness = model.flatness, .seed = model.seed,
+  const EvolutionOptions options{.step = search.step,
+                                 .tolerance = model.tolerance,
+                                 .flatness = model.flatness,
+                                 .seed = model.seed,
                                  .purpose = kLookPurpose + static_cast<std::uint32_t>(search.item)};
   (void)minimize(f, start, search.num_looks, options);
   return evaluation;
@@ -95,7 +107,9 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
   return {.name = name, .points = {undefined_point(model, values, e.what())}};
 }
 
-FitEvaluation evaluate_looks(const FitModel& model, const std::string& name, std::span<const std::vector<double>> values, std::uint64_t seed_shift, const RunControl& control) try {
+FitEvaluation evaluate_looks(const FitModel& model, const std::string& name,
+                             std::span<const std::vector<double>> values, std::uint64_t seed_shift,
+                             const RunControl& control) try {
   FitEvaluation evaluation{.name = name, .points = {}};
   if (values.empty()) return evaluation;
   const AgedModel aged(model, values.front(), seed_shift, control.part(0.0, 0.7));

@@ -17,8 +17,8 @@ struct FitModel {
   std::vector<FitParameter> parameters;
   AgeWith age;
   const FitObjective* objective = nullptr;
-  int repeats = 1;  ///< Seeds over which an objective is averaged; >= 1.
-  double flatness = 0.0;   ///< Of the search for the best look, see EvolutionOptions.
+  int repeats = 1;        ///< Seeds over which an objective is averaged; >= 1.
+  double flatness = 0.0;  ///< Of the search for the best look, see EvolutionOptions.
   double tolerance = 1e-3;
   std::uint64_t seed = 0;
 
@@ -28,19 +28,23 @@ struct FitModel {
 
 /// How the parameters that need no aging are searched.
 struct LookSearch {
-  int num_looks = 1;     ///< At most; 1: only the given values.
-  double step = 0.3;     ///< As EvolutionOptions.
+  int num_looks = 1;       ///< At most; 1: only the given values.
+  double step = 0.3;       ///< As EvolutionOptions.
   std::uint64_t item = 0;  ///< Its random numbers.
 };
 
-/// Ages once a seed with `values`, looks with them, and then searches for better values of the parameters that need no aging: the objective is then a
-/// function of the others alone [variable projection, Golub and Pereyra 1973].
-/// @returns points of which the first has `values`. Values that the model does not take together give one undefined point.
+/// Ages once a seed with `values`, looks with them, and then searches for better values of the parameters that need no
+/// aging: the objective is then a function of the others alone [variable projection, Golub and Pereyra 1973].
+/// @returns points of which the first has `values`. Values that the model does not take together give one undefined
+/// point.
 /// @param seed_shift  The first of the seeds.
-[[nodiscard]] FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values, const LookSearch& search, std::uint64_t seed_shift,
+[[nodiscard]] FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values,
+                                     const LookSearch& search, std::uint64_t seed_shift,
                                      const RunControl& control = {});
 
 /// Looks with each of several sets of values, which differ from the first only in parameters that need no aging.
-[[nodiscard]] FitEvaluation evaluate_looks(const FitModel& model, const std::string& name, std::span<const std::vector<double>> values, std::uint64_t seed_shift, const RunControl& control = {});
+[[nodiscard]] FitEvaluation evaluate_looks(const FitModel& model, const std::string& name,
+                                           std::span<const std::vector<double>> values, std::uint64_t seed_shift,
+                                           const RunControl& control = {});
 
 }  // namespace patinate::analysis

@@ -5,11 +5,11 @@
 #include <sstream>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/output/svg_chart.h"
+#include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
 
@@ -20,15 +20,22 @@ namespace {
 std::string number(const std::optional<double>& v) { return v ? short_number_text(rounded(*v, 3) + 0.0) : "-"; }
 
 std::string svg_of(const Curve& curve) {
-  Chart chart{.title = curve.title, .x_label = curve.x_name, .y_label = curve.y_name, .from_zero = curve.from_zero && !curve.is_logarithmic, .log_x = curve.is_logarithmic, .log_y = curve.is_logarithmic};
-  for (const CurveColumn& c : curve.columns) chart.series.push_back({c.name, curve.x, c.values, c.band, c.is_reference});
+  Chart chart{.title = curve.title,
+              .x_label = curve.x_name,
+              .y_label = curve.y_name,
+              .from_zero = curve.from_zero && !curve.is_logarithmic,
+              .log_x = curve.is_logarithmic,
+              .log_y = curve.is_logarithmic};
+  for (const CurveColumn& c : curve.columns)
+    chart.series.push_back({c.name, curve.x, c.values, c.band, c.is_reference});
   return svg_chart(chart);
 }
 
 /// What a reader should look at first: value next to what equal would look like.
 std::vector<std::string> figure_row(const Figure& f, bool has_baseline) {
   const std::string interval = f.low && f.high ? number(f.low) + " to " + number(f.high) : "";
-  std::vector<std::string> row{f.title, f.value ? number(f.value) : "undefined: " + f.undefined, f.value ? interval : "", f.unit};
+  std::vector<std::string> row{f.title, f.value ? number(f.value) : "undefined: " + f.undefined,
+                               f.value ? interval : "", f.unit};
   if (has_baseline) row.insert(row.begin() + 3, f.split ? number(f.split) : "");
   return row;
 }
@@ -80,7 +87,8 @@ Json load_part(const fs::path& file) {
   return part;
 }
 
-void add_section(HtmlPage& page, const Json& json, const fs::path& folder, std::string_view baseline_title, Json& report) {
+void add_section(HtmlPage& page, const Json& json, const fs::path& folder, std::string_view baseline_title,
+                 Json& report) {
   const Section section = section_from_json(json);
   page.heading(section.title);
   if (!section.undefined.empty()) {
@@ -94,7 +102,8 @@ void add_section(HtmlPage& page, const Json& json, const fs::path& folder, std::
     one["section"] = section.name;
     report.at("figures").push_back(std::move(one));
   }
-  for (std::size_t i = 0; i < section.pictures.size(); ++i) page.picture({json.at("pictures").at(i).at("source").get<std::string>(), section.pictures[i].caption});
+  for (std::size_t i = 0; i < section.pictures.size(); ++i)
+    page.picture({json.at("pictures").at(i).at("source").get<std::string>(), section.pictures[i].caption});
   for (const Curve& curve : section.curves) {
     const fs::path file = fs::path("curves") / (curve.name + ".csv");
     fs::create_directories(folder / "curves");

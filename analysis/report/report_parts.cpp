@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::analysis {
 
@@ -18,7 +18,9 @@ Json number_json(const std::optional<double>& v, const std::string& of) {
   return rounded(*v, kDigits) + 0.0;
 }
 
-std::optional<double> number_of(const Json& json) { return json.is_number() ? std::optional(json.get<double>()) : std::nullopt; }
+std::optional<double> number_of(const Json& json) {
+  return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
+}
 
 /// For CSV: commas in a name would make columns.
 std::string cell(std::string text) {
@@ -40,7 +42,10 @@ Json figure_json(const Figure& f) {
 }
 
 Json section_json(const Section& section) {
-  Json json{{"name", section.name}, {"title", section.title}, {"paragraphs", section.paragraphs}, {"undefined", section.undefined}};
+  Json json{{"name", section.name},
+            {"title", section.title},
+            {"paragraphs", section.paragraphs},
+            {"undefined", section.undefined}};
   json["figures"] = Json::array();
   for (const Figure& f : section.figures) json["figures"].push_back(figure_json(f));
   json["curves"] = Json::array();
@@ -49,10 +54,19 @@ Json section_json(const Section& section) {
     for (const CurveColumn& column : c.columns) {
       Json values = Json::array(), band = Json::array();
       for (const auto& v : column.values) values.push_back(number_json(v, c.name));
-      for (const auto& [low, high] : column.band) band.push_back(Json{number_json(low, c.name), number_json(high, c.name)});
-      columns.push_back({{"name", column.name}, {"values", values}, {"band", band}, {"is_reference", column.is_reference}});
+      for (const auto& [low, high] : column.band)
+        band.push_back(Json{number_json(low, c.name), number_json(high, c.name)});
+      columns.push_back(
+          {{"name", column.name}, {"values", values}, {"band", band}, {"is_reference", column.is_reference}});
     }
-    json["curves"].push_back({{"name", c.name}, {"title", c.title}, {"x_name", c.x_name}, {"y_name", c.y_name}, {"x", c.x}, {"columns", columns}, {"is_logarithmic", c.is_logarithmic}, {"from_zero", c.from_zero}});
+    json["curves"].push_back({{"name", c.name},
+                              {"title", c.title},
+                              {"x_name", c.x_name},
+                              {"y_name", c.y_name},
+                              {"x", c.x},
+                              {"columns", columns},
+                              {"is_logarithmic", c.is_logarithmic},
+                              {"from_zero", c.from_zero}});
   }
   json["pictures"] = Json::array();
   for (const Picture& p : section.pictures) json["pictures"].push_back({{"name", p.name}, {"caption", p.caption}});
@@ -60,9 +74,16 @@ Json section_json(const Section& section) {
 }
 
 Section section_from_json(const Json& json) {
-  Section s{.name = json.at("name"), .title = json.at("title"), .paragraphs = json.at("paragraphs"), .figures = {}, .curves = {}, .pictures = {}, .undefined = json.at("undefined")};
+  Section s{.name = json.at("name"),
+            .title = json.at("title"),
+            .paragraphs = json.at("paragraphs"),
+            .figures = {},
+            .curves = {},
+            .pictures = {},
+            .undefined = json.at("undefined")};
   for (const Json& f : json.at("figures")) {
-    Figure figure{.name = f.at("name"), .title = f.at("title"), .unit = f.at("unit"), .value = number_of(f.at("value"))};
+    Figure figure{
+        .name = f.at("name"), .title = f.at("title"), .unit = f.at("unit"), .value = number_of(f.at("value"))};
     if (f.contains("low")) figure.low = number_of(f.at("low"));
     if (f.contains("high")) figure.high = number_of(f.at("high"));
     if (f.contains("split")) figure.split = number_of(f.at("split"));
@@ -70,7 +91,14 @@ Section section_from_json(const Json& json) {
     s.figures.push_back(std::move(figure));
   }
   for (const Json& c : json.at("curves")) {
-    Curve curve{.name = c.at("name"), .title = c.at("title"), .x_name = c.at("x_name"), .y_name = c.at("y_name"), .x = c.at("x"), .columns = {}, .is_logarithmic = c.at("is_logarithmic"), .from_zero = c.at("from_zero")};
+    Curve curve{.name = c.at("name"),
+                .title = c.at("title"),
+                .x_name = c.at("x_name"),
+                .y_name = c.at("y_name"),
+                .x = c.at("x"),
+                .columns = {},
+                .is_logarithmic = c.at("is_logarithmic"),
+                .from_zero = c.at("from_zero")};
     for (const Json& column : c.at("columns")) {
       CurveColumn out{.name = column.at("name"), .values = {}, .band = {}, .is_reference = column.at("is_reference")};
       for (const Json& v : column.at("values")) out.values.push_back(number_of(v));
@@ -94,7 +122,8 @@ std::string curve_csv(const Curve& curve) {
     text += cell(std::optional(curve.x[i]));
     for (const CurveColumn& c : curve.columns) {
       text += "," + cell(c.values[i]);
-      if (!c.band.empty()) text += "," + cell(std::optional(c.band[i].first)) + "," + cell(std::optional(c.band[i].second));
+      if (!c.band.empty())
+        text += "," + cell(std::optional(c.band[i].first)) + "," + cell(std::optional(c.band[i].second));
     }
     text += "\n";
   }

@@ -33,7 +33,8 @@ ColorClass parse_color_class(const std::string& text) {
 }
 
 std::vector<double> class_shares(const ImageF& rgb, const ImageU8& mask, const std::vector<ColorClass>& classes) {
-  if (rgb.channels() != 3 || (!mask.empty() && !mask.same_size(rgb))) throw InvalidInput("color classes: three channels and a mask of their size are needed");
+  if (rgb.channels() != 3 || (!mask.empty() && !mask.same_size(rgb)))
+    throw InvalidInput("color classes: three channels and a mask of their size are needed");
   if (classes.empty()) throw InvalidInput("color classes: there is none");
   std::vector<double> counts(classes.size());
   double total = 0.0;

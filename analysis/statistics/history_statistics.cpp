@@ -18,13 +18,17 @@ std::optional<TimeQuartiles> quartiles(const TexelAging& aging, const std::vecto
   }
   if (known.empty()) return std::nullopt;
   std::sort(known.begin(), known.end());
-  const auto at = [&](double share) { return static_cast<double>(known[std::min(known.size() - 1, static_cast<std::size_t>(share * static_cast<double>(known.size())))]); };
+  const auto at = [&](double share) {
+    return static_cast<double>(
+        known[std::min(known.size() - 1, static_cast<std::size_t>(share * static_cast<double>(known.size())))]);
+  };
   return TimeQuartiles{at(0.25), at(0.5), at(0.75)};
 }
 
 }  // namespace
 
-HistoryStatistics history_statistics(const TextureSeries& series, const std::vector<ColorClass>& classes, int size, double visible_delta_e, const RunControl& control) {
+HistoryStatistics history_statistics(const TextureSeries& series, const std::vector<ColorClass>& classes, int size,
+                                     double visible_delta_e, const RunControl& control) {
   HistoryStatistics s;
   for (const FrameFacts& frame : series.facts().frames) s.times.push_back(frame.time);
   const ColorStack stack = load_stack(series, s.times, size, control.part(0.0, 0.6));
@@ -35,21 +39,25 @@ HistoryStatistics history_statistics(const TextureSeries& series, const std::vec
   s.mean_lab.resize(num_times);
   s.correlation_length.resize(num_times);
   s.class_shares.resize(classes.empty() ? 0 : num_times);
-  parallel_for(static_cast<std::int64_t>(num_times), 1, control.part(0.6, 1.0), [&](std::int64_t begin, std::int64_t end) {
-    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-      for (std::size_t i = 0; i < stack.num_texels(); ++i) {
-        for (std::size_t c = 0; c < 3; ++c) s.mean_lab[t][c] += static_cast<double>(stack.lab_of(t, i)[c]) / static_cast<double>(stack.num_texels());
-      }
-      s.correlation_length[t] = SpatialStructure(stack, t, grid).correlation_length(grid.all());
-      if (s.correlation_length[t]) *s.correlation_length[t] *= stack.pixel_mm.value_or(1.0);
-      if (!classes.empty()) s.class_shares[t] = class_shares(stack.rgb_image(t), mask, classes);
-    }
-  });
+  parallel_for(
+      static_cast<std::int64_t>(num_times), 1, control.part(0.6, 1.0), [&](std::int64_t begin, std::int64_t end) {
+        for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+          for (std::size_t i = 0; i < stack.num_texels(); ++i) {
+            for (std::size_t c = 0; c < 3; ++c)
+              s.mean_lab[t][c] += static_cast<double>(stack.lab_of(t, i)[c]) / static_cast<double>(stack.num_texels());
+          }
+          s.correlation_length[t] = SpatialStructure(stack, t, grid).correlation_length(grid.all());
+          if (s.correlation_length[t]) *s.correlation_length[t] *= stack.pixel_mm.value_or(1.0);
+          if (!classes.empty()) s.class_shares[t] = class_shares(stack.rgb_image(t), mask, classes);
+        }
+      });
   if (num_times < 2) return s;
   const TexelAging aging = texel_aging(stack, visible_delta_e, control);
   const auto n = static_cast<double>(stack.num_texels());
   for (std::size_t t = 0; t < num_times; ++t) {
-    s.covered.push_back(static_cast<double>(std::count_if(aging.covered_at.begin(), aging.covered_at.end(), [&](std::uint16_t at) { return at <= t; })) / n);
+    s.covered.push_back(static_cast<double>(std::count_if(aging.covered_at.begin(), aging.covered_at.end(),
+                                                          [&](std::uint16_t at) { return at <= t; })) /
+                        n);
   }
   s.ages_share = static_cast<double>(std::count(aging.ages.begin(), aging.ages.end(), 1)) / n;
   s.onset = quartiles(aging, aging.onset);

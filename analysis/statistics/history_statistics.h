@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "patinate/analysis/texture_series.h"
 #include "analysis/statistics/color_classes.h"
+#include "patinate/analysis/texture_series.h"
 #include "patinate/core/run_control.h"
 
 namespace patinate::analysis {
@@ -19,16 +19,18 @@ struct TimeQuartiles {
 struct HistoryStatistics {
   std::vector<double> times;
   std::vector<std::array<double, 3>> mean_lab;
-  std::vector<double> covered;                            ///< Share with a visible change; empty for a single frame.
-  std::vector<std::optional<double>> correlation_length;  ///< Of L*; mm when is_metric, else pixels of the size looked at.
-  std::vector<std::vector<double>> class_shares;          ///< [time][class]; empty without classes.
+  std::vector<double> covered;  ///< Share with a visible change; empty for a single frame.
+  std::vector<std::optional<double>>
+      correlation_length;                         ///< Of L*; mm when is_metric, else pixels of the size looked at.
+  std::vector<std::vector<double>> class_shares;  ///< [time][class]; empty without classes.
   bool is_metric = false;
-  double ages_share = 0.0;                                ///< Places that age visibly.
-  std::optional<TimeQuartiles> onset, saturation;         ///< Nothing where nothing ages.
+  double ages_share = 0.0;                         ///< Places that age visibly.
+  std::optional<TimeQuartiles> onset, saturation;  ///< Nothing where nothing ages.
 };
 
 /// @param size  Longer side at which it is looked at, px; 0 = as it is. @param visible_delta_e  See texel_aging().
 /// @throws InvalidInput, IoError. Same bits for any number of threads.
-[[nodiscard]] HistoryStatistics history_statistics(const TextureSeries& series, const std::vector<ColorClass>& classes, int size, double visible_delta_e, const RunControl& control = {});
+[[nodiscard]] HistoryStatistics history_statistics(const TextureSeries& series, const std::vector<ColorClass>& classes,
+                                                   int size, double visible_delta_e, const RunControl& control = {});
 
 }  // namespace patinate::analysis

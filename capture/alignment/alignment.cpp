@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -19,10 +19,10 @@ namespace {
 constexpr int kLeastSide = 32;
 constexpr int kMatchedSide = 1600;
 constexpr int kMaxFeatures = 6000;
-constexpr float kRatio = 0.85f;            ///< Lowe's test: nearest over second nearest descriptor.
+constexpr float kRatio = 0.85f;  ///< Lowe's test: nearest over second nearest descriptor.
 constexpr double kInlierDistance_px = 3.0;
 constexpr int kLeastInliers = 15;
-constexpr int kPatch = 20;                 ///< Half side of the patches that make the view exact, in pixels.
+constexpr int kPatch = 20;  ///< Half side of the patches that make the view exact, in pixels.
 constexpr int kPatchStep = 16;
 constexpr int kSearch = 5;
 constexpr double kPatchDistance_px = 1.5;
@@ -63,7 +63,8 @@ MatchedImage prepare(const ImageF& image) {
   const cv::Size size(std::max(1, cvRound(full.cols * scale)), std::max(1, cvRound(full.rows * scale)));
   cv::Mat small = full;
   if (scale < 1.0) cv::resize(full, small, size, 0, 0, cv::INTER_AREA);
-  result.from_full = pixel_scale(static_cast<double>(size.width) / full.cols, static_cast<double>(size.height) / full.rows);
+  result.from_full =
+      pixel_scale(static_cast<double>(size.width) / full.cols, static_cast<double>(size.height) / full.rows);
   result.map = contrast_map(small);
   cv::Mat codes;
   result.map.convertTo(codes, CV_8U, 255.0);
@@ -131,8 +132,8 @@ struct Displacement {
   double correlation = 0.0;
 };
 
-/// Where a patch of the reference lies in the warped image, to a fraction of a pixel; nothing when the correlation has no clear
-/// peak in every direction (along a lone crack it has none).
+/// Where a patch of the reference lies in the warped image, to a fraction of a pixel; nothing when the correlation has
+/// no clear peak in every direction (along a lone crack it has none).
 std::optional<Displacement> find_patch(const cv::Mat& reference, const cv::Mat& warped, const cv::Point& center) {
   const cv::Rect patch(center.x - kPatch, center.y - kPatch, 2 * kPatch + 1, 2 * kPatch + 1);
   const cv::Rect area(patch.x - kSearch, patch.y - kSearch, patch.width + 2 * kSearch, patch.height + 2 * kSearch);
@@ -141,7 +142,8 @@ std::optional<Displacement> find_patch(const cv::Mat& reference, const cv::Mat& 
   double best = 0.0;
   cv::Point at;
   cv::minMaxLoc(scores, nullptr, &best, nullptr, &at);
-  if (!(best > kLeastCorrelation) || at.x < 1 || at.y < 1 || at.x > 2 * kSearch - 1 || at.y > 2 * kSearch - 1) return std::nullopt;
+  if (!(best > kLeastCorrelation) || at.x < 1 || at.y < 1 || at.x > 2 * kSearch - 1 || at.y > 2 * kSearch - 1)
+    return std::nullopt;
   const auto s = [&](int dx, int dy) { return static_cast<double>(scores.at<float>(at.y + dy, at.x + dx)); };
   // A parabola through the nine scores around the peak.
   const double gx = 0.5 * (s(1, 0) - s(-1, 0)), gy = 0.5 * (s(0, 1) - s(0, -1));
@@ -206,16 +208,17 @@ double rms_distance(const cv::Matx33d& h, const Matches& matches, const std::vec
   return std::sqrt(sum / count);
 }
 
-/// Makes the view exact by patches, each of which finds its own shift: what only one image shows (a frame, a border) disturbs those
-/// that hold it and no others. Fills everything but num_matches. @returns false when too few patches agree.
+/// Makes the view exact by patches, each of which finds its own shift: what only one image shows (a frame, a border)
+/// disturbs those that hold it and no others. Fills everything but num_matches. @returns false when too few patches
+/// agree.
 bool refine(const cv::Mat& reference, const cv::Mat& image, cv::Matx33d& h, ImageAlignment& result) {
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     const PatchMatches patches = match_patches(reference, image, h);
     if (patches.correlations.size() < static_cast<std::size_t>(kLeastInliers)) return false;
     std::vector<unsigned char> is_inlier;
-    const cv::Mat found = cv::findHomography(patches.matches.in_image, patches.matches.in_reference, cv::RANSAC, kPatchDistance_px,
-                                             is_inlier, 5000, 0.9999);
+    const cv::Mat found = cv::findHomography(patches.matches.in_image, patches.matches.in_reference, cv::RANSAC,
+                                             kPatchDistance_px, is_inlier, 5000, 0.9999);
     result.num_inliers = static_cast<int>(std::count(is_inlier.begin(), is_inlier.end(), 1));
     if (found.empty() || result.num_inliers < kLeastInliers) return false;
     h = cv::Matx33d(found.ptr<double>());
@@ -230,7 +233,8 @@ bool refine(const cv::Mat& reference, const cv::Mat& image, cv::Matx33d& h, Imag
 
 void check_image(const ImageF& image) {
   if (image.channels() != 1 || std::min(image.width(), image.height()) < kLeastSide) {
-    throw InvalidInput("alignment: an image must be gray and have at least " + std::to_string(kLeastSide) + " pixels a side");
+    throw InvalidInput("alignment: an image must be gray and have at least " + std::to_string(kLeastSide) +
+                       " pixels a side");
   }
 }
 
@@ -238,10 +242,14 @@ void check_image(const ImageF& image) {
 
 std::string alignment_status_text(AlignmentStatus status) {
   switch (status) {
-    case AlignmentStatus::Converged: return "converged";
-    case AlignmentStatus::TooFewDetails: return "too few details to match";
-    case AlignmentStatus::NoAgreement: return "no view in which enough details agree";
-    case AlignmentStatus::Doubtful: break;
+    case AlignmentStatus::Converged:
+      return "converged";
+    case AlignmentStatus::TooFewDetails:
+      return "too few details to match";
+    case AlignmentStatus::NoAgreement:
+      return "no view in which enough details agree";
+    case AlignmentStatus::Doubtful:
+      break;
   }
   return "a view was found in which the images do not look alike";
 }
@@ -265,7 +273,8 @@ ImageAlignment align_images(const ImageF& reference, const ImageF& image, const 
 
   result.status = AlignmentStatus::NoAgreement;
   std::vector<unsigned char> is_inlier;
-  const cv::Mat found = cv::findHomography(matches.in_image, matches.in_reference, cv::RANSAC, kInlierDistance_px, is_inlier, 5000, 0.9999);
+  const cv::Mat found = cv::findHomography(matches.in_image, matches.in_reference, cv::RANSAC, kInlierDistance_px,
+                                           is_inlier, 5000, 0.9999);
   result.num_inliers = static_cast<int>(std::count(is_inlier.begin(), is_inlier.end(), 1));
   if (found.empty() || result.num_inliers < kLeastInliers) return result;
   cv::Matx33d h(found.ptr<double>());
@@ -323,8 +332,8 @@ WarpedImage warp_image(const ImageF& image, const Eigen::Matrix3d& reference_fro
     for (int x = 0; x < width; ++x) {
       const Eigen::Vector3d p = reference_from_image.inverse() * Eigen::Vector3d(x, y, 1.0);
       const Eigen::Vector2d at = p.head<2>() / p.z();
-      const bool is_inside = p.z() * determinant > 0.0 && at.x() >= -0.5 && at.y() >= -0.5 && at.x() <= image.width() - 0.5 &&
-                             at.y() <= image.height() - 0.5;
+      const bool is_inside = p.z() * determinant > 0.0 && at.x() >= -0.5 && at.y() >= -0.5 &&
+                             at.x() <= image.width() - 0.5 && at.y() <= image.height() - 0.5;
       warped.coverage.at(x, y) = is_inside ? 255 : 0;
       for (float& v : warped.values.pixel(x, y)) v = is_inside && std::isfinite(v) ? std::max(0.0f, v) : 0.0f;
     }

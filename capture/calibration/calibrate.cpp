@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/calibration/calibrate_kinds.h"
-#include "patinate/core/error.h"
 #include "libcommon/geometry/length_unit.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -15,11 +15,14 @@ constexpr std::size_t kMaxPoints = 100'000;
 }  // namespace
 
 void describe(OptionVisitor& v, LambertianRunOptions& o) {
-  v.visit({"sample_step", "side of the squares of pixels that are averaged to a sample", "px", between(1, 1000)}, o.sample_step_px);
+  v.visit({"sample_step", "side of the squares of pixels that are averaged to a sample", "px", between(1, 1000)},
+          o.sample_step_px);
   describe(v, o.lights);
 }
 
-double read_mm_per_unit(JsonReader& json) { return kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))]; }
+double read_mm_per_unit(JsonReader& json) {
+  return kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
+}
 
 std::vector<Vec2> read_pixels(const JsonReader& json) {
   std::vector<Vec2> pixels;
@@ -50,10 +53,14 @@ Json matrix_json(const Eigen::MatrixXd& matrix) {
 }
 
 Json result_json(CalibrationKind kind) {
-  return Json{{"format", "patinate.calibration"}, {"version", 1}, {"kind", std::string(kCalibrationKindNames[static_cast<std::size_t>(kind)])}, {"unit", "mm"}};
+  return Json{{"format", "patinate.calibration"},
+              {"version", 1},
+              {"kind", std::string(kCalibrationKindNames[static_cast<std::size_t>(kind)])},
+              {"unit", "mm"}};
 }
 
-CalibrationOutput calibrate(CalibrationKind kind, JsonReader json, const CalibrateOptions& options, const RunControl& control) {
+CalibrationOutput calibrate(CalibrationKind kind, JsonReader json, const CalibrateOptions& options,
+                            const RunControl& control) {
   json.expect_format("patinate.calibrate", 1);
   const JsonReader named = json.member("kind");
   if (named.choice(kCalibrationKindNames) != static_cast<int>(kind)) {
@@ -61,10 +68,14 @@ CalibrationOutput calibrate(CalibrationKind kind, JsonReader json, const Calibra
   }
   if (json.has("name")) (void)json.member("name").string();
   switch (kind) {
-    case CalibrationKind::Camera: return run_camera(json, options.camera, control);
-    case CalibrationKind::Spheres: return run_spheres(json, options.spheres, control);
-    case CalibrationKind::Lambertian: return run_lambertian(json, options.lambertian, control);
-    case CalibrationKind::Response: return run_response(json, options.response);
+    case CalibrationKind::Camera:
+      return run_camera(json, options.camera, control);
+    case CalibrationKind::Spheres:
+      return run_spheres(json, options.spheres, control);
+    case CalibrationKind::Lambertian:
+      return run_lambertian(json, options.lambertian, control);
+    case CalibrationKind::Response:
+      return run_response(json, options.response);
   }
   return {};
 }

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "capture/calibration/response.h"
 #include "patinate/capture/camera_calibration.h"
 #include "patinate/capture/lambertian_lights.h"
-#include "capture/calibration/response.h"
 #include "patinate/capture/sphere_lights.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image.h"
@@ -35,7 +35,8 @@ struct CalibrateOptions {
 
 /// What a calibration found.
 struct CalibrationOutput {
-  std::shared_ptr<Json> json;      ///< A file of format patinate.calibration: `camera`, `lights` or `response`, and a `report`.
+  std::shared_ptr<Json>
+      json;  ///< A file of format patinate.calibration: `camera`, `lights` or `response`, and a `report`.
   std::optional<Camera> camera;    ///< Of kind camera: the one that was found; else the one that was given. mm.
   std::vector<Light> lights;       ///< mm.
   std::vector<std::string> lines;  ///< What a person wants to know.
@@ -43,8 +44,9 @@ struct CalibrationOutput {
 };
 
 /// Reads what `json` names and runs the stage.
-/// @throws IoError for the description or a file it names, CannotComplete when the data leave the result open (the message says what
-/// would help), InvalidInput as the stages.
-[[nodiscard]] CalibrationOutput calibrate(CalibrationKind kind, JsonReader json, const CalibrateOptions& options = {}, const RunControl& control = {});
+/// @throws IoError for the description or a file it names, CannotComplete when the data leave the result open (the
+/// message says what would help), InvalidInput as the stages.
+[[nodiscard]] CalibrationOutput calibrate(CalibrationKind kind, JsonReader json, const CalibrateOptions& options = {},
+                                          const RunControl& control = {});
 
 }  // namespace patinate::capture

@@ -7,9 +7,12 @@
 namespace patinate::capture {
 
 /// The description's members beside `format`, `version` and `kind`.
-[[nodiscard]] CalibrationOutput run_camera(JsonReader& json, const CameraCalibrationOptions& options, const RunControl& control);
-[[nodiscard]] CalibrationOutput run_spheres(JsonReader& json, const SphereLightOptions& options, const RunControl& control);
-[[nodiscard]] CalibrationOutput run_lambertian(JsonReader& json, const LambertianRunOptions& options, const RunControl& control);
+[[nodiscard]] CalibrationOutput run_camera(JsonReader& json, const CameraCalibrationOptions& options,
+                                           const RunControl& control);
+[[nodiscard]] CalibrationOutput run_spheres(JsonReader& json, const SphereLightOptions& options,
+                                            const RunControl& control);
+[[nodiscard]] CalibrationOutput run_lambertian(JsonReader& json, const LambertianRunOptions& options,
+                                               const RunControl& control);
 [[nodiscard]] CalibrationOutput run_response(JsonReader& json, const ResponseOptions& options);
 
 /// `unit` of the description, mm per unit. @throws IoError when it is missing.

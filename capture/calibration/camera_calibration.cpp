@@ -17,7 +17,8 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::array<std::string_view, 5> kLensNames{"none", "k1", "k1k2", "k1k2p1p2", "all"};
-constexpr std::array<const char*, kNumCameraNumbers> kNames{"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "turn_x", "turn_y", "turn_z", "x", "y", "z"};
+constexpr std::array<const char*, kNumCameraNumbers> kNames{"fx", "fy",     "cx",     "cy",     "k1", "k2", "p1", "p2",
+                                                            "k3", "turn_x", "turn_y", "turn_z", "x",  "y",  "z"};
 
 /// Sizes of a set of points: standard deviations along its axes, ascending.
 Vec3 extents_of(const std::vector<Vec3>& points) {
@@ -28,22 +29,29 @@ Vec3 extents_of(const std::vector<Vec3>& points) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues().cwiseMax(0.0).cwiseSqrt();
 }
 
-std::string name_of(const PointView& view, std::size_t index) { return view.name.empty() ? "view " + std::to_string(index + 1) : view.name; }
+std::string name_of(const PointView& view, std::size_t index) {
+  return view.name.empty() ? "view " + std::to_string(index + 1) : view.name;
+}
 
 void check(const PointView& view, const std::string& name, std::size_t at_least) {
   if (view.points_mm.size() != view.pixels.size()) {
-    throw InvalidInput(name + ": " + std::to_string(view.points_mm.size()) + " points, but " + std::to_string(view.pixels.size()) + " pixels");
+    throw InvalidInput(name + ": " + std::to_string(view.points_mm.size()) + " points, but " +
+                       std::to_string(view.pixels.size()) + " pixels");
   }
-  if (view.pixels.size() < at_least) throw InvalidInput(name + ": " + std::to_string(view.pixels.size()) + " points; at least " + std::to_string(at_least) + " are needed");
+  if (view.pixels.size() < at_least)
+    throw InvalidInput(name + ": " + std::to_string(view.pixels.size()) + " points; at least " +
+                       std::to_string(at_least) + " are needed");
   for (std::size_t i = 0; i < view.pixels.size(); ++i) {
-    if (!view.points_mm[i].allFinite() || !view.pixels[i].allFinite()) throw InvalidInput(name + ": point " + std::to_string(i + 1) + " is not finite");
+    if (!view.points_mm[i].allFinite() || !view.pixels[i].allFinite())
+      throw InvalidInput(name + ": point " + std::to_string(i + 1) + " is not finite");
   }
   const Vec3 extents = extents_of(view.points_mm);
   constexpr double kLine = 1e-6;
   if (!(extents[1] > kLine * extents[2])) throw InvalidInput(name + ": its points lie on a line");
 }
 
-/// The pose that fits a view best for a camera without distortion, and the squares of the residuals in pixels; nothing where there is none.
+/// The pose that fits a view best for a camera without distortion, and the squares of the residuals in pixels; nothing
+/// where there is none.
 struct Start {
   RigidTransform pose;
   double squares = 0.0;
@@ -98,7 +106,8 @@ CameraProblem start_of(int width, int height, const std::vector<const PointView*
     }
     if (squares < least) least = squares, best = problem;
   }
-  if (best.poses.empty()) throw InvalidInput("no pose of the target fits the pixels; check that points and pixels are in the same order");
+  if (best.poses.empty())
+    throw InvalidInput("no pose of the target fits the pixels; check that points and pixels are in the same order");
   return best;
 }
 
@@ -113,25 +122,32 @@ int number_of(int parameter, int num_lens, bool has_pose) {
 
 void describe(OptionVisitor& v, CameraCalibrationOptions& o) {
   v.visit_choice({"lens", "terms of the lens that are fitted"}, o.lens, kLensNames);
-  v.visit({"huber_sigmas", "points farther off than so many standard deviations weigh less", "", above(0)}, o.huber_sigmas);
-  v.visit({"max_focal_sd", "a focal length known worse than this share of it counts as not determined", "", above(0)}, o.max_focal_sd);
+  v.visit({"huber_sigmas", "points farther off than so many standard deviations weigh less", "", above(0)},
+          o.huber_sigmas);
+  v.visit({"max_focal_sd", "a focal length known worse than this share of it counts as not determined", "", above(0)},
+          o.max_focal_sd);
 }
 
 std::string calibration_status_text(CalibrationStatus status) {
   switch (status) {
-    case CalibrationStatus::Converged: return "converged";
-    case CalibrationStatus::Undetermined: return "undetermined";
-    case CalibrationStatus::IterationLimit: return "iteration limit";
+    case CalibrationStatus::Converged:
+      return "converged";
+    case CalibrationStatus::Undetermined:
+      return "undetermined";
+    case CalibrationStatus::IterationLimit:
+      return "iteration limit";
   }
   return "";
 }
 
 const char* camera_number_name(int index) { return kNames[static_cast<std::size_t>(index)]; }
 
-CameraCalibration calibrate_camera(int width, int height, const std::vector<PointView>& targets, const PointView& scanner,
-                                   const CameraCalibrationOptions& options, const RunControl& control) {
+CameraCalibration calibrate_camera(int width, int height, const std::vector<PointView>& targets,
+                                   const PointView& scanner, const CameraCalibrationOptions& options,
+                                   const RunControl& control) {
   check_ranges(options);
-  if (width < 1 || height < 1 || width > 65536 || height > 65536) throw InvalidInput("the photographs' size is out of range; expected 1 to 65536 pixels");
+  if (width < 1 || height < 1 || width > 65536 || height > 65536)
+    throw InvalidInput("the photographs' size is out of range; expected 1 to 65536 pixels");
   std::vector<const PointView*> views;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < targets.size(); ++i) {
@@ -155,7 +171,8 @@ CameraCalibration calibrate_camera(int width, int height, const std::vector<Poin
   for (const PointView* view : views) num_numbers += 2 * view->pixels.size();
   const std::size_t num_unknowns = 4 + static_cast<std::size_t>(num_lens_terms(options.lens)) + 6 * views.size();
   if (num_numbers < num_unknowns) {
-    throw InvalidInput("too few points: " + std::to_string(num_numbers) + " numbers for " + std::to_string(num_unknowns) + " unknowns");
+    throw InvalidInput("too few points: " + std::to_string(num_numbers) + " numbers for " +
+                       std::to_string(num_unknowns) + " unknowns");
   }
 
   CameraProblem problem = start_of(width, height, views);
@@ -168,7 +185,8 @@ CameraCalibration calibrate_camera(int width, int height, const std::vector<Poin
   const std::size_t own = has_scanner ? views.size() - 1 : 0;
   CameraParameters& p = result.camera;
   p.width = width, p.height = height;
-  p.fx = problem.focal_center[0], p.fy = problem.focal_center[1], p.cx = problem.focal_center[2], p.cy = problem.focal_center[3];
+  p.fx = problem.focal_center[0], p.fy = problem.focal_center[1], p.cx = problem.focal_center[2],
+  p.cy = problem.focal_center[3];
   p.distortion = problem.lens;
   p.rotation = problem.poses[own].rotation;
   p.translation = problem.poses[own].translation;
@@ -176,7 +194,9 @@ CameraCalibration calibrate_camera(int width, int height, const std::vector<Poin
   double squares = 0.0;
   std::size_t num_points = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    CameraCalibration::View view{.name = names[v], .camera_from_target = problem.poses[v], .num_points = static_cast<int>(views[v]->pixels.size())};
+    CameraCalibration::View view{.name = names[v],
+                                 .camera_from_target = problem.poses[v],
+                                 .num_points = static_cast<int>(views[v]->pixels.size())};
     double sum = 0.0;
     for (const double r : solution.residuals[v]) {
       sum += r * r;
@@ -197,13 +217,15 @@ CameraCalibration calibrate_camera(int width, int height, const std::vector<Poin
   double worst = 0.0;
   for (int i = 0; i < size; ++i) {
     const int a = number_of(i, num_lens, has_scanner);
-    if (std::abs(info.weakest[i]) > worst) worst = std::abs(info.weakest[i]), result.weakest = a >= 0 ? camera_number_name(a) : "a view's pose";
+    if (std::abs(info.weakest[i]) > worst)
+      worst = std::abs(info.weakest[i]), result.weakest = a >= 0 ? camera_number_name(a) : "a view's pose";
     for (int k = 0; k < size && info.is_determined; ++k) {
       const int b = number_of(k, num_lens, has_scanner);
       if (a >= 0 && b >= 0) result.covariance(a, b) = solution.sigma_px * solution.sigma_px * info.covariance(i, k);
     }
   }
-  const double focal_sd = std::sqrt(std::max(result.covariance(0, 0) / (p.fx * p.fx), result.covariance(1, 1) / (p.fy * p.fy)));
+  const double focal_sd =
+      std::sqrt(std::max(result.covariance(0, 0) / (p.fx * p.fx), result.covariance(1, 1) / (p.fy * p.fy)));
   const bool is_camera = p.fx > 0 && p.fy > 0 && std::isfinite(p.fx) && std::isfinite(p.fy);
   if (!info.is_determined || !is_camera || focal_sd > options.max_focal_sd) {
     result.status = CalibrationStatus::Undetermined;

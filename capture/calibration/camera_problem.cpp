@@ -40,13 +40,15 @@ struct Pose {
 };
 
 /// One problem over `poses`; losses of `huber_px`, none when it is 0.
-void build(ceres::Problem& problem, const std::vector<const PointView*>& views, const CameraProblem& start, double huber_px, LensTerms lens,
-           std::array<double, 4>& focal_center, std::array<double, 5>& lens_numbers, std::vector<Pose>& poses) {
+void build(ceres::Problem& problem, const std::vector<const PointView*>& views, const CameraProblem& start,
+           double huber_px, LensTerms lens, std::array<double, 4>& focal_center, std::array<double, 5>& lens_numbers,
+           std::vector<Pose>& poses) {
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (std::size_t i = 0; i < views[v]->pixels.size(); ++i) {
       auto* error = new PixelError{start.poses[v].rotation * views[v]->points_mm[i], views[v]->pixels[i]};
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PixelError, 2, 4, 5, 3, 3>(error), huber_px > 0 ? new ceres::HuberLoss(huber_px) : nullptr,
-                               focal_center.data(), lens_numbers.data(), poses[v].turn.data(), poses[v].shift.data());
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PixelError, 2, 4, 5, 3, 3>(error),
+                               huber_px > 0 ? new ceres::HuberLoss(huber_px) : nullptr, focal_center.data(),
+                               lens_numbers.data(), poses[v].turn.data(), poses[v].shift.data());
     }
   }
   const int fitted = num_lens_terms(lens);
@@ -66,7 +68,8 @@ int num_lens_terms(LensTerms lens) {
   return kNumTerms[static_cast<std::size_t>(lens)];
 }
 
-CameraSolution refine_camera(const std::vector<const PointView*>& views, const CameraCalibrationOptions& options, CameraProblem& start) {
+CameraSolution refine_camera(const std::vector<const PointView*>& views, const CameraCalibrationOptions& options,
+                             CameraProblem& start) {
   CameraSolution solution;
   double huber_px = 0.0;
   for (int round = 0; round <= kRounds; ++round) {
@@ -84,7 +87,8 @@ CameraSolution refine_camera(const std::vector<const PointView*>& views, const C
     if (round == kRounds) {
       std::vector<double*> blocks{start.focal_center.data()};
       if (num_lens_terms(options.lens) > 0) blocks.push_back(start.lens.data());
-      for (std::size_t v = views.size(); v-- > 0;) blocks.push_back(poses[v].turn.data()), blocks.push_back(poses[v].shift.data());
+      for (std::size_t v = views.size(); v-- > 0;)
+        blocks.push_back(poses[v].turn.data()), blocks.push_back(poses[v].shift.data());
       solution.information = information_of(problem, blocks);
       double squares = 0.0;
       int num_near = 0;
@@ -95,11 +99,13 @@ CameraSolution refine_camera(const std::vector<const PointView*>& views, const C
       std::size_t at = 0;
       for (const PointView* view : views) {
         solution.residuals.emplace_back();
-        for (std::size_t i = 0; i < view->pixels.size(); ++i, at += 2) solution.residuals.back().push_back(std::hypot(residuals[at], residuals[at + 1]));
+        for (std::size_t i = 0; i < view->pixels.size(); ++i, at += 2)
+          solution.residuals.back().push_back(std::hypot(residuals[at], residuals[at + 1]));
       }
     }
     for (std::size_t v = 0; v < views.size(); ++v) {
-      start.poses[v].rotation = rotation_of(Vec3(poses[v].turn[0], poses[v].turn[1], poses[v].turn[2])) * start.poses[v].rotation;
+      start.poses[v].rotation =
+          rotation_of(Vec3(poses[v].turn[0], poses[v].turn[1], poses[v].turn[2])) * start.poses[v].rotation;
       start.poses[v].translation = {poses[v].shift[0], poses[v].shift[1], poses[v].shift[2]};
     }
   }

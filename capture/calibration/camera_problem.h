@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "patinate/capture/camera_calibration.h"
 #include "capture/calibration/ceres_solve.h"
+#include "patinate/capture/camera_calibration.h"
 
 namespace patinate::capture {
 
@@ -19,13 +19,15 @@ struct CameraProblem {
 struct CameraSolution {
   bool has_converged = false;
   double sigma_px = 0.0;
-  Information information;            ///< Blocks: focal_center, the lens terms that are fitted, then the last view's turn and shift, then the others'.
+  Information information;  ///< Blocks: focal_center, the lens terms that are fitted, then the last view's turn and
+                            ///< shift, then the others'.
   std::vector<std::vector<double>> residuals;  ///< Distance in pixels of each point of each view.
 };
 
 /// How many of k1 k2 p1 p2 k3 are fitted.
 [[nodiscard]] int num_lens_terms(LensTerms lens);
 /// Refines `problem` in place.
-[[nodiscard]] CameraSolution refine_camera(const std::vector<const PointView*>& views, const CameraCalibrationOptions& options, CameraProblem& start);
+[[nodiscard]] CameraSolution refine_camera(const std::vector<const PointView*>& views,
+                                           const CameraCalibrationOptions& options, CameraProblem& start);
 
 }  // namespace patinate::capture

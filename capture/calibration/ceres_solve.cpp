@@ -29,7 +29,8 @@ SolveReport solve_quietly(ceres::Problem& problem, int max_iterations) {
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  return {.has_converged = summary.termination_type == ceres::CONVERGENCE, .num_iterations = static_cast<int>(summary.iterations.size())};
+  return {.has_converged = summary.termination_type == ceres::CONVERGENCE,
+          .num_iterations = static_cast<int>(summary.iterations.size())};
 }
 
 Information information_of(ceres::Problem& problem, const std::vector<double*>& blocks) {
@@ -49,7 +50,8 @@ Information information_of(ceres::Problem& problem, const std::vector<double*>& 
     const auto begin = static_cast<std::size_t>(jacobian.rows[static_cast<std::size_t>(row)]);
     const auto end = static_cast<std::size_t>(jacobian.rows[static_cast<std::size_t>(row) + 1]);
     for (std::size_t a = begin; a < end; ++a) {
-      for (std::size_t b = begin; b < end; ++b) normal(jacobian.cols[a], jacobian.cols[b]) += jacobian.values[a] * jacobian.values[b];
+      for (std::size_t b = begin; b < end; ++b)
+        normal(jacobian.cols[a], jacobian.cols[b]) += jacobian.values[a] * jacobian.values[b];
     }
   }
   if (n == 0 || !normal.allFinite()) return info;
@@ -65,7 +67,8 @@ Information information_of(ceres::Problem& problem, const std::vector<double*>& 
   info.is_determined = info.condition > kMinCondition;
   if (!info.is_determined) return info;
   const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseInverse();
-  info.covariance = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  info.covariance = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
+                    eigen.eigenvectors().transpose() * scale.asDiagonal();
   return info;
 }
 

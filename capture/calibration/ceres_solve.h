@@ -1,5 +1,6 @@
 /// \file
-/// What every least-squares problem here does with Ceres: solve without a word, and say how well its parameters are known.
+/// What every least-squares problem here does with Ceres: solve without a word, and say how well its parameters are
+/// known.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,20 +16,23 @@ struct SolveReport {
   bool has_converged = false;
   int num_iterations = 0;
 };
-/// Dense, one thread (sums in one order: equal bits), nothing printed; until a step changes parameters by less than 1e-12 of their size.
+/// Dense, one thread (sums in one order: equal bits), nothing printed; until a step changes parameters by less than
+/// 1e-12 of their size.
 SolveReport solve_quietly(ceres::Problem& problem, int max_iterations = 200);
 
 /// Gauss-Newton's view of a solution. Parameters are stacked as `blocks` are given, each in its tangent space.
 struct Information {
-  bool is_determined = false;    ///< Whether the information can be inverted: reciprocal condition above 1e-13, its diagonal brought to 1.
-  double condition = 0.0;        ///< The reciprocal condition.
-  Eigen::MatrixXd covariance;    ///< For residuals of unit variance; empty when undetermined.
-  Eigen::VectorXd weakest;       ///< Unit vector, parameters scaled by the diagonal: what is known worst.
-  double sum_squares = 0.0;      ///< Of the residuals, without the loss.
+  bool is_determined =
+      false;  ///< Whether the information can be inverted: reciprocal condition above 1e-13, its diagonal brought to 1.
+  double condition = 0.0;      ///< The reciprocal condition.
+  Eigen::MatrixXd covariance;  ///< For residuals of unit variance; empty when undetermined.
+  Eigen::VectorXd weakest;     ///< Unit vector, parameters scaled by the diagonal: what is known worst.
+  double sum_squares = 0.0;    ///< Of the residuals, without the loss.
   int num_residuals = 0;
   int num_parameters = 0;
 };
-/// @param blocks  Every block of the problem that is not constant. Residuals that a loss weighs down count as much as the loss lets them.
+/// @param blocks  Every block of the problem that is not constant. Residuals that a loss weighs down count as much as
+/// the loss lets them.
 [[nodiscard]] Information information_of(ceres::Problem& problem, const std::vector<double*>& blocks);
 
 /// Of the parameters as they stand, each at its full size however its loss weighs it.

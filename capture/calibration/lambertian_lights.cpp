@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "capture/calibration/lambertian_problem.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -18,12 +18,14 @@ constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kMinSamples = 20;
 
 /// Samples that tell something: not saturated, finite. @throws InvalidInput
-std::vector<ShadedSample> usable(const std::vector<ShadedSample>& samples, std::size_t light, const LambertianLightOptions& options) {
+std::vector<ShadedSample> usable(const std::vector<ShadedSample>& samples, std::size_t light,
+                                 const LambertianLightOptions& options) {
   const std::string name = "light " + std::to_string(light + 1);
   std::vector<ShadedSample> used;
   double brightest = 0.0;
   for (const ShadedSample& s : samples) {
-    if (!s.point_mm.allFinite() || !s.normal.allFinite() || !s.value.allFinite() || !s.pixel.allFinite()) throw InvalidInput(name + ": a sample is not finite");
+    if (!s.point_mm.allFinite() || !s.normal.allFinite() || !s.value.allFinite() || !s.pixel.allFinite())
+      throw InvalidInput(name + ": a sample is not finite");
     if (!(std::abs(s.normal.norm() - 1.0) < 1e-3)) throw InvalidInput(name + ": a sample's normal is not of length 1");
     if (s.value.maxCoeff() >= options.saturated) continue;
     brightest = std::max(brightest, s.value.maxCoeff());
@@ -31,7 +33,8 @@ std::vector<ShadedSample> usable(const std::vector<ShadedSample>& samples, std::
   }
   if (used.size() < kMinSamples) {
     const bool is_white = samples.size() >= kMinSamples;
-    throw InvalidInput(name + (is_white ? ": nearly all samples are saturated; expected a shorter exposure" : ": too few samples of the object; expected at least 20"));
+    throw InvalidInput(name + (is_white ? ": nearly all samples are saturated; expected a shorter exposure"
+                                        : ": too few samples of the object; expected at least 20"));
   }
   constexpr double kBlack = 1e-4;
   if (!(brightest > kBlack)) throw InvalidInput(name + ": the photographs are black where the object is");
@@ -50,7 +53,8 @@ LinearFit fit_at(const std::vector<ShadedSample>& samples, const Vec3& position,
   std::vector<double> shades;
   for (const ShadedSample& s : samples) {
     const Vec3 to_light = position - s.point_mm;
-    const double shade = scale_mm * scale_mm * std::max(0.0, to_light.dot(s.normal)) / std::pow(to_light.squaredNorm(), 1.5);
+    const double shade =
+        scale_mm * scale_mm * std::max(0.0, to_light.dot(s.normal)) / std::pow(to_light.squaredNorm(), 1.5);
     shades.push_back(shade);
     aa += shade * shade, a1 += shade, av += shade * s.value, v1 += s.value;
   }
@@ -62,7 +66,8 @@ LinearFit fit_at(const std::vector<ShadedSample>& samples, const Vec3& position,
   if (has_ambient) fit.ambient = (aa * v1 - a1 * av) / det;
   if (!(fit.strength.minCoeff() > 0)) return fit;
   fit.squares = 0.0;
-  for (std::size_t i = 0; i < samples.size(); ++i) fit.squares += (shades[i] * fit.strength + fit.ambient - samples[i].value).squaredNorm();
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    fit.squares += (shades[i] * fit.strength + fit.ambient - samples[i].value).squaredNorm();
   return fit;
 }
 
@@ -78,7 +83,8 @@ Extent extent_of(const std::vector<ShadedSample>& samples) {
 }
 
 /// Best of a Fibonacci sphere of directions times a series of distances.
-std::pair<Vec3, LinearFit> start_of(const std::vector<ShadedSample>& samples, const Extent& extent, double scale_mm, bool has_ambient, const RunControl& control) {
+std::pair<Vec3, LinearFit> start_of(const std::vector<ShadedSample>& samples, const Extent& extent, double scale_mm,
+                                    bool has_ambient, const RunControl& control) {
   constexpr int kDirections = 200, kDistances = 10;
   constexpr std::size_t kMaxSamples = 600;
   std::vector<ShadedSample> some;
@@ -90,12 +96,15 @@ std::pair<Vec3, LinearFit> start_of(const std::vector<ShadedSample>& samples, co
       const std::int64_t row = i / kDistances;
       const auto direction = static_cast<double>(row);
       const double z = 1.0 - 2.0 * (direction + 0.5) / kDirections, turn = 2.399963229728653 * direction;
-      const double flat = std::sqrt(1.0 - z * z), distance = 1.2 * extent.radius * std::pow(20.0, static_cast<double>(i % kDistances) / (kDistances - 1.0));
+      const double flat = std::sqrt(1.0 - z * z),
+                   distance =
+                       1.2 * extent.radius * std::pow(20.0, static_cast<double>(i % kDistances) / (kDistances - 1.0));
       const Vec3 position = extent.middle + distance * Vec3(flat * std::cos(turn), flat * std::sin(turn), z);
       fits[static_cast<std::size_t>(i)] = {position, fit_at(some, position, scale_mm, has_ambient)};
     }
   });
-  return *std::min_element(fits.begin(), fits.end(), [](const auto& a, const auto& b) { return a.second.squares < b.second.squares; });
+  return *std::min_element(fits.begin(), fits.end(),
+                           [](const auto& a, const auto& b) { return a.second.squares < b.second.squares; });
 }
 
 }  // namespace
@@ -105,8 +114,10 @@ void describe(OptionVisitor& v, LambertianLightOptions& o) {
   v.visit({"ambient", "fit light that is there without the lamps"}, o.has_ambient);
   v.visit({"vignetting", "fit the lens's darkening toward the corners"}, o.has_vignetting);
   v.visit({"saturated", "linear value from which on a pixel is left out", "", above(0)}, o.saturated);
-  v.visit({"huber_sigmas", "pixels farther off than so many standard deviations weigh less", "", above(0)}, o.huber_sigmas);
-  v.visit({"max_distance_sd", "a distance known worse than this share of it counts as not determined", "", above(0)}, o.max_distance_sd);
+  v.visit({"huber_sigmas", "pixels farther off than so many standard deviations weigh less", "", above(0)},
+          o.huber_sigmas);
+  v.visit({"max_distance_sd", "a distance known worse than this share of it counts as not determined", "", above(0)},
+          o.max_distance_sd);
 }
 
 LambertianLightResult lights_from_lambertian(const Camera& camera, const std::vector<std::vector<ShadedSample>>& given,
@@ -119,25 +130,31 @@ LambertianLightResult lights_from_lambertian(const Camera& camera, const std::ve
   for (std::size_t k = 0; k < given.size(); ++k) {
     samples.push_back(usable(given[k], k, options));
     extents.push_back(extent_of(samples.back()));
-    if (!(extents.back().radius > 0)) throw InvalidInput("light " + std::to_string(k + 1) + ": all samples lie in one point");
+    if (!(extents.back().radius > 0))
+      throw InvalidInput("light " + std::to_string(k + 1) + ": all samples lie in one point");
     problem.scale_mm = std::max(problem.scale_mm, 4.0 * extents.back().radius);
   }
   for (std::size_t k = 0; k < given.size(); ++k) {
     const auto [position, fit] = start_of(samples[k], extents[k], problem.scale_mm, options.has_ambient, control);
-    if (!std::isfinite(fit.squares)) throw InvalidInput("light " + std::to_string(k + 1) + ": no place of a light explains the photographs");
+    if (!std::isfinite(fit.squares))
+      throw InvalidInput("light " + std::to_string(k + 1) + ": no place of a light explains the photographs");
     problem.positions.push_back(position);
     problem.strengths.push_back(fit.strength);
     problem.ambient += fit.ambient / static_cast<double>(given.size());
     // What faces away tells nothing; what is in its own shadow would only pull.
-    std::erase_if(samples[k], [&place = position](const ShadedSample& s) { return (place - s.point_mm).dot(s.normal) <= 0.05 * (place - s.point_mm).norm(); });
-    if (samples[k].size() < kMinSamples) throw InvalidInput("light " + std::to_string(k + 1) + " lies behind the object");
+    std::erase_if(samples[k], [&place = position](const ShadedSample& s) {
+      return (place - s.point_mm).dot(s.normal) <= 0.05 * (place - s.point_mm).norm();
+    });
+    if (samples[k].size() < kMinSamples)
+      throw InvalidInput("light " + std::to_string(k + 1) + " lies behind the object");
   }
   const CameraParameters& p = camera.parameters();
   std::vector<std::vector<double>> radius2;
   for (const auto& of_light : samples) {
     radius2.emplace_back();
     for (const ShadedSample& s : of_light) {
-      radius2.back().push_back((s.pixel - Vec2(0.5 * (p.width - 1), 0.5 * (p.height - 1))).squaredNorm() / Vec2(0.5 * p.width, 0.5 * p.height).squaredNorm());
+      radius2.back().push_back((s.pixel - Vec2(0.5 * (p.width - 1), 0.5 * (p.height - 1))).squaredNorm() /
+                               Vec2(0.5 * p.width, 0.5 * p.height).squaredNorm());
     }
   }
   control.throw_if_stopped();
@@ -159,9 +176,11 @@ LambertianLightResult lights_from_lambertian(const Camera& camera, const std::ve
       const auto at = static_cast<Eigen::Index>(6 * k);
       Eigen::Matrix<double, 6, 1> units;
       units << 1, 1, 1, strength_to_intensity, strength_to_intensity, strength_to_intensity;
-      light.covariance = solution.sigma * solution.sigma * units.asDiagonal() * solution.information.covariance.block<6, 6>(at, at) * units.asDiagonal();
+      light.covariance = solution.sigma * solution.sigma * units.asDiagonal() *
+                         solution.information.covariance.block<6, 6>(at, at) * units.asDiagonal();
       const Vec3 along = to_light.normalized();
-      light.distance_sd = std::sqrt(std::max(0.0, along.dot(light.covariance.topLeftCorner<3, 3>() * along))) / to_light.norm();
+      light.distance_sd =
+          std::sqrt(std::max(0.0, along.dot(light.covariance.topLeftCorner<3, 3>() * along))) / to_light.norm();
     }
     const bool is_light = light.light.intensity.minCoeff() > 0 && light.light.position.allFinite();
     if (!is_light || !(light.distance_sd <= options.max_distance_sd)) {

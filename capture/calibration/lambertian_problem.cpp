@@ -35,7 +35,8 @@ struct ShadeError {
 
 }  // namespace
 
-LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>>& samples, const std::vector<std::vector<double>>& radius2,
+LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>>& samples,
+                                     const std::vector<std::vector<double>>& radius2,
                                      const LambertianLightOptions& options, LambertianProblem& start) {
   LambertianSolution solution;
   double huber = 0.0;
@@ -46,8 +47,9 @@ LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>
       for (std::size_t i = 0; i < samples[k].size(); ++i) {
         auto* error = new ShadeError{&samples[k][i], radius2[k][i], start.scale_mm * start.scale_mm};
         blocks[k].push_back(problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ShadeError, 3, 3, 3, 3, 2>(error),
-                                                     huber > 0 ? new ceres::HuberLoss(huber) : nullptr, start.positions[k].data(),
-                                                     start.strengths[k].data(), start.ambient.data(), start.vignetting.data()));
+                                                     huber > 0 ? new ceres::HuberLoss(huber) : nullptr,
+                                                     start.positions[k].data(), start.strengths[k].data(),
+                                                     start.ambient.data(), start.vignetting.data()));
       }
     }
     if (!options.has_ambient) problem.SetParameterBlockConstant(start.ambient.data());
@@ -58,7 +60,8 @@ LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>
     huber = options.huber_sigmas * typical;
     if (round < kRounds) continue;
     std::vector<double*> parameters;
-    for (std::size_t k = 0; k < samples.size(); ++k) parameters.push_back(start.positions[k].data()), parameters.push_back(start.strengths[k].data());
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      parameters.push_back(start.positions[k].data()), parameters.push_back(start.strengths[k].data());
     if (options.has_ambient) parameters.push_back(start.ambient.data());
     if (options.has_vignetting) parameters.push_back(start.vignetting.data());
     solution.information = information_of(problem, parameters);

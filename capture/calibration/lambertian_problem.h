@@ -14,17 +14,18 @@ struct LambertianProblem {
   std::vector<Vec3> strengths;  ///< albedo / pi * intensity / scale^2.
   Vec3 ambient = Vec3::Zero();
   Vec2 vignetting = Vec2::Zero();
-  double scale_mm = 1.0;        ///< Brings strengths to the size of values.
+  double scale_mm = 1.0;  ///< Brings strengths to the size of values.
 };
 struct LambertianSolution {
   bool has_converged = false;
   double sigma = 0.0;
-  Information information;       ///< Position and strength of each light in turn, then ambient and vignetting where fitted.
-  std::vector<double> rms;       ///< Of each light.
+  Information information;  ///< Position and strength of each light in turn, then ambient and vignetting where fitted.
+  std::vector<double> rms;  ///< Of each light.
 };
 
 /// radius2[light][sample]: squared distance from the picture's middle, 1 at its corners. Refines `problem` in place.
-[[nodiscard]] LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>>& samples, const std::vector<std::vector<double>>& radius2,
+[[nodiscard]] LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>>& samples,
+                                                   const std::vector<std::vector<double>>& radius2,
                                                    const LambertianLightOptions& options, LambertianProblem& start);
 
 }  // namespace patinate::capture

@@ -51,15 +51,18 @@ float value_of(const ImageF& photo, int x, int y) {
   return sum / static_cast<float>(photo.channels());
 }
 
-/// Centroid of the light above what is around, in a disc that is twice as wide as a piece and a little more: for pieces of a few pixels as exact as
-/// for large ones. Outside of the sphere (values < 0) nothing counts.
+/// Centroid of the light above what is around, in a disc that is twice as wide as a piece and a little more: for pieces
+/// of a few pixels as exact as for large ones. Outside of the sphere (values < 0) nothing counts.
 Vec2 centroid_around(const ImageF& values, const Vec2& middle, double area) {
   const double inner = 2.0 * std::sqrt(area / kPi) + 2.0, outer = inner + 3.0;
   std::vector<float> around;
   const auto each = [&](const auto& visit) {
-    for (int y = static_cast<int>(std::floor(middle.y() - outer)); y <= static_cast<int>(std::ceil(middle.y() + outer)); ++y) {
-      for (int x = static_cast<int>(std::floor(middle.x() - outer)); x <= static_cast<int>(std::ceil(middle.x() + outer)); ++x) {
-        if (values.contains(x, y) && values.at(x, y) >= 0.0f) visit(Vec2(x, y), values.at(x, y), (Vec2(x, y) - middle).norm());
+    for (int y = static_cast<int>(std::floor(middle.y() - outer)); y <= static_cast<int>(std::ceil(middle.y() + outer));
+         ++y) {
+      for (int x = static_cast<int>(std::floor(middle.x() - outer));
+           x <= static_cast<int>(std::ceil(middle.x() + outer)); ++x) {
+        if (values.contains(x, y) && values.at(x, y) >= 0.0f)
+          visit(Vec2(x, y), values.at(x, y), (Vec2(x, y) - middle).norm());
       }
     }
   };
@@ -126,7 +129,8 @@ std::vector<Piece> pieces_of(const ImageF& values, float threshold) {
 }  // namespace
 
 SphereFit fit_sphere(const Camera& camera, const MirrorSphere& sphere) {
-  if (!(sphere.radius_mm > 0) || !std::isfinite(sphere.radius_mm)) throw InvalidInput("a sphere's radius must be > 0 mm");
+  if (!(sphere.radius_mm > 0) || !std::isfinite(sphere.radius_mm))
+    throw InvalidInput("a sphere's radius must be > 0 mm");
   if (sphere.outline_px.size() < 5) throw InvalidInput("a sphere's outline needs at least 5 points");
   SphereFit fit;
   Vec2 middle = Vec2::Zero();
@@ -233,18 +237,23 @@ std::optional<MirroredRay> mirrored_ray(const Camera& camera, const Vec3& center
 
 std::string highlight_status_text(HighlightStatus status) {
   switch (status) {
-    case HighlightStatus::Found: return "found";
-    case HighlightStatus::OutOfPicture: return "the sphere is not wholly in the picture";
-    case HighlightStatus::None: return "no highlight: nothing on the sphere is much brighter than the rest";
-    case HighlightStatus::Several: return "several highlights of similar strength";
-    case HighlightStatus::TooLarge: return "the highlight covers too much of the sphere: overexposed";
+    case HighlightStatus::Found:
+      return "found";
+    case HighlightStatus::OutOfPicture:
+      return "the sphere is not wholly in the picture";
+    case HighlightStatus::None:
+      return "no highlight: nothing on the sphere is much brighter than the rest";
+    case HighlightStatus::Several:
+      return "several highlights of similar strength";
+    case HighlightStatus::TooLarge:
+      return "the highlight covers too much of the sphere: overexposed";
   }
   return "";
 }
 
 Highlight find_highlight(const ImageF& photo, const Camera& camera, const Vec3& center, double radius) {
-  constexpr double kRim = 0.97;         // Of the sphere's radius: its outline is mixed with what is behind.
-  constexpr float kMinContrast = 0.02f; // Linear, of full scale: less is noise of an 8-bit picture.
+  constexpr double kRim = 0.97;          // Of the sphere's radius: its outline is mixed with what is behind.
+  constexpr float kMinContrast = 0.02f;  // Linear, of full scale: less is noise of an 8-bit picture.
   constexpr double kSimilar = 0.4;
   constexpr double kMaxShare = 0.05;
   constexpr float kPlateau = 0.9f;
@@ -272,8 +281,10 @@ Highlight find_highlight(const ImageF& photo, const Camera& camera, const Vec3& 
     }
     low = low.cwiseMin(*p), high = high.cwiseMax(*p);
   }
-  const int x0 = std::max(0, static_cast<int>(std::floor(low.x()))), y0 = std::max(0, static_cast<int>(std::floor(low.y())));
-  const int x1 = std::min(photo.width() - 1, static_cast<int>(std::ceil(high.x()))), y1 = std::min(photo.height() - 1, static_cast<int>(std::ceil(high.y())));
+  const int x0 = std::max(0, static_cast<int>(std::floor(low.x()))),
+            y0 = std::max(0, static_cast<int>(std::floor(low.y())));
+  const int x1 = std::min(photo.width() - 1, static_cast<int>(std::ceil(high.x()))),
+            y1 = std::min(photo.height() - 1, static_cast<int>(std::ceil(high.y())));
   constexpr float kOutside = -1.0f;
   ImageF values(x1 - x0 + 1, y1 - y0 + 1, 1, kOutside);
   std::vector<float> inside;
@@ -294,10 +305,12 @@ Highlight find_highlight(const ImageF& photo, const Camera& camera, const Vec3& 
   result.contrast = static_cast<double>(peak - median);
   if (!(peak - median > kMinContrast)) return result;
   const std::vector<Piece> pieces = pieces_of(values, median + 0.5f * (peak - median));
-  // A plateau is the lamp itself, saturated; what is dimmer around it is flare and scattered light, which may lie to one side.
+  // A plateau is the lamp itself, saturated; what is dimmer around it is flare and scattered light, which may lie to
+  // one side.
   const std::vector<Piece> plateaus = pieces_of(values, median + kPlateau * (peak - median));
   const bool has_plateau = plateaus[0].area >= kMinPlateau;
-  result.pixel = (has_plateau ? plateaus[0].middle : centroid_around(values, pieces[0].centroid, pieces[0].area)) + Vec2(x0, y0);
+  result.pixel =
+      (has_plateau ? plateaus[0].middle : centroid_around(values, pieces[0].centroid, pieces[0].area)) + Vec2(x0, y0);
   result.area_px = pieces[0].area;
   if (pieces[0].area > kMaxShare * static_cast<double>(inside.size())) {
     result.status = result.contrast > kOverexposed ? HighlightStatus::TooLarge : HighlightStatus::None;

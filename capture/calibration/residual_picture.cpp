@@ -14,7 +14,14 @@ namespace {
 
 constexpr int kMaxWidth = 1200;
 using Color = std::array<float, 3>;
-constexpr std::array<Color, 8> kColors{{{0.9f, 0.2f, 0.1f}, {0.1f, 0.6f, 0.9f}, {0.2f, 0.8f, 0.2f}, {0.9f, 0.7f, 0.1f}, {0.8f, 0.2f, 0.8f}, {0.1f, 0.8f, 0.7f}, {0.9f, 0.5f, 0.5f}, {0.7f, 0.7f, 0.9f}}};
+constexpr std::array<Color, 8> kColors{{{0.9f, 0.2f, 0.1f},
+                                        {0.1f, 0.6f, 0.9f},
+                                        {0.2f, 0.8f, 0.2f},
+                                        {0.9f, 0.7f, 0.1f},
+                                        {0.8f, 0.2f, 0.8f},
+                                        {0.1f, 0.8f, 0.7f},
+                                        {0.9f, 0.5f, 0.5f},
+                                        {0.7f, 0.7f, 0.9f}}};
 
 class Canvas {
  public:
@@ -37,7 +44,9 @@ class Canvas {
       for (int x = static_cast<int>(std::floor(p.x() - reach)); x <= static_cast<int>(std::ceil(p.x() + reach)); ++x) {
         if (!image_.contains(x, y)) continue;
         const auto cover = static_cast<float>(std::clamp(0.5 * width + 0.5 - (Vec2(x, y) - p).norm(), 0.0, 1.0));
-        for (int c = 0; c < 3; ++c) image_.at(x, y, c) = std::max(image_.at(x, y, c) * (1 - cover), cover * color[static_cast<std::size_t>(c)] + image_.at(x, y, c) * (1 - cover));
+        for (int c = 0; c < 3; ++c)
+          image_.at(x, y, c) = std::max(image_.at(x, y, c) * (1 - cover),
+                                        cover * color[static_cast<std::size_t>(c)] + image_.at(x, y, c) * (1 - cover));
       }
     }
   }
@@ -71,8 +80,8 @@ ImageF view_residuals_picture(const CameraCalibration& calibration, const std::v
   return canvas.take();
 }
 
-ImageF spheres_picture(const ImageF& photo, const Camera& camera, const std::vector<SphereFit>& fits, const std::vector<MirrorSphere>& spheres,
-                       const Highlights& highlights) {
+ImageF spheres_picture(const ImageF& photo, const Camera& camera, const std::vector<SphereFit>& fits,
+                       const std::vector<MirrorSphere>& spheres, const Highlights& highlights) {
   const CameraParameters& p = camera.parameters();
   const double scale = scale_for(p.width);
   const int width = scaled(p.width, scale), height = scaled(p.height, scale);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -25,11 +25,13 @@ void check(const std::vector<ImageU8>& photos, const std::vector<double>& exposu
     if (!(e > 0) || !std::isfinite(e)) throw InvalidInput("exposures must be > 0");
     low = std::min(low, e), high = std::max(high, e);
   }
-  if (!(high > 1.05 * low)) throw InvalidInput("the exposures are all alike; expected a series, e.g. 1/60, 1/30, 1/15 s");
+  if (!(high > 1.05 * low))
+    throw InvalidInput("the exposures are all alike; expected a series, e.g. 1/60, 1/30, 1/15 s");
   for (const ImageU8& photo : photos) {
     if (photo.empty()) throw InvalidInput("a photograph is empty");
     if (!photo.same_size(photos[0]) || photo.channels() != photos[0].channels()) {
-      throw InvalidInput("the photographs differ in size: " + size_text(photo.width(), photo.height()) + " and " + size_text(photos[0].width(), photos[0].height()));
+      throw InvalidInput("the photographs differ in size: " + size_text(photo.width(), photo.height()) + " and " +
+                         size_text(photos[0].width(), photos[0].height()));
     }
   }
 }
@@ -60,10 +62,12 @@ std::vector<std::size_t> chosen_values(const std::vector<ImageU8>& photos, int c
 }
 
 double rms_against(const ResponseCurve& curve, const Response& response) {
-  // Both scaled to meet in the least squares, since a series has no absolute scale; the ends, which few pixels fix, weigh less.
+  // Both scaled to meet in the least squares, since a series has no absolute scale; the ends, which few pixels fix,
+  // weigh less.
   double ab = 0.0, bb = 0.0, aa = 0.0, weights = 0.0;
   for (int code = curve.low_code; code <= curve.high_code; ++code) {
-    const double a = curve.linear[static_cast<std::size_t>(code)], b = static_cast<double>(response.linear_from_code(static_cast<float>(code) / 255.0f));
+    const double a = curve.linear[static_cast<std::size_t>(code)],
+                 b = static_cast<double>(response.linear_from_code(static_cast<float>(code) / 255.0f));
     const double w = hat(code);
     ab += w * a * b, bb += w * b * b, aa += w * a * a, weights += w;
   }
@@ -81,7 +85,8 @@ void find_closest(ResponseCurve& curve) {
   double low = 0.3, high = 4.0;
   for (int i = 0; i < 60; ++i) {
     const double a = low + (high - low) / 3, b = high - (high - low) / 3;
-    const bool is_lower = rms_against(curve, {.kind = Response::Kind::Gamma, .gamma = a}) < rms_against(curve, {.kind = Response::Kind::Gamma, .gamma = b});
+    const bool is_lower = rms_against(curve, {.kind = Response::Kind::Gamma, .gamma = a}) <
+                          rms_against(curve, {.kind = Response::Kind::Gamma, .gamma = b});
     (is_lower ? high : low) = is_lower ? b : a;
   }
   // A free exponent fits a little better than the curve that is meant.
@@ -95,11 +100,14 @@ void describe(OptionVisitor& v, ResponseOptions& o) {
   v.visit({"num_pixels", "pixels that are compared", "", between(20, 2000)}, o.num_pixels);
 }
 
-ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::vector<double>& exposures, const ResponseOptions& options) {
+ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::vector<double>& exposures,
+                               const ResponseOptions& options) {
   check_ranges(options);
   check(photos, exposures);
   const std::vector<std::size_t> chosen = chosen_values(photos, options.num_pixels);
-  if (chosen.size() < 10) throw InvalidInput("the photographs do not change with the exposure; expected some that are neither black nor white");
+  if (chosen.size() < 10)
+    throw InvalidInput(
+        "the photographs do not change with the exposure; expected some that are neither black nor white");
   // Unknowns: log linear of each code, then log exposure of each pixel.
   const auto n = static_cast<Eigen::Index>(kNumCodes + chosen.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
@@ -130,19 +138,24 @@ ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::ve
   ResponseCurve curve;
   curve.low_code = 255, curve.high_code = 0;
   for (int code = 0; code < kNumCodes; ++code) {
-    if (seen[static_cast<std::size_t>(code)] > 0) curve.low_code = std::min(curve.low_code, code), curve.high_code = std::max(curve.high_code, code);
+    if (seen[static_cast<std::size_t>(code)] > 0)
+      curve.low_code = std::min(curve.low_code, code), curve.high_code = std::max(curve.high_code, code);
   }
-  if (!g.allFinite() || curve.high_code <= curve.low_code) throw InvalidInput("the exposure series determines no response");
-  for (int code = 0; code < kNumCodes; ++code) curve.linear[static_cast<std::size_t>(code)] = std::exp(g[code] - g[kNumCodes - 1]);
+  if (!g.allFinite() || curve.high_code <= curve.low_code)
+    throw InvalidInput("the exposure series determines no response");
+  for (int code = 0; code < kNumCodes; ++code)
+    curve.linear[static_cast<std::size_t>(code)] = std::exp(g[code] - g[kNumCodes - 1]);
   bool is_rising = true;
   for (std::size_t code = 1; code < kNumCodes; ++code) {
-    if (static_cast<int>(code) > curve.low_code && static_cast<int>(code) <= curve.high_code) is_rising = is_rising && curve.linear[code] > curve.linear[code - 1];
+    if (static_cast<int>(code) > curve.low_code && static_cast<int>(code) <= curve.high_code)
+      is_rising = is_rising && curve.linear[code] > curve.linear[code - 1];
     curve.linear[code] = std::max(curve.linear[code], curve.linear[code - 1]);
   }
   curve.linear[0] = 0.0;
   find_closest(curve);
   constexpr int kMinCovered = 150;
-  curve.status = is_rising && curve.high_code - curve.low_code >= kMinCovered ? ResponseStatus::Converged : ResponseStatus::Undetermined;
+  curve.status = is_rising && curve.high_code - curve.low_code >= kMinCovered ? ResponseStatus::Converged
+                                                                              : ResponseStatus::Undetermined;
   return curve;
 }
 

@@ -6,8 +6,8 @@
 #include "capture/calibration/calibrate_kinds.h"
 #include "capture/calibration/residual_picture.h"
 #include "capture/calibration/target_corners.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "patinate/geometry/camera_io.h"
 #include "patinate/image/image_io.h"
 
@@ -25,7 +25,8 @@ CalibrationTarget read_target(JsonReader json, double mm_per_unit) {
     return target;
   }
   const bool is_board = json.has("chessboard");
-  if (!is_board && !json.has("circles")) json.fail("a target with `chessboard`: [columns, rows] of inner corners, `circles`: [columns, rows], or `points`");
+  if (!is_board && !json.has("circles"))
+    json.fail("a target with `chessboard`: [columns, rows] of inner corners, `circles`: [columns, rows], or `points`");
   target.kind = is_board ? CalibrationTarget::Kind::Chessboard : CalibrationTarget::Kind::Circles;
   const JsonReader size = json.member(is_board ? "chessboard" : "circles");
   const std::vector<double> numbers = size.numbers(2, between(2, 200));
@@ -42,7 +43,9 @@ struct Size {
   int height = 0;
   void expect(int w, int h, const std::string& file) {
     if (width == 0) width = w, height = h;
-    if (w != width || h != height) throw IoError(file, "is " + size_text(w, h) + " pixels; expected " + size_text(width, height) + ", as the others");
+    if (w != width || h != height)
+      throw IoError(file,
+                    "is " + size_text(w, h) + " pixels; expected " + size_text(width, height) + ", as the others");
   }
 };
 
@@ -56,9 +59,12 @@ PointView read_view(JsonReader json, const std::optional<CalibrationTarget>& tar
     size.expect(gray.width(), gray.height(), photo.string());
     if (!is_path && json.has("pixels")) view.pixels = read_pixels(json.member("pixels"));
     if (view.pixels.empty()) {
-      if (!target || target->kind == CalibrationTarget::Kind::Points) json.fail("`pixels`, since the target is no chessboard or grid of circles");
+      if (!target || target->kind == CalibrationTarget::Kind::Points)
+        json.fail("`pixels`, since the target is no chessboard or grid of circles");
       const auto found = find_target(gray, *target);
-      if (!found) throw IoError(photo.string(), "shows no " + target->text() + "; the whole target must be seen, sharp, with a light margin");
+      if (!found)
+        throw IoError(photo.string(),
+                      "shows no " + target->text() + "; the whole target must be seen, sharp, with a light margin");
       view.pixels = *found;
     }
   } else {
@@ -75,7 +81,10 @@ PointView read_view(JsonReader json, const std::optional<CalibrationTarget>& tar
 }
 
 Json report_of(const CameraCalibration& c) {
-  Json report{{"status", calibration_status_text(c.status)}, {"sigma_px", c.sigma_px}, {"rms_px", c.rms_px}, {"weakest", c.weakest}};
+  Json report{{"status", calibration_status_text(c.status)},
+              {"sigma_px", c.sigma_px},
+              {"rms_px", c.rms_px},
+              {"weakest", c.weakest}};
   Json names = Json::array();
   for (int i = 0; i < kNumCameraNumbers; ++i) {
     names.push_back(camera_number_name(i));
@@ -84,7 +93,11 @@ Json report_of(const CameraCalibration& c) {
   report["numbers"] = names;
   report["covariance"] = matrix_json(c.covariance);
   for (const auto& view : c.views) {
-    report["views"].push_back({{"name", view.name}, {"points", view.num_points}, {"outliers", view.num_outliers}, {"rms_px", view.rms_px}, {"max_px", view.max_px}});
+    report["views"].push_back({{"name", view.name},
+                               {"points", view.num_points},
+                               {"outliers", view.num_outliers},
+                               {"rms_px", view.rms_px},
+                               {"max_px", view.max_px}});
   }
   return report;
 }
@@ -110,11 +123,14 @@ CalibrationOutput run_camera(JsonReader& json, const CameraCalibrationOptions& o
   PointView scanner;
   if (json.has("scanner")) scanner = read_view(json.member("scanner"), std::nullopt, mm, size);
   json.finish();
-  if (size.width == 0) throw IoError(json.file(), "says nowhere how large the photographs are; expected `width` and `height`, or a `photo`");
+  if (size.width == 0)
+    throw IoError(json.file(),
+                  "says nowhere how large the photographs are; expected `width` and `height`, or a `photo`");
 
   const CameraCalibration c = calibrate_camera(size.width, size.height, views, scanner, options, control);
   if (c.status != CalibrationStatus::Converged) {
-    throw CannotComplete("the views leave the camera open (" + calibration_status_text(c.status) + "; least known: " + c.weakest +
+    throw CannotComplete("the views leave the camera open (" + calibration_status_text(c.status) +
+                         "; least known: " + c.weakest +
                          "); tilt the target by 20 to 40 degrees to all sides, or fit fewer lens terms (--lens)");
   }
   CalibrationOutput output;
@@ -123,16 +139,22 @@ CalibrationOutput run_camera(JsonReader& json, const CameraCalibrationOptions& o
   (*output.json)["camera"] = json_of(*output.camera);
   (*output.json)["report"] = report_of(c);
   const auto sd = [&](int i) { return short_number_text(rounded(std::sqrt(c.covariance(i, i)), 2)); };
-  output.lines.push_back("fx " + short_number_text(c.camera.fx) + " +- " + sd(0) + ", fy " + short_number_text(c.camera.fy) + " +- " + sd(1) + ", cx " +
-                         short_number_text(c.camera.cx) + " +- " + sd(2) + ", cy " + short_number_text(c.camera.cy) + " +- " + sd(3) + " px; " +
-                         short_number_text(rounded(c.rms_px, 3)) + " px rms over " + std::to_string(c.views.size()) + " views");
+  output.lines.push_back("fx " + short_number_text(c.camera.fx) + " +- " + sd(0) + ", fy " +
+                         short_number_text(c.camera.fy) + " +- " + sd(1) + ", cx " + short_number_text(c.camera.cx) +
+                         " +- " + sd(2) + ", cy " + short_number_text(c.camera.cy) + " +- " + sd(3) + " px; " +
+                         short_number_text(rounded(c.rms_px, 3)) + " px rms over " + std::to_string(c.views.size()) +
+                         " views");
   for (const auto& view : c.views) {
-    if (view.num_outliers * 5 > view.num_points) output.lines.push_back(view.name + ": " + std::to_string(view.num_outliers) + " of " + std::to_string(view.num_points) + " points do not fit; are points and pixels in the same order?");
+    if (view.num_outliers * 5 > view.num_points)
+      output.lines.push_back(view.name + ": " + std::to_string(view.num_outliers) + " of " +
+                             std::to_string(view.num_points) +
+                             " points do not fit; are points and pixels in the same order?");
   }
   if (c.has_scanner_pose) {
     output.lines.push_back("stands within " + sd(12) + ", " + sd(13) + ", " + sd(14) + " mm (x, y, z of the camera)");
   } else {
-    output.lines.push_back("no `scanner` points: rotation and translation are those of the first view's target, not of the scanner");
+    output.lines.push_back(
+        "no `scanner` points: rotation and translation are those of the first view's target, not of the scanner");
   }
   if (c.has_scanner_pose) views.push_back(scanner);
   output.picture = view_residuals_picture(c, views);

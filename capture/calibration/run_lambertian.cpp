@@ -3,14 +3,14 @@
 
 #include "capture/calibration/calibrate_kinds.h"
 #include "capture/calibration/surface_samples.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/light_io.h"
+#include "libcommon/image/response_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/camera_io.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/geometry/rigid_transform.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/image/response_io.h"
 
 namespace patinate::capture {
 
@@ -27,7 +27,8 @@ Mesh read_shape(JsonReader& pose, double mm_per_unit) {
     const JsonReader n = plane.member("normal");
     plane.finish();
     if (!(Vec3(normal[0], normal[1], normal[2]).norm() > 0)) n.fail("a direction, of a length above 0");
-    return plane_mesh(mm_per_unit * Vec3(point[0], point[1], point[2]), {normal[0], normal[1], normal[2]}, mm_per_unit * side);
+    return plane_mesh(mm_per_unit * Vec3(point[0], point[1], point[2]), {normal[0], normal[1], normal[2]},
+                      mm_per_unit * side);
   }
   Mesh mesh = read_mesh(pose.member("mesh").path());
   scale_mesh(mesh, mm_per_unit);
@@ -87,9 +88,11 @@ CalibrationOutput run_lambertian(JsonReader& json, const LambertianRunOptions& o
     const Mesh mesh = read_shape(pose, mm);
     const JsonReader photos_json = pose.member("photos");
     std::vector<ImageF> photos;
-    for (const JsonReader& photo : photos_json.elements(kMaxLights)) photos.push_back(read_color(photo.path(), response));
+    for (const JsonReader& photo : photos_json.elements(kMaxLights))
+      photos.push_back(read_color(photo.path(), response));
     if (samples.empty()) samples.resize(photos.size());
-    if (photos.size() != samples.size() || photos.empty()) photos_json.fail("one photograph for each of the lights, as many in every pose");
+    if (photos.size() != samples.size() || photos.empty())
+      photos_json.fail("one photograph for each of the lights, as many in every pose");
     const ImageU8 mask = pose.has("mask") ? read_mask(pose.member("mask").path()) : ImageU8();
     pose.finish();
     std::vector<std::vector<ShadedSample>> more;
@@ -98,7 +101,8 @@ CalibrationOutput run_lambertian(JsonReader& json, const LambertianRunOptions& o
     } catch (const InvalidInput& e) {
       throw IoError(json.file(), pose.pointer() + ": " + e.what());
     }
-    for (std::size_t k = 0; k < samples.size(); ++k) samples[k].insert(samples[k].end(), more[k].begin(), more[k].end());
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      samples[k].insert(samples[k].end(), more[k].begin(), more[k].end());
   }
   json.finish();
 
@@ -111,15 +115,21 @@ CalibrationOutput run_lambertian(JsonReader& json, const LambertianRunOptions& o
     const LambertianLight& light = result.lights[k];
     const std::string name = k < names.size() ? names[k] : "light " + std::to_string(k + 1);
     if (light.status != CalibrationStatus::Converged) {
-      const std::string known = std::isfinite(light.distance_sd) ? "its distance is known to " + short_number_text(rounded(100 * light.distance_sd, 2)) + " % only" : "its distance is open";
-      throw CannotComplete(name + " is " + calibration_status_text(light.status) + ": " + known + " against its strength; photograph the object in more poses, tilted to all sides");
+      const std::string known =
+          std::isfinite(light.distance_sd)
+              ? "its distance is known to " + short_number_text(rounded(100 * light.distance_sd, 2)) + " % only"
+              : "its distance is open";
+      throw CannotComplete(name + " is " + calibration_status_text(light.status) + ": " + known +
+                           " against its strength; photograph the object in more poses, tilted to all sides");
     }
     output.lights.push_back(light.light);
     output.lights.back().name = name;
     const Vec3& p = light.light.position;
     const double sd = std::sqrt(light.covariance.topLeftCorner<3, 3>().trace());
-    output.lines.push_back(name + ": at " + short_number_text(rounded(p.x(), 5)) + ", " + short_number_text(rounded(p.y(), 5)) + ", " + short_number_text(rounded(p.z(), 5)) +
-                           " mm, +- " + short_number_text(rounded(sd, 2)) + " mm (" + std::to_string(light.num_samples) + " samples)");
+    output.lines.push_back(name + ": at " + short_number_text(rounded(p.x(), 5)) + ", " +
+                           short_number_text(rounded(p.y(), 5)) + ", " + short_number_text(rounded(p.z(), 5)) +
+                           " mm, +- " + short_number_text(rounded(sd, 2)) + " mm (" +
+                           std::to_string(light.num_samples) + " samples)");
   }
   (*output.json)["lights"] = json_of(output.lights);
   (*output.json)["report"] = report_of(result, options.lights);

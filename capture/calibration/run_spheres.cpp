@@ -2,12 +2,12 @@
 
 #include "capture/calibration/calibrate_kinds.h"
 #include "capture/calibration/residual_picture.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/light_io.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/image/response_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/camera_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
@@ -38,7 +38,8 @@ MirrorSphere read_sphere(JsonReader json, double mm_per_unit, int width, int hei
     const std::filesystem::path path = json.member("mask").path();
     const ImageU8 mask = read_mask(path);
     if (mask.width() != width || mask.height() != height) {
-      throw IoError(path.string(), "is " + size_text(mask.width(), mask.height()) + " pixels; expected " + size_text(width, height) + ", as the camera");
+      throw IoError(path.string(), "is " + size_text(mask.width(), mask.height()) + " pixels; expected " +
+                                       size_text(width, height) + ", as the camera");
     }
     try {
       sphere.outline_px = outline_of_mask(mask);
@@ -69,7 +70,8 @@ LightEntry read_entry(JsonReader json, std::size_t num_spheres) {
         entry.highlights.emplace_back(Vec2(v[0], v[1]));
       }
     }
-    if (entry.highlights.size() != num_spheres) highlights.fail("a pixel or null for each of the " + std::to_string(num_spheres) + " spheres");
+    if (entry.highlights.size() != num_spheres)
+      highlights.fail("a pixel or null for each of the " + std::to_string(num_spheres) + " spheres");
   }
   if (entry.highlights.empty()) entry.photo = json.member("photo").path();
   if (json.has("photo")) entry.photo = json.member("photo").path();
@@ -78,8 +80,10 @@ LightEntry read_entry(JsonReader json, std::size_t num_spheres) {
   return entry;
 }
 
-/// Highlights of a photograph on all spheres. Spheres that do not show the light are left out, with a word; a photograph in which none does is an error.
-std::vector<std::optional<Vec2>> find_highlights(const LightEntry& entry, const ImageF& photo, const Camera& camera, const std::vector<MirrorSphere>& spheres,
+/// Highlights of a photograph on all spheres. Spheres that do not show the light are left out, with a word; a
+/// photograph in which none does is an error.
+std::vector<std::optional<Vec2>> find_highlights(const LightEntry& entry, const ImageF& photo, const Camera& camera,
+                                                 const std::vector<MirrorSphere>& spheres,
                                                  std::vector<std::string>& lines) {
   std::vector<std::optional<Vec2>> found;
   std::string reason;
@@ -97,15 +101,18 @@ std::vector<std::optional<Vec2>> find_highlights(const LightEntry& entry, const 
       lines.push_back(entry.name + ": sphere " + std::to_string(s + 1) + ": " + reason);
     }
   }
-  if (!is_any && !reason.empty()) throw IoError(entry.photo.string(), reason + "; leave it out, or give its `highlights` by hand");
+  if (!is_any && !reason.empty())
+    throw IoError(entry.photo.string(), reason + "; leave it out, or give its `highlights` by hand");
   return found;
 }
 
-Json report_of(const SphereLightResult& result, const std::vector<MirrorSphere>& spheres, const Highlights& highlights) {
+Json report_of(const SphereLightResult& result, const std::vector<MirrorSphere>& spheres,
+               const Highlights& highlights) {
   Json report;
   for (std::size_t s = 0; s < spheres.size(); ++s) {
     const Vec3& c = result.spheres[s].center;
-    report["spheres"].push_back({{"name", spheres[s].name}, {"center", {c.x(), c.y(), c.z()}}, {"rms_px", result.spheres[s].rms_px}});
+    report["spheres"].push_back(
+        {{"name", spheres[s].name}, {"center", {c.x(), c.y(), c.z()}}, {"rms_px", result.spheres[s].rms_px}});
   }
   for (std::size_t k = 0; k < result.lights.size(); ++k) {
     const SphereLight& light = result.lights[k];
@@ -128,8 +135,10 @@ std::string line_of(const SphereLight& light, const std::string& name) {
   std::string text = name + ": " + (is_near ? "at " : "direction ");
   for (int i = 0; i < 3; ++i) text += (i == 0 ? "" : ", ") + short_number_text(rounded(v[i], is_near ? 5 : 4));
   const std::string deg = short_number_text(rounded(light.direction_sd_deg, 2)) + " degrees";
-  return text + (is_near ? " mm, +- " + short_number_text(rounded(light.position_sd_mm, 2)) + " mm and " + deg : ", +- " + deg) + " (" +
-         std::to_string(light.num_spheres) + (light.num_spheres == 1 ? " sphere)" : " spheres)");
+  return text +
+         (is_near ? " mm, +- " + short_number_text(rounded(light.position_sd_mm, 2)) + " mm and " + deg
+                  : ", +- " + deg) +
+         " (" + std::to_string(light.num_spheres) + (light.num_spheres == 1 ? " sphere)" : " spheres)");
 }
 
 }  // namespace
@@ -153,10 +162,13 @@ CalibrationOutput run_spheres(JsonReader& json, const SphereLightOptions& option
   }
   const CameraParameters& p = camera->parameters();
   std::vector<MirrorSphere> spheres;
-  for (const JsonReader& entry : spheres_json.elements(kMaxSpheres)) spheres.push_back(read_sphere(entry, mm, p.width, p.height));
+  for (const JsonReader& entry : spheres_json.elements(kMaxSpheres))
+    spheres.push_back(read_sphere(entry, mm, p.width, p.height));
   json.finish();
   if (!has_camera && spheres.size() > 1) {
-    throw IoError(json.file(), "has several spheres and no `camera`; expected a calibrated camera, or one sphere (then directions come out in the camera's frame)");
+    throw IoError(json.file(),
+                  "has several spheres and no `camera`; expected a calibrated camera, or one sphere (then directions "
+                  "come out in the camera's frame)");
   }
 
   CalibrationOutput output;
@@ -168,23 +180,30 @@ CalibrationOutput run_spheres(JsonReader& json, const SphereLightOptions& option
     if (!entries[k].highlights.empty() && !(k == 0 && !entries[k].photo.empty())) continue;
     ImageF photo = read_color(entries[k].photo, response);
     if (photo.width() != p.width || photo.height() != p.height) {
-      throw IoError(entries[k].photo.string(), "is " + size_text(photo.width(), photo.height()) + " pixels; expected " + size_text(p.width, p.height) + ", as the camera");
+      throw IoError(entries[k].photo.string(), "is " + size_text(photo.width(), photo.height()) + " pixels; expected " +
+                                                   size_text(p.width, p.height) + ", as the camera");
     }
-    if (entries[k].highlights.empty()) highlights.back() = find_highlights(entries[k], photo, *camera, spheres, output.lines);
+    if (entries[k].highlights.empty())
+      highlights.back() = find_highlights(entries[k], photo, *camera, spheres, output.lines);
     if (first.empty()) first = std::move(photo);
   }
   const SphereLightResult result = lights_from_spheres(*camera, spheres, highlights, options, control);
-  if (!result.has_converged) throw CannotComplete("the lights did not converge; check that outlines and highlights belong to the same spheres");
+  if (!result.has_converged)
+    throw CannotComplete("the lights did not converge; check that outlines and highlights belong to the same spheres");
   output.camera = camera;
   output.json = std::make_shared<Json>(result_json(CalibrationKind::Spheres));
   if (has_camera) (*output.json)["camera"] = json_of(*camera);
   for (std::size_t k = 0; k < entries.size(); ++k) {
-    if (result.lights[k].status == SphereLightStatus::NoHighlight) throw IoError(json.file(), "light " + std::to_string(k + 1) + " has no highlight");
+    if (result.lights[k].status == SphereLightStatus::NoHighlight)
+      throw IoError(json.file(), "light " + std::to_string(k + 1) + " has no highlight");
     output.lights.push_back(result.lights[k].light);
     output.lights.back().name = entries[k].name;
-    output.lines.push_back(line_of(result.lights[k], entries[k].name.empty() ? "light " + std::to_string(k + 1) : entries[k].name));
+    output.lines.push_back(
+        line_of(result.lights[k], entries[k].name.empty() ? "light " + std::to_string(k + 1) : entries[k].name));
   }
-  if (!has_camera) output.lines.push_back("no `camera`: directions are in the camera's frame, for -o lights.lp or a camera that stands at the origin");
+  if (!has_camera)
+    output.lines.push_back(
+        "no `camera`: directions are in the camera's frame, for -o lights.lp or a camera that stands at the origin");
   (*output.json)["lights"] = json_of(output.lights);
   (*output.json)["report"] = report_of(result, spheres, highlights);
   output.picture = spheres_picture(first, *camera, result.spheres, spheres, highlights);

@@ -21,9 +21,11 @@ std::vector<SphereFit> fit_spheres(const Camera& camera, const std::vector<Mirro
   std::vector<SphereFit> fits;
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     fits.push_back(fit_sphere(camera, spheres[i]));
-    if (fits[i].status == SphereFitStatus::OutOfPicture) throw InvalidInput(name_of(spheres[i], i) + " is out of the picture");
+    if (fits[i].status == SphereFitStatus::OutOfPicture)
+      throw InvalidInput(name_of(spheres[i], i) + " is out of the picture");
     if (fits[i].status == SphereFitStatus::NoSphere) {
-      throw InvalidInput(name_of(spheres[i], i) + ": its outline is not that of a sphere; expected points around it, in pixels");
+      throw InvalidInput(name_of(spheres[i], i) +
+                         ": its outline is not that of a sphere; expected points around it, in pixels");
     }
   }
   return fits;
@@ -48,7 +50,8 @@ Meeting meet(const std::vector<MirroredRay>& rays) {
   if (!(eigen.eigenvalues()[0] > kParallel)) return meeting;
   meeting.point = normal.ldlt().solve(right);
   meeting.is_ahead = true;
-  for (const MirroredRay& ray : rays) meeting.is_ahead = meeting.is_ahead && (meeting.point - ray.point).dot(ray.direction) > 0;
+  for (const MirroredRay& ray : rays)
+    meeting.is_ahead = meeting.is_ahead && (meeting.point - ray.point).dot(ray.direction) > 0;
   return meeting;
 }
 
@@ -86,20 +89,26 @@ void check(const std::vector<MirrorSphere>& spheres, const Highlights& highlight
 void describe(OptionVisitor& v, SphereLightOptions& o) {
   v.visit({"outline_sigma", "noise of the points on the spheres' outlines", "px", above(0)}, o.outline_sigma_px);
   v.visit({"highlight_sigma", "noise of the highlights", "px", above(0)}, o.highlight_sigma_px);
-  v.visit({"max_distance_sd", "a light whose distance is known worse than this share of it is given as a direction", "", above(0)}, o.max_distance_sd);
+  v.visit({"max_distance_sd", "a light whose distance is known worse than this share of it is given as a direction", "",
+           above(0)},
+          o.max_distance_sd);
 }
 
 std::string sphere_light_status_text(SphereLightStatus status) {
   switch (status) {
-    case SphereLightStatus::Position: return "position";
-    case SphereLightStatus::DirectionOnly: return "direction only";
-    case SphereLightStatus::NoHighlight: return "no highlight";
+    case SphereLightStatus::Position:
+      return "position";
+    case SphereLightStatus::DirectionOnly:
+      return "direction only";
+    case SphereLightStatus::NoHighlight:
+      return "no highlight";
   }
   return "";
 }
 
-SphereLightResult lights_from_spheres(const Camera& camera, const std::vector<MirrorSphere>& spheres, const Highlights& highlights,
-                                      const SphereLightOptions& options, const RunControl& control) {
+SphereLightResult lights_from_spheres(const Camera& camera, const std::vector<MirrorSphere>& spheres,
+                                      const Highlights& highlights, const SphereLightOptions& options,
+                                      const RunControl& control) {
   check_ranges(options);
   check(spheres, highlights);
   SphereLightResult result;
@@ -117,7 +126,8 @@ SphereLightResult lights_from_spheres(const Camera& camera, const std::vector<Mi
     for (std::size_t s = 0; s < spheres.size(); ++s) {
       if (!highlights[k][s]) continue;
       const auto ray = mirrored_ray(camera, result.spheres[s].center, spheres[s].radius_mm, *highlights[k][s]);
-      if (!ray) throw InvalidInput("light " + std::to_string(k + 1) + ": its highlight lies beside " + name_of(spheres[s], s));
+      if (!ray)
+        throw InvalidInput("light " + std::to_string(k + 1) + ": its highlight lies beside " + name_of(spheres[s], s));
       rays.push_back(*ray);
       eye += ray->point;
     }

@@ -29,8 +29,9 @@ struct FixedCamera {
 template <class T>
 using Vec3T = Eigen::Matrix<T, 3, 1>;
 
-/// Where a light is seen in a mirror sphere, Alhazen's problem: the normal there halves the angle between camera and light. The fixed point
-/// n <- half vector at center + radius n; each round brings it nearer by a factor of about radius / distance.
+/// Where a light is seen in a mirror sphere, Alhazen's problem: the normal there halves the angle between camera and
+/// light. The fixed point n <- half vector at center + radius n; each round brings it nearer by a factor of about
+/// radius / distance.
 struct HighlightError {
   const FixedCamera* camera;
   Vec2 pixel;
@@ -95,8 +96,9 @@ constexpr double kHuberSigmas = 3.0;
 
 }  // namespace
 
-SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector<MirrorSphere>& spheres, const Highlights& highlights,
-                                         const SphereLightOptions& options, SphereLightProblem& start) {
+SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector<MirrorSphere>& spheres,
+                                         const Highlights& highlights, const SphereLightOptions& options,
+                                         SphereLightProblem& start) {
   const FixedCamera fixed(camera);
   ceres::Problem problem;
   for (std::size_t s = 0; s < spheres.size(); ++s) {
@@ -105,9 +107,10 @@ SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector
       const auto ray = camera.ray(p);
       if (!ray) continue;
       const double scale = outline_scale(camera, ray->direction, start.centers[s]);
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<OutlineError, 1, 3>(new OutlineError{
-                                   camera.center(), ray->direction, spheres[s].radius_mm, scale, options.outline_sigma_px}),
-                               nullptr, start.centers[s].data());
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<OutlineError, 1, 3>(
+              new OutlineError{camera.center(), ray->direction, spheres[s].radius_mm, scale, options.outline_sigma_px}),
+          nullptr, start.centers[s].data());
     }
   }
   std::vector<std::vector<ceres::ResidualBlockId>> blocks(start.lights.size());
@@ -119,10 +122,15 @@ SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector
       if (!highlights[k][s]) continue;
       const auto mirrored = mirrored_ray(camera, start.centers[s], spheres[s].radius_mm, *highlights[k][s]);
       if (!mirrored) continue;
-      auto* error = new HighlightError{&fixed, *highlights[k][s], spheres[s].radius_mm, options.highlight_sigma_px, start.is_near[k],
+      auto* error = new HighlightError{&fixed,
+                                       *highlights[k][s],
+                                       spheres[s].radius_mm,
+                                       options.highlight_sigma_px,
+                                       start.is_near[k],
                                        (mirrored->point - start.centers[s]).normalized()};
-      blocks[k].push_back(problem.AddResidualBlock(new ceres::AutoDiffCostFunction<HighlightError, 2, 3, 3>(error), new ceres::HuberLoss(kHuberSigmas),
-                                                   start.centers[s].data(), start.lights[k].data()));
+      blocks[k].push_back(problem.AddResidualBlock(new ceres::AutoDiffCostFunction<HighlightError, 2, 3, 3>(error),
+                                                   new ceres::HuberLoss(kHuberSigmas), start.centers[s].data(),
+                                                   start.lights[k].data()));
     }
   }
   SphereLightSolution solution;
@@ -158,7 +166,8 @@ SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector
       problem.EvaluateResidualBlock(block, false, &cost, nullptr, nullptr);
       squares += 2.0 * cost;
     }
-    if (!blocks[k].empty()) solution.rms_px[k] = options.highlight_sigma_px * std::sqrt(squares / static_cast<double>(blocks[k].size()));
+    if (!blocks[k].empty())
+      solution.rms_px[k] = options.highlight_sigma_px * std::sqrt(squares / static_cast<double>(blocks[k].size()));
   }
   return solution;
 }

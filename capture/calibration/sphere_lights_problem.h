@@ -11,20 +11,21 @@ namespace patinate::capture {
 
 /// What is refined, and where it starts.
 struct SphereLightProblem {
-  std::vector<Vec3> centers;     ///< Of the spheres.
-  std::vector<Vec3> lights;      ///< Positions, or unit directions.
-  std::vector<bool> is_near;     ///< As long as lights.
-  std::vector<bool> is_used;     ///< Lights that a sphere shows.
+  std::vector<Vec3> centers;  ///< Of the spheres.
+  std::vector<Vec3> lights;   ///< Positions, or unit directions.
+  std::vector<bool> is_near;  ///< As long as lights.
+  std::vector<bool> is_used;  ///< Lights that a sphere shows.
 };
 struct SphereLightSolution {
   bool has_converged = false;
-  bool is_determined = false;                 ///< Whether a covariance exists.
-  std::vector<Eigen::Matrix3d> covariances;   ///< Of the lights.
-  std::vector<double> rms_px;                 ///< Of each light's highlights.
+  bool is_determined = false;                ///< Whether a covariance exists.
+  std::vector<Eigen::Matrix3d> covariances;  ///< Of the lights.
+  std::vector<double> rms_px;                ///< Of each light's highlights.
 };
 
 /// Refines `problem` in place.
-[[nodiscard]] SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector<MirrorSphere>& spheres, const Highlights& highlights,
-                                                       const SphereLightOptions& options, SphereLightProblem& start);
+[[nodiscard]] SphereLightSolution refine_sphere_lights(const Camera& camera, const std::vector<MirrorSphere>& spheres,
+                                                       const Highlights& highlights, const SphereLightOptions& options,
+                                                       SphereLightProblem& start);
 
 }  // namespace patinate::capture

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -19,7 +19,8 @@ struct SurfacePoint {
 
 class SeenMesh {
  public:
-  SeenMesh(const Camera& camera, const Mesh& mesh) : camera_(camera), mesh_(mesh), normals_(vertex_normals(mesh)), scene_(mesh) {}
+  SeenMesh(const Camera& camera, const Mesh& mesh)
+      : camera_(camera), mesh_(mesh), normals_(vertex_normals(mesh)), scene_(mesh) {}
 
   [[nodiscard]] std::optional<SurfacePoint> at(const Vec2& pixel) const {
     const auto ray = camera_.ray(pixel);
@@ -48,13 +49,16 @@ class SeenMesh {
 
 }  // namespace
 
-std::vector<std::vector<ShadedSample>> surface_samples(const Camera& camera, const Mesh& mesh, const std::vector<ImageF>& photos, const ImageU8& mask, int step) {
+std::vector<std::vector<ShadedSample>> surface_samples(const Camera& camera, const Mesh& mesh,
+                                                       const std::vector<ImageF>& photos, const ImageU8& mask,
+                                                       int step) {
   if (step < 1 || step > 1000) throw InvalidInput("the step of samples must be 1 to 1000 pixels");
   if (photos.empty()) throw InvalidInput("a pose needs a photograph for each light");
   const CameraParameters& p = camera.parameters();
   for (const ImageF& photo : photos) {
     if (photo.width() != p.width || photo.height() != p.height || photo.channels() != 3) {
-      throw InvalidInput("a photograph has " + size_text(photo.width(), photo.height()) + " pixels; the camera " + size_text(p.width, p.height));
+      throw InvalidInput("a photograph has " + size_text(photo.width(), photo.height()) + " pixels; the camera " +
+                         size_text(p.width, p.height));
     }
   }
   if (!mask.empty() && !mask.same_size(photos[0])) throw InvalidInput("the mask has another size than the photographs");
@@ -91,7 +95,8 @@ std::vector<std::vector<ShadedSample>> surface_samples(const Camera& camera, con
 }
 
 Mesh plane_mesh(const Vec3& middle, const Vec3& normal, double side) {
-  if (!(normal.norm() > 0) || !normal.allFinite() || !(side > 0)) throw InvalidInput("a plane needs a normal of a length above 0");
+  if (!(normal.norm() > 0) || !normal.allFinite() || !(side > 0))
+    throw InvalidInput("a plane needs a normal of a length above 0");
   const Vec3 n = normal.normalized(), u = n.unitOrthogonal(), v = n.cross(u);
   Mesh mesh;
   for (const auto& [a, b] : {std::pair(-0.5, -0.5), std::pair(0.5, -0.5), std::pair(0.5, 0.5), std::pair(-0.5, 0.5)}) {

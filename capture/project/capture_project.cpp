@@ -7,14 +7,14 @@
 #include <set>
 
 #include "capture/project/capture_text.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/length_unit.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/image/response_io.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/camera_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
@@ -38,7 +38,8 @@ void read_align(const JsonReader& json, TransmissionPhotos& transmission) {
     for (const JsonReader& pair : json.elements(kMaxPairs)) {
       const std::vector<JsonReader> ends = pair.elements(kMaxPairs);
       if (ends.size() != 2) pair.fail("[[x, y] in the transmission photograph, [x, y] in the frames]");
-      const std::vector<double> from = ends[0].numbers(2, between(-65536, 65536)), to = ends[1].numbers(2, between(-65536, 65536));
+      const std::vector<double> from = ends[0].numbers(2, between(-65536, 65536)),
+                                to = ends[1].numbers(2, between(-65536, 65536));
       transmission.points.push_back({{from[0], from[1]}, {to[0], to[1]}});
     }
     transmission.align = TransmissionPhotos::Align::Points;
@@ -69,14 +70,17 @@ TransmissionPhotos read_transmission(JsonReader json, const CaptureProject& proj
   const ImageInfo blank = transmission.blank ? probe_image(*transmission.blank) : photo;
   if (blank.width != photo.width || blank.height != photo.height) {
     throw IoError(transmission.blank->string(), "is " + size_text(blank.width, blank.height) + " pixels; expected " +
-                                                    size_text(photo.width, photo.height) + ", as the transmission photograph");
+                                                    size_text(photo.width, photo.height) +
+                                                    ", as the transmission photograph");
   }
   return transmission;
 }
 
 /// @param unit  Where `unit` of the project stands; nothing when it is not given.
 ScanSource read_scan(JsonReader json, const std::optional<JsonReader>& unit, const CaptureProject& project) {
-  if (!unit) throw IoError(project.file.string(), "has a `scan` but no `unit`; expected the length unit of mesh and camera: um, mm, cm or m");
+  if (!unit)
+    throw IoError(project.file.string(),
+                  "has a `scan` but no `unit`; expected the length unit of mesh and camera: um, mm, cm or m");
   const double mm = kMmPerLengthUnit[static_cast<std::size_t>(unit->choice(kLengthUnitNames))];
   const std::filesystem::path mesh = json.member("mesh").path();
   const JsonReader where = json.member("camera");
@@ -86,8 +90,8 @@ ScanSource read_scan(JsonReader json, const std::optional<JsonReader>& unit, con
   if (!fs::exists(mesh, error)) throw IoError(mesh.string(), "is not there; `scan` names it as its mesh");
   const CameraParameters& p = camera.parameters();
   if (p.width != project.photo_width || p.height != project.photo_height) {
-    where.fail("a camera of the photographs, " + size_text(project.photo_width, project.photo_height) + " pixels; this one takes " +
-               size_text(p.width, p.height));
+    where.fail("a camera of the photographs, " + size_text(project.photo_width, project.photo_height) +
+               " pixels; this one takes " + size_text(p.width, p.height));
   }
   return {.mesh = mesh, .mm_per_unit = mm, .camera_mm = camera};
 }
@@ -123,7 +127,8 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
     project.roi = {pixel(0), pixel(1), pixel(2), pixel(3)};
     if (project.roi.width < 1 || project.roi.height < 1 || project.roi.x + project.roi.width > project.photo_width ||
         project.roi.y + project.roi.height > project.photo_height) {
-      roi.fail("[x, y, width, height] inside the photographs of " + size_text(project.photo_width, project.photo_height));
+      roi.fail("[x, y, width, height] inside the photographs of " +
+               size_text(project.photo_width, project.photo_height));
     }
   }
   if (json.has("scale")) project.scale = json.member("scale").number({0, 1, true});

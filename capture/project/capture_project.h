@@ -20,12 +20,13 @@ namespace patinate::capture {
 
 /// Photographs on a back-light.
 struct TransmissionPhotos {
-  /// How they lie over the frames: taken from the same pose, or to be found by what both show, or by points that are given.
+  /// How they lie over the frames: taken from the same pose, or to be found by what both show, or by points that are
+  /// given.
   enum class Align { None, Auto, Points };
   std::filesystem::path photo;
   std::optional<std::filesystem::path> blank;  ///< The back-light without the layer, from the pose of `photo`.
   Align align = Align::None;
-  std::vector<PointPair> points;               ///< For Points: four or more, in `photo` and in the frames.
+  std::vector<PointPair> points;  ///< For Points: four or more, in `photo` and in the frames.
 };
 
 /// A control map that was measured elsewhere.
@@ -52,22 +53,22 @@ struct ScanSource {
 
 /// `kind: "fixed"`: a fixed camera under constant light. Every path is usable as it stands.
 struct CaptureProject {
-  std::filesystem::path file;          ///< The project file itself.
+  std::filesystem::path file;  ///< The project file itself.
   std::string name;
   TimeUnit time_unit = TimeUnit::Seconds;
-  std::string time_source;             ///< As FrameSources says it.
-  Response response;                   ///< Of codes; camera RAW and float images are light already.
+  std::string time_source;  ///< As FrameSources says it.
+  Response response;        ///< Of codes; camera RAW and float images are light already.
   bool has_raw_frames = false;
-  std::vector<CapturePhoto> frames;    ///< Strictly increasing time; excluded ones are left out.
-  int photo_width = 0;                 ///< Size of every photograph.
+  std::vector<CapturePhoto> frames;  ///< Strictly increasing time; excluded ones are left out.
+  int photo_width = 0;               ///< Size of every photograph.
   int photo_height = 0;
-  PixelRectangle roi;                  ///< Inside the photographs; all of them when none is given.
-  double scale = 1.0;                  ///< (0, 1]; applied after the roi.
+  PixelRectangle roi;  ///< Inside the photographs; all of them when none is given.
+  double scale = 1.0;  ///< (0, 1]; applied after the roi.
   std::optional<TransmissionPhotos> transmission;
   std::optional<ScanSource> scan;
   std::vector<GivenControl> controls;
   std::optional<std::filesystem::path> mask;
-  std::optional<double> texel_size_mm; ///< Surface length of a pixel of the photographs.
+  std::optional<double> texel_size_mm;  ///< Surface length of a pixel of the photographs.
 
   /// Size of the history: the roi times scale, rounded, at least 1.
   [[nodiscard]] int width() const;
@@ -80,7 +81,8 @@ struct CaptureProject {
 
 /// Cuts the roi out and scales it (area averages). An image of the history's size is taken as it is.
 /// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.
-[[nodiscard]] ImageF to_history_size(const ImageF& image, const CaptureProject& project, const std::filesystem::path& file);
+[[nodiscard]] ImageF to_history_size(const ImageF& image, const CaptureProject& project,
+                                     const std::filesystem::path& file);
 /// A frame's photograph in linear color, before roi and scale. @throws IoError
 [[nodiscard]] ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo);
 /// Linear value from which on a channel of read_whole_photo() is saturated: code 254 of 255; infinity for float images.

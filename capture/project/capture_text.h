@@ -5,7 +5,6 @@
 #include <array>
 #include <string_view>
 
-
 namespace patinate::capture {
 
 inline constexpr std::array<std::string_view, 2> kCaptureKinds{"fixed", "relit"};

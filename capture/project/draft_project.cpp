@@ -13,11 +13,11 @@
 #include <utility>
 
 #include "capture/project/frame_times.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_process.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -34,7 +34,8 @@ struct FoundImage {
 enum class Part { Photo, Transmission, Blank, Mask };
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -49,8 +50,8 @@ Part part_of(const fs::path& file) {
 }
 
 bool is_image_name(const fs::path& file) {
-  static constexpr std::array<std::string_view, 12> kKnown{".png",  ".jpg", ".jpeg", ".tif", ".tiff", ".webp",
-                                                           ".gif", ".bmp", ".tga",  ".heic", ".jp2", ".ppm"};
+  static constexpr std::array<std::string_view, 12> kKnown{".png", ".jpg", ".jpeg", ".tif",  ".tiff", ".webp",
+                                                           ".gif", ".bmp", ".tga",  ".heic", ".jp2",  ".ppm"};
   const std::string extension = lower(file.extension().string());
   return is_decoded_apart(file) || std::find(kKnown.begin(), kKnown.end(), extension) != kKnown.end();
 }
@@ -61,7 +62,8 @@ bool is_made(const fs::path& folder) {
   return fs::exists(folder / "history.json", error) || fs::exists(folder / "job.json", error);
 }
 
-/// Every image in the folder and the folders directly in it, in natural order; hidden folders, and what patinate made, are passed over.
+/// Every image in the folder and the folders directly in it, in natural order; hidden folders, and what patinate made,
+/// are passed over.
 std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& to_check) {
   std::vector<fs::path> folders{folder};
   std::error_code error;
@@ -90,12 +92,15 @@ std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& t
 bool has_many(const FoundImage& image) { return image.info.num_frames > 1; }
 
 /// What could make the frames of a project: the photographs that share folder, format and size, or one movie.
-std::vector<std::vector<FoundImage>> frame_sets(const std::vector<FoundImage>& images, const std::function<bool(const fs::path&)>& is_wanted) {
+std::vector<std::vector<FoundImage>> frame_sets(const std::vector<FoundImage>& images,
+                                                const std::function<bool(const fs::path&)>& is_wanted) {
   using Key = std::tuple<fs::path, std::string, int, int, fs::path>;
   std::map<Key, std::vector<FoundImage>> sets;
   for (const FoundImage& image : images) {
     if (part_of(image.file) != Part::Photo || !is_wanted(image.file)) continue;
-    sets[{image.file.parent_path(), lower(image.file.extension().string()), image.info.width, image.info.height, has_many(image) ? image.file : fs::path()}].push_back(image);
+    sets[{image.file.parent_path(), lower(image.file.extension().string()), image.info.width, image.info.height,
+          has_many(image) ? image.file : fs::path()}]
+        .push_back(image);
   }
   std::vector<std::vector<FoundImage>> list;
   for (auto& [key, set] : sets) list.push_back(std::move(set));
@@ -116,10 +121,13 @@ std::string set_text(const std::vector<FoundImage>& set, const fs::path& folder)
 [[noreturn]] void refuse_several(const fs::path& folder, const std::vector<std::vector<FoundImage>>& sets) {
   constexpr std::size_t kMostNamed = 8;
   std::string list;
-  for (std::size_t i = 0; i < std::min(sets.size(), kMostNamed); ++i) list += (i == 0 ? "" : ", ") + set_text(sets[i], folder);
+  for (std::size_t i = 0; i < std::min(sets.size(), kMostNamed); ++i)
+    list += (i == 0 ? "" : ", ") + set_text(sets[i], folder);
   if (sets.size() > kMostNamed) list += " and " + std::to_string(sets.size() - kMostNamed) + " more";
-  throw IoError(folder.string(), "holds what is not of one folder, format and size: " + list +
-                                     "; scale or crop to one size, move the others away, or say with --only which names make the frames");
+  throw IoError(
+      folder.string(),
+      "holds what is not of one folder, format and size: " + list +
+          "; scale or crop to one size, move the others away, or say with --only which names make the frames");
 }
 
 /// `IMG_*.jpg` for names that begin alike, so that a mask beside them is not meant.
@@ -129,13 +137,17 @@ std::string pattern_of(const std::vector<FoundImage>& group) {
   std::size_t length = group.front().file.stem().string().size();
   for (const FoundImage& image : group) {
     const std::string name = image.file.filename().string();
-    length = std::min(length, static_cast<std::size_t>(std::mismatch(first.begin(), first.end(), name.begin(), name.end()).first - first.begin()));
+    length = std::min(
+        length, static_cast<std::size_t>(std::mismatch(first.begin(), first.end(), name.begin(), name.end()).first -
+                                         first.begin()));
   }
   // Digits belong to the number or date: the next photograph may have others.
   std::string prefix = first.substr(0, length);
-  while (!prefix.empty() && (std::isdigit(static_cast<unsigned char>(prefix.back())) != 0 || prefix.back() == '-')) prefix.pop_back();
+  while (!prefix.empty() && (std::isdigit(static_cast<unsigned char>(prefix.back())) != 0 || prefix.back() == '-'))
+    prefix.pop_back();
   const std::string extension = group.front().file.extension().string();
-  const bool is_alike = std::all_of(group.begin(), group.end(), [&](const FoundImage& i) { return i.file.extension() == extension; });
+  const bool is_alike =
+      std::all_of(group.begin(), group.end(), [&](const FoundImage& i) { return i.file.extension() == extension; });
   return prefix + "*" + (is_alike ? extension : "." + std::string(extension.size() - 1, '?'));  // .JPG beside .jpg
 }
 
@@ -151,7 +163,8 @@ std::string text_of(const Json& value) { return value.dump(-1, ' ', false, Json:
 /// A path as a project can name it. @throws IoError where its name is no UTF-8
 std::string project_path(const fs::path& relative, const fs::path& file) {
   std::string text = relative.string();
-  if (Json::parse(text_of(Json(text))).get<std::string>() != text) throw IoError(file.string(), "has a name that is no UTF-8, which no project can hold; rename it");
+  if (Json::parse(text_of(Json(text))).get<std::string>() != text)
+    throw IoError(file.string(), "has a name that is no UTF-8, which no project can hold; rename it");
   return text;
 }
 
@@ -202,8 +215,8 @@ Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string
   for (std::size_t i = 0; i < matched.size(); ++i) {
     if (members.contains(matched[i])) continue;
     frames.excluded.push_back(i);
-    to_check.push_back(matched[i].filename().string() + " matches the names but is another kind of image; excluded (number " +
-                       std::to_string(i) + ")");
+    to_check.push_back(matched[i].filename().string() +
+                       " matches the names but is another kind of image; excluded (number " + std::to_string(i) + ")");
   }
   if (has_many(group.front())) return frames;
   try {
@@ -217,35 +230,45 @@ Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string
 }
 
 const FoundImage* first_of(const std::vector<FoundImage>& images, Part part) {
-  const auto found = std::find_if(images.begin(), images.end(), [&](const FoundImage& i) { return part_of(i.file) == part; });
+  const auto found =
+      std::find_if(images.begin(), images.end(), [&](const FoundImage& i) { return part_of(i.file) == part; });
   return found == images.end() ? nullptr : &*found;
 }
 
-bool same_size(const FoundImage& a, const FoundImage& b) { return a.info.width == b.info.width && a.info.height == b.info.height; }
+bool same_size(const FoundImage& a, const FoundImage& b) {
+  return a.info.width == b.info.width && a.info.height == b.info.height;
+}
 
 }  // namespace
 
 ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& project_folder, const std::string& only) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) throw IoError(folder.string(), "is no folder; give the folder of the photographs");
+  if (!fs::is_directory(folder, error))
+    throw IoError(folder.string(), "is no folder; give the folder of the photographs");
   ProjectDraft draft;
   const std::vector<FoundImage> images = look(folder, draft.to_check);
   const auto is_wanted = [&](const fs::path& file) {
-    return only.empty() || matches_pattern(file.filename().string(), only) || matches_pattern(file.lexically_relative(folder).generic_string(), only);
+    return only.empty() || matches_pattern(file.filename().string(), only) ||
+           matches_pattern(file.lexically_relative(folder).generic_string(), only);
   };
   const std::vector<std::vector<FoundImage>> sets = frame_sets(images, is_wanted);
-  if (sets.empty() && !only.empty()) throw IoError(folder.string(), "holds no photograph and no movie whose name matches `" + only + "`, nor do the folders in it");
+  if (sets.empty() && !only.empty())
+    throw IoError(folder.string(),
+                  "holds no photograph and no movie whose name matches `" + only + "`, nor do the folders in it");
   if (sets.empty()) throw IoError(folder.string(), "holds no photographs and no movie, nor do the folders in it");
   if (sets.size() > 1) refuse_several(folder, sets);
   const std::vector<FoundImage>& group = sets.front();
   const fs::path base = fs::absolute(project_folder.empty() ? fs::path(".") : project_folder).lexically_normal();
-  const auto relative = [&](const fs::path& file) { return project_path(fs::absolute(file).lexically_normal().lexically_relative(base), file); };
+  const auto relative = [&](const fs::path& file) {
+    return project_path(fs::absolute(file).lexically_normal().lexically_relative(base), file);
+  };
   const FoundImage& first = group.front();
   const Frames frames = find_frames(group, draft.to_check);
   const std::string pattern = relative(first.file.parent_path() / frames.pattern);
 
   const std::string size = size_text(first.info.width, first.info.height);
-  draft.found.push_back((has_many(first) ? std::to_string(first.info.num_frames) + " images in " : std::to_string(group.size()) + " photographs, ") +
+  draft.found.push_back((has_many(first) ? std::to_string(first.info.num_frames) + " images in "
+                                         : std::to_string(group.size()) + " photographs, ") +
                         pattern + ", " + size);
   DraftText text;
   text.member("format", "patinate.capture");
@@ -258,7 +281,8 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
     text.member("frames", Json{{"pattern", pattern}}, "times from " + *frames.time_source);
     draft.found.push_back("times from " + *frames.time_source);
   } else {
-    text.member("frames", Json{{"pattern", pattern}, {"interval", 1}}, "CHECK: interval = time from one image to the next, in time_unit");
+    text.member("frames", Json{{"pattern", pattern}, {"interval", 1}},
+                "CHECK: interval = time from one image to the next, in time_unit");
     draft.to_check.push_back("`interval`: nothing says when the images were taken, so 1 stands in its place");
   }
   if (!frames.excluded.empty()) text.member("exclude", frames.excluded);
@@ -272,18 +296,26 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
     if (blank != nullptr && same_size(*blank, *transmission)) member["blank"] = relative(blank->file);
     member["align"] = is_pose_same ? "none" : "auto";
     text.member("transmission", member, is_pose_same ? "align: \"auto\" when it was taken from another pose" : "");
-    draft.found.push_back("back-light photograph " + relative(transmission->file) + (member.contains("blank") ? ", with its blank" : ""));
-    draft.to_check.push_back("`align` of the back-light photograph: \"none\" when it was taken from the frames' pose, else \"auto\"");
+    draft.found.push_back("back-light photograph " + relative(transmission->file) +
+                          (member.contains("blank") ? ", with its blank" : ""));
+    draft.to_check.push_back(
+        "`align` of the back-light photograph: \"none\" when it was taken from the frames' pose, else \"auto\"");
   }
   if (const FoundImage* mask = first_of(images, Part::Mask)) {
     const bool fits = same_size(*mask, first);
     if (fits) text.member("mask", relative(mask->file));
-    (fits ? draft.found : draft.to_check).push_back("mask " + relative(mask->file) + (fits ? "" : " is not as large as the photographs; left out"));
+    (fits ? draft.found : draft.to_check)
+        .push_back("mask " + relative(mask->file) + (fits ? "" : " is not as large as the photographs; left out"));
   }
-  text.comment("\"texel_size_mm\": 0.1,  // surface length of a pixel: measure a ruler in the picture, and take the // away");
+  text.comment(
+      "\"texel_size_mm\": 0.1,  // surface length of a pixel: measure a ruler in the picture, and take the // away");
   draft.to_check.push_back("`texel_size_mm`: not known; textures then have no physical size");
-  const auto num_unwanted = std::count_if(images.begin(), images.end(), [&](const FoundImage& i) { return part_of(i.file) == Part::Photo && !is_wanted(i.file); });
-  if (num_unwanted > 0) draft.found.push_back(std::to_string(num_unwanted) + (num_unwanted == 1 ? " other image, which" : " other images, which") + " --only leaves out");
+  const auto num_unwanted = std::count_if(images.begin(), images.end(), [&](const FoundImage& i) {
+    return part_of(i.file) == Part::Photo && !is_wanted(i.file);
+  });
+  if (num_unwanted > 0)
+    draft.found.push_back(std::to_string(num_unwanted) +
+                          (num_unwanted == 1 ? " other image, which" : " other images, which") + " --only leaves out");
   draft.text = text.text();
   return draft;
 }

@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "capture/project/frame_times.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
 #include "libcommon/image/decoder_process.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -66,8 +66,8 @@ void set_interval_times(JsonReader& json, std::vector<SourceImage>& images) {
     const bool is_later = i == 0 || *images[i - 1].time < time;
     if (!is_later || !std::isfinite(time)) {
       json.member("interval")
-          .fail("an interval by which the times of " + std::to_string(images.size()) + " frames from " + number_text(start) +
-                " on can differ");
+          .fail("an interval by which the times of " + std::to_string(images.size()) + " frames from " +
+                number_text(start) + " on can differ");
     }
     images[i].time = time;
   }
@@ -105,7 +105,8 @@ std::vector<SourceImage> images_of_list(const JsonReader& json, Files& files) {
     }
     entry.finish();
     images.push_back(image);
-    if (images.back().time.has_value() != images.front().time.has_value()) entry.fail("a `time` for every frame, or for none");
+    if (images.back().time.has_value() != images.front().time.has_value())
+      entry.fail("a `time` for every frame, or for none");
   }
   if (images.empty()) json.fail("at least one frame");
   return images;
@@ -116,7 +117,8 @@ std::vector<bool> chosen(JsonReader& json, JsonReader* pattern, std::size_t num_
   const double last = static_cast<double>(num_images) - 1;
   std::int64_t from = 0, to = static_cast<std::int64_t>(num_images) - 1, every = 1;
   if (pattern != nullptr && pattern->has("from")) from = pattern->member("from").integer(between(0, last));
-  if (pattern != nullptr && pattern->has("to")) to = pattern->member("to").integer(between(static_cast<double>(from), last));
+  if (pattern != nullptr && pattern->has("to"))
+    to = pattern->member("to").integer(between(static_cast<double>(from), last));
   if (pattern != nullptr && pattern->has("every")) every = pattern->member("every").integer(at_least(1));
   std::set<std::int64_t> excluded;
   if (json.has("exclude")) {
@@ -134,10 +136,12 @@ std::vector<bool> chosen(JsonReader& json, JsonReader* pattern, std::size_t num_
 
 /// For images without times. @throws IoError
 std::string find_times(std::vector<SourceImage>& images, Files& files, const JsonReader& json, TimeUnit unit) {
-  const auto many = std::find_if(images.begin(), images.end(), [&](const SourceImage& i) { return files.info(i.file).num_frames > 1; });
+  const auto many = std::find_if(images.begin(), images.end(),
+                                 [&](const SourceImage& i) { return files.info(i.file).num_frames > 1; });
   if (many != images.end()) {
     const double rate = files.info(many->file).frame_rate;
-    const bool is_one_file = std::all_of(images.begin(), images.end(), [&](const SourceImage& i) { return i.file == many->file; });
+    const bool is_one_file =
+        std::all_of(images.begin(), images.end(), [&](const SourceImage& i) { return i.file == many->file; });
     if (!is_one_file || !is_movie(many->file) || !(rate > 0.0)) {
       throw IoError(json.file(), "frames: no times; " + many->file.filename().string() +
                                      " does not say when its images were taken; give `interval`, or a list with times");
@@ -190,9 +194,9 @@ void check_sizes(const std::vector<SourceImage>& images, Files& files, FrameSour
     const ImageInfo& info = files.info(image.file);
     sources.is_raw = sources.is_raw || info.is_raw;
     if (info.width == sources.width && info.height == sources.height) continue;
-    throw IoError(image.file.string(), "is " + size_text(info.width, info.height) + " pixels, but " + first.filename().string() +
-                                           " is " + size_text(sources.width, sources.height) +
-                                           "; all photographs must have one size");
+    throw IoError(image.file.string(),
+                  "is " + size_text(info.width, info.height) + " pixels, but " + first.filename().string() + " is " +
+                      size_text(sources.width, sources.height) + "; all photographs must have one size");
   }
 }
 
@@ -240,7 +244,9 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
                    [](const CapturePhoto& a, const CapturePhoto& b) { return a.time < b.time; });
   std::vector<double> times;
   for (const CapturePhoto& photo : sources.photos) times.push_back(photo.time);
-  if (const auto problem = find_time_problem(times)) throw IoError(json.file(), "frames: " + sources.photos[problem->index].file.filename().string() + " " + problem->text);
+  if (const auto problem = find_time_problem(times))
+    throw IoError(json.file(),
+                  "frames: " + sources.photos[problem->index].file.filename().string() + " " + problem->text);
   return sources;
 }
 

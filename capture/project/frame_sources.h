@@ -1,5 +1,6 @@
 /// \file
-/// Which images make the frames of a project: photographs, and the images of movies and animated files; and their times.
+/// Which images make the frames of a project: photographs, and the images of movies and animated files; and their
+/// times.
 #pragma once
 
 #include <filesystem>
@@ -7,20 +8,21 @@
 #include <string>
 #include <vector>
 
+#include "libcommon/image/frame_stream.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history.h"
-#include "libcommon/image/frame_stream.h"
 
 namespace patinate::capture {
 
 struct CapturePhoto {
-  double time = 0.0;           ///< In the project's time unit.
+  double time = 0.0;  ///< In the project's time unit.
   std::filesystem::path file;
-  bool has_alpha = false;      ///< Transparent pixels are outside the mask.
-  bool has_codes = true;       ///< Integers, which become light through the response; not those of camera RAW.
-  bool is_raw = false;         ///< Camera RAW: linear light that ends at 1.
-  int image = 0;               ///< Which image of the file.
-  std::shared_ptr<FrameStream> stream = nullptr;  ///< Where the images of a file with many come from; null for photographs.
+  bool has_alpha = false;  ///< Transparent pixels are outside the mask.
+  bool has_codes = true;   ///< Integers, which become light through the response; not those of camera RAW.
+  bool is_raw = false;     ///< Camera RAW: linear light that ends at 1.
+  int image = 0;           ///< Which image of the file.
+  std::shared_ptr<FrameStream> stream =
+      nullptr;  ///< Where the images of a file with many come from; null for photographs.
 
   /// "day07.jpg", or "copper.webp, image 12".
   [[nodiscard]] std::string name() const;
@@ -31,11 +33,12 @@ struct FrameSources {
   std::string time_source;           ///< "interval", "list", "frame rate", "dates in file names" or "EXIF".
   int width = 0;                     ///< Of every image.
   int height = 0;
-  bool is_raw = false;               ///< At least one of them is camera RAW.
+  bool is_raw = false;  ///< At least one of them is camera RAW.
 };
 
-/// Reads `frames` and `exclude` of a project, opens every file, and finds the times that are not given. Images count from 0
-/// through all files in order; `from`, `to`, `every` and `exclude` choose among them and leave the times of the others alone.
+/// Reads `frames` and `exclude` of a project, opens every file, and finds the times that are not given. Images count
+/// from 0 through all files in order; `from`, `to`, `every` and `exclude` choose among them and leave the times of the
+/// others alone.
 /// @param json  The project. @throws IoError naming the file or the place in the project that is wrong.
 [[nodiscard]] FrameSources read_frame_sources(JsonReader& json, TimeUnit unit);
 

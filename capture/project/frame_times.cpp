@@ -68,8 +68,8 @@ std::optional<double> date_at(const std::string& text, std::size_t at) {
 }
 
 /// Why a source of times cannot be used; "" when it can.
-std::string problem_with(const std::vector<std::optional<double>>& times, const std::vector<std::filesystem::path>& photos,
-                         const std::string& what) {
+std::string problem_with(const std::vector<std::optional<double>>& times,
+                         const std::vector<std::filesystem::path>& photos, const std::string& what) {
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!times[i]) return photos[i].filename().string() + " has no " + what;
   }
@@ -78,8 +78,8 @@ std::string problem_with(const std::vector<std::optional<double>>& times, const 
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return *times[a] < *times[b]; });
   for (std::size_t i = 1; i < order.size(); ++i) {
     if (*times[order[i - 1]] == *times[order[i]]) {
-      return photos[order[i - 1]].filename().string() + " and " + photos[order[i]].filename().string() + " have the same " +
-             what;
+      return photos[order[i - 1]].filename().string() + " and " + photos[order[i]].filename().string() +
+             " have the same " + what;
     }
   }
   return "";
@@ -128,8 +128,8 @@ std::optional<double> time_in_exif(const std::string& date_time) {
   return seconds_of_date(year, month, day, hour, minute, second);
 }
 
-FrameTimes find_frame_times(const std::vector<std::filesystem::path>& photos, const std::vector<std::string>& exif_dates,
-                            TimeUnit unit) {
+FrameTimes find_frame_times(const std::vector<std::filesystem::path>& photos,
+                            const std::vector<std::string>& exif_dates, TimeUnit unit) {
   if (photos.empty() || photos.size() != exif_dates.size()) throw InvalidInput("frames: there is no photograph");
   std::vector<std::optional<double>> named, recorded;
   for (const auto& photo : photos) named.push_back(time_in_name(photo.filename().string()));

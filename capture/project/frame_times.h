@@ -26,8 +26,8 @@ struct FrameTimes {
   std::vector<double> times;  ///< In the order of the photographs; from the earliest one, in `unit`; all different.
   std::string source;         ///< "dates in file names" or "EXIF".
 };
-/// Names first: image programs overwrite the date in a file when they save it, but keep its name. A source counts only if it
-/// gives every photograph a time of its own.
+/// Names first: image programs overwrite the date in a file when they save it, but keep its name. A source counts only
+/// if it gives every photograph a time of its own.
 /// @param photos,exif_dates  As many; "" = the photograph says nothing.
 /// @throws InvalidInput saying what was tried, which photograph it failed for, and what to give instead.
 [[nodiscard]] FrameTimes find_frame_times(const std::vector<std::filesystem::path>& photos,

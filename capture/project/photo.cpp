@@ -3,9 +3,9 @@
 #include <mutex>
 
 #include "capture/project/capture_project.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -50,7 +50,8 @@ ImageF to_history_size(const ImageF& image, const CaptureProject& project, const
 }
 
 ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo) {
-  return photo.stream ? color_of(photo.stream->read(photo.image), project.response) : read_color(photo.file, project.response);
+  return photo.stream ? color_of(photo.stream->read(photo.image), project.response)
+                      : read_color(photo.file, project.response);
 }
 
 float saturation_level(const CaptureProject& project, const CapturePhoto& photo) {
@@ -81,13 +82,15 @@ ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& contr
   parallel_for(static_cast<std::int64_t>(project.frames.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
     const CapturePhoto& photo = project.frames[static_cast<std::size_t>(begin)];
     if (!photo.has_alpha) return;
-    const ImageF values = photo.stream ? channel_of(photo.stream->read(photo.image), "A") : read_channels(photo.file, {"A"});
+    const ImageF values =
+        photo.stream ? channel_of(photo.stream->read(photo.image), "A") : read_channels(photo.file, {"A"});
     const ImageF alpha = to_history_size(values, project, photo.file);
     const std::lock_guard lock(mutex);
     keep_inside(alpha, mask);
   });
   if (is_blank(mask)) {
-    throw IoError(project.file.string(), "no pixel is opaque in every frame (and inside the mask); the object must stay in place");
+    throw IoError(project.file.string(),
+                  "no pixel is opaque in every frame (and inside the mask); the object must stay in place");
   }
   const auto values = mask.values();
   const bool is_everything = std::all_of(values.begin(), values.end(), [](std::uint8_t v) { return v != 0; });

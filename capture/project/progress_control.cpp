@@ -5,10 +5,10 @@
 #include <cmath>
 #include <deque>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
-#include "patinate/image/color.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 
 namespace patinate::capture {
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr float kLeastChange = 0.02f;      ///< Five 8-bit codes: below, it may be the camera.
 constexpr float kLeastChangeShare = 0.1f;  ///< Of the 99th percentile.
-constexpr double kAgedRank = 0.9;  ///< Among the changing pixels, by the largest change.
+constexpr double kAgedRank = 0.9;          ///< Among the changing pixels, by the largest change.
 
 /// Brings frames to the size and smoothness at which they are compared.
 class Smoother {
@@ -113,8 +113,8 @@ std::vector<double> time_weights(const std::vector<double>& times) {
 }  // namespace
 
 void describe(OptionVisitor& v, ProgressOptions& o) {
-  v.visit({"progress_sigma", "Gaussian over the frames for the progress map; 1 % of the shorter side when not given", "px",
-           between(0, 10000)},
+  v.visit({"progress_sigma", "Gaussian over the frames for the progress map; 1 % of the shorter side when not given",
+           "px", between(0, 10000)},
           o.smoothing_px);
 }
 
@@ -136,7 +136,8 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
     std::transform(most.values().begin(), most.values().end(), change.values().begin(), most.values().begin(),
                    [](float a, float b) { return std::max(a, b); });
   });
-  const float threshold = std::max(kLeastChange, kLeastChangeShare * percentiles(most, smoother.low_mask(), 0.99, 0.99).low);
+  const float threshold =
+      std::max(kLeastChange, kLeastChangeShare * percentiles(most, smoother.low_mask(), 0.99, 0.99).low);
   ImageU8 changing(most.width(), most.height());
   double num_inside = 0, num_changing = 0;
   for (int y = 0; y < most.height(); ++y) {
@@ -169,7 +170,8 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
 }
 
 ProgressMap progress_from_history(const History& history, const ProgressOptions& options, const RunControl& control) {
-  return progress_from_history(history.times(), [&](int frame) { return history.read_frame(frame); }, history.read_mask(), options, control);
+  return progress_from_history(
+      history.times(), [&](int frame) { return history.read_frame(frame); }, history.read_mask(), options, control);
 }
 
 }  // namespace patinate::capture

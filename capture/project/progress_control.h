@@ -22,18 +22,19 @@ void describe(OptionVisitor& v, ProgressOptions& o);
 
 /// How early each pixel ages.
 struct ProgressMap {
-  ImageF values;            ///< H x W x 1 in [0, 1]: share of the recorded time that the pixel spent aged.
-  double low = 0.0;         ///< Robust range (1 % and 99 %) over the pixels that change.
+  ImageF values;     ///< H x W x 1 in [0, 1]: share of the recorded time that the pixel spent aged.
+  double low = 0.0;  ///< Robust range (1 % and 99 %) over the pixels that change.
   double high = 0.0;
-  double aged_change = 0.0; ///< The change that counts as aged: distance of sRGB codes in [0, sqrt 3].
-  double changing_share = 0.0; ///< Share of the pixels (inside the mask) that change at all.
+  double aged_change = 0.0;     ///< The change that counts as aged: distance of sRGB codes in [0, sqrt 3].
+  double changing_share = 0.0;  ///< Share of the pixels (inside the mask) that change at all.
 };
 
 /// progress(p) = time average of min(1, d(p, t) / D): 1 = aged from the start, 0 = never. Higher is earlier.
 ///
-/// - d(p, t) is the distance, in sRGB-encoded RGB, between the frame at t and the first one, both blurred by smoothing_px
-///   (only with what lies inside the mask); inner frames are replaced by the median of three in time, channel by channel,
-///   so that one spoilt photograph does not count.
+/// - d(p, t) is the distance, in sRGB-encoded RGB, between the frame at t and the first one, both blurred by
+/// smoothing_px
+///   (only with what lies inside the mask); inner frames are replaced by the median of three in time, channel by
+///   channel, so that one spoilt photograph does not count.
 /// - A pixel changes when max_t d exceeds 0.02 and a tenth of the 99th percentile of max_t d: backgrounds and
 ///   fixtures do not, and have no part in D, low and high.
 /// - D, one for the whole map, is the 90th percentile of max_t d over the changing pixels: the change of a fully aged
@@ -51,6 +52,7 @@ struct ProgressMap {
                                                 const ProgressOptions& options = {}, const RunControl& control = {});
 
 /// Of a history: its frames and its mask.
-[[nodiscard]] ProgressMap progress_from_history(const History& history, const ProgressOptions& options = {}, const RunControl& control = {});
+[[nodiscard]] ProgressMap progress_from_history(const History& history, const ProgressOptions& options = {},
+                                                const RunControl& control = {});
 
 }  // namespace patinate::capture

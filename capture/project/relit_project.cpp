@@ -6,15 +6,15 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/project/capture_text.h"
-#include "patinate/core/error.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/light_io.h"
 #include "libcommon/history/history_times.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/image/response_io.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/camera_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
@@ -29,7 +29,8 @@ constexpr std::size_t kMaxLights = 10'000;
 void check_size(const fs::path& file, int width, int height) {
   const ImageInfo info = probe_image(file);
   if (info.width == width && info.height == height) return;
-  throw IoError(file.string(), "is " + size_text(info.width, info.height) + " pixels; expected " + size_text(width, height) + ", as the camera takes");
+  throw IoError(file.string(), "is " + size_text(info.width, info.height) + " pixels; expected " +
+                                   size_text(width, height) + ", as the camera takes");
 }
 
 RigidTransform read_transform(const JsonReader& json, double mm_per_unit) {
@@ -54,7 +55,8 @@ RelitStep::Ready read_ready(JsonReader& json) {
   ready.position = json.member("position").path();
   ready.normal = json.member("normal").path();
   for (const char* other : {"scan", "photos", "ambient"}) {
-    if (json.has(other)) json.fail(std::string("either `albedo`, `position` and `normal`, or photographs; not `") + other + "` too");
+    if (json.has(other))
+      json.fail(std::string("either `albedo`, `position` and `normal`, or photographs; not `") + other + "` too");
   }
   return ready;
 }
@@ -69,7 +71,8 @@ RelitStep read_step(JsonReader json, int number, double mm_per_unit, std::size_t
     const JsonReader photos = json.member("photos");
     for (const JsonReader& photo : photos.elements(kMaxLights)) step.photos.push_back(photo.path());
     if (step.photos.size() != num_lights) {
-      photos.fail(std::to_string(num_lights) + " photographs, one a light in the lights' order; these are " + std::to_string(step.photos.size()));
+      photos.fail(std::to_string(num_lights) + " photographs, one a light in the lights' order; these are " +
+                  std::to_string(step.photos.size()));
     }
     if (json.has("ambient")) step.ambient = json.member("ambient").path();
   }
@@ -126,7 +129,8 @@ void check_files(const RelitProject& project) {
   const auto check_image = [&](const fs::path& file) { check_size(file, project.width(), project.height()); };
   for (const RelitStep& step : project.steps) {
     std::error_code error;
-    if (step.scan && !fs::is_regular_file(*step.scan, error)) throw IoError(step.scan->string(), "is not there; step " + std::to_string(step.number) + " names it as its scan");
+    if (step.scan && !fs::is_regular_file(*step.scan, error))
+      throw IoError(step.scan->string(), "is not there; step " + std::to_string(step.number) + " names it as its scan");
     for (const fs::path& photo : step.photos) check_image(photo);
     if (step.ambient) check_image(*step.ambient);
     if (!step.ready) continue;
@@ -136,18 +140,24 @@ void check_files(const RelitProject& project) {
 
 /// What must hold between steps, lights and camera. @throws IoError
 void check_steps(const RelitProject& project, const JsonReader& steps) {
-  const bool are_all_directional = std::all_of(project.lights.begin(), project.lights.end(), [](const Light& l) { return l.kind == Light::Kind::Directional; });
-  const auto fail_at = [&](std::size_t i, const std::string& problem) { throw IoError(steps.file(), steps.pointer() + "/" + std::to_string(project.steps[i].number) + ": " + problem); };
+  const bool are_all_directional = std::all_of(project.lights.begin(), project.lights.end(),
+                                               [](const Light& l) { return l.kind == Light::Kind::Directional; });
+  const auto fail_at = [&](std::size_t i, const std::string& problem) {
+    throw IoError(steps.file(), steps.pointer() + "/" + std::to_string(project.steps[i].number) + ": " + problem);
+  };
   std::vector<double> times;
   for (const RelitStep& step : project.steps) times.push_back(step.time);
   if (const auto problem = find_time_problem(times)) fail_at(problem->index, problem->text);
   for (std::size_t i = 0; i < project.steps.size(); ++i) {
     const RelitStep& step = project.steps[i];
     const auto fail = [&](const std::string& problem) { fail_at(i, problem); };
-    if (!step.has_shape() && !are_all_directional) fail("has no `scan`; only when all lights are directional can it be left out");
+    if (!step.has_shape() && !are_all_directional)
+      fail("has no `scan`; only when all lights are directional can it be left out");
     if (step.has_shape() && !project.is_camera_given) fail("has a shape, but the project no `camera`");
-    if (step.has_shape() && !project.has_shape()) fail("has a shape, but the reference step has none; choose another `reference`");
-    if (!step.has_shape() && project.has_shape()) fail("has no `scan`, but the reference step has one; give every step one, or none");
+    if (step.has_shape() && !project.has_shape())
+      fail("has a shape, but the reference step has none; choose another `reference`");
+    if (!step.has_shape() && project.has_shape())
+      fail("has no `scan`, but the reference step has one; give every step one, or none");
   }
 }
 
@@ -173,8 +183,11 @@ RelitProject read_relit_project(const fs::path& file) {
     const ImageInfo info = probe_image(first_photo(steps));
     return stand_in_camera(info.width, info.height);
   };
-  RelitProject project{.file = file, .name = json.member("name").string(), .mm_per_unit = mm,
-                       .camera_mm = is_camera_given ? read_camera(json.member("camera"), mm) : camera_of_photos(), .is_camera_given = is_camera_given};
+  RelitProject project{.file = file,
+                       .name = json.member("name").string(),
+                       .mm_per_unit = mm,
+                       .camera_mm = is_camera_given ? read_camera(json.member("camera"), mm) : camera_of_photos(),
+                       .is_camera_given = is_camera_given};
   constexpr std::array<std::string_view, 4> kTimeUnits{"s", "min", "h", "d"};
   if (json.has("time_unit")) project.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnits));
   if (json.has("response")) project.response = read_response(json.member("response"));
@@ -182,7 +195,8 @@ RelitProject read_relit_project(const fs::path& file) {
   if (json.has("reference_patch")) project.patch = read_patch(json.member("reference_patch"), project.camera_mm);
   std::vector<JsonReader> entries = steps.elements(kMaxSteps);
   std::int64_t reference = 0;
-  if (json.has("reference")) reference = json.member("reference").integer(between(0, static_cast<double>(entries.size()) - 1.0));
+  if (json.has("reference"))
+    reference = json.member("reference").integer(between(0, static_cast<double>(entries.size()) - 1.0));
   bool is_reference_there = false;
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const bool is_out = is_excluded(entries[i]);

@@ -1,5 +1,6 @@
 /// \file
-/// A capture project of kind `relit` (`patinate.capture`, docs/capture.md): a scan and one photograph per light at every step.
+/// A capture project of kind `relit` (`patinate.capture`, docs/capture.md): a scan and one photograph per light at
+/// every step.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +24,8 @@ struct RelitStep {
     std::filesystem::path position;  ///< Channels X, Y, Z, in the project's unit; (0, 0, 0) = no surface.
     std::filesystem::path normal;    ///< Channels X, Y, Z.
   };
-  int number = 0;      ///< Its place in the file's `steps`, from 0.
-  double time = 0.0;   ///< In the project's time unit.
+  int number = 0;     ///< Its place in the file's `steps`, from 0.
+  double time = 0.0;  ///< In the project's time unit.
   std::optional<std::filesystem::path> scan = {};
   std::vector<std::filesystem::path> photos = {};  ///< One a light, in their order; none with ready-made maps.
   std::optional<std::filesystem::path> ambient = {};
@@ -48,8 +49,8 @@ struct RelitProject {
   TimeUnit time_unit = TimeUnit::Seconds;
   double mm_per_unit = 1.0;
   Response response = {};
-  /// Of the photographs, in a world of mm. A project without any shape may leave it out: then it looks along -z of a frame in which the
-  /// directional lights stand, x right, y up.
+  /// Of the photographs, in a world of mm. A project without any shape may leave it out: then it looks along -z of a
+  /// frame in which the directional lights stand, x right, y up.
   Camera camera_mm;
   bool is_camera_given = true;
   std::vector<Light> lights = {};

@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 
-#include "patinate/controls/accessibility.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"
+#include "patinate/controls/accessibility.h"
 
 namespace patinate::capture {
 
@@ -49,7 +49,8 @@ class ScanPixels {
     const Vec3 area = area_vector(mesh, hit->triangle);
     const bool is_back = area.dot(ray->direction) > 0.0;
     const Triangle& normal_index = mesh.normal_triangles[static_cast<std::size_t>(hit->triangle)];
-    Vec3 normal = weighted(corners, [&](std::size_t k) -> const Vec3& { return mesh.normals[static_cast<std::size_t>(normal_index[k])]; });
+    Vec3 normal = weighted(
+        corners, [&](std::size_t k) -> const Vec3& { return mesh.normals[static_cast<std::size_t>(normal_index[k])]; });
     normal = normal.norm() > 1e-9 ? Vec3(normal.normalized()) : Vec3(area.normalized());
     double curvature = 0.0;
     for (std::size_t k = 0; k < 3; ++k) curvature += corners.weight[k] * surface_.curvature_per_mm[corners.position[k]];
@@ -68,7 +69,8 @@ class ScanPixels {
     return corners.weight[0] * at(0) + corners.weight[1] * at(1) + corners.weight[2] * at(2);
   }
 
-  /// Where the pixels half a step to each side meet the plane of the triangle; grazing ones, that look past it, count as at `kGrazing`.
+  /// Where the pixels half a step to each side meet the plane of the triangle; grazing ones, that look past it, count
+  /// as at `kGrazing`.
   [[nodiscard]] double texel_size(const Vec2& pixel, const Vec3& position, const Vec3& normal) const {
     constexpr double kGrazing = 1e-3;
     const Vec3& eye = camera_.center();
@@ -92,11 +94,14 @@ class ScanPixels {
 }  // namespace
 
 void describe(OptionVisitor& v, ScanOptions& o) {
-  v.visit({"scan_scale", "size of the features that the accessibility of a scan sees; not given: 2 % of the bounding box's diagonal", "mm", above(0)},
+  v.visit({"scan_scale",
+           "size of the features that the accessibility of a scan sees; not given: 2 % of the bounding box's diagonal",
+           "mm", above(0)},
           o.scale_mm);
 }
 
-ScanMaps scan_maps(const Mesh& mesh_mm, const Camera& camera_mm, const PhotoPart& part, const ScanOptions& options, const RunControl& control) {
+ScanMaps scan_maps(const Mesh& mesh_mm, const Camera& camera_mm, const PhotoPart& part, const ScanOptions& options,
+                   const RunControl& control) {
   check_ranges(options);
   const AccessibleSurface surface = accessible_surface(mesh_mm, options.scale_mm, control.part(0.0, 0.7));
   const int width = part.num_columns, height = part.num_rows;
@@ -123,8 +128,8 @@ std::string where_it_lies(const Mesh& mesh_mm, const Camera& camera_mm) {
   if (!(depth > 0.0)) return "its middle lies " + short_number_text(-depth) + " mm behind the camera";
   const std::optional<Vec2> pixel = camera_mm.project(middle);
   if (!pixel) return "its middle lies far outside the picture";
-  return "its middle lies at pixel (" + short_number_text(std::round(pixel->x())) + ", " + short_number_text(std::round(pixel->y())) +
-         "), " + short_number_text(depth) + " mm in front of the camera";
+  return "its middle lies at pixel (" + short_number_text(std::round(pixel->x())) + ", " +
+         short_number_text(std::round(pixel->y())) + "), " + short_number_text(depth) + " mm in front of the camera";
 }
 
 }  // namespace patinate::capture

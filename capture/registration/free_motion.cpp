@@ -35,7 +35,9 @@ Vec3 with_sign(const Vec3& v) {
 std::string text_of(const FreeMotion& motion) {
   if (motion.kind == FreeMotion::Kind::Shift) return "shift along " + vector_text(motion.direction);
   const std::string text = "turn about " + vector_text(motion.direction) + " through " + vector_text(motion.point);
-  return motion.pitch == 0.0 ? text : text + " with a shift of " + short_number_text(rounded(motion.pitch, 3)) + " along it per radian";
+  return motion.pitch == 0.0
+             ? text
+             : text + " with a shift of " + short_number_text(rounded(motion.pitch, 3)) + " along it per radian";
 }
 
 std::vector<FreeMotion> free_motions(const Eigen::Matrix<double, 6, Eigen::Dynamic>& directions) {

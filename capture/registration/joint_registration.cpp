@@ -13,12 +13,14 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kNearInCoarse = 1.5;   ///< Coarse surfels this near, in their distance, and facing alike may overlap.
+constexpr double kNearInCoarse = 1.5;  ///< Coarse surfels this near, in their distance, and facing alike may overlap.
 constexpr int kMostRounds = 12;
 constexpr double kSettled = 1e-7;       ///< Normalized: nothing moves any more.
 constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is left out is off.
 
-bool is_found(const PairRegistration& r) { return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate; }
+bool is_found(const PairRegistration& r) {
+  return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate;
+}
 
 /// Share of the smaller scan's coarse surfels that lie near the other's and face alike.
 double coarse_overlap(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose) {
@@ -36,9 +38,14 @@ double coarse_overlap(const PreparedScan& target, const PreparedScan& source, co
 
 class JointSolver {
  public:
-  JointSolver(std::span<const PointCloud> scans, std::span<const std::optional<RigidTransform>> initial, int reference, const RegistrationOptions& options,
-              const RunControl& control)
-      : clouds_(scans), initial_(initial), reference_(reference), options_(options), control_(control), scans_(prepare_scans(scans, options, control)) {
+  JointSolver(std::span<const PointCloud> scans, std::span<const std::optional<RigidTransform>> initial, int reference,
+              const RegistrationOptions& options, const RunControl& control)
+      : clouds_(scans),
+        initial_(initial),
+        reference_(reference),
+        options_(options),
+        control_(control),
+        scans_(prepare_scans(scans, options, control)) {
     result_.scans.resize(scans.size());
     poses_.resize(scans.size());
     has_pose_.assign(scans.size(), false);
@@ -60,7 +67,9 @@ class JointSolver {
   [[nodiscard]] RigidTransform& pose(int k) { return poses_[static_cast<std::size_t>(k)]; }
   [[nodiscard]] int num_scans() const { return static_cast<int>(scans_.size()); }
   /// target from source in the scans' unit, in the poses as they are.
-  [[nodiscard]] RigidTransform relative(int target, int source) { return in_unit(pose(target).inverse() * pose(source), scan(target), scan(source)); }
+  [[nodiscard]] RigidTransform relative(int target, int source) {
+    return in_unit(pose(target).inverse() * pose(source), scan(target), scan(source));
+  }
 
   PairRegistration register_edge(int target, int source, const std::optional<RigidTransform>& start, bool may_search) {
     control_.throw_if_stopped();
@@ -68,8 +77,10 @@ class JointSolver {
     if (!may_search) options.start = RegistrationStart::Given;
     RunControl quiet = control_;
     quiet.on_progress = {};
-    if (options.method == RegistrationMethod::Symmetric) return register_pair(scan(target), scan(source), start, options, quiet);
-    return register_pair_with_pcl(clouds_[static_cast<std::size_t>(target)], clouds_[static_cast<std::size_t>(source)], start.value_or(RigidTransform{}), options, quiet);
+    if (options.method == RegistrationMethod::Symmetric)
+      return register_pair(scan(target), scan(source), start, options, quiet);
+    return register_pair_with_pcl(clouds_[static_cast<std::size_t>(target)], clouds_[static_cast<std::size_t>(source)],
+                                  start.value_or(RigidTransform{}), options, quiet);
   }
 
   std::optional<RigidTransform> initial_relative(int target, int source) const {
@@ -79,7 +90,8 @@ class JointSolver {
     return a && b ? std::optional(a->inverse() * *b) : std::nullopt;
   }
 
-  /// Every scan by the first that it fits of those with poses; the scan with the best fit first, where the start is near enough for that.
+  /// Every scan by the first that it fits of those with poses; the scan with the best fit first, where the start is
+  /// near enough for that.
   void begin_poses() {
     const auto r = static_cast<std::size_t>(reference_);
     has_pose_[r] = true;
@@ -115,7 +127,9 @@ class JointSolver {
   bool begin_pose(int target, int source, bool may_search) {
     const std::optional<RigidTransform> start = may_search ? std::nullopt : initial_relative(target, source);
     if (!may_search && (!start || options_.start == RegistrationStart::Global)) return false;
-    if (!may_search && coarse_overlap(scan(target), scan(source), normalized(*start, scan(target), scan(source))) < 0.5 * options_.min_overlap) return false;
+    if (!may_search && coarse_overlap(scan(target), scan(source), normalized(*start, scan(target), scan(source))) <
+                           0.5 * options_.min_overlap)
+      return false;
     const PairRegistration found = register_edge(target, source, start, may_search);
     RegisteredScan& s = result_.scans[static_cast<std::size_t>(source)];
     if (!is_found(found)) {
@@ -147,16 +161,19 @@ class JointSolver {
       }
       control_.report(0.5 + 0.3 * (a + 1) / num_scans());
     }
-    std::stable_sort(result_.edges.begin(), result_.edges.end(), [](const RegistrationEdge& x, const RegistrationEdge& y) {
-      return std::pair(x.target, x.source) < std::pair(y.target, y.source);
-    });
+    std::stable_sort(result_.edges.begin(), result_.edges.end(),
+                     [](const RegistrationEdge& x, const RegistrationEdge& y) {
+                       return std::pair(x.target, x.source) < std::pair(y.target, y.source);
+                     });
   }
 
   /// The chain that the poses begin with: the edges that overlap most and join all scans [Kruskal 1956].
   void choose_tree() {
     std::vector<RegistrationEdge*> by_overlap;
     for (RegistrationEdge& e : result_.edges) by_overlap.push_back(&e);
-    std::stable_sort(by_overlap.begin(), by_overlap.end(), [](const RegistrationEdge* a, const RegistrationEdge* b) { return a->pair.overlap > b->pair.overlap; });
+    std::stable_sort(by_overlap.begin(), by_overlap.end(), [](const RegistrationEdge* a, const RegistrationEdge* b) {
+      return a->pair.overlap > b->pair.overlap;
+    });
     std::vector<int> group(scans_.size());
     for (std::size_t k = 0; k < group.size(); ++k) group[k] = static_cast<int>(k);
     for (RegistrationEdge* e : by_overlap) {
@@ -169,7 +186,8 @@ class JointSolver {
     for (bool has_grown = true; has_grown;) {
       has_grown = false;
       for (const RegistrationEdge& e : result_.edges) {
-        const bool has_target = is_placed[static_cast<std::size_t>(e.target)], has_source = is_placed[static_cast<std::size_t>(e.source)];
+        const bool has_target = is_placed[static_cast<std::size_t>(e.target)],
+                   has_source = is_placed[static_cast<std::size_t>(e.source)];
         if (!e.is_in_tree || has_target == has_source) continue;
         const RigidTransform t = normalized(e.pair.target_from_source, scan(e.target), scan(e.source));
         (has_target ? pose(e.source) : pose(e.target)) = has_target ? pose(e.target) * t : pose(e.source) * t.inverse();
@@ -184,7 +202,8 @@ class JointSolver {
       if (e.is_in_tree) continue;
       const RigidTransform around = relative(e.target, e.source);
       e.closure_deg = angle_between_deg(around.rotation, e.pair.target_from_source.rotation);
-      e.closure = (around.apply(scan(e.source).middle()) - e.pair.target_from_source.apply(scan(e.source).middle())).norm();
+      e.closure =
+          (around.apply(scan(e.source).middle()) - e.pair.target_from_source.apply(scan(e.source).middle())).norm();
       angles.push_back(e.closure_deg);
       shifts.push_back(e.closure);
     }
@@ -202,7 +221,8 @@ class JointSolver {
     std::vector<PoseEdge> edges;
     for (RegistrationEdge& e : result_.edges) {
       if (!e.is_used) continue;
-      const RigidTransform at = is_first ? normalized(e.pair.target_from_source, scan(e.target), scan(e.source)) : pose(e.target).inverse() * pose(e.source);
+      const RigidTransform at = is_first ? normalized(e.pair.target_from_source, scan(e.target), scan(e.source))
+                                         : pose(e.target).inverse() * pose(e.source);
       RunControl quiet = control_;
       quiet.on_progress = {};
       const SurfelAlignment a = look_at_pose(scan(e.target), scan(e.source), at, quiet);
@@ -213,7 +233,8 @@ class JointSolver {
         for (int k = 0; k < 6; ++k) {
           const double value = solver.eigenvalues()[k];
           const Vec6 direction = solver.eigenvectors().col(k);
-          if (value > kFreeShare * solver.eigenvalues()[5]) move -= direction * (direction.dot(a.sums.gradient) / value);
+          if (value > kFreeShare * solver.eigenvalues()[5])
+            move -= direction * (direction.dot(a.sums.gradient) / value);
         }
         edge.target_from_source = RigidTransform{rotation_of(move.head<3>()), move.tail<3>()} * at;
       }
@@ -238,7 +259,8 @@ class JointSolver {
       ++result_.num_rounds;
       double moved = 0.0;
       for (std::size_t k = 0; k < poses_.size(); ++k) {
-        moved = std::max({moved, (poses_[k].translation - before[k].translation).norm(), (poses_[k].rotation - before[k].rotation).norm()});
+        moved = std::max({moved, (poses_[k].translation - before[k].translation).norm(),
+                          (poses_[k].rotation - before[k].rotation).norm()});
       }
       control_.report(0.8 + 0.2 * result_.num_rounds / (kMostRounds + 1));
       if (moved < kSettled) break;
@@ -251,7 +273,8 @@ class JointSolver {
     double most = kContradiction * scan(reference_).fine().distance();
     for (RegistrationEdge& e : result_.edges) {
       if (!e.is_used || e.is_in_tree || e.pair.status == RegistrationStatus::Degenerate) continue;
-      const RigidTransform off = (pose(e.target).inverse() * pose(e.source)) * normalized(e.pair.target_from_source, scan(e.target), scan(e.source)).inverse();
+      const RigidTransform off = (pose(e.target).inverse() * pose(e.source)) *
+                                 normalized(e.pair.target_from_source, scan(e.target), scan(e.source)).inverse();
       const double by = off.translation.norm() + axis_angle_of(off.rotation).norm();
       if (by > most) {
         most = by;
@@ -270,7 +293,8 @@ class JointSolver {
     std::vector<double> squares(scans_.size(), 0.0);
     std::vector<int> counts(scans_.size(), 0);
     for (RegistrationEdge& e : result_.edges) {
-      const PairRegistration joint = judge_pose(scan(e.target), scan(e.source), relative(e.target, e.source), options_, {});
+      const PairRegistration joint =
+          judge_pose(scan(e.target), scan(e.source), relative(e.target, e.source), options_, {});
       e.median_residual = joint.median_residual;
       for (const int k : {e.target, e.source}) {
         RegisteredScan& s = result_.scans[static_cast<std::size_t>(k)];
@@ -335,11 +359,15 @@ class JointSolver {
 
 }  // namespace
 
-JointRegistration register_jointly(std::span<const PointCloud> scans, std::span<const std::optional<RigidTransform>> initial, int reference,
+JointRegistration register_jointly(std::span<const PointCloud> scans,
+                                   std::span<const std::optional<RigidTransform>> initial, int reference,
                                    const RegistrationOptions& options, const RunControl& control) {
-  if (scans.size() < 2) throw InvalidInput("registration: found " + std::to_string(scans.size()) + " scans; at least 2 are needed");
-  if (!initial.empty() && initial.size() != scans.size()) throw InvalidInput("registration: as many initial poses as scans are needed, or none");
-  if (reference < 0 || reference >= static_cast<int>(scans.size())) throw InvalidInput("registration: there is no scan " + std::to_string(reference));
+  if (scans.size() < 2)
+    throw InvalidInput("registration: found " + std::to_string(scans.size()) + " scans; at least 2 are needed");
+  if (!initial.empty() && initial.size() != scans.size())
+    throw InvalidInput("registration: as many initial poses as scans are needed, or none");
+  if (reference < 0 || reference >= static_cast<int>(scans.size()))
+    throw InvalidInput("registration: there is no scan " + std::to_string(reference));
   return JointSolver(scans, initial, reference, options, control).run();
 }
 

@@ -6,7 +6,8 @@
 
 namespace patinate::capture {
 
-LinesOfSight::LinesOfSight(std::span<const Vec3> points, const std::optional<Vec3>& scanner, const Vec3& toward_scanner, double cell)
+LinesOfSight::LinesOfSight(std::span<const Vec3> points, const std::optional<Vec3>& scanner, const Vec3& toward_scanner,
+                           double cell)
     : scanner_(scanner), cell_(cell) {
   Vec3 middle = Vec3::Zero();
   for (const Vec3& p : points) middle += p;
@@ -20,7 +21,8 @@ LinesOfSight::LinesOfSight(std::span<const Vec3> points, const std::optional<Vec
   for (const Vec3& p : points) {
     const Vec3 at = across_and_depth(p);
     if (!at.allFinite()) continue;
-    const std::uint64_t k = key(static_cast<std::int64_t>(std::floor(at.x() / cell_)), static_cast<std::int64_t>(std::floor(at.y() / cell_)));
+    const std::uint64_t k = key(static_cast<std::int64_t>(std::floor(at.x() / cell_)),
+                                static_cast<std::int64_t>(std::floor(at.y() / cell_)));
     const auto [found, is_new] = cells_.try_emplace(k, Depths{at.z(), at.z()});
     if (is_new) continue;
     found->second.nearest = std::max(found->second.nearest, at.z());
@@ -39,7 +41,8 @@ Vec3 LinesOfSight::across_and_depth(const Vec3& p) const {
 LinesOfSight::Seen LinesOfSight::look_at(const Vec3& p, double tolerance) const {
   const Vec3 at = across_and_depth(p);
   if (!at.allFinite()) return Seen::Nothing;
-  const auto x = static_cast<std::int64_t>(std::floor(at.x() / cell_)), y = static_cast<std::int64_t>(std::floor(at.y() / cell_));
+  const auto x = static_cast<std::int64_t>(std::floor(at.x() / cell_)),
+             y = static_cast<std::int64_t>(std::floor(at.y() / cell_));
   bool is_empty = true, is_front = true, is_behind = true;
   for (std::int64_t dy = -1; dy <= 1; ++dy) {
     for (std::int64_t dx = -1; dx <= 1; ++dx) {
@@ -57,7 +60,8 @@ LinesOfSight::Seen LinesOfSight::look_at(const Vec3& p, double tolerance) const 
   return is_front ? Seen::Front : is_behind ? Seen::Behind : Seen::Surface;
 }
 
-void SightCounts::add(const LinesOfSight& lines, std::span<const Vec3> points, const RigidTransform& lines_from_points, double tolerance, std::size_t stride) {
+void SightCounts::add(const LinesOfSight& lines, std::span<const Vec3> points, const RigidTransform& lines_from_points,
+                      double tolerance, std::size_t stride) {
   for (std::size_t i = 0; i < points.size(); i += stride) {
     const LinesOfSight::Seen seen = lines.look_at(lines_from_points.apply(points[i]), tolerance);
     front += seen == LinesOfSight::Seen::Front ? 1 : 0;

@@ -53,7 +53,8 @@ PointCells::Found PointCells::nearest(const Vec3& p, double radius) const {
     }
   };
   look(center);
-  // Shells of cells around; what lies in shell s is at least s - 1 cells and the way to the border of its own cell away.
+  // Shells of cells around; what lies in shell s is at least s - 1 cells and the way to the border of its own cell
+  // away.
   Vec3 to_low, to_high;
   for (int a = 0; a < 3; ++a) {
     to_low[a] = p[a] - static_cast<double>(center[static_cast<std::size_t>(a)]) * cell_;

@@ -12,13 +12,15 @@
 
 namespace patinate::capture {
 
-/// Cells that hold points, in a hash table: memory follows the number of points, not the extent. Immutable; queries are thread-safe.
+/// Cells that hold points, in a hash table: memory follows the number of points, not the extent. Immutable; queries are
+/// thread-safe.
 class PointCells {
  public:
   /// @param points  Finite, less than 2^31 cells from the origin along each axis; must outlive this. @param cell  > 0.
   PointCells(std::span<const Vec3> points, double cell);
 
-  /// Calls visit(index, squared distance) for every point within `radius` of p, in an order that depends on the points only.
+  /// Calls visit(index, squared distance) for every point within `radius` of p, in an order that depends on the points
+  /// only.
   template <class Visit>
   void near(const Vec3& p, double radius, Visit&& visit) const {
     const Key low = key_of(p - Vec3::Constant(radius)), high = key_of(p + Vec3::Constant(radius));
@@ -47,11 +49,13 @@ class PointCells {
  private:
   using Key = std::array<std::int64_t, 3>;
   [[nodiscard]] Key key_of(const Vec3& p) const {
-    return {static_cast<std::int64_t>(std::floor(p.x() * per_cell_)), static_cast<std::int64_t>(std::floor(p.y() * per_cell_)),
+    return {static_cast<std::int64_t>(std::floor(p.x() * per_cell_)),
+            static_cast<std::int64_t>(std::floor(p.y() * per_cell_)),
             static_cast<std::int64_t>(std::floor(p.z() * per_cell_))};
   }
   [[nodiscard]] static std::uint64_t hash(const Key& key) {
-    std::uint64_t h = static_cast<std::uint64_t>(key[0]) * 0x9E3779B97F4A7C15u ^ static_cast<std::uint64_t>(key[1]) * 0xC2B2AE3D27D4EB4Fu ^
+    std::uint64_t h = static_cast<std::uint64_t>(key[0]) * 0x9E3779B97F4A7C15u ^
+                      static_cast<std::uint64_t>(key[1]) * 0xC2B2AE3D27D4EB4Fu ^
                       static_cast<std::uint64_t>(key[2]) * 0x165667B19E3779F9u;
     return h ^ (h >> 29);
   }

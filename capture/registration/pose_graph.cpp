@@ -43,7 +43,8 @@ Matrix6 root_of(const Matrix6& information) {
 
 }  // namespace
 
-std::vector<RigidTransform> solve_poses(std::span<const RigidTransform> world_from_scan, std::span<const PoseEdge> edges, int fixed) {
+std::vector<RigidTransform> solve_poses(std::span<const RigidTransform> world_from_scan,
+                                        std::span<const PoseEdge> edges, int fixed) {
   std::vector<std::array<double, 6>> values(world_from_scan.size());
   for (std::size_t k = 0; k < values.size(); ++k) {
     Eigen::Map<Vec3>(values[k].data()) = axis_angle_of(world_from_scan[k].rotation);
@@ -51,8 +52,10 @@ std::vector<RigidTransform> solve_poses(std::span<const RigidTransform> world_fr
   }
   ceres::Problem problem;
   for (const PoseEdge& edge : edges) {
-    auto* cost = new ceres::AutoDiffCostFunction<EdgeCost, 6, 6, 6>(new EdgeCost{root_of(edge.information), edge.target_from_source.inverse()});
-    problem.AddResidualBlock(cost, nullptr, values[static_cast<std::size_t>(edge.target)].data(), values[static_cast<std::size_t>(edge.source)].data());
+    auto* cost = new ceres::AutoDiffCostFunction<EdgeCost, 6, 6, 6>(
+        new EdgeCost{root_of(edge.information), edge.target_from_source.inverse()});
+    problem.AddResidualBlock(cost, nullptr, values[static_cast<std::size_t>(edge.target)].data(),
+                             values[static_cast<std::size_t>(edge.source)].data());
   }
   std::vector<RigidTransform> poses(world_from_scan.begin(), world_from_scan.end());
   if (problem.NumResidualBlocks() == 0) return poses;
@@ -86,7 +89,8 @@ Matrix6 adjoint(const RigidTransform& a_from_b) {
   return a;
 }
 
-std::vector<Matrix6> pose_covariances(std::span<const RigidTransform> world_from_scan, std::span<const PoseEdge> edges, int fixed) {
+std::vector<Matrix6> pose_covariances(std::span<const RigidTransform> world_from_scan, std::span<const PoseEdge> edges,
+                                      int fixed) {
   const auto n = static_cast<Eigen::Index>(6 * world_from_scan.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
   for (const PoseEdge& edge : edges) {

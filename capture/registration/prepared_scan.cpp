@@ -9,12 +9,13 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kRadius = 2.5;            ///< Of a fine surfel, in their distances.
-constexpr double kSightCell = 2.0;         ///< In fine distances.
-constexpr double kLeastSurface = 0.5;      ///< Share of places with a surfel, below which the points are noisier than they are apart:
-constexpr double kCoarser = 1.6;           ///< all scans are then made so much coarser,
-constexpr int kMostCoarser = 6;            ///< so many times at most.
-constexpr double kTakenShare = 0.7;        ///< Of points that lie one spacing apart.
+constexpr double kRadius = 2.5;     ///< Of a fine surfel, in their distances.
+constexpr double kSightCell = 2.0;  ///< In fine distances.
+constexpr double kLeastSurface =
+    0.5;  ///< Share of places with a surfel, below which the points are noisier than they are apart:
+constexpr double kCoarser = 1.6;     ///< all scans are then made so much coarser,
+constexpr int kMostCoarser = 6;      ///< so many times at most.
+constexpr double kTakenShare = 0.7;  ///< Of points that lie one spacing apart.
 
 Vec3 mean_of(const std::vector<Vec3>& points) {
   Vec3 sum = Vec3::Zero();
@@ -50,13 +51,18 @@ PreparedScan::PreparedScan(const PointCloud& cloud, double scale, double fine_di
   positions_ = std::move(positions);
   fine_ = std::make_shared<const SurfelSet>(std::move(fine.surfels), fine_distance, !toward.empty());
   const double coarse = std::max(kCoarseDistance, fine_distance);
-  coarse_ = std::make_shared<const SurfelSet>(make_surfels(points, toward, coarse, std::max(coarse, kRadius * fine_distance), control).surfels, coarse, !toward.empty());
+  coarse_ = std::make_shared<const SurfelSet>(
+      make_surfels(points, toward, coarse, std::max(coarse, kRadius * fine_distance), control).surfels, coarse,
+      !toward.empty());
   if (!knows_scanner) return;
-  const std::optional<Vec3> scanner = cloud.scanner ? std::optional<Vec3>((*cloud.scanner - middle_) / scale) : std::nullopt;
-  lines_ = std::make_shared<const LinesOfSight>(points, scanner, cloud.toward_scanner.value_or(Vec3(0, 0, 1)), kSightCell * fine_distance);
+  const std::optional<Vec3> scanner =
+      cloud.scanner ? std::optional<Vec3>((*cloud.scanner - middle_) / scale) : std::nullopt;
+  lines_ = std::make_shared<const LinesOfSight>(points, scanner, cloud.toward_scanner.value_or(Vec3(0, 0, 1)),
+                                                kSightCell * fine_distance);
 }
 
-std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans, const RegistrationOptions& options, const RunControl& control) {
+std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans, const RegistrationOptions& options,
+                                        const RunControl& control) {
   check_ranges(options);
   double scale = 0.0;
   for (std::size_t i = 0; i < scans.size(); ++i) {
@@ -83,7 +89,8 @@ std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans, const
     }
     if (least >= kLeastSurface || tries == kMostCoarser) {
       for (std::size_t i = 0; i < prepared.size(); ++i) {
-        if (prepared[i].fine().size() == 0) throw InvalidInput("registration: the points of scan " + std::to_string(i) + " are no surface");
+        if (prepared[i].fine().size() == 0)
+          throw InvalidInput("registration: the points of scan " + std::to_string(i) + " are no surface");
       }
       return prepared;
     }
@@ -99,18 +106,24 @@ RigidTransform in_unit(const RigidTransform& pose, const PreparedScan& target, c
   return {pose.rotation, target.scale() * pose.translation + target.middle() - pose.rotation * source.middle()};
 }
 
-std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, double tolerance, int num_looked) {
+std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose,
+                                     double tolerance, int num_looked) {
   SightCounts counts;
-  const auto stride = [&](const PreparedScan& scan) { return std::max<std::size_t>(1, scan.positions().size() / static_cast<std::size_t>(num_looked)); };
-  if (target.lines_of_sight()) counts.add(*target.lines_of_sight(), source.positions(), pose, tolerance, stride(source));
-  if (source.lines_of_sight()) counts.add(*source.lines_of_sight(), target.positions(), pose.inverse(), tolerance, stride(target));
+  const auto stride = [&](const PreparedScan& scan) {
+    return std::max<std::size_t>(1, scan.positions().size() / static_cast<std::size_t>(num_looked));
+  };
+  if (target.lines_of_sight())
+    counts.add(*target.lines_of_sight(), source.positions(), pose, tolerance, stride(source));
+  if (source.lines_of_sight())
+    counts.add(*source.lines_of_sight(), target.positions(), pose.inverse(), tolerance, stride(target));
   if (!target.lines_of_sight() && !source.lines_of_sight()) return std::nullopt;
   return counts.front + counts.surface == 0 ? 1.0 : static_cast<double>(counts.front) / (counts.front + counts.surface);
 }
 
 double overlap_of(const PairSums& sums) {
   const std::size_t smaller = sums.num_looked[0] <= sums.num_looked[1] ? 0 : 1;
-  return sums.num_looked[smaller] == 0 ? 0.0 : static_cast<double>(sums.num_fitting[smaller]) / sums.num_looked[smaller];
+  return sums.num_looked[smaller] == 0 ? 0.0
+                                       : static_cast<double>(sums.num_fitting[smaller]) / sums.num_looked[smaller];
 }
 
 }  // namespace patinate::capture

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "capture/registration/line_of_sight.h"
-#include "patinate/capture/registration.h"
 #include "capture/registration/surfel_alignment.h"
+#include "patinate/capture/registration.h"
 
 namespace patinate::capture {
 
@@ -26,7 +26,9 @@ class PreparedScan {
   [[nodiscard]] const std::vector<Vec3>& positions() const { return *positions_; }
   [[nodiscard]] const Vec3& middle() const { return middle_; }
   [[nodiscard]] double scale() const { return scale_; }
-  [[nodiscard]] double surface_share() const { return surface_share_; }  ///< Of the places where a fine surfel was looked for.
+  [[nodiscard]] double surface_share() const {
+    return surface_share_;
+  }  ///< Of the places where a fine surfel was looked for.
   /// Points per fine surfel.
   [[nodiscard]] double points_per_surfel() const { return points_per_surfel_; }
 
@@ -42,19 +44,25 @@ class PreparedScan {
 
 /// All scans that will be registered with each other: they share scale and spacing.
 /// @throws InvalidInput naming the scan's index if one has fewer than 16 points, no extent, or no surface.
-[[nodiscard]] std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans, const RegistrationOptions& options,
+[[nodiscard]] std::vector<PreparedScan> prepare_scans(std::span<const PointCloud> scans,
+                                                      const RegistrationOptions& options,
                                                       const RunControl& control = {});
 /// As register_pair() of clouds (registration.h).
-[[nodiscard]] PairRegistration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
-                                         const RegistrationOptions& options = {}, const RunControl& control = {});
+[[nodiscard]] PairRegistration register_pair(const PreparedScan& target, const PreparedScan& source,
+                                             const std::optional<RigidTransform>& start,
+                                             const RegistrationOptions& options = {}, const RunControl& control = {});
 
 /// What register_pair() says of a pose that came from elsewhere; the pose stays as it is (num_iterations 0).
-[[nodiscard]] PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source,
-                                      const RegistrationOptions& options = {}, const RunControl& control = {});
+[[nodiscard]] PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source,
+                                          const RigidTransform& target_from_source,
+                                          const RegistrationOptions& options = {}, const RunControl& control = {});
 /// Normal equations of the full stage in a pose (normalized): how the pair alone would go on from there.
-[[nodiscard]] SurfelAlignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, const RunControl& control = {});
-/// The information that goes with a PairRegistration's covariance, about the origins of the normalized frames; free directions have 0.
-[[nodiscard]] Matrix6 information_of(const SurfelAlignment& alignment, const PreparedScan& target, const PreparedScan& source);
+[[nodiscard]] SurfelAlignment look_at_pose(const PreparedScan& target, const PreparedScan& source,
+                                           const RigidTransform& pose, const RunControl& control = {});
+/// The information that goes with a PairRegistration's covariance, about the origins of the normalized frames; free
+/// directions have 0.
+[[nodiscard]] Matrix6 information_of(const SurfelAlignment& alignment, const PreparedScan& target,
+                                     const PreparedScan& source);
 
 /// Free motions of normalized coordinates in the target's own frame.
 [[nodiscard]] std::vector<FreeMotion> in_frame(std::vector<FreeMotion> motions, const PreparedScan& target);
@@ -62,13 +70,16 @@ class PreparedScan {
 inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normalized: a tenth of the object's size or so.
 
 /// x_in_cloud = middle + scale * x_normalized on both sides.
-[[nodiscard]] RigidTransform normalized(const RigidTransform& target_from_source, const PreparedScan& target, const PreparedScan& source);
-[[nodiscard]] RigidTransform in_unit(const RigidTransform& pose, const PreparedScan& target, const PreparedScan& source);
+[[nodiscard]] RigidTransform normalized(const RigidTransform& target_from_source, const PreparedScan& target,
+                                        const PreparedScan& source);
+[[nodiscard]] RigidTransform in_unit(const RigidTransform& pose, const PreparedScan& target,
+                                     const PreparedScan& source);
 
-/// Of what is seen by both scans in a pose (normalized): the share that lies in the other scanner's lines of sight by more than `tolerance`;
-/// nothing when neither scan says where its scanner stood. @param num_looked  About so many surfels of either scan are looked at; > 0.
-[[nodiscard]] std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, double tolerance,
-                                                   int num_looked);
+/// Of what is seen by both scans in a pose (normalized): the share that lies in the other scanner's lines of sight by
+/// more than `tolerance`; nothing when neither scan says where its scanner stood. @param num_looked  About so many
+/// surfels of either scan are looked at; > 0.
+[[nodiscard]] std::optional<double> share_in_front(const PreparedScan& target, const PreparedScan& source,
+                                                   const RigidTransform& pose, double tolerance, int num_looked);
 /// Share of the smaller scan's surfels that found partners.
 [[nodiscard]] double overlap_of(const PairSums& sums);
 

@@ -36,8 +36,9 @@ void add_normals(const pcl::PointCloud<pcl::PointNormal>::Ptr& cloud) {
 }
 
 template <class Icp, class Point>
-RigidTransform run(Icp& icp, const typename pcl::PointCloud<Point>::Ptr& target, const typename pcl::PointCloud<Point>::Ptr& source,
-                   const RigidTransform& start, double gate, int max_iterations) {
+RigidTransform run(Icp& icp, const typename pcl::PointCloud<Point>::Ptr& target,
+                   const typename pcl::PointCloud<Point>::Ptr& source, const RigidTransform& start, double gate,
+                   int max_iterations) {
   icp.setInputTarget(target);
   icp.setInputSource(source);
   icp.setMaxCorrespondenceDistance(gate);
@@ -53,9 +54,10 @@ RigidTransform run(Icp& icp, const typename pcl::PointCloud<Point>::Ptr& target,
 
 }  // namespace
 
-PairRegistration register_pair_with_pcl(const PointCloud& target, const PointCloud& source, const RigidTransform& start, const RegistrationOptions& options,
-                                    const RunControl& control) {
-  if (options.method == RegistrationMethod::Symmetric) throw InvalidInput("register_pair_with_pcl: the symmetric method is not PCL's");
+PairRegistration register_pair_with_pcl(const PointCloud& target, const PointCloud& source, const RigidTransform& start,
+                                        const RegistrationOptions& options, const RunControl& control) {
+  if (options.method == RegistrationMethod::Symmetric)
+    throw InvalidInput("register_pair_with_pcl: the symmetric method is not PCL's");
   const std::array<PointCloud, 2> both{target, source};
   const std::vector<PreparedScan> scans = prepare_scans(both, options, control);
   control.throw_if_stopped();

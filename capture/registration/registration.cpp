@@ -12,16 +12,26 @@
 namespace patinate::capture {
 
 void describe(OptionVisitor& v, RegistrationOptions& o) {
-  v.visit_choice({"method", "How two scans are brought together; pcl-... are PCL's own, for comparison"}, o.method, kRegistrationMethodNames);
-  v.visit_choice({"start", "auto: from the given poses, and by search where that fails; given; global: by search alone"}, o.start, kRegistrationStartNames);
-  v.visit({"min_overlap", "Share of the smaller scan that must find partners", "", {.low = 0, .high = 1, .is_low_open = true}}, o.min_overlap);
-  v.visit({"max_in_front", "Share of what both scans see that may lie in the other scanner's line of sight", "", between(0, 1)}, o.max_in_front);
+  v.visit_choice({"method", "How two scans are brought together; pcl-... are PCL's own, for comparison"}, o.method,
+                 kRegistrationMethodNames);
+  v.visit_choice(
+      {"start", "auto: from the given poses, and by search where that fails; given; global: by search alone"}, o.start,
+      kRegistrationStartNames);
+  v.visit({"min_overlap",
+           "Share of the smaller scan that must find partners",
+           "",
+           {.low = 0, .high = 1, .is_low_open = true}},
+          o.min_overlap);
+  v.visit({"max_in_front", "Share of what both scans see that may lie in the other scanner's line of sight", "",
+           between(0, 1)},
+          o.max_in_front);
   v.visit({"max_iterations", "Of the last, full stage", "", between(1, 10000)}, o.max_iterations);
   v.visit({"max_surfels", "A scan is thinned to about so many pieces", "", between(100, 1e7)}, o.max_surfels);
 }
 
 std::string_view name_of(RegistrationStatus status) {
-  constexpr std::array<std::string_view, 5> kNames{"converged", "iteration limit", "too few pairs", "degenerate", "poor fit"};
+  constexpr std::array<std::string_view, 5> kNames{"converged", "iteration limit", "too few pairs", "degenerate",
+                                                   "poor fit"};
   return kNames[static_cast<std::size_t>(status)];
 }
 
@@ -29,23 +39,26 @@ namespace {
 
 constexpr int kNumCandidates = 16;
 constexpr int kMidIterations = 40;
-constexpr int kMidSurfels = 2500;       ///< That look for partners in the middle stage, of either scan.
+constexpr int kMidSurfels = 2500;  ///< That look for partners in the middle stage, of either scan.
 constexpr int kCandidateSurfels = 800, kCandidateIterations = 15;
-constexpr int kNearlyStride = 4;        ///< The last stage begins with every fourth surfel.
-constexpr double kLastGate = 1.5;       ///< In fine distances,
-constexpr double kLastGateScales = 6.0; ///< or residual scales, where the scans fit worse than that.
-constexpr double kConvergedStep = 1e-3; ///< In fine distances: what Converged promises.
-constexpr double kFixedStep = 1e-8;     ///< Normalized: nothing moves any more.
-constexpr double kMostResidual = 0.25;  ///< Residual scale in fine distances above which it is no fit,
-constexpr double kMostScatter = 6.0;    ///< unless the points' own scatter makes so much of it.
+constexpr int kNearlyStride = 4;         ///< The last stage begins with every fourth surfel.
+constexpr double kLastGate = 1.5;        ///< In fine distances,
+constexpr double kLastGateScales = 6.0;  ///< or residual scales, where the scans fit worse than that.
+constexpr double kConvergedStep = 1e-3;  ///< In fine distances: what Converged promises.
+constexpr double kFixedStep = 1e-8;      ///< Normalized: nothing moves any more.
+constexpr double kMostResidual = 0.25;   ///< Residual scale in fine distances above which it is no fit,
+constexpr double kMostScatter = 6.0;     ///< unless the points' own scatter makes so much of it.
 constexpr int kLookedInFront = 3000;
 constexpr double kSightScales = 5.0, kSightDistance = 0.5;
-constexpr double kSightDepth = 0.04;    ///< Normalized: growth and wear are less than that, a wrong pose is not.
+constexpr double kSightDepth = 0.04;  ///< Normalized: growth and wear are less than that, a wrong pose is not.
 constexpr int kFewestPairs = 30;
-constexpr double kCrossedShare = 0.3;   ///< Of a direction's information that must come from more than noise of normals.
+constexpr double kCrossedShare = 0.3;  ///< Of a direction's information that must come from more than noise of normals.
 
-/// How far in front counts: more than the fit's own scatter, than what a slope makes between the cells of lines of sight, and than surfaces age.
-double sight_tolerance(double residual_scale, double distance) { return std::max({kSightScales * residual_scale, kSightDistance * distance, kSightDepth}); }
+/// How far in front counts: more than the fit's own scatter, than what a slope makes between the cells of lines of
+/// sight, and than surfaces age.
+double sight_tolerance(double residual_scale, double distance) {
+  return std::max({kSightScales * residual_scale, kSightDistance * distance, kSightDepth});
+}
 
 /// One local alignment, to the end.
 struct Local {
@@ -54,23 +67,44 @@ struct Local {
 };
 
 /// @param is_candidate  One of many: with fewer surfels and steps.
-SurfelAlignment align_middle(const PreparedScan& target, const PreparedScan& source, const RigidTransform& start, bool is_candidate, const RunControl& control) {
+SurfelAlignment align_middle(const PreparedScan& target, const PreparedScan& source, const RigidTransform& start,
+                             bool is_candidate, const RunControl& control) {
   const double distance = target.fine().distance(), coarse = target.coarse().distance();
-  const int stride = std::max(1, std::max(target.fine().size(), source.fine().size()) / (is_candidate ? kCandidateSurfels : kMidSurfels));
+  const int stride = std::max(
+      1, std::max(target.fine().size(), source.fine().size()) / (is_candidate ? kCandidateSurfels : kMidSurfels));
   return align_surfels(target.fine(), source.fine(), start,
-                       {.first_gate = 2.0 * coarse, .last_gate = 3.0 * distance, .stride = stride, .max_iterations = is_candidate ? kCandidateIterations : kMidIterations, .narrows_scale = !is_candidate, .step = kConvergedStep * distance}, control);
+                       {.first_gate = 2.0 * coarse,
+                        .last_gate = 3.0 * distance,
+                        .stride = stride,
+                        .max_iterations = is_candidate ? kCandidateIterations : kMidIterations,
+                        .narrows_scale = !is_candidate,
+                        .step = kConvergedStep * distance},
+                       control);
 }
 
-Local align_fully(const PreparedScan& target, const PreparedScan& source, const RigidTransform& start, const RegistrationOptions& options, const RunControl& control) {
+Local align_fully(const PreparedScan& target, const PreparedScan& source, const RigidTransform& start,
+                  const RegistrationOptions& options, const RunControl& control) {
   const double distance = target.fine().distance(), coarse = target.coarse().distance();
   Local local;
   local.alignment = align_middle(target, source, start, false, control);
-  const double last_gate = std::clamp(kLastGateScales * local.alignment.residual_scale, kLastGate * distance, 2.0 * coarse);
+  const double last_gate =
+      std::clamp(kLastGateScales * local.alignment.residual_scale, kLastGate * distance, 2.0 * coarse);
   local.alignment = align_surfels(target.fine(), source.fine(), local.alignment.target_from_source,
-                                  {.first_gate = std::max(2.0 * last_gate, 3.0 * distance), .last_gate = last_gate, .stride = kNearlyStride, .max_iterations = kMidIterations, .step = kConvergedStep * distance}, control);
+                                  {.first_gate = std::max(2.0 * last_gate, 3.0 * distance),
+                                   .last_gate = last_gate,
+                                   .stride = kNearlyStride,
+                                   .max_iterations = kMidIterations,
+                                   .step = kConvergedStep * distance},
+                                  control);
   local.alignment = align_surfels(target.fine(), source.fine(), local.alignment.target_from_source,
-                                  {.first_gate = last_gate, .last_gate = last_gate, .stride = 1, .max_iterations = options.max_iterations, .step = kFixedStep}, control);
-  local.in_front = share_in_front(target, source, local.alignment.target_from_source, sight_tolerance(local.alignment.residual_scale, distance), kLookedInFront);
+                                  {.first_gate = last_gate,
+                                   .last_gate = last_gate,
+                                   .stride = 1,
+                                   .max_iterations = options.max_iterations,
+                                   .step = kFixedStep},
+                                  control);
+  local.in_front = share_in_front(target, source, local.alignment.target_from_source,
+                                  sight_tolerance(local.alignment.residual_scale, distance), kLookedInFront);
   return local;
 }
 
@@ -81,15 +115,17 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> open_directions(const PairSums& sums) {
   for (int k = 0; k < 6; ++k) {
     const Vec6 direction = solver.eigenvectors().col(k);
     const double value = solver.eigenvalues()[k];
-    if (value > kFreeShare * solver.eigenvalues()[5] && direction.dot(sums.crossed * direction) > kCrossedShare * value) continue;
+    if (value > kFreeShare * solver.eigenvalues()[5] && direction.dot(sums.crossed * direction) > kCrossedShare * value)
+      continue;
     open.conservativeResize(6, open.cols() + 1);
     open.col(open.cols() - 1) = direction;
   }
   return open;
 }
 
-/// How much a unit of PairSums::information counts, from the scatter of the points and how many there are: every point counts in several
-/// surfels, so that these are no measurements of their own. Where the scans fit worse than their scatter says, that counts.
+/// How much a unit of PairSums::information counts, from the scatter of the points and how many there are: every point
+/// counts in several surfels, so that these are no measurements of their own. Where the scans fit worse than their
+/// scatter says, that counts.
 double weight_of_information(const PairSums& sums, const PreparedScan& target, const PreparedScan& source) {
   const double num_points = 0.5 * sums.num_pairs * 0.5 * (target.points_per_surfel() + source.points_per_surfel());
   const double scatter = target.fine().median_variance() + source.fine().median_variance();
@@ -123,7 +159,8 @@ std::vector<FreeMotion> in_frame(std::vector<FreeMotion> motions, const Prepared
 
 namespace {
 
-PairRegistration judge(const PreparedScan& target, const PreparedScan& source, const Local& local, const RegistrationOptions& options) {
+PairRegistration judge(const PreparedScan& target, const PreparedScan& source, const Local& local,
+                       const RegistrationOptions& options) {
   const SurfelAlignment& a = local.alignment;
   PairRegistration r;
   r.target_from_source = in_unit(a.target_from_source, target, source);
@@ -139,7 +176,8 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
   r.rms_residual = target.scale() * std::sqrt(a.sums.weighted_squares / a.sums.weight);
   r.covariance = covariance_of(a.sums, target, source);
   const double distance = target.fine().distance();
-  const double most_residual = std::max(kMostResidual * distance, kMostScatter * std::sqrt(a.sums.variance / a.sums.weight));
+  const double most_residual =
+      std::max(kMostResidual * distance, kMostScatter * std::sqrt(a.sums.variance / a.sums.weight));
   if (r.overlap < options.min_overlap) {
     r.status = RegistrationStatus::TooFewPairs;
   } else if (r.in_front.value_or(0.0) > options.max_in_front || a.residual_scale > most_residual) {
@@ -148,24 +186,31 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
     r.status = RegistrationStatus::Degenerate;
     r.free_motions = in_frame(free_motions(open), target);
   } else {
-    r.status = a.last_step <= kConvergedStep * distance ? RegistrationStatus::Converged : RegistrationStatus::IterationLimit;
+    r.status =
+        a.last_step <= kConvergedStep * distance ? RegistrationStatus::Converged : RegistrationStatus::IterationLimit;
   }
   return r;
 }
 
-bool is_found(const PairRegistration& r) { return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate; }
+bool is_found(const PairRegistration& r) {
+  return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate;
+}
 
 double score_of(const PairRegistration& r) { return r.overlap * std::pow(1.0 - r.in_front.value_or(0.0), 2); }
 
 }  // namespace
 
-SurfelAlignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose, const RunControl& control) {
+SurfelAlignment look_at_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose,
+                             const RunControl& control) {
   const double distance = target.fine().distance();
   const auto look = [&](double gate) {
-    return align_surfels(target.fine(), source.fine(), pose, {.first_gate = gate, .last_gate = gate, .stride = 1, .max_iterations = 1, .step = kFixedStep}, control);
+    return align_surfels(target.fine(), source.fine(), pose,
+                         {.first_gate = gate, .last_gate = gate, .stride = 1, .max_iterations = 1, .step = kFixedStep},
+                         control);
   };
   SurfelAlignment found = look(3.0 * distance);
-  found = look(std::clamp(kLastGateScales * found.residual_scale, kLastGate * distance, 2.0 * target.coarse().distance()));
+  found =
+      look(std::clamp(kLastGateScales * found.residual_scale, kLastGate * distance, 2.0 * target.coarse().distance()));
   found.target_from_source = pose;
   found.num_iterations = 0;
   found.last_step = 0.0;
@@ -183,25 +228,32 @@ Matrix6 information_of(const SurfelAlignment& a, const PreparedScan& target, con
   return information;
 }
 
-PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source, const RigidTransform& target_from_source, const RegistrationOptions& options,
-                        const RunControl& control) {
+PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source,
+                            const RigidTransform& target_from_source, const RegistrationOptions& options,
+                            const RunControl& control) {
   Local local;
   local.alignment = look_at_pose(target, source, normalized(target_from_source, target, source), control);
-  local.in_front = share_in_front(target, source, local.alignment.target_from_source, sight_tolerance(local.alignment.residual_scale, target.fine().distance()), kLookedInFront);
+  local.in_front =
+      share_in_front(target, source, local.alignment.target_from_source,
+                     sight_tolerance(local.alignment.residual_scale, target.fine().distance()), kLookedInFront);
   PairRegistration r = judge(target, source, local, options);
   r.target_from_source = target_from_source;
   return r;
 }
 
-PairRegistration register_pair(const PreparedScan& target, const PreparedScan& source, const std::optional<RigidTransform>& start,
-                           const RegistrationOptions& options, const RunControl& control) {
+PairRegistration register_pair(const PreparedScan& target, const PreparedScan& source,
+                               const std::optional<RigidTransform>& start, const RegistrationOptions& options,
+                               const RunControl& control) {
   check_ranges(options);
-  if (options.method != RegistrationMethod::Symmetric) throw InvalidInput("register_pair: this is the symmetric method; PCL's are in reference_methods.h");
+  if (options.method != RegistrationMethod::Symmetric)
+    throw InvalidInput("register_pair: this is the symmetric method; PCL's are in reference_methods.h");
   std::optional<PairRegistration> best;
   if (start && options.start != RegistrationStart::Global) {
     const double coarse = target.coarse().distance();
-    const SurfelAlignment rough = align_surfels(target.coarse(), source.coarse(), normalized(*start, target, source),
-                                          {.first_gate = 1.0, .last_gate = 2.0 * coarse, .stride = 1, .max_iterations = kMidIterations, .step = 1e-3}, control);
+    const SurfelAlignment rough = align_surfels(
+        target.coarse(), source.coarse(), normalized(*start, target, source),
+        {.first_gate = 1.0, .last_gate = 2.0 * coarse, .stride = 1, .max_iterations = kMidIterations, .step = 1e-3},
+        control);
     best = judge(target, source, align_fully(target, source, rough.target_from_source, options, control), options);
     if (is_found(*best) || options.start == RegistrationStart::Given) {
       control.report(1.0);
@@ -212,12 +264,15 @@ PairRegistration register_pair(const PreparedScan& target, const PreparedScan& s
   std::optional<std::pair<double, RigidTransform>> chosen;
   for (const PoseCandidate& candidate : search_poses(target, source, kNumCandidates, control.part(0.0, 0.8))) {
     const SurfelAlignment middle = align_middle(target, source, candidate.pose, true, control);
-    const double front = share_in_front(target, source, middle.target_from_source, 3.0 * target.fine().distance(), kLookedInFront).value_or(0.0);
+    const double front =
+        share_in_front(target, source, middle.target_from_source, 3.0 * target.fine().distance(), kLookedInFront)
+            .value_or(0.0);
     const double score = pose_score(middle, front, target.fine().distance());
     if (!chosen || score > chosen->first) chosen = {score, middle.target_from_source};
   }
   if (chosen) {
-    PairRegistration found = judge(target, source, align_fully(target, source, chosen->second, options, control), options);
+    PairRegistration found =
+        judge(target, source, align_fully(target, source, chosen->second, options, control), options);
     found.is_found_by_search = true;
     if (!best || is_found(found) || (!is_found(*best) && score_of(found) > score_of(*best))) best = found;
   }
@@ -225,8 +280,9 @@ PairRegistration register_pair(const PreparedScan& target, const PreparedScan& s
   return best.value_or(PairRegistration{});
 }
 
-PairRegistration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
-                           const RegistrationOptions& options, const RunControl& control) {
+PairRegistration register_pair(const PointCloud& target, const PointCloud& source,
+                               const std::optional<RigidTransform>& start, const RegistrationOptions& options,
+                               const RunControl& control) {
   const std::array<PointCloud, 2> both{target, source};
   const std::vector<PreparedScan> scans = prepare_scans(both, options, control);
   return register_pair(scans[0], scans[1], start, options, control);

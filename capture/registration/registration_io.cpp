@@ -43,7 +43,9 @@ Json scan_json(const RegisteredScan& s, const std::string& name, const std::vect
 }
 
 Json pair_json(const RegistrationEdge& e, const std::vector<std::string>& names) {
-  Json json{{"target", names[static_cast<std::size_t>(e.target)]}, {"source", names[static_cast<std::size_t>(e.source)]}, {"status", name_of(e.pair.status)}};
+  Json json{{"target", names[static_cast<std::size_t>(e.target)]},
+            {"source", names[static_cast<std::size_t>(e.source)]},
+            {"status", name_of(e.pair.status)}};
   json["overlap"] = e.pair.overlap;
   json["residual"] = e.pair.rms_residual;
   json["in_front"] = e.pair.in_front ? Json(*e.pair.in_front) : Json();
@@ -56,7 +58,9 @@ Json pair_json(const RegistrationEdge& e, const std::vector<std::string>& names)
 }
 
 /// A cell of the table, to the right.
-std::string padded(const std::string& text, std::size_t width) { return std::string(width > text.size() ? width - text.size() : 0, ' ') + text; }
+std::string padded(const std::string& text, std::size_t width) {
+  return std::string(width > text.size() ? width - text.size() : 0, ' ') + text;
+}
 
 std::string with_digits(double value, int digits) {
   char text[48];
@@ -66,10 +70,12 @@ std::string with_digits(double value, int digits) {
 
 }  // namespace
 
-bool is_placed(const RegisteredScan& scan) { return scan.status == RegistrationStatus::Converged || scan.status == RegistrationStatus::Degenerate; }
+bool is_placed(const RegisteredScan& scan) {
+  return scan.status == RegistrationStatus::Converged || scan.status == RegistrationStatus::Degenerate;
+}
 
-Json registration_json(const JointRegistration& result, const std::vector<std::string>& names, int reference, const std::string& unit,
-                       RegistrationMethod method, const std::string& key) {
+Json registration_json(const JointRegistration& result, const std::vector<std::string>& names, int reference,
+                       const std::string& unit, RegistrationMethod method, const std::string& key) {
   Json json{{"format", "patinate.registration"}, {"version", 1}};
   json["unit"] = unit.empty() ? Json() : Json(unit);
   json["reference"] = names[static_cast<std::size_t>(reference)];
@@ -78,8 +84,10 @@ Json registration_json(const JointRegistration& result, const std::vector<std::s
   for (std::size_t k = 0; k < names.size(); ++k) json["scans"].push_back(scan_json(result.scans[k], names[k], names));
   json["pairs"] = Json::array();
   for (const RegistrationEdge& e : result.edges) json["pairs"].push_back(pair_json(e, names));
-  json["closure"] = {{"median_deg", result.median_closure_deg}, {"median", result.median_closure},
-                     {"largest_deg", result.largest_closure_deg}, {"largest", result.largest_closure}};
+  json["closure"] = {{"median_deg", result.median_closure_deg},
+                     {"median", result.median_closure},
+                     {"largest_deg", result.largest_closure_deg},
+                     {"largest", result.largest_closure}};
   json["rounds"] = result.num_rounds;
   json["key"] = key;
   return json;
@@ -92,8 +100,10 @@ std::vector<std::string> registration_table(const Json& registration) {
   for (const Json& s : registration.at("scans")) width = std::max(width, s.at("file").get<std::string>().size());
   const std::string unit = has_unit ? "mm" : "units";
   std::vector<std::string> lines;
-  const auto row = [&](const std::string& a, const std::string& b, const std::string& c, const std::string& d, const std::string& e, const std::string& f) {
-    lines.push_back(a + std::string(width > a.size() ? width - a.size() : 0, ' ') + padded(b, 17) + padded(c, 9) + padded(d, 16) + padded(e, 12) + padded(f, 14));
+  const auto row = [&](const std::string& a, const std::string& b, const std::string& c, const std::string& d,
+                       const std::string& e, const std::string& f) {
+    lines.push_back(a + std::string(width > a.size() ? width - a.size() : 0, ' ') + padded(b, 17) + padded(c, 9) +
+                    padded(d, 16) + padded(e, 12) + padded(f, 14));
   };
   row("scan", "status", "overlap", "residual " + unit, "sd deg", "sd " + unit);
   for (const Json& s : registration.at("scans")) {
@@ -104,17 +114,26 @@ std::vector<std::string> registration_table(const Json& registration) {
       shift += s.at("covariance").at(k + 3).at(k + 3).get<double>();
     }
     const bool is_known = !is_reference && !s.at("matrix").is_null();
-    row(s.at("file").get<std::string>(), is_reference ? "reference" : s.at("status").get<std::string>(), with_digits(s.at("overlap").get<double>(), 2),
-        has_unit ? with_digits(mm * s.at("residual").get<double>(), 4) : short_number_text(rounded(s.at("residual").get<double>(), 3)),
+    row(s.at("file").get<std::string>(), is_reference ? "reference" : s.at("status").get<std::string>(),
+        with_digits(s.at("overlap").get<double>(), 2),
+        has_unit ? with_digits(mm * s.at("residual").get<double>(), 4)
+                 : short_number_text(rounded(s.at("residual").get<double>(), 3)),
         is_known ? with_digits(std::sqrt(turn) * 180.0 / 3.14159265358979323846, 4) : "-",
-        !is_known ? "-" : has_unit ? with_digits(mm * std::sqrt(shift), 4) : short_number_text(rounded(std::sqrt(shift), 3)));
+        !is_known  ? "-"
+        : has_unit ? with_digits(mm * std::sqrt(shift), 4)
+                   : short_number_text(rounded(std::sqrt(shift), 3)));
     for (const Json& motion : s.at("free_motions")) lines.push_back("  open: " + motion.get<std::string>());
   }
   const Json& closure = registration.at("closure");
-  const auto length = [&](const char* name) { return short_number_text(rounded(mm * closure.at(name).get<double>(), 3)) + " " + unit; };
-  const auto angle = [&](const char* name) { return short_number_text(rounded(closure.at(name).get<double>(), 3)) + " deg"; };
+  const auto length = [&](const char* name) {
+    return short_number_text(rounded(mm * closure.at(name).get<double>(), 3)) + " " + unit;
+  };
+  const auto angle = [&](const char* name) {
+    return short_number_text(rounded(closure.at(name).get<double>(), 3)) + " deg";
+  };
   if (registration.at("scans").size() > 2) {  // Two scans close no loop.
-    lines.push_back("loops before the joint solve: median " + angle("median_deg") + ", " + length("median") + "; largest " + angle("largest_deg") + ", " + length("largest"));
+    lines.push_back("loops before the joint solve: median " + angle("median_deg") + ", " + length("median") +
+                    "; largest " + angle("largest_deg") + ", " + length("largest"));
   }
   return lines;
 }

@@ -10,12 +10,12 @@
 #include "capture/registration/registration_io.h"
 #include "capture/registration/registration_picture.h"
 #include "capture/registration/surfels.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "libcommon/job/job_inputs.h"
+#include "patinate/core/error.h"
 #include "patinate/geometry/point_cloud_io.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/job/job_inputs.h"
 
 namespace patinate::capture {
 
@@ -27,7 +27,8 @@ constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives
 
 bool is_scan_name(const fs::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension == ".ply" || extension == ".pcd" || extension == ".obj";
 }
 
@@ -42,7 +43,8 @@ JobInputs inputs_of(const RegistrationTask& task, const std::vector<std::string>
   for (std::size_t k = 0; k < task.files.size(); ++k) {
     inputs.add_file("scan", task.files[k]);
     inputs.add_value("name of " + names[k], names[k]);
-    if (!task.initial.empty() && task.initial[k]) inputs.add_value("initial pose of " + names[k], numbers_text(*task.initial[k]));
+    if (!task.initial.empty() && task.initial[k])
+      inputs.add_value("initial pose of " + names[k], numbers_text(*task.initial[k]));
   }
   inputs.add_value("--reference", names[static_cast<std::size_t>(task.reference)]);
   inputs.add_value("--unit", task.unit);
@@ -81,7 +83,8 @@ std::vector<PointCloud> read_scans(const RegistrationTask& task) {
 
 PointCloud merged_cloud(const std::vector<PointCloud>& scans, const JointRegistration& result) {
   PointCloud merged;
-  const bool has_colors = std::all_of(scans.begin(), scans.end(), [](const PointCloud& s) { return s.colors.size() == s.points.size(); });
+  const bool has_colors =
+      std::all_of(scans.begin(), scans.end(), [](const PointCloud& s) { return s.colors.size() == s.points.size(); });
   for (std::size_t k = 0; k < scans.size(); ++k) {
     if (!is_placed(result.scans[k])) continue;
     for (const Vec3& p : scans[k].points) merged.points.push_back(result.scans[k].reference_from_scan.apply(p));
@@ -90,12 +93,14 @@ PointCloud merged_cloud(const std::vector<PointCloud>& scans, const JointRegistr
   return merged;
 }
 
-void write_files(const fs::path& folder, const RegistrationTask& task, const std::vector<std::string>& names, const std::vector<PointCloud>& scans,
-                 const JointRegistration& result, const fs::path& output, const std::string& key) {
+void write_files(const fs::path& folder, const RegistrationTask& task, const std::vector<std::string>& names,
+                 const std::vector<PointCloud>& scans, const JointRegistration& result, const fs::path& output,
+                 const std::string& key) {
   std::vector<ScanPose> poses;
   std::vector<RigidTransform> before, after;
   std::vector<PointCloud> placed;
-  const std::optional<RigidTransform> world = task.initial.empty() ? std::nullopt : task.initial[static_cast<std::size_t>(task.reference)];
+  const std::optional<RigidTransform> world =
+      task.initial.empty() ? std::nullopt : task.initial[static_cast<std::size_t>(task.reference)];
   for (std::size_t k = 0; k < scans.size(); ++k) {
     if (!is_placed(result.scans[k])) continue;
     poses.push_back({names[k], result.scans[k].reference_from_scan});
@@ -104,7 +109,8 @@ void write_files(const fs::path& folder, const RegistrationTask& task, const std
     after.push_back(result.scans[k].reference_from_scan);
     placed.push_back(scans[k]);
   }
-  const bool has_odd_name = std::any_of(names.begin(), names.end(), [](const std::string& n) { return n.find_first_of(" \t#") != std::string::npos; });
+  const bool has_odd_name = std::any_of(
+      names.begin(), names.end(), [](const std::string& n) { return n.find_first_of(" \t#") != std::string::npos; });
   if (!has_odd_name) write_scan_poses(folder / "poses.conf", poses);
   write_srgb8(folder / "registration.png", registration_picture(placed, before, after));
   if (task.write_merged) write_point_cloud(folder / "merged.ply", merged_cloud(scans, result));
@@ -116,7 +122,8 @@ void write_files(const fs::path& folder, const RegistrationTask& task, const std
   }
   Json json = registration_json(result, names, task.reference, task.unit, task.options.method, key);
   const fs::path at = fs::weakly_canonical(fs::absolute(output));
-  for (std::size_t k = 0; k < scans.size(); ++k) json["scans"][k]["path"] = fs::canonical(task.files[k]).lexically_relative(at).generic_string();
+  for (std::size_t k = 0; k < scans.size(); ++k)
+    json["scans"][k]["path"] = fs::canonical(task.files[k]).lexically_relative(at).generic_string();
   save_json(folder / "registration.json", json);
 }
 
@@ -137,7 +144,8 @@ std::vector<std::string> scan_names(const std::vector<fs::path>& files) {
   std::vector<std::string> names;
   for (const fs::path& file : files) {
     const fs::path full = fs::absolute(file).lexically_normal();
-    names.push_back(plain.size() == files.size() ? file.filename().string() : (full.parent_path().filename() / full.filename()).generic_string());
+    names.push_back(plain.size() == files.size() ? file.filename().string()
+                                                 : (full.parent_path().filename() / full.filename()).generic_string());
   }
   return names;
 }
@@ -147,7 +155,8 @@ JobPlan plan_registration(RegistrationTask task, const fs::path& output) {
   const auto shared = std::make_shared<const RegistrationTask>(std::move(task));
   const std::vector<std::string> names = scan_names(shared->files);
   for (std::size_t k = 0; k < names.size(); ++k) {
-    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(k), names[k]) != names.begin() + static_cast<std::ptrdiff_t>(k)) {
+    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(k), names[k]) !=
+        names.begin() + static_cast<std::ptrdiff_t>(k)) {
       throw InvalidInput(names[k] + ": two scans have this name; give them folders or names of their own");
     }
   }
@@ -156,7 +165,8 @@ JobPlan plan_registration(RegistrationTask task, const fs::path& output) {
   plan.parallel_items = false;
   plan.join = [shared, names, output, key = plan.key](const fs::path& folder, const RunControl& control) {
     const std::vector<PointCloud> scans = read_scans(*shared);
-    const JointRegistration result = register_jointly(scans, shared->initial, shared->reference, shared->options, control);
+    const JointRegistration result =
+        register_jointly(scans, shared->initial, shared->reference, shared->options, control);
     if (!shared->accept_failed) check_all_placed(result, names);
     write_files(folder, *shared, names, scans, result, output, key);
   };

@@ -16,9 +16,12 @@ struct RegistrationPictureOptions {
   double tilt_deg = 15.0;  ///< From above.
 };
 
-/// Left as it was, right as it is; above all points that the viewer sees, shaded by their depth; below those within a thin slice through the middle, seen along y.
-/// @param before, after  common from scan, as many as scans. @returns linear, 3 channels. @throws InvalidInput if numbers differ or there is no point
-[[nodiscard]] ImageF registration_picture(std::span<const PointCloud> scans, std::span<const RigidTransform> before, std::span<const RigidTransform> after,
+/// Left as it was, right as it is; above all points that the viewer sees, shaded by their depth; below those within a
+/// thin slice through the middle, seen along y.
+/// @param before, after  common from scan, as many as scans. @returns linear, 3 channels. @throws InvalidInput if
+/// numbers differ or there is no point
+[[nodiscard]] ImageF registration_picture(std::span<const PointCloud> scans, std::span<const RigidTransform> before,
+                                          std::span<const RigidTransform> after,
                                           const RegistrationPictureOptions& options = {});
 
 }  // namespace patinate::capture

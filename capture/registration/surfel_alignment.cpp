@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -15,9 +15,10 @@ namespace {
 
 constexpr std::int64_t kChunk = 512;
 constexpr double kTukey = 4.685;
-constexpr double kScaleOfQuarter = 3.1386;  ///< A quarter of a normal distribution lies within 1 / 3.1386 standard deviations.
-constexpr double kNarrower = 0.75;          ///< How fast the scale is narrowed,
-constexpr double kNarrowest = 2.0;          ///< to so many times what the points' own scatter makes.
+constexpr double kScaleOfQuarter =
+    3.1386;                         ///< A quarter of a normal distribution lies within 1 / 3.1386 standard deviations.
+constexpr double kNarrower = 0.75;  ///< How fast the scale is narrowed,
+constexpr double kNarrowest = 2.0;  ///< to so many times what the points' own scatter makes.
 constexpr double kLeastCosine = 0.5;  ///< Normals of partners: 60 degrees.
 constexpr int kFewestPairs = 12;
 constexpr double kSureShare = 0.999;  ///< Of a margin: rounding.
@@ -78,7 +79,8 @@ namespace {
 
 class Aligner {
  public:
-  Aligner(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start, const AlignmentSchedule& schedule, const RunControl& control)
+  Aligner(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start,
+          const AlignmentSchedule& schedule, const RunControl& control)
       : target_(target), source_(source), schedule_(schedule), control_(control) {
     control_.on_progress = {};
     result_.target_from_source = start;
@@ -124,7 +126,8 @@ class Aligner {
     look(target_, source_, source_from_target, known_of_target_, true);
   }
 
-  void look(const SurfelSet& from, const SurfelSet& to, const RigidTransform& to_from, std::vector<Known>& knowns, bool is_swapped) {
+  void look(const SurfelSet& from, const SurfelSet& to, const RigidTransform& to_from, std::vector<Known>& knowns,
+            bool is_swapped) {
     const std::int64_t n = (from.size() + schedule_.stride - 1) / schedule_.stride;
     found_.assign(static_cast<std::size_t>(n), {-1, -1, 0.0, -1.0, is_swapped});
     parallel_for(n, kChunk, control_, [&](std::int64_t begin, std::int64_t end) {
@@ -150,7 +153,8 @@ class Aligner {
         if ((is_oriented_ ? cosine : std::abs(cosine)) < kLeastCosine) continue;
         const Vec3 middle_normal = (cosine < 0.0 ? Vec3(t.normal - normal) : Vec3(t.normal + normal)).normalized();
         const Vec3 gap = p - t.position;
-        pair = is_swapped ? Pair{i, j, -gap.dot(middle_normal), 0.0, true} : Pair{j, i, gap.dot(middle_normal), 0.0, false};
+        pair = is_swapped ? Pair{i, j, -gap.dot(middle_normal), 0.0, true}
+                          : Pair{j, i, gap.dot(middle_normal), 0.0, false};
         pair.closeness = std::max(0.0, 1.0 - gap.squaredNorm() / (result_.gate * result_.gate));
       }
     });
@@ -191,7 +195,8 @@ class Aligner {
             cosine = std::abs(cosine);
             const double robust = 1.0 - outlying * outlying;
             const double likely = 2.0 * base_variance_ / (2.0 * base_variance_ + a.variance + b.variance);
-            const double w = robust * robust * pair.closeness * std::max(0.0, (cosine - kLeastCosine) / (1.0 - kLeastCosine)) * likely;
+            const double w = robust * robust * pair.closeness *
+                             std::max(0.0, (cosine - kLeastCosine) / (1.0 - kLeastCosine)) * likely;
             if (!(w > 0.0)) continue;
             const Vec3 middle = 0.5 * (a.position + t.apply(b.position));
             const Vec3 n = (a.normal + nb).normalized();
@@ -237,11 +242,14 @@ class Aligner {
     result_.target_from_source = moved * result_.target_from_source;
     result_.last_step = std::max(move.head<3>().norm(), move.tail<3>().norm());
     // Source positions turn about the target's origin, from wherever they are there.
-    traveled_ += move.head<3>().norm() * (reach_ + result_.target_from_source.translation.norm() + move.tail<3>().norm()) + move.tail<3>().norm();
+    traveled_ +=
+        move.head<3>().norm() * (reach_ + result_.target_from_source.translation.norm() + move.tail<3>().norm()) +
+        move.tail<3>().norm();
   }
 
-  /// Where a part of the surface has changed, a scale that takes it for noise can hold itself up. So, once all has settled, the scale is
-  /// forced down to the points' own scatter, and then let go: it stays down if the rest fits without the changed part.
+  /// Where a part of the surface has changed, a scale that takes it for noise can hold itself up. So, once all has
+  /// settled, the scale is forced down to the points' own scatter, and then let go: it stays down if the rest fits
+  /// without the changed part.
   /// @returns whether it was forced down.
   bool narrow_scale() {
     if (!schedule_.narrows_scale || is_narrowed_ || result_.gate > schedule_.last_gate) return false;
@@ -273,7 +281,7 @@ class Aligner {
   SurfelAlignment result_;
   std::vector<Known> known_of_source_, known_of_target_;
   double traveled_ = 0.0;  ///< What no surfel has moved by more than, in all steps so far.
-  double reach_ = 0.0;      ///< Farthest position from the origin, of both sets.
+  double reach_ = 0.0;     ///< Farthest position from the origin, of both sets.
   std::vector<Pair> found_, pairs_;
   std::array<int, 2> num_looked_{}, num_found_{};
   std::vector<double> residuals_;
@@ -285,8 +293,8 @@ class Aligner {
 
 }  // namespace
 
-SurfelAlignment align_surfels(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start, const AlignmentSchedule& schedule,
-                        const RunControl& control) {
+SurfelAlignment align_surfels(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start,
+                              const AlignmentSchedule& schedule, const RunControl& control) {
   return Aligner(target, source, start, schedule, control).run();
 }
 

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "capture/registration/point_cells.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -15,9 +15,10 @@ namespace {
 
 constexpr std::size_t kFewestPoints = 16;
 constexpr int kFewestOfAPlane = 6;
-constexpr double kMostThickness = 0.3;   ///< Smallest over middle eigenvalue; 1 = a ball.
-constexpr double kMostNarrowness = 0.08; ///< Middle over largest; a line has 0.
-constexpr double kBorderShift = 0.22;    ///< Mean of the points off the middle, in radii; 0.32 for half a disc with these weights.
+constexpr double kMostThickness = 0.3;    ///< Smallest over middle eigenvalue; 1 = a ball.
+constexpr double kMostNarrowness = 0.08;  ///< Middle over largest; a line has 0.
+constexpr double kBorderShift =
+    0.22;  ///< Mean of the points off the middle, in radii; 0.32 for half a disc with these weights.
 constexpr std::int64_t kChunk = 512;
 
 /// Points that lie at least `distance` from those taken before them.
@@ -32,7 +33,8 @@ std::vector<int> spread_points(std::span<const Vec3> points, double distance) {
   while (size < 2 * points.size()) size *= 2;
   std::vector<Cell> table(size, Cell{0, 0, 0, -1});
   const auto place = [&](std::int64_t x, std::int64_t y, std::int64_t z) -> Cell& {
-    std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15u ^ static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4Fu ^
+    std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15u ^
+                      static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4Fu ^
                       static_cast<std::uint64_t>(z) * 0x165667B19E3779F9u;
     h ^= h >> 29;
     for (h &= size - 1;; h = (h + 1) & (size - 1)) {
@@ -44,10 +46,12 @@ std::vector<int> spread_points(std::span<const Vec3> points, double distance) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3& p = points[i];
     const Vec3 at = p / distance;
-    const auto x = static_cast<std::int64_t>(std::floor(at.x())), y = static_cast<std::int64_t>(std::floor(at.y())), z = static_cast<std::int64_t>(std::floor(at.z()));
+    const auto x = static_cast<std::int64_t>(std::floor(at.x())), y = static_cast<std::int64_t>(std::floor(at.y())),
+               z = static_cast<std::int64_t>(std::floor(at.z()));
     const auto is_taken = [&](std::int64_t dx, std::int64_t dy, std::int64_t dz) {
       for (int k = place(x + dx, y + dy, z + dz).first; k >= 0; k = next[static_cast<std::size_t>(k)]) {
-        if ((points[static_cast<std::size_t>(taken[static_cast<std::size_t>(k)])] - p).squaredNorm() < squared) return true;
+        if ((points[static_cast<std::size_t>(taken[static_cast<std::size_t>(k)])] - p).squaredNorm() < squared)
+          return true;
       }
       return false;
     };
@@ -119,7 +123,8 @@ std::optional<Surfel> surfel_at(const PointCells& cells, std::span<const Vec3> p
 
 double point_spacing(std::span<const Vec3> points) {
   if (points.size() < kFewestPoints) {
-    throw InvalidInput("registration: a scan has " + std::to_string(points.size()) + " points; at least " + std::to_string(kFewestPoints) + " are needed");
+    throw InvalidInput("registration: a scan has " + std::to_string(points.size()) + " points; at least " +
+                       std::to_string(kFewestPoints) + " are needed");
   }
   Box box;
   for (const Vec3& p : points) {
@@ -153,7 +158,8 @@ double point_spacing(std::span<const Vec3> points) {
   return std::sqrt(*middle * 3.14159265358979323846 / static_cast<double>(kNth));
 }
 
-Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward, double distance, double radius, const RunControl& control) {
+Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward, double distance, double radius,
+                     const RunControl& control) {
   const std::vector<int> centers = spread_points(points, distance);
   const PointCells cells(points, radius);
   std::vector<std::optional<Surfel>> found(centers.size());
@@ -163,7 +169,8 @@ Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward,
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       found[i] = surfel_at(cells, points, centers[i], radius);
       if (!found[i] || toward.empty()) continue;
-      if (found[i]->normal.dot(toward[static_cast<std::size_t>(centers[i])]) < 0.0) found[i]->normal = -found[i]->normal;
+      if (found[i]->normal.dot(toward[static_cast<std::size_t>(centers[i])]) < 0.0)
+        found[i]->normal = -found[i]->normal;
     }
   });
   Surfels result;

@@ -7,13 +7,13 @@
 #include <utility>
 
 #include "capture/relit/relit_work.h"
-#include "patinate/controls/accessibility.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/controls/accessibility.h"
+#include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
@@ -41,17 +41,21 @@ std::string transform_text(const std::optional<RigidTransform>& transform) {
   return text;
 }
 
-std::string vector_text(const Vec3& v) { return number_text(v.x()) + " " + number_text(v.y()) + " " + number_text(v.z()); }
+std::string vector_text(const Vec3& v) {
+  return number_text(v.x()) + " " + number_text(v.y()) + " " + number_text(v.z());
+}
 
 std::string rig_text(const RelitProject& project) {
   std::string text = project.camera_mm.text();
   for (const Light& light : project.lights) {
-    text += light.kind == Light::Kind::Near ? "\nnear " + vector_text(light.position) : "\ndirectional " + vector_text(light.direction);
+    text += light.kind == Light::Kind::Near ? "\nnear " + vector_text(light.position)
+                                            : "\ndirectional " + vector_text(light.direction);
     text += " " + vector_text(light.intensity);
   }
   if (project.patch) {
     text += "\npatch " + vector_text(project.patch->albedo);
-    for (const Vec2& corner : project.patch->polygon) text += " " + number_text(corner.x()) + " " + number_text(corner.y());
+    for (const Vec2& corner : project.patch->polygon)
+      text += " " + number_text(corner.x()) + " " + number_text(corner.y());
   }
   return text;
 }
@@ -116,16 +120,20 @@ std::vector<JobDependency> dependencies(const RelitWork& work) {
 }
 
 /// Masks and fills the frames that are in the history, and names everything. @returns the mask.
-ImageU8 write_frames(HistoryWriter& writer, const RelitWork& work, const fs::path& folder, const std::vector<std::size_t>& kept, const RunControl& control) {
+ImageU8 write_frames(HistoryWriter& writer, const RelitWork& work, const fs::path& folder,
+                     const std::vector<std::size_t>& kept, const RunControl& control) {
   std::vector<double> times;
   for (std::size_t i : kept) times.push_back(work.project.steps[i].time);
   const ImageU8& surface = work.reference(folder).view.seen;
   const auto read_validity = [&](int k) {
     ImageU8 validity = read_mask(folder / relit_validity_file(kept[static_cast<std::size_t>(k)]));
-    for (std::uint8_t& v : validity.values()) v = static_cast<std::uint8_t>(v != 0 ? Validity::Valid : Validity::OutOfView);
+    for (std::uint8_t& v : validity.values())
+      v = static_cast<std::uint8_t>(v != 0 ? Validity::Valid : Validity::OutOfView);
     return validity;
   };
-  const auto read_frame = [&](int k) { return read_color(folder / HistoryWriter::frame_file(static_cast<int>(kept[static_cast<std::size_t>(k)]))); };
+  const auto read_frame = [&](int k) {
+    return read_color(folder / HistoryWriter::frame_file(static_cast<int>(kept[static_cast<std::size_t>(k)])));
+  };
   const FillPlan plan = plan_fill(times, read_validity, work.options.fill, control.part(0.0, 0.3));
   ImageU8 inside = plan.inside;
   std::int64_t num_inside = 0;
@@ -134,7 +142,9 @@ ImageU8 write_frames(HistoryWriter& writer, const RelitWork& work, const fs::pat
     num_inside += inside.data()[p] != 0;
   }
   if (num_inside == 0) {
-    throw IoError(work.project.file.string(), "no texel is determined in every step: each is hidden, in shadow or saturated in some; leave steps out (\"exclude\": true)");
+    throw IoError(work.project.file.string(),
+                  "no texel is determined in every step: each is hidden, in shadow or saturated in some; leave steps "
+                  "out (\"exclude\": true)");
   }
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const int index = static_cast<int>(kept[k]);
@@ -162,12 +172,15 @@ ImageU8 write_frames(HistoryWriter& writer, const RelitWork& work, const fs::pat
   return inside;
 }
 
-void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path& folder, const ImageU8& mask, const RunControl& control) {
+void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path& folder, const ImageU8& mask,
+                    const RunControl& control) {
   if (!work.project.has_shape()) {
     std::vector<double> times;
     for (const HistoryFrame& f : writer.manifest().frames) times.push_back(f.time);
     if (times.size() < 2) return;
-    const auto read_frame = [&](int i) { return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file); };
+    const auto read_frame = [&](int i) {
+      return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
+    };
     const ProgressMap map = progress_from_history(times, read_frame, mask, work.options.progress, control);
     writer.write_control("progress", map.values, map.low, map.high, "relative");
     return;
@@ -176,10 +189,12 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
   const ImageF curvature = read_gray(folder / relit_curvature_file());
   const Percentiles found = percentiles(curvature, mask, shares.low_percent / 100.0, shares.high_percent / 100.0);
   const double width = load_json(folder / relit_reference_file()).at("width_mm").get<double>();
-  const ValueRange range = widened_accessibility_range({static_cast<double>(found.low), static_cast<double>(found.high)}, width);
+  const ValueRange range =
+      widened_accessibility_range({static_cast<double>(found.low), static_cast<double>(found.high)}, width);
   writer.write_control(kAccessibility, curvature, range.low, range.high, "1/mm");
   for (const char* name : {"position", "normal", "height", "texel_size"}) writer.add_written_map(name);
-  writer.set_texel_size_mm(static_cast<double>(percentiles(read_gray(folder / HistoryWriter::map_file("texel_size")), mask, 0.5, 0.5).low));
+  writer.set_texel_size_mm(
+      static_cast<double>(percentiles(read_gray(folder / HistoryWriter::map_file("texel_size")), mask, 0.5, 0.5).low));
 }
 
 void join(const RelitWork& work, const fs::path& folder, const RunControl& control) {
@@ -205,14 +220,20 @@ fs::path relit_curvature_file() { return "report/curvature.exr"; }
 fs::path relit_pose_file(std::size_t index) { return report_file("pose", index, ".json"); }
 fs::path relit_validity_file(std::size_t index) { return report_file("validity", index, ".png"); }
 fs::path relit_facts_file(std::size_t index) { return report_file("facts", index, ".json"); }
-fs::path relit_picture_file(const std::string& what, std::size_t index) { return report_file(what.c_str(), index, ".png"); }
+fs::path relit_picture_file(const std::string& what, std::size_t index) {
+  return report_file(what.c_str(), index, ".png");
+}
 
 void describe(OptionVisitor& v, RelitOptions& o) {
-  v.visit({"accept_failed", "Leave steps that cannot be registered out of the history instead of stopping (relit captures)"}, o.accept_failed);
+  v.visit({"accept_failed",
+           "Leave steps that cannot be registered out of the history instead of stopping (relit captures)"},
+          o.accept_failed);
   describe(v, o.unlight);
 }
 
-std::string RelitWork::step_name(std::size_t index) const { return "steps/" + std::to_string(project.steps[index].number); }
+std::string RelitWork::step_name(std::size_t index) const {
+  return "steps/" + std::to_string(project.steps[index].number);
+}
 
 HistoryManifest RelitWork::manifest() const {
   HistoryManifest m;
@@ -245,21 +266,32 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
   ContentHash reference_key;
   reference_key.add("reference").add(common);
   for (const auto& [name, value] : option_values(options.scan)) reference_key.add(name).add(value);
-  JobItem reference{.name = "reference", .outputs = {relit_reference_file()}, .run = [work](const fs::path& folder, const RunControl& control) { run_relit_reference(*work, folder, control); },
-                    .key = reference_key.hex()};
+  JobItem reference{
+      .name = "reference",
+      .outputs = {relit_reference_file()},
+      .run = [work](const fs::path& folder, const RunControl& control) { run_relit_reference(*work, folder, control); },
+      .key = reference_key.hex()};
   if (project.has_shape()) {
     reference.outputs.push_back(relit_curvature_file());
-    for (const char* name : {"position", "normal", "height", "texel_size"}) reference.outputs.push_back(HistoryWriter::map_file(name));
+    for (const char* name : {"position", "normal", "height", "texel_size"})
+      reference.outputs.push_back(HistoryWriter::map_file(name));
   }
   plan.items.push_back(std::move(reference));
   for (std::size_t i = 0; i < project.steps.size(); ++i) {
     const fs::path name = relit_pose_file(i).stem();
-    plan.items.push_back({.name = name.string(), .outputs = {relit_pose_file(i)},
-                          .run = [work, i](const fs::path& folder, const RunControl& control) { run_relit_pose(*work, i, folder, control); },
-                          .key = ContentHash().add("pose").add(common).add(work->step_keys[i]).hex(), .stage = 1});
-    plan.items.push_back({.name = "step-" + name.string().substr(5), .outputs = {relit_facts_file(i)},
-                          .run = [work, i](const fs::path& folder, const RunControl& control) { run_relit_step(*work, i, folder, control); },
-                          .key = ContentHash().add("step").add(common).add(work->step_keys[i]).hex(), .stage = 2, .weight = kStepWeight,
+    plan.items.push_back({.name = name.string(),
+                          .outputs = {relit_pose_file(i)},
+                          .run = [work, i](const fs::path& folder,
+                                           const RunControl& control) { run_relit_pose(*work, i, folder, control); },
+                          .key = ContentHash().add("pose").add(common).add(work->step_keys[i]).hex(),
+                          .stage = 1});
+    plan.items.push_back({.name = "step-" + name.string().substr(5),
+                          .outputs = {relit_facts_file(i)},
+                          .run = [work, i](const fs::path& folder,
+                                           const RunControl& control) { run_relit_step(*work, i, folder, control); },
+                          .key = ContentHash().add("step").add(common).add(work->step_keys[i]).hex(),
+                          .stage = 2,
+                          .weight = kStepWeight,
                           .optional_outputs = relit_frame_outputs(*work, i)});
   }
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };

@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "capture/relit/relit_work.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/point_cloud_io.h"
 #include "libcommon/geometry/scan_mesh.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/point_cloud_io.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -23,7 +23,8 @@ constexpr double kBlack = 1e-4;
 
 /// The surface of ready-made maps: a grid of the photographs' pixels.
 PointCloud ready_cloud(const RelitProject& project, const RelitStep::Ready& ready) {
-  const ImageF position = read_channels(ready.position, {"X", "Y", "Z"}), normal = read_channels(ready.normal, {"X", "Y", "Z"});
+  const ImageF position = read_channels(ready.position, {"X", "Y", "Z"}),
+               normal = read_channels(ready.normal, {"X", "Y", "Z"});
   PointCloud cloud;
   PointCloud::Grid grid{position.width(), position.height(), {}};
   for (std::int64_t i = 0; i < position.num_pixels(); ++i) {
@@ -40,7 +41,8 @@ PointCloud ready_cloud(const RelitProject& project, const RelitStep::Ready& read
     cloud.points.push_back(project.mm_per_unit * p);
     cloud.normals.push_back(n.normalized());
   }
-  if (cloud.points.empty()) throw IoError(ready.position.string(), "is 0 everywhere, or the normals are; it must hold the surface's positions");
+  if (cloud.points.empty())
+    throw IoError(ready.position.string(), "is 0 everywhere, or the normals are; it must hold the surface's positions");
   cloud.grid = std::move(grid);
   cloud.scanner = project.camera_mm.center();
   return cloud;
@@ -50,7 +52,8 @@ bool is_in_polygon(const std::vector<Vec2>& polygon, double x, double y) {
   bool is_inside = false;
   for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
     const Vec2 &a = polygon[i], &b = polygon[j];
-    if ((a.y() > y) != (b.y() > y) && x < (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x()) is_inside = !is_inside;
+    if ((a.y() > y) != (b.y() > y) && x < (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x())
+      is_inside = !is_inside;
   }
   return is_inside;
 }
@@ -63,8 +66,10 @@ void visit_patch(const RelitProject& project, const Visit& visit) {
     low = low.cwiseMin(corner);
     high = high.cwiseMax(corner);
   }
-  for (int y = std::max(0, static_cast<int>(std::ceil(low.y()))); y <= std::min(project.height() - 1, static_cast<int>(high.y())); ++y) {
-    for (int x = std::max(0, static_cast<int>(std::ceil(low.x()))); x <= std::min(project.width() - 1, static_cast<int>(high.x())); ++x) {
+  for (int y = std::max(0, static_cast<int>(std::ceil(low.y())));
+       y <= std::min(project.height() - 1, static_cast<int>(high.y())); ++y) {
+    for (int x = std::max(0, static_cast<int>(std::ceil(low.x())));
+         x <= std::min(project.width() - 1, static_cast<int>(high.x())); ++x) {
       if (is_in_polygon(polygon, x, y)) visit(x, y);
     }
   }
@@ -94,7 +99,8 @@ StepPhoto read_step_photo(const RelitProject& project, const fs::path& file) {
   const ImageInfo info = probe_image(file);
   StepPhoto photo{read_color(file, project.response), std::numeric_limits<float>::infinity()};
   if (photo.values.width() != project.width() || photo.values.height() != project.height()) {
-    throw IoError(file.string(), "is " + size_text(photo.values.width(), photo.values.height()) + " pixels; expected " + size_text(project.width(), project.height()));
+    throw IoError(file.string(), "is " + size_text(photo.values.width(), photo.values.height()) + " pixels; expected " +
+                                     size_text(project.width(), project.height()));
   }
   if (info.is_raw) {
     photo.saturation = kSaturatedCode;
@@ -125,10 +131,15 @@ Vec3 patch_mean(const RelitProject& project, const StepPhoto& photo, const Image
     num_saturated += is_saturated ? 1 : 0;
     ++count;
   });
-  if (count == 0) throw IoError(project.file.string(), "/reference_patch/polygon: covers no pixel's center; give a larger one");
-  if (50 * num_saturated > count) throw IoError(file.string(), "is saturated on the reference patch: a shorter exposure is needed, or no `reference_patch`");
+  if (count == 0)
+    throw IoError(project.file.string(), "/reference_patch/polygon: covers no pixel's center; give a larger one");
+  if (50 * num_saturated > count)
+    throw IoError(file.string(),
+                  "is saturated on the reference patch: a shorter exposure is needed, or no `reference_patch`");
   sum /= count;
-  if (!(sum.minCoeff() > kBlack)) throw IoError(file.string(), "is black on the reference patch: its light does not reach it, or `polygon` lies elsewhere");
+  if (!(sum.minCoeff() > kBlack))
+    throw IoError(file.string(),
+                  "is black on the reference patch: its light does not reach it, or `polygon` lies elsewhere");
   return sum;
 }
 
@@ -157,7 +168,8 @@ void find_patch_target(const RelitProject& project, RelitReference& reference) {
   const ImageF ambient = read_step_ambient(project, step);
   for (std::size_t i = 0; i < project.lights.size(); ++i) {
     const Vec3 shown = patch_mean(project, read_step_photo(project, step.photos[i]), ambient, step.photos[i]);
-    reference.patch_target.push_back(reference.is_patch_absolute && expected[i].minCoeff() > 0.0 ? Vec3(expected[i] / count) : shown);
+    reference.patch_target.push_back(
+        reference.is_patch_absolute && expected[i].minCoeff() > 0.0 ? Vec3(expected[i] / count) : shown);
   }
 }
 

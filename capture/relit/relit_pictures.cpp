@@ -17,11 +17,14 @@ constexpr float kFullShare = 0.10f;
 
 ImageF at_most(const ImageF& image, int width) {
   if (image.width() <= width) return image;
-  const int height = std::max(1, static_cast<int>(std::lround(static_cast<double>(image.height()) * width / image.width())));
+  const int height =
+      std::max(1, static_cast<int>(std::lround(static_cast<double>(image.height()) * width / image.width())));
   return downscale_area(image, width, height);
 }
 
-void put(ImageF& image, int x, int y, const std::array<float, 3>& color) { std::copy(color.begin(), color.end(), image.pixel(x, y).begin()); }
+void put(ImageF& image, int x, int y, const std::array<float, 3>& color) {
+  std::copy(color.begin(), color.end(), image.pixel(x, y).begin());
+}
 
 }  // namespace
 
@@ -35,7 +38,8 @@ ImageF report_samples(const ImageU8& samples, const ImageU8& mask) {
     for (int y = 0; y < mask.height(); ++y) {
       for (int x = 0; x < mask.width(); ++x) {
         const SampleState ready = mask.at(x, y) != 0 ? SampleState::Clean : SampleState::Outside;
-        put(picture, x, y, sample_state_color(samples.empty() ? ready : static_cast<SampleState>(samples.at(x, y, light))));
+        put(picture, x, y,
+            sample_state_color(samples.empty() ? ready : static_cast<SampleState>(samples.at(x, y, light))));
       }
     }
     pictures.push_back(at_most(picture, kSampleWidth));

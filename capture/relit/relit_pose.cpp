@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "capture/relit/relit_work.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -16,7 +16,10 @@ namespace {
 
 RelitRegistration facts_of(const PairRegistration& r) {
   const double degrees = 180.0 / std::numbers::pi;
-  RelitRegistration facts{.rms_mm = r.rms_residual, .overlap = r.overlap, .num_pairs = r.num_pairs, .is_found_by_search = r.is_found_by_search,
+  RelitRegistration facts{.rms_mm = r.rms_residual,
+                          .overlap = r.overlap,
+                          .num_pairs = r.num_pairs,
+                          .is_found_by_search = r.is_found_by_search,
                           .stddev_deg = degrees * std::sqrt(std::max(0.0, r.covariance.topLeftCorner<3, 3>().trace())),
                           .stddev_mm = std::sqrt(std::max(0.0, r.covariance.bottomRightCorner<3, 3>().trace()))};
   for (const FreeMotion& motion : r.free_motions) facts.free_motions.push_back(text_of(motion));
@@ -28,7 +31,8 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
   const RelitStep& step = project.steps[index];
   if (step.reference_from_scan) return {"given", true, *step.reference_from_scan};
   if (index == project.reference || !step.has_shape()) return {"reference", true, RigidTransform{}};
-  const PointCloud target = read_step_scan(project, project.steps[project.reference]), source = read_step_scan(project, step);
+  const PointCloud target = read_step_scan(project, project.steps[project.reference]),
+                   source = read_step_scan(project, step);
   const PairRegistration found = [&] {
     try {
       return register_pair(target, source, step.initial.value_or(RigidTransform{}), work.options.registration, control);
@@ -38,12 +42,15 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
       throw IoError(project.file.string(), work.step_name(index) + ": " + e.what());
     }
   }();
-  RelitPose pose{std::string(name_of(found.status)), found.status == RegistrationStatus::Converged, found.target_from_source, facts_of(found)};
+  RelitPose pose{std::string(name_of(found.status)), found.status == RegistrationStatus::Converged,
+                 found.target_from_source, facts_of(found)};
   if (pose.is_accepted || work.options.accept_failed) return pose;
   std::string open;
   for (const FreeMotion& motion : found.free_motions) open += (open.empty() ? "; free: " : ", ") + text_of(motion);
-  throw CannotComplete(work.step_name(index) + ": its scan cannot be registered: " + pose.status + " (overlap " + short_number_text(std::round(100.0 * found.overlap)) +
-                       " %, RMS " + short_number_text(rounded(found.rms_residual, 3)) + " mm" + open + "); give it `initial` or `transform`, or leave it out with --accept-failed");
+  throw CannotComplete(work.step_name(index) + ": its scan cannot be registered: " + pose.status + " (overlap " +
+                       short_number_text(std::round(100.0 * found.overlap)) + " %, RMS " +
+                       short_number_text(rounded(found.rms_residual, 3)) + " mm" + open +
+                       "); give it `initial` or `transform`, or leave it out with --accept-failed");
 }
 
 }  // namespace
@@ -55,6 +62,8 @@ void run_relit_pose(const RelitWork& work, std::size_t index, const fs::path& fo
   control.report(1.0);
 }
 
-RelitPose read_relit_pose(std::size_t index, const fs::path& folder) { return relit_pose(load_json(folder / relit_pose_file(index))); }
+RelitPose read_relit_pose(std::size_t index, const fs::path& folder) {
+  return relit_pose(load_json(folder / relit_pose_file(index)));
+}
 
 }  // namespace patinate::capture

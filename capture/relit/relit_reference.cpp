@@ -3,11 +3,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/relit/relit_work.h"
 #include "capture/project/scan_control.h"
-#include "patinate/core/error.h"
+#include "capture/relit/relit_work.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/height_field.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -21,7 +21,8 @@ constexpr double kSpacingShare = 0.2;        ///< Of the width: distance between
 constexpr double kReached = 0.01;            ///< A light that reaches a smaller share of the surface is somewhere else.
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
-  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)), static_cast<double>(image.at(x, y, 2))};
+  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
+          static_cast<double>(image.at(x, y, 2))};
 }
 
 /// @throws IoError naming the light that stands behind the surface.
@@ -31,23 +32,29 @@ void check_lights_reach(const RelitProject& project, const ScanView& view) {
     for (int y = 0; y < view.seen.height(); ++y) {
       for (int x = 0; x < view.seen.width(); ++x) {
         if (view.seen.at(x, y) == 0) continue;
-        num_reached += vector_at(view.normal, x, y).dot(direction_to(project.lights[i], vector_at(view.position_mm, x, y))) > 0.0;
+        num_reached +=
+            vector_at(view.normal, x, y).dot(direction_to(project.lights[i], vector_at(view.position_mm, x, y))) > 0.0;
       }
     }
     if (static_cast<double>(num_reached) >= kReached * static_cast<double>(view.num_seen)) continue;
-    throw IoError(project.file.string(), "/lights/" + std::to_string(i) + ": stands behind the surface that the camera sees: it reaches none of it; check its position" +
-                                             " and the scanner's axes");
+    throw IoError(project.file.string(),
+                  "/lights/" + std::to_string(i) +
+                      ": stands behind the surface that the camera sees: it reaches none of it; check its position" +
+                      " and the scanner's axes");
   }
 }
 
 /// Curvature of the height function toward the camera, at every pixel of the view.
-ImageF view_curvature(const Mesh& mesh, const RayScene& scene, const ScanView& view, const Vec3& viewer, double width_mm, const RunControl& control) {
+ImageF view_curvature(const Mesh& mesh, const RayScene& scene, const ScanView& view, const Vec3& viewer,
+                      double width_mm, const RunControl& control) {
   const HeightField field = height_field(mesh, scene, viewer, kSpacingShare * width_mm, control.part(0.0, 0.4));
   const ImageF curvature = height_curvature(field, std::max(width_mm, 0.5 * field.spacing_mm), control.part(0.4, 1.0));
   ImageF out(view.seen.width(), view.seen.height());
   for (int y = 0; y < out.height(); ++y) {
     for (int x = 0; x < out.width(); ++x) {
-      if (view.seen.at(x, y) != 0) out.at(x, y) = static_cast<float>(sample_field(field, curvature, vector_at(view.position_mm, x, y)).value_or(0.0));
+      if (view.seen.at(x, y) != 0)
+        out.at(x, y) =
+            static_cast<float>(sample_field(field, curvature, vector_at(view.position_mm, x, y)).value_or(0.0));
     }
   }
   return out;
@@ -73,7 +80,8 @@ void run_relit_reference(const RelitWork& work, const fs::path& folder, const Ru
     const ScanView& view = reference.view;
     if (view.num_seen == 0) {
       const fs::path file = step.ready ? step.ready->position : *step.scan;
-      throw IoError(file.string(), "the camera does not see the scan: " + where_it_lies(mesh, project.camera_mm) + "; check `unit` and the camera's pose");
+      throw IoError(file.string(), "the camera does not see the scan: " + where_it_lies(mesh, project.camera_mm) +
+                                       "; check `unit` and the camera's pose");
     }
     check_lights_reach(project, view);
     const Vec3 viewer = -project.camera_mm.parameters().rotation.row(2).transpose();
@@ -87,7 +95,8 @@ void run_relit_reference(const RelitWork& work, const fs::path& folder, const Ru
     const double floor = bounding_box(mesh).center().dot(viewer) - 0.5 * bounding_box(mesh).diagonal();
     for (int y = 0; y < height.height(); ++y) {
       for (int x = 0; x < height.width(); ++x) {
-        if (view.seen.at(x, y) != 0) height.at(x, y) = static_cast<float>(vector_at(view.position_mm, x, y).dot(viewer) - floor);
+        if (view.seen.at(x, y) != 0)
+          height.at(x, y) = static_cast<float>(vector_at(view.position_mm, x, y).dot(viewer) - floor);
       }
     }
     HistoryWriter::write_map(folder, "position", view.position_mm);
@@ -123,7 +132,8 @@ const RelitReference& RelitWork::reference(const fs::path& folder) const {
   }
   const Json facts = load_json(folder / relit_reference_file());
   loaded.view.num_from_behind = facts.value("from_behind", std::int64_t{0});
-  for (const Json& v : facts.at("patch_target")) loaded.patch_target.emplace_back(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>());
+  for (const Json& v : facts.at("patch_target"))
+    loaded.patch_target.emplace_back(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>());
   loaded.is_patch_absolute = facts.at("is_patch_absolute").get<bool>();
   reference_ = std::move(loaded);
   return *reference_;

@@ -17,8 +17,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string percent(const std::optional<double>& share) { return share ? short_number_text(std::round(1000.0 * *share) / 10.0) + " %" : "-"; }
-std::string micrometers(const std::optional<double>& mm) { return mm && std::isfinite(*mm) ? short_number_text(rounded(1000.0 * *mm, 3)) : "-"; }
+std::string percent(const std::optional<double>& share) {
+  return share ? short_number_text(std::round(1000.0 * *share) / 10.0) + " %" : "-";
+}
+std::string micrometers(const std::optional<double>& mm) {
+  return mm && std::isfinite(*mm) ? short_number_text(rounded(1000.0 * *mm, 3)) : "-";
+}
 
 Json matrix_json(const RigidTransform& transform) {
   const Eigen::Matrix4d m = transform.matrix();
@@ -30,24 +34,36 @@ Json matrix_json(const RigidTransform& transform) {
 RigidTransform transform_of(const Json& rows) {
   Eigen::Matrix4d matrix;
   for (Eigen::Index r = 0; r < 4; ++r) {
-    for (Eigen::Index c = 0; c < 4; ++c) matrix(r, c) = rows.at(static_cast<std::size_t>(r)).at(static_cast<std::size_t>(c)).get<double>();
+    for (Eigen::Index c = 0; c < 4; ++c)
+      matrix(r, c) = rows.at(static_cast<std::size_t>(r)).at(static_cast<std::size_t>(c)).get<double>();
   }
   return {matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>()};
 }
 
 /// JSON has no NaN: null.
-double number_of(const Json& json) { return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN(); }
+double number_of(const Json& json) {
+  return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
 
 Json registration_json(const RelitRegistration& r) {
-  return {{"rms_mm", r.rms_mm},         {"registration_overlap", r.overlap}, {"pairs", r.num_pairs},          {"found_by_search", r.is_found_by_search},
-          {"stddev_deg", r.stddev_deg}, {"stddev_mm", r.stddev_mm},          {"free_motions", r.free_motions}};
+  return {{"rms_mm", r.rms_mm},
+          {"registration_overlap", r.overlap},
+          {"pairs", r.num_pairs},
+          {"found_by_search", r.is_found_by_search},
+          {"stddev_deg", r.stddev_deg},
+          {"stddev_mm", r.stddev_mm},
+          {"free_motions", r.free_motions}};
 }
 
 /// @param json  May have other members, too. @returns nothing where it has none of these.
 std::optional<RelitRegistration> registration_of(const Json& json) {
   if (!json.contains("rms_mm")) return std::nullopt;
-  return RelitRegistration{.rms_mm = number_of(json.at("rms_mm")), .overlap = number_of(json.at("registration_overlap")), .num_pairs = json.at("pairs").get<int>(),
-                           .is_found_by_search = json.at("found_by_search").get<bool>(), .stddev_deg = number_of(json.at("stddev_deg")), .stddev_mm = number_of(json.at("stddev_mm")),
+  return RelitRegistration{.rms_mm = number_of(json.at("rms_mm")),
+                           .overlap = number_of(json.at("registration_overlap")),
+                           .num_pairs = json.at("pairs").get<int>(),
+                           .is_found_by_search = json.at("found_by_search").get<bool>(),
+                           .stddev_deg = number_of(json.at("stddev_deg")),
+                           .stddev_mm = number_of(json.at("stddev_mm")),
                            .free_motions = json.at("free_motions").get<std::vector<std::string>>()};
 }
 
@@ -55,7 +71,8 @@ void put_solution(Json& json, const RelitSolution& solution) {
   json["lights"] = Json::array();
   for (const RelitLight& light : solution.lights) {
     Json entry = Json::object();
-    for (std::size_t state = 1; state < kNumSampleStates; ++state) entry[sample_state_name(static_cast<SampleState>(state))] = light.shares[state];
+    for (std::size_t state = 1; state < kNumSampleStates; ++state)
+      entry[sample_state_name(static_cast<SampleState>(state))] = light.shares[state];
     entry["residual"] = light.residual;
     json["lights"].push_back(std::move(entry));
   }
@@ -65,35 +82,44 @@ void put_solution(Json& json, const RelitSolution& solution) {
 }
 
 RelitSolution solution_of(const Json& json) {
-  RelitSolution solution{.residual = number_of(json.at("residual")), .noise_scale = number_of(json.at("noise_scale")), .notes = json.at("notes").get<std::vector<std::string>>()};
+  RelitSolution solution{.residual = number_of(json.at("residual")),
+                         .noise_scale = number_of(json.at("noise_scale")),
+                         .notes = json.at("notes").get<std::vector<std::string>>()};
   for (const Json& entry : json.at("lights")) {
     RelitLight light{.residual = number_of(entry.at("residual"))};
-    for (std::size_t state = 1; state < kNumSampleStates; ++state) light.shares[state] = number_of(entry.at(sample_state_name(static_cast<SampleState>(state))));
+    for (std::size_t state = 1; state < kNumSampleStates; ++state)
+      light.shares[state] = number_of(entry.at(sample_state_name(static_cast<SampleState>(state))));
     solution.lights.push_back(light);
   }
   return solution;
 }
 
 RelitFrame frame_of(const Json& json) {
-  RelitFrame frame{.seen_share = number_of(json.at("seen_share")), .determined_share = number_of(json.at("determined_share"))};
-  if (json.contains("overlap")) frame.overlap = number_of(json.at("overlap")), frame.offset_mm = number_of(json.at("offset_mm"));
+  RelitFrame frame{.seen_share = number_of(json.at("seen_share")),
+                   .determined_share = number_of(json.at("determined_share"))};
+  if (json.contains("overlap"))
+    frame.overlap = number_of(json.at("overlap")), frame.offset_mm = number_of(json.at("offset_mm"));
   if (!json.contains("lights")) return frame;
-  for (const Json& g : json.at("gains")) frame.gains.emplace_back(number_of(g.at(0)), number_of(g.at(1)), number_of(g.at(2)));
+  for (const Json& g : json.at("gains"))
+    frame.gains.emplace_back(number_of(g.at(0)), number_of(g.at(1)), number_of(g.at(2)));
   frame.solution = solution_of(json);
   return frame;
 }
 
 void add_step(HtmlPage& page, const RelitWork& work, std::size_t index, const RelitStepFacts& facts) {
-  page.heading("Step " + std::to_string(facts.step) + ", time " + short_number_text(facts.time) + " " + time_unit_text(work.project.time_unit));
+  page.heading("Step " + std::to_string(facts.step) + ", time " + short_number_text(facts.time) + " " +
+               time_unit_text(work.project.time_unit));
   if (!facts.frame) {
     page.paragraph("Left out: " + facts.pose.status + ".");
     return;
   }
   page.pictures({{relit_picture_file("light", index).generic_string(), "Under the first light, in the reference view"},
                  {relit_picture_file("albedo", index).generic_string(), "Albedo"},
-                 {relit_picture_file("stddev", index).generic_string(), "Its standard deviation: black 0, white 10 %; red: not determined"}});
+                 {relit_picture_file("stddev", index).generic_string(),
+                  "Its standard deviation: black 0, white 10 %; red: not determined"}});
   page.picture({relit_picture_file("samples", index).generic_string(),
-                "Samples: light gray used, black facing away, blue cast shadow, magenta saturated or out of view, cyan too dark, red too bright"});
+                "Samples: light gray used, black facing away, blue cast shadow, magenta saturated or out of view, cyan "
+                "too dark, red too bright"});
   if (!facts.frame->solution) return;
   std::vector<std::vector<std::string>> rows;
   const std::vector<RelitLight>& lights = facts.frame->solution->lights;
@@ -101,29 +127,40 @@ void add_step(HtmlPage& page, const RelitWork& work, std::size_t index, const Re
     std::string gain = "-";
     if (i < facts.frame->gains.size()) {
       const Vec3& g = facts.frame->gains[i];
-      gain = short_number_text(rounded(g.x(), 4)) + " " + short_number_text(rounded(g.y(), 4)) + " " + short_number_text(rounded(g.z(), 4));
+      gain = short_number_text(rounded(g.x(), 4)) + " " + short_number_text(rounded(g.y(), 4)) + " " +
+             short_number_text(rounded(g.z(), 4));
     }
     const auto share = [&](SampleState state) { return percent(lights[i].shares[static_cast<std::size_t>(state)]); };
-    rows.push_back({std::to_string(i), share(SampleState::Clean), share(SampleState::Unlit), share(SampleState::CastShadow), share(SampleState::Invalid),
-                    share(SampleState::Darker), share(SampleState::Brighter), percent(lights[i].residual), gain});
+    rows.push_back({std::to_string(i), share(SampleState::Clean), share(SampleState::Unlit),
+                    share(SampleState::CastShadow), share(SampleState::Invalid), share(SampleState::Darker),
+                    share(SampleState::Brighter), percent(lights[i].residual), gain});
   }
-  page.table({"light", "used", "facing away", "cast shadow", "saturated", "too dark", "too bright", "residual", "gain by the patch"}, rows);
+  page.table({"light", "used", "facing away", "cast shadow", "saturated", "too dark", "too bright", "residual",
+              "gain by the patch"},
+             rows);
   for (const std::string& note : facts.frame->solution->notes) page.paragraph(note);
 }
 
 }  // namespace
 
 Json to_json(const RelitPose& pose) {
-  return {{"status", pose.status}, {"is_accepted", pose.is_accepted}, {"reference_from_scan", matrix_json(pose.reference_from_scan)},
+  return {{"status", pose.status},
+          {"is_accepted", pose.is_accepted},
+          {"reference_from_scan", matrix_json(pose.reference_from_scan)},
           {"facts", pose.registration ? registration_json(*pose.registration) : Json::object()}};
 }
 
 RelitPose relit_pose(const Json& json) {
-  return {json.at("status").get<std::string>(), json.at("is_accepted").get<bool>(), transform_of(json.at("reference_from_scan")), registration_of(json.at("facts"))};
+  return {json.at("status").get<std::string>(), json.at("is_accepted").get<bool>(),
+          transform_of(json.at("reference_from_scan")), registration_of(json.at("facts"))};
 }
 
 Json to_json(const RelitStepFacts& facts) {
-  Json json{{"step", facts.step}, {"time", facts.time}, {"status", facts.pose.status}, {"in_history", facts.frame.has_value()}, {"reference_from_scan", matrix_json(facts.pose.reference_from_scan)}};
+  Json json{{"step", facts.step},
+            {"time", facts.time},
+            {"status", facts.pose.status},
+            {"in_history", facts.frame.has_value()},
+            {"reference_from_scan", matrix_json(facts.pose.reference_from_scan)}};
   if (facts.pose.registration) json.update(registration_json(*facts.pose.registration));
   if (!facts.frame) return json;
   const RelitFrame& frame = *facts.frame;
@@ -140,8 +177,10 @@ Json to_json(const RelitStepFacts& facts) {
 
 RelitStepFacts relit_step_facts(const Json& json) {
   const bool is_accepted = json.at("in_history").get<bool>();
-  RelitStepFacts facts{.step = json.at("step").get<int>(), .time = json.at("time").get<double>(),
-                       .pose = {json.at("status").get<std::string>(), is_accepted, transform_of(json.at("reference_from_scan")), registration_of(json)}};
+  RelitStepFacts facts{.step = json.at("step").get<int>(),
+                       .time = json.at("time").get<double>(),
+                       .pose = {json.at("status").get<std::string>(), is_accepted,
+                                transform_of(json.at("reference_from_scan")), registration_of(json)}};
   if (is_accepted) facts.frame = frame_of(json);
   return facts;
 }
@@ -152,7 +191,8 @@ void write_relit_report(const RelitWork& work, const fs::path& folder, const std
   save_json(folder / kRelitReportFile, json);
   HtmlPage page(work.project.name + ": a shape through time");
   page.paragraph(std::to_string(facts.size()) + " steps, " + std::to_string(work.project.lights.size()) + " lights, " +
-                 size_text(work.project.width(), work.project.height()) + " pixels. Everything is shown in the view of step " +
+                 size_text(work.project.width(), work.project.height()) +
+                 " pixels. Everything is shown in the view of step " +
                  std::to_string(work.project.steps[work.project.reference].number) + ".");
   std::vector<std::vector<std::string>> rows;
   std::vector<HtmlPicture> albedos;
@@ -161,12 +201,18 @@ void write_relit_report(const RelitWork& work, const fs::path& folder, const std
     const RelitFrame frame = f.frame.value_or(RelitFrame{});
     const auto of_frame = [&](double share) { return f.frame ? std::optional(share) : std::nullopt; };
     const std::string time = short_number_text(f.time);
-    rows.push_back({std::to_string(f.step), time, f.pose.status, micrometers(f.pose.registration ? std::optional(f.pose.registration->rms_mm) : std::nullopt), micrometers(frame.offset_mm),
-                    percent(frame.overlap), percent(of_frame(frame.seen_share)), percent(of_frame(frame.determined_share)),
+    rows.push_back({std::to_string(f.step), time, f.pose.status,
+                    micrometers(f.pose.registration ? std::optional(f.pose.registration->rms_mm) : std::nullopt),
+                    micrometers(frame.offset_mm), percent(frame.overlap), percent(of_frame(frame.seen_share)),
+                    percent(of_frame(frame.determined_share)),
                     percent(frame.solution ? std::optional(frame.solution->residual) : std::nullopt)});
-    if (f.frame) albedos.push_back({relit_picture_file("albedo", i).generic_string(), time + " " + time_unit_text(work.project.time_unit)});
+    if (f.frame)
+      albedos.push_back(
+          {relit_picture_file("albedo", i).generic_string(), time + " " + time_unit_text(work.project.time_unit)});
   }
-  page.table({"step", "time", "registration", "RMS (um)", "off the reference (um)", "overlap", "seen", "determined", "residual of the light"}, rows);
+  page.table({"step", "time", "registration", "RMS (um)", "off the reference (um)", "overlap", "seen", "determined",
+              "residual of the light"},
+             rows);
   if (!albedos.empty()) page.time_slider(albedos, "Albedo over time");
   for (std::size_t i = 0; i < facts.size(); ++i) add_step(page, work, i, facts[i]);
   page.link(kRelitReportFile, "The same as JSON");

@@ -8,8 +8,8 @@
 #include "capture/relit/relit_pictures.h"
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_report.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -20,8 +20,9 @@ namespace {
 
 constexpr float kBlack = 1e-4f;        ///< Linear value that every photograph of a lit surface passes somewhere.
 constexpr double kLeastOverlap = 0.1;  ///< Of the reference's pixels that a step must show.
-constexpr double kLargestOffset = 3.0; ///< Of a scan's texel size: a scan farther off is not of this object, or not registered.
-constexpr double kLargeResidual = 0.1; ///< Of the photographs' values; noise and small errors of normals stay below.
+constexpr double kLargestOffset =
+    3.0;  ///< Of a scan's texel size: a scan farther off is not of this object, or not registered.
+constexpr double kLargeResidual = 0.1;  ///< Of the photographs' values; noise and small errors of normals stay below.
 constexpr float kMaxHalf = 65504.0f;
 
 struct StepFrame {
@@ -31,13 +32,16 @@ struct StepFrame {
 };
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
-  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)), static_cast<double>(image.at(x, y, 2))};
+  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
+          static_cast<double>(image.at(x, y, 2))};
 }
 void put(ImageF& image, int x, int y, const Vec3& v) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
 }
 
-double share_of(std::int64_t part, std::int64_t whole) { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0; }
+double share_of(std::int64_t part, std::int64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+}
 
 std::int64_t count(const ImageU8& mask) {
   return std::count_if(mask.values().begin(), mask.values().end(), [](std::uint8_t v) { return v != 0; });
@@ -45,40 +49,48 @@ std::int64_t count(const ImageU8& mask) {
 
 double median_texel_size(const ScanView& view) {
   std::vector<float> sizes;
-  std::copy_if(view.texel_size_mm.values().begin(), view.texel_size_mm.values().end(), std::back_inserter(sizes), [](float v) { return v > 0.0f; });
+  std::copy_if(view.texel_size_mm.values().begin(), view.texel_size_mm.values().end(), std::back_inserter(sizes),
+               [](float v) { return v > 0.0f; });
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
   return static_cast<double>(*middle);
 }
 
 /// @throws IoError when it is a mirror image; CannotComplete when the scan does not lie on the reference.
-void check_fit(const RelitWork& work, std::size_t index, const ScanView& reference, const ScanView& view, const StepPlaces& places, RelitFrame& facts) {
+void check_fit(const RelitWork& work, std::size_t index, const ScanView& reference, const ScanView& view,
+               const StepPlaces& places, RelitFrame& facts) {
   const auto is_from_behind = [](const ScanView& v) { return 2 * v.num_from_behind > v.num_seen; };
   if (view.num_seen > 0 && is_from_behind(view) != is_from_behind(reference)) {
     const RelitStep& step = work.project.steps[index];
     throw IoError((step.ready ? step.ready->position : *step.scan).string(),
-                  "its triangles face the other way than the reference scan's: it is mirrored (an axis was flipped on the way), or wound the other way");
+                  "its triangles face the other way than the reference scan's: it is mirrored (an axis was flipped on "
+                  "the way), or wound the other way");
   }
   const double overlap = share_of(places.num_on_scan, reference.num_seen);
   facts.overlap = overlap;
   facts.offset_mm = places.offset_mm;
   if (overlap < kLeastOverlap) {
-    throw CannotComplete(work.step_name(index) + ": its scan shows only " + short_number_text(std::round(1000.0 * overlap) / 10.0) +
+    throw CannotComplete(work.step_name(index) + ": its scan shows only " +
+                         short_number_text(std::round(1000.0 * overlap) / 10.0) +
                          " % of what the reference shows; the scans do not overlap, or its pose is wrong");
   }
   const double limit = kLargestOffset * median_texel_size(reference);
   if (places.offset_mm > limit) {
-    throw CannotComplete(work.step_name(index) + ": its scan lies " + short_number_text(places.offset_mm) + " mm off the reference's (median; at most " +
-                         short_number_text(limit) + " mm are a fit): its pose is wrong, or it is another or a mirrored object");
+    throw CannotComplete(work.step_name(index) + ": its scan lies " + short_number_text(places.offset_mm) +
+                         " mm off the reference's (median; at most " + short_number_text(limit) +
+                         " mm are a fit): its pose is wrong, or it is another or a mirrored object");
   }
 }
 
 void check_exposure(const fs::path& file, const PlacedPhoto& placed, const ImageU8& seen) {
   const std::int64_t num_valid = count(placed.valid), num_seen = count(seen);
-  if (num_seen > 0 && num_valid == 0) throw IoError(file.string(), "is saturated everywhere on the object; leave the step out (\"exclude\": true) or repeat it darker");
+  if (num_seen > 0 && num_valid == 0)
+    throw IoError(file.string(),
+                  "is saturated everywhere on the object; leave the step out (\"exclude\": true) or repeat it darker");
   const auto values = placed.values.values();
   if (num_seen > 0 && std::all_of(values.begin(), values.end(), [](float v) { return v < kBlack; })) {
-    throw IoError(file.string(), "is black everywhere on the object; leave the step out (\"exclude\": true) or check its light");
+    throw IoError(file.string(),
+                  "is black everywhere on the object; leave the step out (\"exclude\": true) or check its light");
   }
 }
 
@@ -96,15 +108,16 @@ void move_view(const ScanView& view, const RigidTransform& step_from_reference, 
 }
 
 /// Photographs in the reference view, at the patch's strength.
-void place_photos(const RelitWork& work, const RelitStep& step, const RelitReference& reference, const StepPlaces& places, UnlightInput& input, StepFrame& frame,
-                  const RunControl& control) {
+void place_photos(const RelitWork& work, const RelitStep& step, const RelitReference& reference,
+                  const StepPlaces& places, UnlightInput& input, StepFrame& frame, const RunControl& control) {
   const RelitProject& project = work.project;
   const ImageF ambient = read_step_ambient(project, step);
   for (std::size_t i = 0; i < step.photos.size(); ++i) {
     control.throw_if_stopped();
     StepPhoto photo = read_step_photo(project, step.photos[i]);
     Vec3 gain = Vec3::Ones();
-    if (!reference.patch_target.empty()) gain = reference.patch_target[i].cwiseQuotient(patch_mean(project, photo, ambient, step.photos[i]));
+    if (!reference.patch_target.empty())
+      gain = reference.patch_target[i].cwiseQuotient(patch_mean(project, photo, ambient, step.photos[i]));
     PlacedPhoto placed = place_photo(photo.values, places, photo.saturation);
     check_exposure(step.photos[i], placed, places.seen);
     const PlacedPhoto dark = place_photo(ambient, places, std::numeric_limits<float>::infinity());
@@ -122,9 +135,11 @@ void place_photos(const RelitWork& work, const RelitStep& step, const RelitRefer
 }
 
 /// Ready-made albedo: resampled, nothing solved.
-void place_ready(const RelitWork& work, const RelitStep& step, const RelitReference& reference, const StepPlaces& places, StepFrame& frame) {
+void place_ready(const RelitWork& work, const RelitStep& step, const RelitReference& reference,
+                 const StepPlaces& places, StepFrame& frame) {
   ImageF albedo = read_color(step.ready->albedo, work.project.response);
-  if (!reference.patch_target.empty()) throw IoError(work.project.file.string(), "/reference_patch: cannot be used with ready-made albedo; leave it out");
+  if (!reference.patch_target.empty())
+    throw IoError(work.project.file.string(), "/reference_patch: cannot be used with ready-made albedo; leave it out");
   frame.first = place_photo(albedo, places, std::numeric_limits<float>::infinity());
   frame.result.albedo = frame.first.values;
   frame.result.mask = frame.first.valid;
@@ -137,17 +152,20 @@ RelitSolution solution_of(const UnlightResult& result) {
   RelitSolution solution{.residual = result.residual, .noise_scale = result.noise_scale, .notes = result.notes};
   for (const LightReport& report : result.lights) {
     RelitLight light{.residual = report.residual};
-    for (std::size_t state = 1; state < kNumSampleStates; ++state) light.shares[state] = share_of(report.samples[state], result.num_surface);
+    for (std::size_t state = 1; state < kNumSampleStates; ++state)
+      light.shares[state] = share_of(report.samples[state], result.num_surface);
     solution.lights.push_back(light);
   }
   if (result.residual > kLargeResidual) {
-    solution.notes.push_back("what counts of the photographs is " + short_number_text(std::round(100.0 * result.residual)) +
+    solution.notes.push_back("what counts of the photographs is " +
+                             short_number_text(std::round(100.0 * result.residual)) +
                              " % off what shape and lights say: check pose, lights, camera and `response`");
   }
   return solution;
 }
 
-StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& pose, const RelitReference& reference, const RunControl& control) {
+StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& pose, const RelitReference& reference,
+                     const RunControl& control) {
   const RelitProject& project = work.project;
   const RelitStep& step = project.steps[index];
   const RigidTransform step_from_reference = pose.reference_from_scan.inverse();
@@ -186,14 +204,17 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
       throw IoError(project.file.string(), work.step_name(index) + ": " + e.what());
     }
     for (int y = 0; y < project.height(); ++y) {
-      for (int x = 0; x < project.width(); ++x) put(frame.result.normal, x, y, pose.reference_from_scan.rotation * vector_at(frame.result.normal, x, y));
+      for (int x = 0; x < project.width(); ++x)
+        put(frame.result.normal, x, y, pose.reference_from_scan.rotation * vector_at(frame.result.normal, x, y));
     }
     frame.facts.solution = solution_of(frame.result);
   }
   const std::int64_t num_surface = project.has_shape() ? reference.view.num_seen : frame.result.num_surface;
   frame.facts.seen_share = share_of(count(places.seen), num_surface);
   frame.facts.determined_share = share_of(frame.result.num_determined, num_surface);
-  if (frame.result.num_determined == 0) throw CannotComplete(work.step_name(index) + ": no texel has enough light that is neither shadow, highlight nor saturated");
+  if (frame.result.num_determined == 0)
+    throw CannotComplete(work.step_name(index) +
+                         ": no texel has enough light that is neither shadow, highlight nor saturated");
   return frame;
 }
 
@@ -202,7 +223,9 @@ void write_frame(const RelitWork& work, std::size_t index, const fs::path& folde
   for (float& v : frame.result.albedo.values()) v = std::clamp(v, 0.0f, kMaxHalf);
   HistoryWriter(folder, work.manifest()).write_frame(i, work.project.steps[index].time, frame.result.albedo);
   for (const std::string& extra : relit_frame_extras(work)) {
-    ImageF values = extra == "stddev" ? frame.result.stddev : extra == "specular" ? frame.result.specular : frame.result.normal;
+    ImageF values = extra == "stddev"     ? frame.result.stddev
+                    : extra == "specular" ? frame.result.specular
+                                          : frame.result.normal;
     if (values.empty()) values = ImageF(work.project.width(), work.project.height(), extra == "specular" ? 2 : 3);
     for (std::int64_t k = 0; k < values.num_pixels(); ++k) {
       if (frame.result.mask.data()[k] == 0) std::fill_n(values.data() + values.channels() * k, values.channels(), 0.0f);
@@ -224,13 +247,16 @@ std::vector<std::string> relit_frame_extras(const RelitWork& work) {
 
 std::vector<fs::path> relit_frame_outputs(const RelitWork& work, std::size_t index) {
   std::vector<fs::path> files{HistoryWriter::frame_file(static_cast<int>(index)), relit_validity_file(index)};
-  for (const std::string& extra : relit_frame_extras(work)) files.push_back(HistoryWriter::frame_extra_file(static_cast<int>(index), extra));
+  for (const std::string& extra : relit_frame_extras(work))
+    files.push_back(HistoryWriter::frame_extra_file(static_cast<int>(index), extra));
   for (const char* what : {"albedo", "light", "samples", "stddev"}) files.push_back(relit_picture_file(what, index));
   return files;
 }
 
 void run_relit_step(const RelitWork& work, std::size_t index, const fs::path& folder, const RunControl& control) {
-  RelitStepFacts facts{.step = work.project.steps[index].number, .time = work.project.steps[index].time, .pose = read_relit_pose(index, folder)};
+  RelitStepFacts facts{.step = work.project.steps[index].number,
+                       .time = work.project.steps[index].time,
+                       .pose = read_relit_pose(index, folder)};
   if (facts.pose.is_accepted) {
     StepFrame frame = solve_step(work, index, facts.pose, work.reference(folder), control);
     facts.frame = frame.facts;
@@ -240,7 +266,8 @@ void run_relit_step(const RelitWork& work, std::size_t index, const fs::path& fo
     write_srgb8(folder / relit_picture_file("albedo", index), report_albedo(frame.result.albedo));
     write_srgb8(folder / relit_picture_file("light", index), report_albedo(frame.first.values));
     write_srgb8(folder / relit_picture_file("samples", index), report_samples(frame.result.samples, frame.result.mask));
-    write_srgb8(folder / relit_picture_file("stddev", index), report_stddev(frame.result.albedo, frame.result.stddev, surface));
+    write_srgb8(folder / relit_picture_file("stddev", index),
+                report_stddev(frame.result.albedo, frame.result.stddev, surface));
   }
   save_json(folder / relit_facts_file(index), to_json(facts));
   control.report(1.0);

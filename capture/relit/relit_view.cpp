@@ -13,8 +13,9 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::int64_t kRowChunk = 4;
-constexpr double kWhole = 1e-3;          ///< A place so near to a pixel's center is that pixel: rounding of float maps, not motion.
-constexpr double kSameSurface = 6.0;     ///< Neighboring pixels of one surface are not farther apart, in texel sizes.
+constexpr double kWhole =
+    1e-3;  ///< A place so near to a pixel's center is that pixel: rounding of float maps, not motion.
+constexpr double kSameSurface = 6.0;  ///< Neighboring pixels of one surface are not farther apart, in texel sizes.
 constexpr double kGrazing = 1e-3;
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
@@ -34,7 +35,8 @@ double texel_size(const Camera& camera, const Vec2& pixel, const Vec3& position,
     const double slope = ray->direction.dot(normal), least = std::copysign(kGrazing, slope);
     return Vec3(eye + (position - eye).dot(normal) / (std::abs(slope) < kGrazing ? least : slope) * ray->direction);
   };
-  const Vec3 across = on_plane(Vec2(0.5, 0.0)) - on_plane(Vec2(-0.5, 0.0)), down = on_plane(Vec2(0.0, 0.5)) - on_plane(Vec2(0.0, -0.5));
+  const Vec3 across = on_plane(Vec2(0.5, 0.0)) - on_plane(Vec2(-0.5, 0.0)),
+             down = on_plane(Vec2(0.0, 0.5)) - on_plane(Vec2(0.0, -0.5));
   return std::sqrt(across.cross(down).norm());
 }
 
@@ -85,7 +87,8 @@ ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera
       }
     }
   });
-  view.num_seen = std::count_if(view.seen.values().begin(), view.seen.values().end(), [](std::uint8_t v) { return v != 0; });
+  view.num_seen =
+      std::count_if(view.seen.values().begin(), view.seen.values().end(), [](std::uint8_t v) { return v != 0; });
   view.num_from_behind = std::accumulate(behind.begin(), behind.end(), std::int64_t{0});
   return view;
 }
@@ -109,8 +112,8 @@ Mesh with_scan_normals(Mesh mesh, int num_rounds) {
   return mesh;
 }
 
-StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera, const RigidTransform& step_from_reference,
-                       const RunControl& control) {
+StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera,
+                       const RigidTransform& step_from_reference, const RunControl& control) {
   const int width = reference.seen.width(), height = reference.seen.height();
   StepPlaces places{ImageF(width, height, 2), ImageU8(width, height), 0, 0.0};
   ImageF offsets(width, height, 1, -1.0f);
@@ -123,7 +126,8 @@ StepPlaces find_places(const ScanView& reference, const ScanView& step, const Ca
         if (!at) continue;
         const double u = std::abs(at->x() - std::round(at->x())) < kWhole ? std::round(at->x()) : at->x();
         const double v = std::abs(at->y() - std::round(at->y())) < kWhole ? std::round(at->y()) : at->y();
-        const int column = static_cast<int>(std::lround(std::clamp(u, -2.0, width + 2.0))), row = static_cast<int>(std::lround(std::clamp(v, -2.0, height + 2.0)));
+        const int column = static_cast<int>(std::lround(std::clamp(u, -2.0, width + 2.0))),
+                  row = static_cast<int>(std::lround(std::clamp(v, -2.0, height + 2.0)));
         if (!step.seen.contains(column, row) || step.seen.at(column, row) == 0) continue;
         const Vec3 away = p - vector_at(step.position_mm, column, row);
         offsets.at(x, y) = static_cast<float>(std::abs(away.dot(vector_at(step.normal, column, row))));
@@ -135,7 +139,8 @@ StepPlaces find_places(const ScanView& reference, const ScanView& step, const Ca
     }
   });
   std::vector<float> found;
-  std::copy_if(offsets.values().begin(), offsets.values().end(), std::back_inserter(found), [](float v) { return v >= 0.0f; });
+  std::copy_if(offsets.values().begin(), offsets.values().end(), std::back_inserter(found),
+               [](float v) { return v >= 0.0f; });
   places.num_on_scan = static_cast<std::int64_t>(found.size());
   if (!found.empty()) {
     const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
@@ -151,7 +156,8 @@ PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float sat
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       if (places.seen.at(x, y) == 0) continue;
-      const double u = static_cast<double>(places.place_px.at(x, y, 0)), v = static_cast<double>(places.place_px.at(x, y, 1));
+      const double u = static_cast<double>(places.place_px.at(x, y, 0)),
+                   v = static_cast<double>(places.place_px.at(x, y, 1));
       const int x0 = static_cast<int>(std::floor(u)), y0 = static_cast<int>(std::floor(v));
       bool is_valid = true;
       std::array<double, 3> sum{};

@@ -4,10 +4,10 @@
 
 #include <vector>
 
+#include "libcommon/geometry/ray_scene.h"
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/camera.h"
 #include "patinate/geometry/mesh.h"
-#include "libcommon/geometry/ray_scene.h"
 #include "patinate/geometry/rigid_transform.h"
 #include "patinate/image/image.h"
 
@@ -15,10 +15,10 @@ namespace patinate::capture {
 
 /// Maps of the camera's size; 0 where nothing is seen.
 struct ScanView {
-  ImageU8 seen;           ///< 255 where a pixel's center sees the mesh.
-  ImageF position_mm;     ///< x 3, in the mesh's frame.
-  ImageF normal;          ///< x 3, unit, toward the camera.
-  ImageF texel_size_mm;   ///< Square root of the surface's area that a pixel shows.
+  ImageU8 seen;          ///< 255 where a pixel's center sees the mesh.
+  ImageF position_mm;    ///< x 3, in the mesh's frame.
+  ImageF normal;         ///< x 3, unit, toward the camera.
+  ImageF texel_size_mm;  ///< Square root of the surface's area that a pixel shows.
   std::int64_t num_seen = 0;
   std::int64_t num_from_behind = 0;  ///< Pixels that see a triangle clockwise.
 };
@@ -26,25 +26,27 @@ struct ScanView {
 /// Casts a ray through every pixel's center. Positions lie on the triangles as they are.
 /// @param mesh  In mm, with normals (normal_triangles). @param scene  Of it.
 /// Same bits for any number of threads.
-[[nodiscard]] ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera, const RunControl& control = {});
+[[nodiscard]] ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera,
+                                 const RunControl& control = {});
 
-/// A scan's mesh with normals: those of the file, else angle-weighted ones, averaged `num_rounds` times over the triangles around (by area), since a
-/// scanner's noise tilts triangles more than it moves points.
+/// A scan's mesh with normals: those of the file, else angle-weighted ones, averaged `num_rounds` times over the
+/// triangles around (by area), since a scanner's noise tilts triangles more than it moves points.
 [[nodiscard]] Mesh with_scan_normals(Mesh mesh, int num_rounds = 2);
 
 /// Where the pixels of the reference view lie in a step's photographs.
 struct StepPlaces {
   ImageF place_px;  ///< x 2: column and row; only where `seen`.
-  ImageU8 seen;     ///< 255 where the step's photographs show the place of the surface, and it alone, in the pixel and in all around.
+  ImageU8 seen;  ///< 255 where the step's photographs show the place of the surface, and it alone, in the pixel and in
+                 ///< all around.
   std::int64_t num_on_scan = 0;  ///< Reference pixels at whose place the step's scan is seen at all.
-  double offset_mm = 0.0;        ///< Median distance of the reference surface from the step's scan there, along the normal.
+  double offset_mm = 0.0;  ///< Median distance of the reference surface from the step's scan there, along the normal.
 };
 
-/// Places of the reference's surface in a step: moved into the step's scanner frame and projected. A place is not seen where the step's own scan
-/// hides it, where the scan is missing, or beside an outline, whose pixels show two surfaces.
+/// Places of the reference's surface in a step: moved into the step's scanner frame and projected. A place is not seen
+/// where the step's own scan hides it, where the scan is missing, or beside an outline, whose pixels show two surfaces.
 /// @param reference  The reference step's view; @param step  the step's own, by the same camera.
-[[nodiscard]] StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera, const RigidTransform& step_from_reference,
-                                     const RunControl& control = {});
+[[nodiscard]] StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera,
+                                     const RigidTransform& step_from_reference, const RunControl& control = {});
 
 /// A photograph in the reference view, bilinear; and what of it counts.
 struct PlacedPhoto {

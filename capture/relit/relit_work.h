@@ -21,9 +21,10 @@ namespace patinate::capture {
 
 /// What relit_reference.cpp finds and every step needs.
 struct RelitReference {
-  ScanView view;                    ///< Nothing seen when the project has no shape.
-  std::vector<Vec3> patch_target;   ///< One a light: what the patch should show; empty without a patch.
-  bool is_patch_absolute = false;   ///< The target follows from the patch's albedo; else it is what the reference step shows.
+  ScanView view;                   ///< Nothing seen when the project has no shape.
+  std::vector<Vec3> patch_target;  ///< One a light: what the patch should show; empty without a patch.
+  bool is_patch_absolute =
+      false;  ///< The target follows from the patch's albedo; else it is what the reference step shows.
 };
 
 /// What registering a step's scan found.
@@ -32,13 +33,13 @@ struct RelitRegistration {
   double overlap = 0.0;
   int num_pairs = 0;
   bool is_found_by_search = false;
-  double stddev_deg = 0.0, stddev_mm = 0.0;       ///< Of the pose.
-  std::vector<std::string> free_motions = {};     ///< As text_of() says them.
+  double stddev_deg = 0.0, stddev_mm = 0.0;    ///< Of the pose.
+  std::vector<std::string> free_motions = {};  ///< As text_of() says them.
 };
 
 /// How a step's scan lies in the reference's frame.
 struct RelitPose {
-  std::string status;      ///< "reference", "given", or what registration says.
+  std::string status;  ///< "reference", "given", or what registration says.
   bool is_accepted = true;
   RigidTransform reference_from_scan;
   std::optional<RelitRegistration> registration = {};  ///< Where it was registered.
@@ -60,9 +61,10 @@ struct RelitSolution {
 
 /// The frame of a step that is in the history.
 struct RelitFrame {
-  std::optional<double> overlap = {}, offset_mm = {};  ///< How its scan lies on the reference's; of a project with a shape.
-  std::vector<Vec3> gains = {};                        ///< By the patch, a photograph each.
-  std::optional<RelitSolution> solution = {};          ///< Nothing of ready-made albedo.
+  std::optional<double> overlap = {},
+                        offset_mm = {};        ///< How its scan lies on the reference's; of a project with a shape.
+  std::vector<Vec3> gains = {};                ///< By the patch, a photograph each.
+  std::optional<RelitSolution> solution = {};  ///< Nothing of ready-made albedo.
   double seen_share = 0.0, determined_share = 0.0;
 };
 
@@ -82,7 +84,8 @@ struct RelitStepFacts {
 [[nodiscard]] RelitPose relit_pose(const Json& json);
 
 struct RelitWork {
-  RelitWork(RelitProject the_project, RelitOptions the_options) : project(std::move(the_project)), options(the_options) {}
+  RelitWork(RelitProject the_project, RelitOptions the_options)
+      : project(std::move(the_project)), options(the_options) {}
 
   RelitProject project;
   RelitOptions options;
@@ -101,7 +104,8 @@ struct RelitWork {
   mutable std::optional<RelitReference> reference_;
 };
 
-// Files of the finished history that are of no use to its readers: what a later run with more steps goes on from, and pictures.
+// Files of the finished history that are of no use to its readers: what a later run with more steps goes on from, and
+// pictures.
 [[nodiscard]] std::filesystem::path relit_reference_file();
 [[nodiscard]] std::filesystem::path relit_curvature_file();
 [[nodiscard]] std::filesystem::path relit_pose_file(std::size_t index);
@@ -116,8 +120,8 @@ struct RelitWork {
 
 /// A step's photographs, linear.
 struct StepPhoto {
-  ImageF values;           ///< H x W x 3, the ambient light not subtracted.
-  float saturation = 0.0f; ///< Value from which on a channel is saturated.
+  ImageF values;            ///< H x W x 3, the ambient light not subtracted.
+  float saturation = 0.0f;  ///< Value from which on a channel is saturated.
 };
 [[nodiscard]] StepPhoto read_step_photo(const RelitProject& project, const std::filesystem::path& file);
 /// The ambient light's photograph; zeros without one.
@@ -126,21 +130,25 @@ struct StepPhoto {
 void subtract_ambient(ImageF& photo, const ImageF& ambient);
 
 /// Mean over the patch's pixels. @throws IoError naming the photograph if it is saturated or black there.
-[[nodiscard]] Vec3 patch_mean(const RelitProject& project, const StepPhoto& photo, const ImageF& ambient, const std::filesystem::path& file);
+[[nodiscard]] Vec3 patch_mean(const RelitProject& project, const StepPhoto& photo, const ImageF& ambient,
+                              const std::filesystem::path& file);
 /// What the patch shows in the reference step's photographs, and what it should show. @param view  Of the reference.
 void find_patch_target(const RelitProject& project, RelitReference& reference);
 
 /// Stage 0: the reference view, its curvature, the patch.
 void run_relit_reference(const RelitWork& work, const std::filesystem::path& folder, const RunControl& control);
 /// Stage 1: the pose of one step.
-void run_relit_pose(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
+void run_relit_pose(const RelitWork& work, std::size_t index, const std::filesystem::path& folder,
+                    const RunControl& control);
 [[nodiscard]] RelitPose read_relit_pose(std::size_t index, const std::filesystem::path& folder);
 /// Stage 2: the frame of one step, with its mask, its extras, its facts and its pictures.
-void run_relit_step(const RelitWork& work, std::size_t index, const std::filesystem::path& folder, const RunControl& control);
+void run_relit_step(const RelitWork& work, std::size_t index, const std::filesystem::path& folder,
+                    const RunControl& control);
 /// What run_relit_step() writes beside its facts, of a step that is in the history (--accept-failed leaves some out).
 [[nodiscard]] std::vector<std::filesystem::path> relit_frame_outputs(const RelitWork& work, std::size_t index);
 [[nodiscard]] std::vector<std::string> relit_frame_extras(const RelitWork& work);
 /// The page and relit.json.
-void write_relit_report(const RelitWork& work, const std::filesystem::path& folder, const std::vector<RelitStepFacts>& facts);
+void write_relit_report(const RelitWork& work, const std::filesystem::path& folder,
+                        const std::vector<RelitStepFacts>& facts);
 
 }  // namespace patinate::capture

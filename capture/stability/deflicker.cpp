@@ -8,8 +8,8 @@ namespace patinate::capture {
 namespace {
 
 constexpr int kNumRounds = 4;
-constexpr double kTukey = 6.0;        ///< In median absolute residuals, as lowess has it.
-constexpr double kLeastSpread = 1e-4; ///< Of log brightness: less is no outlier.
+constexpr double kTukey = 6.0;         ///< In median absolute residuals, as lowess has it.
+constexpr double kLeastSpread = 1e-4;  ///< Of log brightness: less is no outlier.
 
 /// Weighted local line at `at`, or the weighted mean where a line is not determined.
 double local_line(const std::vector<double>& curve, const std::vector<double>& robust, int at, int half_width) {
@@ -52,12 +52,14 @@ std::vector<double> smooth_curve(const std::vector<double>& curve, int half_widt
 }  // namespace
 
 void describe(OptionVisitor& v, DeflickerOptions& o) {
-  v.visit({"deflicker_half_width", "Brightness that changes over more frames than so many on either side is the material's", "frames",
-           between(1, 1000)},
-          o.half_width);
+  v.visit(
+      {"deflicker_half_width", "Brightness that changes over more frames than so many on either side is the material's",
+       "frames", between(1, 1000)},
+      o.half_width);
 }
 
-std::vector<std::array<double, 3>> deflicker_factors(const std::vector<std::array<double, 3>>& log_gains, const DeflickerOptions& options) {
+std::vector<std::array<double, 3>> deflicker_factors(const std::vector<std::array<double, 3>>& log_gains,
+                                                     const DeflickerOptions& options) {
   check_ranges(options);
   std::vector<std::array<double, 3>> factors(log_gains.size() + 1);
   for (std::size_t c = 0; c < 3; ++c) {

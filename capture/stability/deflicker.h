@@ -1,5 +1,6 @@
 /// \file
-/// Removing changes of exposure from photograph to photograph without removing the material's own brightening and darkening.
+/// Removing changes of exposure from photograph to photograph without removing the material's own brightening and
+/// darkening.
 #pragma once
 
 #include <array>
@@ -10,15 +11,17 @@
 namespace patinate::capture {
 
 struct DeflickerOptions {
-  int half_width = 8;  ///< [1, 1000]. Frames on either side: brightness that changes over more than so many is the material's.
+  int half_width =
+      8;  ///< [1, 1000]. Frames on either side: brightness that changes over more than so many is the material's.
 };
 void describe(OptionVisitor& v, DeflickerOptions& o);
 
 /// Factors per frame and channel that take flicker out.
 ///
-/// The gains between neighbors add up to a curve of log brightness; a robust local line through it (tricube weights over half_width
-/// frames on either side, Tukey weights against outliers [Cleveland 1979, "lowess"]) is the material's own course, and the factor brings each
-/// frame onto it. A steady trend is a line and stays untouched, also at the ends; a step becomes a ramp of the window's width.
+/// The gains between neighbors add up to a curve of log brightness; a robust local line through it (tricube weights
+/// over half_width frames on either side, Tukey weights against outliers [Cleveland 1979, "lowess"]) is the material's
+/// own course, and the factor brings each frame onto it. A steady trend is a line and stays untouched, also at the
+/// ends; a step becomes a ramp of the window's width.
 /// @param log_gains  log_gains[i] = natural logarithm of frame i + 1 / frame i, per channel; finite.
 /// @returns log_gains.size() + 1 factors. @throws InvalidInput if an option is out of range.
 [[nodiscard]] std::vector<std::array<double, 3>> deflicker_factors(const std::vector<std::array<double, 3>>& log_gains,

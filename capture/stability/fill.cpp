@@ -23,12 +23,14 @@ bool is_white(const FillPlan& plan, std::int64_t pixel, int index) { return inde
 }  // namespace
 
 void describe(OptionVisitor& v, FillOptions& o) {
-  v.visit({"longest_gap", "Share of the recorded time over which masked pixels are filled from the frames before and after", "", between(0, 1)},
-          o.longest_gap);
+  v.visit(
+      {"longest_gap", "Share of the recorded time over which masked pixels are filled from the frames before and after",
+       "", between(0, 1)},
+      o.longest_gap);
 }
 
-FillPlan plan_fill(const std::vector<double>& times, const std::function<ImageU8(int)>& read_validity, const FillOptions& options,
-                   const RunControl& control) {
+FillPlan plan_fill(const std::vector<double>& times, const std::function<ImageU8(int)>& read_validity,
+                   const FillOptions& options, const RunControl& control) {
   check_ranges(options);
   if (times.empty()) throw InvalidInput("fill: there are no frames");
   const int n = static_cast<int>(times.size());
@@ -62,7 +64,8 @@ FillPlan plan_fill(const std::vector<double>& times, const std::function<ImageU8
       const std::int32_t before = last;
       last = i;
       if (before == i - 1) continue;
-      const double gap = before < 0 ? 0.0 : times[static_cast<std::size_t>(i)] - times[static_cast<std::size_t>(before)];
+      const double gap =
+          before < 0 ? 0.0 : times[static_cast<std::size_t>(i)] - times[static_cast<std::size_t>(before)];
       if (before < 0 || (i - before > 2 && gap > longest)) {
         plan.inside.data()[p] = 0;
         continue;
@@ -81,13 +84,14 @@ FillPlan plan_fill(const std::vector<double>& times, const std::function<ImageU8
   return plan;
 }
 
-ImageF fill_frame(int index, const std::vector<double>& times, const FillPlan& plan, const std::function<ImageU8(int)>& read_validity,
-                  const std::function<ImageF(int)>& read_frame) {
+ImageF fill_frame(int index, const std::vector<double>& times, const FillPlan& plan,
+                  const std::function<ImageU8(int)>& read_validity, const std::function<ImageF(int)>& read_frame) {
   ImageF frame = read_frame(index);
   const ImageU8 validity = read_validity(index);
   Ends ends;
   for (std::int64_t p = 0; p < validity.num_pixels(); ++p) {
-    if (validity.data()[p] != kValid && plan.inside.data()[p] != 0 && !is_white(plan, p, index)) ends.pixels.push_back(p);
+    if (validity.data()[p] != kValid && plan.inside.data()[p] != 0 && !is_white(plan, p, index))
+      ends.pixels.push_back(p);
   }
   const int n = static_cast<int>(times.size());
   const auto find = [&](int step) {
@@ -105,7 +109,8 @@ ImageF fill_frame(int index, const std::vector<double>& times, const FillPlan& p
   };
   ends.before = find(-1);
   ends.after = find(1);
-  std::map<int, std::vector<std::size_t>> users;  // Frame -> entries that need it: each frame is read once, one at a time.
+  std::map<int, std::vector<std::size_t>>
+      users;  // Frame -> entries that need it: each frame is read once, one at a time.
   for (std::size_t k = 0; k < ends.pixels.size(); ++k) {
     if (ends.before[k] < 0 || ends.after[k] < 0) continue;
     users[ends.before[k]].push_back(k);
@@ -115,7 +120,8 @@ ImageF fill_frame(int index, const std::vector<double>& times, const FillPlan& p
   for (const auto& [i, entries] : users) {
     const ImageF other = read_frame(i);
     for (std::size_t k : entries) {
-      const double t0 = times[static_cast<std::size_t>(ends.before[k])], t1 = times[static_cast<std::size_t>(ends.after[k])];
+      const double t0 = times[static_cast<std::size_t>(ends.before[k])],
+                   t1 = times[static_cast<std::size_t>(ends.after[k])];
       const double fraction = (times[static_cast<std::size_t>(index)] - t0) / (t1 - t0);
       const float weight = static_cast<float>(i == ends.before[k] ? 1.0 - fraction : fraction);
       for (int c = 0; c < frame.channels(); ++c) {

@@ -5,16 +5,16 @@
 #include <cmath>
 #include <vector>
 
+#include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
-#include "libcommon/image/filters.h"
 
 namespace patinate::capture {
 
 namespace {
 
 constexpr int kMaxFrames = 32;
-constexpr int kFitSide = 128;          ///< Pixels of the longer side at which the fall-off is fitted.
+constexpr int kFitSide = 128;  ///< Pixels of the longer side at which the fall-off is fitted.
 constexpr float kNearBlack = 0.001f, kNearWhite = 0.96f;
 constexpr double kLargestGain = 50.0;
 constexpr int kNumRounds = 12;
@@ -37,13 +37,14 @@ Eigen::VectorXd monomials(double x, double y, int order) {
 }
 
 /// Log luminance of a few frames at low resolution; NaN where black or saturated.
-std::vector<std::vector<double>> read_logs(int num_frames, const std::function<ImageF(int)>& read_frame, int& width, int& height,
-                                           int& low_w, int& low_h, const RunControl& control) {
+std::vector<std::vector<double>> read_logs(int num_frames, const std::function<ImageF(int)>& read_frame, int& width,
+                                           int& height, int& low_w, int& low_h, const RunControl& control) {
   const int count = std::min(num_frames, kMaxFrames);
   std::vector<std::vector<double>> logs;
   for (int k = 0; k < count; ++k) {
     control.throw_if_stopped();
-    const ImageF frame = read_frame(count == 1 ? 0 : static_cast<int>(std::int64_t{k} * (num_frames - 1) / (count - 1)));
+    const ImageF frame =
+        read_frame(count == 1 ? 0 : static_cast<int>(std::int64_t{k} * (num_frames - 1) / (count - 1)));
     width = frame.width();
     height = frame.height();
     const double factor = std::min(1.0, static_cast<double>(kFitSide) / std::max(width, height));
@@ -54,7 +55,8 @@ std::vector<std::vector<double>> read_logs(int num_frames, const std::function<I
     for (int y = 0; y < low_h; ++y) {
       for (int x = 0; x < low_w; ++x) {
         const float light = luminance(low.pixel(x, y));
-        values.push_back(light > kNearBlack && light < kNearWhite ? std::log(static_cast<double>(light)) : std::nan(""));
+        values.push_back(light > kNearBlack && light < kNearWhite ? std::log(static_cast<double>(light))
+                                                                  : std::nan(""));
       }
     }
     logs.push_back(std::move(values));
@@ -96,8 +98,11 @@ float bounded_gain(double mean, double light) {
 }  // namespace
 
 void describe(OptionVisitor& v, FlatFieldOptions& o) {
-  v.visit({"flat_field_order", "Degree of the polynomial that stands for the lamp's fall-off, when it is estimated", "", between(1, 6)}, o.order);
-  v.visit({"flat_field_smoothing", "Gaussian over the photograph of a uniform surface, in shorter sides", "", between(0, 0.5)},
+  v.visit({"flat_field_order", "Degree of the polynomial that stands for the lamp's fall-off, when it is estimated", "",
+           between(1, 6)},
+          o.order);
+  v.visit({"flat_field_smoothing", "Gaussian over the photograph of a uniform surface, in shorter sides", "",
+           between(0, 0.5)},
           o.smoothing_share);
 }
 
@@ -106,7 +111,8 @@ ImageF flat_field_from_image(const ImageF& light, const FlatFieldOptions& option
   ImageF gain = gaussian_blur(light, options.smoothing_share * std::min(light.width(), light.height()), control);
   for (int c = 0; c < gain.channels(); ++c) {
     double mean = 0.0;
-    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) mean += static_cast<double>(gain.data()[i * gain.channels() + c]);
+    for (std::int64_t i = 0; i < gain.num_pixels(); ++i)
+      mean += static_cast<double>(gain.data()[i * gain.channels() + c]);
     mean /= static_cast<double>(gain.num_pixels());
     if (!(mean > 0.0)) throw InvalidInput("flat field: the photograph is black");
     for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
@@ -117,8 +123,8 @@ ImageF flat_field_from_image(const ImageF& light, const FlatFieldOptions& option
   return gain;
 }
 
-ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& read_frame, const FlatFieldOptions& options,
-                           const RunControl& control) {
+ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& read_frame,
+                           const FlatFieldOptions& options, const RunControl& control) {
   check_ranges(options);
   if (num_frames < 1) throw InvalidInput("flat field: there are no frames");
   int width = 0, height = 0, low_w = 0, low_h = 0;
@@ -129,7 +135,8 @@ ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& rea
     for (int x = 0; x < low_w; ++x) {
       std::vector<double> course;
       for (const auto& log : logs) {
-        const double value = log[static_cast<std::size_t>(y) * static_cast<std::size_t>(low_w) + static_cast<std::size_t>(x)];
+        const double value =
+            log[static_cast<std::size_t>(y) * static_cast<std::size_t>(low_w) + static_cast<std::size_t>(x)];
         if (!std::isnan(value)) course.push_back(value);
       }
       if (2 * course.size() <= logs.size()) continue;
@@ -138,14 +145,17 @@ ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& rea
     }
   }
   if (2 * values.size() < static_cast<std::size_t>(low_w) * static_cast<std::size_t>(low_h)) {
-    throw InvalidInput("flat field: more than half of the picture is black or saturated; give a photograph of a uniform surface, or a roi");
+    throw InvalidInput(
+        "flat field: more than half of the picture is black or saturated; give a photograph of a uniform surface, or a "
+        "roi");
   }
   const Eigen::VectorXd coefficients = fit_polynomial(terms, values);
   ImageF gain(width, height);
   double mean = 0.0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      const double light = std::exp(coefficients.dot(monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, options.order)));
+      const double light = std::exp(
+          coefficients.dot(monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, options.order)));
       gain.at(x, y) = static_cast<float>(light);
       mean += light;
     }

@@ -11,22 +11,25 @@
 namespace patinate::capture {
 
 struct FlatFieldOptions {
-  int order = 4;                 ///< [1, 6]. Degree of the polynomial in x and y that stands for the logarithm of the light.
-  double smoothing_share = 0.01; ///< [0, 0.5]. Gaussian over a photograph of a uniform surface, in shorter sides, against its noise.
+  int order = 4;  ///< [1, 6]. Degree of the polynomial in x and y that stands for the logarithm of the light.
+  double smoothing_share =
+      0.01;  ///< [0, 0.5]. Gaussian over a photograph of a uniform surface, in shorter sides, against its noise.
 };
 void describe(OptionVisitor& v, FlatFieldOptions& o);
 
 /// Gain that makes a uniform surface uniform: mean / blurred(light), per channel, so that its mean stays.
 /// @param light  H x W x 3, linear: a uniform surface under the same lamp.
 /// @returns H x W x 3, within [1/50, 50]. @throws InvalidInput if an option is out of range or a channel is black.
-[[nodiscard]] ImageF flat_field_from_image(const ImageF& light, const FlatFieldOptions& options = {}, const RunControl& control = {});
+[[nodiscard]] ImageF flat_field_from_image(const ImageF& light, const FlatFieldOptions& options = {},
+                                           const RunControl& control = {});
 
-/// The same gain without such a photograph: a polynomial is fitted to the median over time of each pixel's log luminance, robustly (Tukey
-/// weights), so that grains, crystals and streaks that stand out of the slow fall-off do not count. What the surface itself does slowly
-/// over the whole picture cannot be told from the lamp.
+/// The same gain without such a photograph: a polynomial is fitted to the median over time of each pixel's log
+/// luminance, robustly (Tukey weights), so that grains, crystals and streaks that stand out of the slow fall-off do not
+/// count. What the surface itself does slowly over the whole picture cannot be told from the lamp.
 /// @param read_frame  Frame i as H x W x 3, linear. At most 32 evenly spaced frames are read, one at a time.
 /// @returns width x height x 1, the same for all channels, within [1/50, 50].
-/// @throws InvalidInput if num_frames < 1, an option is out of range, or more than half of the pixels are black or saturated.
+/// @throws InvalidInput if num_frames < 1, an option is out of range, or more than half of the pixels are black or
+/// saturated.
 [[nodiscard]] ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& read_frame,
                                          const FlatFieldOptions& options = {}, const RunControl& control = {});
 

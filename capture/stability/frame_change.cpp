@@ -11,7 +11,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr float kNearBlack = 0.004f;   ///< Linear; one code of 8 bits is a tenth of it and more.
+constexpr float kNearBlack = 0.004f;  ///< Linear; one code of 8 bits is a tenth of it and more.
 constexpr float kNearWhite = 0.96f;
 
 double median(std::vector<double>& values) {
@@ -23,7 +23,8 @@ double median(std::vector<double>& values) {
 
 }  // namespace
 
-FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& frame, const Eigen::Affine2d& frame_from_reference) {
+FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& frame,
+                           const Eigen::Affine2d& frame_from_reference) {
   const ImageF& a = reference.light;
   const ImageF& b = frame.light;
   if (!a.same_size(b)) throw InvalidInput("change: the frames differ in size");
@@ -35,7 +36,8 @@ FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& 
   std::vector<Match> matches;
   for (int y = 0; y < a.height(); ++y) {
     for (int x = 0; x < a.width(); ++x) {
-      const Eigen::Vector2d p = frame_from_reference * Eigen::Vector2d((x + 0.5) * step_x - 0.5, (y + 0.5) * step_y - 0.5);
+      const Eigen::Vector2d p =
+          frame_from_reference * Eigen::Vector2d((x + 0.5) * step_x - 0.5, (y + 0.5) * step_y - 0.5);
       const double u = std::floor((p.x() + 0.5) / step_x), v = std::floor((p.y() + 0.5) / step_y);
       if (!(u >= 0.0) || !(v >= 0.0) || !(u < b.width()) || !(v < b.height())) continue;
       matches.push_back({a.pixel(x, y), b.pixel(static_cast<int>(u), static_cast<int>(v))});
@@ -46,7 +48,8 @@ FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& 
   for (std::size_t c = 0; c < 3; ++c) {
     std::vector<double> ratios;
     for (const Match& m : matches) {
-      if (m.before[c] < kNearBlack || m.after[c] < kNearBlack || m.before[c] > kNearWhite || m.after[c] > kNearWhite) continue;
+      if (m.before[c] < kNearBlack || m.after[c] < kNearBlack || m.before[c] > kNearWhite || m.after[c] > kNearWhite)
+        continue;
       ratios.push_back(std::log(static_cast<double>(m.after[c]) / static_cast<double>(m.before[c])));
     }
     constexpr std::size_t kLeastShare = 20;  // One in so many.

@@ -6,21 +6,21 @@
 #include <numbers>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
 namespace {
 
-constexpr int kStartSide = 160;           ///< Pixels of the longer side where turns and sizes are tried.
-constexpr int kFinestSide = 640;          ///< Finer detail adds time, not precision.
-constexpr double kTrustedPeak = 0.8;      ///< A correlation as high as this needs no search.
+constexpr int kStartSide = 160;       ///< Pixels of the longer side where turns and sizes are tried.
+constexpr int kFinestSide = 640;      ///< Finer detail adds time, not precision.
+constexpr double kTrustedPeak = 0.8;  ///< A correlation as high as this needs no search.
 constexpr int kMaxIterations = 30;
-constexpr double kConverged = 1e-3;       ///< Largest motion of a corner in the last step, px.
-constexpr double kReliable = 0.5;         ///< Similarity of a motion that can be trusted.
-constexpr double kLeastShared = 0.1;      ///< Of the picture.
-constexpr double kTukey = 4.685;          ///< 95 % efficient for Gaussian noise.
+constexpr double kConverged = 1e-3;   ///< Largest motion of a corner in the last step, px.
+constexpr double kReliable = 0.5;     ///< Similarity of a motion that can be trusted.
+constexpr double kLeastShared = 0.1;  ///< Of the picture.
+constexpr double kTukey = 4.685;      ///< 95 % efficient for Gaussian noise.
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -69,8 +69,8 @@ Eigen::Affine2d rescaled(const Eigen::Affine2d& motion, double factor_x, double 
 struct Overlay {
   double similarity = 0.0;
   double share = 0.0;
-  double gain = 1.0;   ///< Contrast of the frame against the reference.
-  double spread = 0.0; ///< Root mean square of frame / gain - reference.
+  double gain = 1.0;    ///< Contrast of the frame against the reference.
+  double spread = 0.0;  ///< Root mean square of frame / gain - reference.
 };
 
 Overlay overlay(const Pair& pair, const Eigen::Affine2d& motion) {
@@ -98,7 +98,8 @@ Overlay overlay(const Pair& pair, const Eigen::Affine2d& motion) {
 
 /// Normal equations of one Gauss-Newton step around the picture's middle; parameters (a b c d e f) add
 /// (a + b u + c v, d + e u + f v) to the motion, u and v in half sides.
-void accumulate_step(const Pair& pair, const Eigen::Affine2d& motion, const Overlay& fit, Matrix6& normal, Vector6& right) {
+void accumulate_step(const Pair& pair, const Eigen::Affine2d& motion, const Overlay& fit, Matrix6& normal,
+                     Vector6& right) {
   const double half_w = 0.5 * (pair.reference.width() - 1), half_h = 0.5 * (pair.reference.height() - 1);
   const double limit = kTukey * std::max(fit.spread, 1e-9);
   normal.setZero();
@@ -185,9 +186,11 @@ Eigen::Affine2d search_start(const Pair& pair) {
 
 }  // namespace
 
-double detail_similarity(const PreparedFrame& reference, const PreparedFrame& frame, const Eigen::Affine2d& frame_from_reference) {
+double detail_similarity(const PreparedFrame& reference, const PreparedFrame& frame,
+                         const Eigen::Affine2d& frame_from_reference) {
   if (!reference.detail.same_size(frame.detail)) throw InvalidInput("motion: the frames differ in size");
-  return overlay({reference.detail, frame.detail}, rescaled(frame_from_reference, 1.0 / reference.scale_x, 1.0 / reference.scale_y))
+  return overlay({reference.detail, frame.detail},
+                 rescaled(frame_from_reference, 1.0 / reference.scale_x, 1.0 / reference.scale_y))
       .similarity;
 }
 

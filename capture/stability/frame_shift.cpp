@@ -6,23 +6,23 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
-#include "libcommon/image/filters.h"
 
 namespace patinate::capture {
 
 namespace {
 
-constexpr double kDetailSigma = 6.0;       ///< Coarser than this is lighting, not detail.
-constexpr int kCoarseSide = 128;           ///< Of PreparedFrame::light.
-constexpr double kClipDeviations = 4.0;    ///< Detail beyond so many deviations is a glint.
-constexpr double kPeakSigma = 0.9;         ///< Width of the correlation's peak, px.
-constexpr double kWhitening = 0.3;         ///< Frequencies weaker than this share of the mean count less.
-constexpr double kLargestShift = 0.25;     ///< Of each side.
-constexpr int kNumParts = 6;               ///< Along each side.
-constexpr double kPartTexture = 0.25;      ///< A part with less than this share of the mean texture has no vote.
-constexpr double kFollows = 0.97;          ///< Error at s against error at -s, below which a part follows s.
+constexpr double kDetailSigma = 6.0;     ///< Coarser than this is lighting, not detail.
+constexpr int kCoarseSide = 128;         ///< Of PreparedFrame::light.
+constexpr double kClipDeviations = 4.0;  ///< Detail beyond so many deviations is a glint.
+constexpr double kPeakSigma = 0.9;       ///< Width of the correlation's peak, px.
+constexpr double kWhitening = 0.3;       ///< Frequencies weaker than this share of the mean count less.
+constexpr double kLargestShift = 0.25;   ///< Of each side.
+constexpr int kNumParts = 6;             ///< Along each side.
+constexpr double kPartTexture = 0.25;    ///< A part with less than this share of the mean texture has no vote.
+constexpr double kFollows = 0.97;        ///< Error at s against error at -s, below which a part follows s.
 constexpr double kLeastAgreement = 0.7;
 
 /// A rectangle that two frames share, by its corner in each.
@@ -31,8 +31,12 @@ struct Overlap {
 };
 
 Overlap overlap_of(const ImageF& image, int shift_x, int shift_y) {
-  return {std::max(0, -shift_x), std::max(0, -shift_y), std::max(0, shift_x), std::max(0, shift_y),
-          image.width() - std::abs(shift_x), image.height() - std::abs(shift_y)};
+  return {std::max(0, -shift_x),
+          std::max(0, -shift_y),
+          std::max(0, shift_x),
+          std::max(0, shift_y),
+          image.width() - std::abs(shift_x),
+          image.height() - std::abs(shift_y)};
 }
 
 std::vector<double> hann_window(int size) {
@@ -47,8 +51,8 @@ cv::Mat spectrum(const ImageF& image, int x0, int y0, int width, int height) {
   const std::vector<double> across = hann_window(width), down = hann_window(height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      padded.at<double>(y, x) =
-          static_cast<double>(image.at(x0 + x, y0 + y)) * across[static_cast<std::size_t>(x)] * down[static_cast<std::size_t>(y)];
+      padded.at<double>(y, x) = static_cast<double>(image.at(x0 + x, y0 + y)) * across[static_cast<std::size_t>(x)] *
+                                down[static_cast<std::size_t>(y)];
     }
   }
   cv::Mat result;
@@ -66,7 +70,8 @@ std::vector<double> frequency_gaussian(int size) {
   return weights;
 }
 
-/// Whitened cross-power spectrum with a Gaussian weight; `sum` is the value its transform has at the shift of equal frames.
+/// Whitened cross-power spectrum with a Gaussian weight; `sum` is the value its transform has at the shift of equal
+/// frames.
 cv::Mat whitened_product(const cv::Mat& reference, const cv::Mat& frame, double& sum) {
   cv::Mat product;
   cv::mulSpectrums(frame, reference, product, 0, true);
@@ -93,7 +98,8 @@ cv::Mat whitened_product(const cv::Mat& reference, const cv::Mat& frame, double&
 /// Offset of a maximum from the middle of three values, [-0.5, 0.5].
 double peak_offset(double before, double middle, double after) {
   constexpr double kLeast = 1e-6;
-  const double l = std::log(std::max(before, kLeast * middle)), m = std::log(middle), r = std::log(std::max(after, kLeast * middle));
+  const double l = std::log(std::max(before, kLeast * middle)), m = std::log(middle),
+               r = std::log(std::max(after, kLeast * middle));
   const double curvature = l - 2.0 * m + r;
   return curvature < 0.0 ? std::clamp(0.5 * (l - r) / curvature, -0.5, 0.5) : 0.0;
 }
@@ -126,7 +132,8 @@ double bilinear(const ImageF& image, double x, double y) {
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
   const double fx = x - x0, fy = y - y0;
   const auto at = [&](int i, int j) { return static_cast<double>(image.at(i, j)); };
-  return (1 - fy) * ((1 - fx) * at(x0, y0) + fx * at(x0 + 1, y0)) + fy * ((1 - fx) * at(x0, y0 + 1) + fx * at(x0 + 1, y0 + 1));
+  return (1 - fy) * ((1 - fx) * at(x0, y0) + fx * at(x0 + 1, y0)) +
+         fy * ((1 - fx) * at(x0, y0 + 1) + fx * at(x0 + 1, y0 + 1));
 }
 
 /// What votes for and against a shift in one part of the picture.
@@ -135,9 +142,11 @@ struct PartErrors {
   double count = 0.0;
 };
 
-PartErrors part_errors(const ImageF& reference, const ImageF& frame, int x_begin, int x_end, int y_begin, int y_end, double sx, double sy) {
+PartErrors part_errors(const ImageF& reference, const ImageF& frame, int x_begin, int x_end, int y_begin, int y_end,
+                       double sx, double sy) {
   PartErrors errors;
-  const int margin_x = static_cast<int>(std::ceil(std::abs(sx))) + 1, margin_y = static_cast<int>(std::ceil(std::abs(sy))) + 1;
+  const int margin_x = static_cast<int>(std::ceil(std::abs(sx))) + 1,
+            margin_y = static_cast<int>(std::ceil(std::abs(sy))) + 1;
   for (int y = std::max(y_begin, margin_y); y < std::min(y_end, reference.height() - margin_y); ++y) {
     for (int x = std::max(x_begin, margin_x); x < std::min(x_end, reference.width() - margin_x); ++x) {
       const double value = static_cast<double>(reference.at(x, y));
@@ -177,9 +186,12 @@ double agreement_of(const ImageF& reference, const ImageF& frame, double sx, dou
 
 const char* shift_status_text(ShiftStatus status) {
   switch (status) {
-    case ShiftStatus::Measured: return "measured";
-    case ShiftStatus::NotGlobal: return "not global";
-    default: return "no texture";
+    case ShiftStatus::Measured:
+      return "measured";
+    case ShiftStatus::NotGlobal:
+      return "not global";
+    default:
+      return "no texture";
   }
 }
 
@@ -201,9 +213,10 @@ PreparedFrame prepare_frame(const ImageF& color, const RunControl& control) {
   const float limit = static_cast<float>(kClipDeviations * std::sqrt(sum / static_cast<double>(light.num_pixels())));
   for (float& v : light.values()) v = std::clamp(v, -limit, limit);
   const double coarse = std::min(1.0, static_cast<double>(kCoarseSide) / std::max(width, height));
-  const int coarse_w = std::max(1, static_cast<int>(std::lround(width * coarse))), coarse_h = std::max(1, static_cast<int>(std::lround(height * coarse)));
-  return {std::move(light), downscale_area(small, coarse_w, coarse_h, control), static_cast<double>(color.width()) / width,
-          static_cast<double>(color.height()) / height};
+  const int coarse_w = std::max(1, static_cast<int>(std::lround(width * coarse))),
+            coarse_h = std::max(1, static_cast<int>(std::lround(height * coarse)));
+  return {std::move(light), downscale_area(small, coarse_w, coarse_h, control),
+          static_cast<double>(color.width()) / width, static_cast<double>(color.height()) / height};
 }
 
 FrameShift measure_shift(const PreparedFrame& reference, const PreparedFrame& frame) {
@@ -220,7 +233,8 @@ FrameShift measure_shift(const PreparedFrame& reference, const PreparedFrame& fr
   };
   if (a.width() < kSmallest || a.height() < kSmallest || !has_detail(a) || !has_detail(b)) return shift;
 
-  const int limit_x = static_cast<int>(kLargestShift * a.width()), limit_y = static_cast<int>(kLargestShift * a.height());
+  const int limit_x = static_cast<int>(kLargestShift * a.width()),
+            limit_y = static_cast<int>(kLargestShift * a.height());
   const Peak first = correlation_peak(a, b, overlap_of(a, 0, 0), limit_x, limit_y);
   const int whole_x = static_cast<int>(std::lround(first.x)), whole_y = static_cast<int>(std::lround(first.y));
   Peak peak = first;

@@ -6,21 +6,22 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
-#include "libcommon/image/filters.h"
 
 namespace patinate::capture {
 
 namespace {
 
-constexpr double kWhiteShare = 0.6;     ///< Of a window that is white material.
+constexpr double kWhiteShare = 0.6;  ///< Of a window that is white material.
 constexpr int kMaxFrames = 16;
-constexpr int kLookSide = 512;          ///< Pixels of the longer side at which the standing highlight is looked for.
+constexpr int kLookSide = 512;  ///< Pixels of the longer side at which the standing highlight is looked for.
 constexpr int kLeastEarly = 2;
-constexpr double kLeastCore = 0.016;    ///< Of the shorter side, across: wet grains glint in smaller spots.
-constexpr float kNearlySaturated = 0.75f; ///< Of the saturated value, in the darkest channel: lossy files soften the plateau.
-constexpr int kEarlyPart = 32;          ///< One in so many frames, the first ones: what grows is not there yet.
+constexpr double kLeastCore = 0.016;  ///< Of the shorter side, across: wet grains glint in smaller spots.
+constexpr float kNearlySaturated =
+    0.75f;                      ///< Of the saturated value, in the darkest channel: lossy files soften the plateau.
+constexpr int kEarlyPart = 32;  ///< One in so many frames, the first ones: what grows is not there yet.
 constexpr float kLeastGround = 0.01f;
 
 int window_radius(int width, int height, const HighlightOptions& options) {
@@ -87,7 +88,8 @@ struct EarlyLook {
 
 EarlyLook look_at_start(int num_frames, const std::function<ImageF(int)>& read_frame, const RunControl& control) {
   EarlyLook look;
-  const int span = std::min(num_frames, std::max(kLeastEarly, num_frames / kEarlyPart)), count = std::min(span, kMaxFrames);
+  const int span = std::min(num_frames, std::max(kLeastEarly, num_frames / kEarlyPart)),
+            count = std::min(span, kMaxFrames);
   for (int k = 0; k < count; ++k) {
     control.throw_if_stopped();
     const ImageF frame = read_frame(count == 1 ? 0 : static_cast<int>(std::int64_t{k} * (span - 1) / (count - 1)));
@@ -116,9 +118,13 @@ EarlyLook look_at_start(int num_frames, const std::function<ImageF(int)>& read_f
 }  // namespace
 
 void describe(OptionVisitor& v, HighlightOptions& o) {
-  v.visit({"highlight_width", "Highlights are narrower than this share of the picture's shorter side; wider is white material", "", Range{.low = 0.0, .high = 1.0, .is_low_open = true}},
+  v.visit({"highlight_width",
+           "Highlights are narrower than this share of the picture's shorter side; wider is white material", "",
+           Range{.low = 0.0, .high = 1.0, .is_low_open = true}},
           o.width_share);
-  v.visit({"highlight_extent", "A highlight reaches as far as it keeps so much of its height above the ground", "", between(0, 1)}, o.extent);
+  v.visit({"highlight_extent", "A highlight reaches as far as it keeps so much of its height above the ground", "",
+           between(0, 1)},
+          o.extent);
   v.visit({"highlight_core", "A highlight's core is so many times as bright as the ground", "", above(1)}, o.core_rise);
 }
 
@@ -155,8 +161,10 @@ ImageU8 find_standing_highlight(int num_frames, const std::function<ImageF(int)>
   const EarlyLook look = look_at_start(num_frames, read_frame, control);
   const int radius = window_radius(look.light.cols, look.light.rows, options);
   const cv::Mat ground = ground_of(look.light, radius);
-  const cv::Mat cores = narrow_parts(look.darkest >= static_cast<double>(kNearlySaturated * saturation), radius) & (look.light >= options.core_rise * ground);
-  const int core_radius = std::max(1, static_cast<int>(std::lround(0.5 * kLeastCore * std::min(cores.cols, cores.rows))));
+  const cv::Mat cores = narrow_parts(look.darkest >= static_cast<double>(kNearlySaturated * saturation), radius) &
+                        (look.light >= options.core_rise * ground);
+  const int core_radius =
+      std::max(1, static_cast<int>(std::lround(0.5 * kLeastCore * std::min(cores.cols, cores.rows))));
   cv::Mat large_cores;
   cv::morphologyEx(cores, large_cores, cv::MORPH_OPEN, disk(core_radius));
   const cv::Mat seeds = connected_to(large_cores, cores);
@@ -172,7 +180,8 @@ ImageU8 find_standing_highlight(int num_frames, const std::function<ImageF(int)>
   cv::morphologyEx(highlight, highlight, cv::MORPH_CLOSE, disk(3));
   cv::dilate(highlight, highlight, disk(2));
   cv::resize(highlight, large, {look.full_width, look.full_height}, 0, 0, cv::INTER_NEAREST);
-  for (int y = 0; y < look.full_height; ++y) std::copy_n(large.ptr<std::uint8_t>(y), look.full_width, result.row(y).begin());
+  for (int y = 0; y < look.full_height; ++y)
+    std::copy_n(large.ptr<std::uint8_t>(y), look.full_width, result.row(y).begin());
   return result;
 }
 

@@ -5,18 +5,18 @@
 #include <array>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
 namespace {
 
-constexpr double kPairError = 0.05;        ///< Of a motion between equal pictures, px: detail that changed adds to it.
-constexpr double kIdentityError = 0.1;     ///< Of "did not move".
-constexpr double kFallbackError = 1e3;     ///< Of a frame that nothing ties: any other pair overrules it.
-constexpr int kNumRounds = 5;              ///< Of reweighting.
-constexpr double kCauchy = 2.0;            ///< Disagreements beyond so many errors count less.
+constexpr double kPairError = 0.05;     ///< Of a motion between equal pictures, px: detail that changed adds to it.
+constexpr double kIdentityError = 0.1;  ///< Of "did not move".
+constexpr double kFallbackError = 1e3;  ///< Of a frame that nothing ties: any other pair overrules it.
+constexpr int kNumRounds = 5;           ///< Of reweighting.
+constexpr double kCauchy = 2.0;         ///< Disagreements beyond so many errors count less.
 
 using Corners = Eigen::Matrix<double, 2, 3>;
 
@@ -37,8 +37,8 @@ std::vector<Edge> usable_edges(int num_frames, const std::vector<FramePair>& pai
   std::vector<bool> is_tied(static_cast<std::size_t>(num_frames), false);
   for (const FramePair& pair : pairs) {
     if (pair.reference < 0 || pair.frame < 0 || pair.reference >= num_frames || pair.frame >= num_frames) {
-      throw InvalidInput("stabilize: a pair names frame " + std::to_string(std::max(pair.reference, pair.frame)) + " of " +
-                         std::to_string(num_frames));
+      throw InvalidInput("stabilize: a pair names frame " + std::to_string(std::max(pair.reference, pair.frame)) +
+                         " of " + std::to_string(num_frames));
     }
     if (!is_usable(pair)) continue;
     const double similarity = pair.is_motion_measured ? pair.motion.similarity : pair.similarity_before;
@@ -98,7 +98,8 @@ double disagreement(const Edge& edge, const std::vector<Corners>& corners) {
 
 /// Catmull-Rom weights of the pixels at -1, 0, 1, 2.
 std::array<double, 4> cubic_weights(double t) {
-  return {0.5 * t * (-1 + t * (2 - t)), 1 + 0.5 * t * t * (-5 + 3 * t), 0.5 * t * (1 + t * (4 - 3 * t)), 0.5 * t * t * (t - 1)};
+  return {0.5 * t * (-1 + t * (2 - t)), 1 + 0.5 * t * t * (-5 + 3 * t), 0.5 * t * (1 + t * (4 - 3 * t)),
+          0.5 * t * t * (t - 1)};
 }
 
 void sample_cubic(const ImageF& image, double x, double y, std::span<float> out) {
@@ -154,8 +155,8 @@ StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pa
   return result;
 }
 
-ImageF resample_frame(const ImageF& image, const Eigen::Affine2d& source_from_out, int width, int height, ImageU8& valid,
-                      const RunControl& control) {
+ImageF resample_frame(const ImageF& image, const Eigen::Affine2d& source_from_out, int width, int height,
+                      ImageU8& valid, const RunControl& control) {
   constexpr std::int64_t kRowsPerChunk = 8;
   constexpr double kEdge = 1e-6;
   ImageF out(width, height, image.channels());
@@ -164,9 +165,11 @@ ImageF resample_frame(const ImageF& image, const Eigen::Affine2d& source_from_ou
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
         const Eigen::Vector2d p = source_from_out * Eigen::Vector2d(x, y);
-        const bool is_seen = p.x() >= -kEdge && p.y() >= -kEdge && p.x() <= image.width() - 1 + kEdge && p.y() <= image.height() - 1 + kEdge;
+        const bool is_seen = p.x() >= -kEdge && p.y() >= -kEdge && p.x() <= image.width() - 1 + kEdge &&
+                             p.y() <= image.height() - 1 + kEdge;
         if (!is_seen) valid.at(x, y) = 0;
-        sample_cubic(image, std::clamp(p.x(), 0.0, image.width() - 1.0), std::clamp(p.y(), 0.0, image.height() - 1.0), out.pixel(x, y));
+        sample_cubic(image, std::clamp(p.x(), 0.0, image.width() - 1.0), std::clamp(p.y(), 0.0, image.height() - 1.0),
+                     out.pixel(x, y));
       }
     }
   });

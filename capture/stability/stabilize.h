@@ -13,22 +13,24 @@ namespace patinate::capture {
 /// Where the first frame's picture lies in every frame.
 struct StabilizedMotions {
   std::vector<Eigen::Affine2d> frame_from_first;  ///< x_in_frame = frame_from_first * x_in_first, photograph's pixels.
-  std::vector<int> unlinked_frames;               ///< No reliable pair ties them to what came before; taken as not moved against it.
-  double residual_px = 0.0;                       ///< Root mean square disagreement of the pairs at the corners, weighted.
+  std::vector<int> unlinked_frames;  ///< No reliable pair ties them to what came before; taken as not moved against it.
+  double residual_px = 0.0;          ///< Root mean square disagreement of the pairs at the corners, weighted.
 };
 
-/// All frames' motions at once: weighted least squares over the pairs, linear in where three corners of the first frame lie in each
-/// frame, with Cauchy weights against wrong pairs. Pairs of neighbors alone would let errors add up along the chain; pairs with
-/// anchor frames hold it.
+/// All frames' motions at once: weighted least squares over the pairs, linear in where three corners of the first frame
+/// lie in each frame, with Cauchy weights against wrong pairs. Pairs of neighbors alone would let errors add up along
+/// the chain; pairs with anchor frames hold it.
 /// @param pairs  Any; every frame but the first should be the `frame` of at least one. Unreliable ones are left out.
 /// @param width,height  Of the photographs. @throws InvalidInput if a pair names a frame outside [0, num_frames).
-[[nodiscard]] StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pairs, int width, int height);
+[[nodiscard]] StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pairs, int width,
+                                              int height);
 
-/// Samples an image once: out(x, y) = image at source_from_out * (x, y), by Catmull-Rom cubics kept within the range of the 2 x 2 nearest pixels'
-/// neighborhood, so that edges do not ring.
-/// @param valid  Becomes width x height: 0 where the position lies outside the image (the nearest pixel's value is stored), else 255.
+/// Samples an image once: out(x, y) = image at source_from_out * (x, y), by Catmull-Rom cubics kept within the range of
+/// the 2 x 2 nearest pixels' neighborhood, so that edges do not ring.
+/// @param valid  Becomes width x height: 0 where the position lies outside the image (the nearest pixel's value is
+/// stored), else 255.
 /// @param width,height  >= 1. An identity with whole-number offsets copies values exactly.
-[[nodiscard]] ImageF resample_frame(const ImageF& image, const Eigen::Affine2d& source_from_out, int width, int height, ImageU8& valid,
-                                    const RunControl& control = {});
+[[nodiscard]] ImageF resample_frame(const ImageF& image, const Eigen::Affine2d& source_from_out, int width, int height,
+                                    ImageU8& valid, const RunControl& control = {});
 
 }  // namespace patinate::capture

@@ -10,14 +10,14 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kFitsAsItLies = 0.8;      ///< Detail as similar as this needs no motion when the shift is small.
-constexpr double kSmallShift = 0.3;        ///< Of `detail`, px.
-constexpr double kLeastImprovement = 0.05; ///< Share of the missing similarity that a motion must bring.
-constexpr double kMovedImprovement = 0.3;  ///< The same, for a photograph to be called moved.
-constexpr int kNeighbors = 8;              ///< On either side.
+constexpr double kFitsAsItLies = 0.8;       ///< Detail as similar as this needs no motion when the shift is small.
+constexpr double kSmallShift = 0.3;         ///< Of `detail`, px.
+constexpr double kLeastImprovement = 0.05;  ///< Share of the missing similarity that a motion must bring.
+constexpr double kMovedImprovement = 0.3;   ///< The same, for a photograph to be called moved.
+constexpr int kNeighbors = 8;               ///< On either side.
 constexpr double kDeviations = 6.0 * 1.4826;
-constexpr std::size_t kNearest = 3;        ///< On either side, for what a jump must stand out from.
-constexpr double kNearestFactor = 0.75;    ///< Of jump_factor.
+constexpr std::size_t kNearest = 3;      ///< On either side, for what a jump must stand out from.
+constexpr double kNearestFactor = 0.75;  ///< Of jump_factor.
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
 
 double median(std::vector<double> values) {
@@ -50,7 +50,8 @@ std::vector<double> around(const std::vector<FramePair>& pairs, std::size_t at, 
   return values;
 }
 
-/// The larger one of the medians of the nearest pairs before and after: where change rises or falls steeply, the next one is no jump.
+/// The larger one of the medians of the nearest pairs before and after: where change rises or falls steeply, the next
+/// one is no jump.
 template <class Get>
 double nearest_change(const std::vector<FramePair>& pairs, std::size_t at, Get&& get) {
   std::vector<double> before, after;
@@ -63,12 +64,15 @@ double nearest_change(const std::vector<FramePair>& pairs, std::size_t at, Get&&
 
 bool is_moved(const FramePair& pair, int width, int height, const SurveyOptions& options) {
   if (!pair.is_motion_measured || !pair.motion.is_reliable) return false;
-  if (pair.motion.similarity < pair.similarity_before + kMovedImprovement * (1.0 - pair.similarity_before)) return false;
-  const double threshold = options.shift_threshold_px * std::max(1.0, static_cast<double>(std::max(width, height)) / kPreparedSide);
+  if (pair.motion.similarity < pair.similarity_before + kMovedImprovement * (1.0 - pair.similarity_before))
+    return false;
+  const double threshold =
+      options.shift_threshold_px * std::max(1.0, static_cast<double>(std::max(width, height)) / kPreparedSide);
   return motion_size(pair.motion.frame_from_reference, width, height) >= threshold;
 }
 
-void judge_exposure(const std::vector<FramePair>& pairs, std::size_t at, const SurveyOptions& options, FrameFinding& finding) {
+void judge_exposure(const std::vector<FramePair>& pairs, std::size_t at, const SurveyOptions& options,
+                    FrameFinding& finding) {
   for (std::size_t c = 0; c < 3; ++c) {
     const std::vector<double> others = around(pairs, at, [&](const FramePair& p) { return p.change.log_gain[c]; });
     const double usual = median(others);
@@ -76,13 +80,16 @@ void judge_exposure(const std::vector<FramePair>& pairs, std::size_t at, const S
     for (double v : others) deviations.push_back(std::abs(v - usual));
     const double away = std::abs(pairs[at].change.log_gain[c] - usual);
     finding.gain[c] = std::exp(pairs[at].change.log_gain[c]);
-    if (away > std::log1p(options.exposure_threshold) && away > kDeviations * median(deviations)) finding.is_exposure_changed = true;
+    if (away > std::log1p(options.exposure_threshold) && away > kDeviations * median(deviations))
+      finding.is_exposure_changed = true;
   }
 }
 
-void judge_jump(const std::vector<FramePair>& pairs, std::size_t at, const SurveyOptions& options, FrameFinding& finding) {
+void judge_jump(const std::vector<FramePair>& pairs, std::size_t at, const SurveyOptions& options,
+                FrameFinding& finding) {
   const auto lacking = [](const FramePair& p) {
-    const double similarity = p.is_motion_measured ? std::max(p.motion.similarity, p.similarity_before) : p.similarity_before;
+    const double similarity =
+        p.is_motion_measured ? std::max(p.motion.similarity, p.similarity_before) : p.similarity_before;
     return p.shift.status == ShiftStatus::NoTexture ? 0.0 : 1.0 - similarity;
   };
   const auto surface = [](const FramePair& p) { return p.change.surface; };
@@ -95,21 +102,25 @@ void judge_jump(const std::vector<FramePair>& pairs, std::size_t at, const Surve
   const bool is_detail_new = stands_out(now_lacking, usual_lacking, nearest_change(pairs, at, lacking), kJumpDetail);
   const bool is_surface_new = stands_out(now_surface, usual_surface, nearest_change(pairs, at, surface), kJumpSurface);
   constexpr double kLeast = 1e-3;
-  finding.change_factor = std::max(now_lacking / std::max(usual_lacking, 10 * kLeast), now_surface / std::max(usual_surface, kLeast));
+  finding.change_factor =
+      std::max(now_lacking / std::max(usual_lacking, 10 * kLeast), now_surface / std::max(usual_surface, kLeast));
   finding.is_jump = pairs.size() > 2 && (is_detail_new || is_surface_new);
 }
 
 }  // namespace
 
 void describe(OptionVisitor& v, SurveyOptions& o) {
-  v.visit({"shift_threshold", "From where on a photograph counts as moved against the one before", "px", above(0)}, o.shift_threshold_px);
-  v.visit({"exposure_threshold", "Relative change of a channel from where on a photograph counts as exposed differently", "", above(0)},
+  v.visit({"shift_threshold", "From where on a photograph counts as moved against the one before", "px", above(0)},
+          o.shift_threshold_px);
+  v.visit({"exposure_threshold",
+           "Relative change of a channel from where on a photograph counts as exposed differently", "", above(0)},
           o.exposure_threshold);
-  v.visit({"jump_factor", "From how many times the neighbors' change on a photograph counts as a jump", "", above(1)}, o.jump_factor);
+  v.visit({"jump_factor", "From how many times the neighbors' change on a photograph counts as a jump", "", above(1)},
+          o.jump_factor);
 }
 
-FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index, const PreparedFrame& frame,
-                         bool always_motion) {
+FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index,
+                         const PreparedFrame& frame, bool always_motion) {
   FramePair pair;
   pair.reference = reference_index;
   pair.frame = frame_index;
@@ -129,7 +140,8 @@ FramePair compare_frames(int reference_index, const PreparedFrame& reference, in
   return pair;
 }
 
-std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, int width, int height, const SurveyOptions& options) {
+std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, int width, int height,
+                                       const SurveyOptions& options) {
   check_ranges(options);
   std::vector<FrameFinding> findings;
   const Eigen::Vector2d middle(0.5 * (width - 1), 0.5 * (height - 1));
@@ -145,7 +157,8 @@ std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, 
       const Eigen::Vector2d shift = motion * middle - middle;
       finding.shift_x = shift.x();
       finding.shift_y = shift.y();
-      finding.turn_deg = std::atan2(motion(1, 0) - motion(0, 1), motion(0, 0) + motion(1, 1)) * 180.0 / std::numbers::pi;
+      finding.turn_deg =
+          std::atan2(motion(1, 0) - motion(0, 1), motion(0, 0) + motion(1, 1)) * 180.0 / std::numbers::pi;
       finding.size = std::sqrt(std::abs(motion.linear().determinant()));
       finding.is_jump = false;
     }
@@ -158,17 +171,21 @@ std::string finding_text(const FrameFinding& f) {
   const auto tenths = [](double v) { return short_number_text(std::round(10.0 * v) / 10.0); };
   std::vector<std::string> parts;
   if (f.is_shifted) {
-    std::string text = "moved by " + tenths(std::abs(f.shift_x)) + " px " + (f.shift_x < 0 ? "left" : "right") + " and " +
-                       tenths(std::abs(f.shift_y)) + " px " + (f.shift_y < 0 ? "up" : "down");
+    std::string text = "moved by " + tenths(std::abs(f.shift_x)) + " px " + (f.shift_x < 0 ? "left" : "right") +
+                       " and " + tenths(std::abs(f.shift_y)) + " px " + (f.shift_y < 0 ? "up" : "down");
     if (std::abs(f.turn_deg) >= 0.05) text += ", turned by " + tenths(f.turn_deg) + " degrees";
-    if (std::abs(f.size - 1.0) >= 0.0005) text += ", " + tenths(100.0 * std::abs(f.size - 1.0)) + (f.size > 1.0 ? " % larger" : " % smaller");
+    if (std::abs(f.size - 1.0) >= 0.0005)
+      text += ", " + tenths(100.0 * std::abs(f.size - 1.0)) + (f.size > 1.0 ? " % larger" : " % smaller");
     parts.push_back(text);
   }
   if (f.is_exposure_changed) {
     const auto hundredths = [](double v) { return short_number_text(std::round(100.0 * v) / 100.0); };
-    parts.push_back("light times " + hundredths(f.gain[0]) + ", " + hundredths(f.gain[1]) + ", " + hundredths(f.gain[2]) + " (red, green, blue)");
+    parts.push_back("light times " + hundredths(f.gain[0]) + ", " + hundredths(f.gain[1]) + ", " +
+                    hundredths(f.gain[2]) + " (red, green, blue)");
   }
-  if (f.is_jump) parts.push_back("a jump: it differs " + tenths(f.change_factor) + " times as much from the one before as its neighbors do");
+  if (f.is_jump)
+    parts.push_back("a jump: it differs " + tenths(f.change_factor) +
+                    " times as much from the one before as its neighbors do");
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
   return text;

@@ -13,7 +13,8 @@ namespace patinate::capture {
 
 /// From where on a difference between neighbors in time is named.
 struct SurveyOptions {
-  double shift_threshold_px = 0.5;   ///< Root mean square motion over the picture; > 0. In the photograph's pixels, or its reduction's to 1024.
+  double shift_threshold_px =
+      0.5;  ///< Root mean square motion over the picture; > 0. In the photograph's pixels, or its reduction's to 1024.
   double exposure_threshold = 0.05;  ///< Relative change of a channel's light, beyond the neighbors' own; > 0.
   double jump_factor = 2.0;          ///< Change of the surface against the neighbors' median; > 1.
 };
@@ -24,7 +25,7 @@ struct FramePair {
   int reference = 0;
   int frame = 0;
   FrameShift shift;
-  FrameMotion motion;              ///< Identity when it was not measured (is_motion_measured).
+  FrameMotion motion;  ///< Identity when it was not measured (is_motion_measured).
   bool is_motion_measured = false;
   double similarity_before = 0.0;  ///< Of the detail as the frames lie.
   FrameChange change;              ///< When one is laid over the other.
@@ -32,29 +33,32 @@ struct FramePair {
 
 /// Measures the shift, and the whole motion if the frames do not fit as they lie, or `always_motion`.
 /// A fixed camera's frames are left as they lie: the motion is kept only when it makes the detail more alike.
-[[nodiscard]] FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index, const PreparedFrame& frame,
-                                       bool always_motion);
+[[nodiscard]] FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index,
+                                       const PreparedFrame& frame, bool always_motion);
 
 /// What is wrong with a photograph against the one before.
 struct FrameFinding {
   int frame = 0;
   bool is_shifted = false;
   bool is_exposure_changed = false;
-  bool is_jump = false;                    ///< It does not follow from the one before, and no motion explains it.
-  double shift_x = 0.0, shift_y = 0.0;     ///< Of the picture's middle, photograph's pixels; right and down positive.
-  double turn_deg = 0.0, size = 1.0;       ///< Clockwise; 1.05 = 5 % larger.
+  bool is_jump = false;                 ///< It does not follow from the one before, and no motion explains it.
+  double shift_x = 0.0, shift_y = 0.0;  ///< Of the picture's middle, photograph's pixels; right and down positive.
+  double turn_deg = 0.0, size = 1.0;    ///< Clockwise; 1.05 = 5 % larger.
   std::array<double, 3> gain{1.0, 1.0, 1.0};
-  double change_factor = 1.0;              ///< Change of the surface against the neighbors' median.
+  double change_factor = 1.0;  ///< Change of the surface against the neighbors' median.
 };
 /// "moved by 12.3 px left and 21.8 px up, turned by -1.9 degrees, 4.7 % larger; exposed differently (...)".
 [[nodiscard]] std::string finding_text(const FrameFinding& finding);
 
 /// Judges neighbors: pairs (i - 1, i) for i = 1, 2, ... in order.
 ///
-/// - shifted: the motion fits (is_reliable), is larger than shift_threshold_px and makes up 0.3 of what its detail lacked;
-/// - exposure: the log gain of a channel is away from the median of the 8 pairs on either side by more than exposure_threshold and six
+/// - shifted: the motion fits (is_reliable), is larger than shift_threshold_px and makes up 0.3 of what its detail
+/// lacked;
+/// - exposure: the log gain of a channel is away from the median of the 8 pairs on either side by more than
+/// exposure_threshold and six
 ///   times their own median deviation: aging that brightens steadily is no change of exposure;
-/// - jump: not shifted, and what is left (1 - similarity, or the surface's change) exceeds jump_factor times the same median, 0.75 of it times the
+/// - jump: not shifted, and what is left (1 - similarity, or the surface's change) exceeds jump_factor times the same
+/// median, 0.75 of it times the
 ///   medians of the three nearest pairs on either side (the start of fast aging is no row of jumps), and 0.1 (0.04).
 /// @param width,height  Of the photographs. @throws InvalidInput if an option is out of range.
 [[nodiscard]] std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, int width, int height,

@@ -7,16 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
 namespace {
 
-constexpr int kLanes = 8;              ///< Bins are padded to whole groups of this many.
-constexpr int kMarginBins = 2;         ///< Empty bins at either end, so that every peak has neighbors.
-constexpr double kStepsPerSigma = 2.5; ///< Layers are sampled this often per spatial sigma.
+constexpr int kLanes = 8;               ///< Bins are padded to whole groups of this many.
+constexpr int kMarginBins = 2;          ///< Empty bins at either end, so that every peak has neighbors.
+constexpr double kStepsPerSigma = 2.5;  ///< Layers are sampled this often per spatial sigma.
 constexpr double kCutSigmas = 3.0;
 constexpr std::size_t kBandBytes = std::size_t{48} << 20;
 
@@ -36,9 +36,9 @@ struct Layout {
   double step = 1.0;    ///< Pixels between two nodes.
   int num_columns = 0;  ///< Nodes across; the last lies at or past the last pixel.
   int num_rows = 0;
-  double low = 0.0;     ///< Value of bin 0.
+  double low = 0.0;  ///< Value of bin 0.
   double bin_width = 1.0;
-  int num_bins = 0;     ///< Padded to whole lanes.
+  int num_bins = 0;  ///< Padded to whole lanes.
   std::vector<float> spatial_kernel;
   std::vector<float> range_kernel;
 
@@ -118,8 +118,8 @@ void blur_row(std::span<const float> in, const Layout& layout, std::span<float> 
   }
 }
 
-/// Position of the highest bin of (1 - t) a + t b, refined by a parabola through the logarithms of three bins (exact for
-/// a Gaussian peak). The lowest bin wins a tie.
+/// Position of the highest bin of (1 - t) a + t b, refined by a parabola through the logarithms of three bins (exact
+/// for a Gaussian peak). The lowest bin wins a tie.
 double peak_position(const float* a, const float* b, float t, int num_bins, float* blended) {
   std::array<float, kLanes> best{};
   for (int bin = 0; bin < num_bins; bin += kLanes) {
@@ -142,7 +142,8 @@ double peak_position(const float* a, const float* b, float t, int num_bins, floa
 /// Rows of nodes [first_row, first_row + rows.size()), a sliding part of the whole.
 class NodeRows {
  public:
-  NodeRows(std::size_t row_size, int capacity) : row_size_(row_size), values_(row_size * static_cast<std::size_t>(capacity)) {}
+  NodeRows(std::size_t row_size, int capacity)
+      : row_size_(row_size), values_(row_size * static_cast<std::size_t>(capacity)) {}
   /// Slot of a row; rows `capacity` apart share one.
   [[nodiscard]] std::span<float> row(int index) {
     const std::size_t capacity = values_.size() / row_size_;
@@ -160,7 +161,8 @@ void filter_pixel_row(const ImageU8& mask, const Layout& layout, int y, NodeRows
   const float fraction = static_cast<float>(node_row - above);
   std::vector<float> histograms(layout.row_size());
   const auto upper = blurred.row(above), lower = blurred.row(above + 1);
-  for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i] = (1.0f - fraction) * upper[i] + fraction * lower[i];
+  for (std::size_t i = 0; i < histograms.size(); ++i)
+    histograms[i] = (1.0f - fraction) * upper[i] + fraction * lower[i];
   std::vector<float> blended(static_cast<std::size_t>(layout.num_bins));
   for (int x = 0; x < out.width(); ++x) {
     if (!is_inside(mask, x, y)) continue;
@@ -199,8 +201,10 @@ std::pair<float, float> checked_range(const ImageF& in, const ImageU8& mask) {
 void describe(OptionVisitor& v, ModeFilterOptions& o) {
   v.visit({"spatial_sigma", "Gaussian window of the mode filter; larger than the widest crack", "px", {0.5, 10000}},
           o.spatial_sigma_px);
-  v.visit({"range_sigma", "Smoothing of the local histogram, in units of the image's value", "", above(0)}, o.range_sigma);
-  v.visit({"num_bins", "Bins of the local histogram; peaks are refined between them", "", between(16, 4096)}, o.num_bins);
+  v.visit({"range_sigma", "Smoothing of the local histogram, in units of the image's value", "", above(0)},
+          o.range_sigma);
+  v.visit({"num_bins", "Bins of the local histogram; peaks are refined between them", "", between(16, 4096)},
+          o.num_bins);
 }
 
 ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options, const RunControl& control) {
@@ -225,7 +229,8 @@ ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOption
   inner.on_progress = {};
   int num_splatted = 0, num_blurred = 0;
   for (int begin = 0; begin < layout.num_rows - 1; begin += band) {
-    const int end = std::min(begin + band, layout.num_rows - 1);  // The pixels from node row `begin` up to node row `end`.
+    const int end =
+        std::min(begin + band, layout.num_rows - 1);  // The pixels from node row `begin` up to node row `end`.
     const int splat_end = std::min(layout.num_rows, end + 1 + radius);
     parallel_for(splat_end - num_splatted, 1, inner, [&](std::int64_t i, std::int64_t) {
       const int row = num_splatted + static_cast<int>(i);
@@ -236,7 +241,8 @@ ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOption
       const int row = num_blurred + static_cast<int>(i);
       std::vector<float> sum(layout.row_size());
       for (int k = std::max(-radius, -row); k <= std::min(radius, layout.num_rows - 1 - row); ++k) {
-        add_scaled(layout.spatial_kernel[static_cast<std::size_t>(k + radius)], raw.row(row + k).data(), sum.size(), sum.data());
+        add_scaled(layout.spatial_kernel[static_cast<std::size_t>(k + radius)], raw.row(row + k).data(), sum.size(),
+                   sum.data());
       }
       blur_row(sum, layout, blurred.row(row));
     });

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -40,8 +40,8 @@ double histogram(const std::vector<Sample>& samples, double value, double sigma)
 }
 
 double dominant_mode(const std::vector<Sample>& samples, double sigma) {
-  const auto [lowest, highest] = std::minmax_element(samples.begin(), samples.end(),
-                                                     [](const Sample& a, const Sample& b) { return a.value < b.value; });
+  const auto [lowest, highest] = std::minmax_element(
+      samples.begin(), samples.end(), [](const Sample& a, const Sample& b) { return a.value < b.value; });
   const double step = sigma / 8.0;
   double best = lowest->value, best_height = -1.0;
   for (double value = lowest->value; value <= highest->value + step; value += step) {
@@ -106,7 +106,8 @@ ImageF filter_each(const ImageF& in, const ImageU8& mask, const ModeFilterOption
 
 }  // namespace
 
-double local_histogram(const ImageF& in, const ImageU8& mask, int x, int y, double value, const ModeFilterOptions& options) {
+double local_histogram(const ImageF& in, const ImageU8& mask, int x, int y, double value,
+                       const ModeFilterOptions& options) {
   return histogram(window_samples(in, mask, x, y, options.spatial_sigma_px), value, options.range_sigma);
 }
 

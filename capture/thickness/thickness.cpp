@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -19,18 +19,23 @@ constexpr float kDarkest = 1.0f / 1024.0f;
 }  // namespace
 
 void describe(OptionVisitor& v, ThicknessOptions& o) {
-  v.visit_choice({"thickness_curve", "How transmitted light T becomes thickness: 1/T, -log T or 1 - T"}, o.curve, kCurveNames);
+  v.visit_choice({"thickness_curve", "How transmitted light T becomes thickness: 1/T, -log T or 1 - T"}, o.curve,
+                 kCurveNames);
   describe(v, o.mode_filter);
-  v.visit({"num_refinements", "How often the mode filter is run again on what differs from its blurred result; 0 keeps edges sharp", "",
+  v.visit({"num_refinements",
+           "How often the mode filter is run again on what differs from its blurred result; 0 keeps edges sharp", "",
            between(0, 10)},
           o.num_refinements);
 }
 
 double thickness_of(double transmittance, ThicknessCurve curve) {
   switch (curve) {
-    case ThicknessCurve::Reciprocal: return 1.0 / transmittance;
-    case ThicknessCurve::BeerLambert: return -std::log(transmittance);
-    case ThicknessCurve::Linear: return 1.0 - transmittance;
+    case ThicknessCurve::Reciprocal:
+      return 1.0 / transmittance;
+    case ThicknessCurve::BeerLambert:
+      return -std::log(transmittance);
+    case ThicknessCurve::Linear:
+      return 1.0 - transmittance;
   }
   throw InvalidInput("thickness_curve: unknown; use reciprocal, beer_lambert or linear");
 }
@@ -44,7 +49,8 @@ ImageF fill_cracks(const ImageF& in, const ImageU8& mask, const ThicknessOptions
   for (int pass = 1; pass <= options.num_refinements; ++pass) {
     const ImageF trend = gaussian_blur(filled, mask, 0.5 * options.mode_filter.spatial_sigma_px, quiet);
     ImageF rest = in;
-    std::transform(in.values().begin(), in.values().end(), trend.values().begin(), rest.values().begin(), std::minus<>());
+    std::transform(in.values().begin(), in.values().end(), trend.values().begin(), rest.values().begin(),
+                   std::minus<>());
     filled = mode_filter(rest, mask, options.mode_filter, control.part(pass / num_passes, (pass + 1) / num_passes));
     for (int y = 0; y < in.height(); ++y) {
       for (int x = 0; x < in.width(); ++x) {
@@ -79,7 +85,8 @@ ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blan
   }
   const auto known_values = known.values();
   if (std::all_of(known_values.begin(), known_values.end(), [](std::uint8_t v) { return v == 0; })) {
-    throw InvalidInput("thickness: the mask or the blank photograph leaves no pixel; the blank must be brighter than black");
+    throw InvalidInput(
+        "thickness: the mask or the blank photograph leaves no pixel; the blank must be brighter than black");
   }
   ThicknessMap map{fill_cracks(transmittance, known, options, control), 0.0, 0.0, known};
   for (int y = 0; y < photo.height(); ++y) {

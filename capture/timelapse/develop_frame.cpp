@@ -2,10 +2,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "capture/timelapse/repair_steps.h"
 #include "capture/stability/stabilize.h"
-#include "patinate/core/json.h"
+#include "capture/timelapse/repair_steps.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -30,13 +30,16 @@ bool is_moved(const Eigen::Affine2d& motion) { return motion.matrix() != Eigen::
 /// 255 -> 1, 0 -> 0.
 ImageF as_shares(const ImageU8& set) {
   ImageF shares(set.width(), set.height());
-  std::transform(set.values().begin(), set.values().end(), shares.values().begin(), [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
+  std::transform(set.values().begin(), set.values().end(), shares.values().begin(),
+                 [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
   return shares;
 }
 
-/// A part of the photograph (the roi) where the first frame has it. @param seen  Becomes what the photograph shows of it.
+/// A part of the photograph (the roi) where the first frame has it. @param seen  Becomes what the photograph shows of
+/// it.
 ImageF in_place(const ImageF& whole, const PixelRectangle& roi, const Eigen::Affine2d& motion, ImageU8& seen) {
-  if (is_moved(motion)) return resample_frame(whole, photo_from_roi(roi, motion), roi.width, roi.height, seen, one_thread());
+  if (is_moved(motion))
+    return resample_frame(whole, photo_from_roi(roi, motion), roi.width, roi.height, seen, one_thread());
   seen = ImageU8(roi.width, roi.height, 1, 255);
   return crop(whole, roi.x, roi.y, roi.width, roi.height);
 }
@@ -44,7 +47,8 @@ ImageF in_place(const ImageF& whole, const PixelRectangle& roi, const Eigen::Aff
 }  // namespace
 
 bool has_validity(const IngestWork& work) {
-  return work.options.repair.highlights == HighlightRule::Mask || (work.options.repair.stabilize && work.project.frames.size() > 1);
+  return work.options.repair.highlights == HighlightRule::Mask ||
+         (work.options.repair.stabilize && work.project.frames.size() > 1);
 }
 
 fs::path validity_file(int index) {
@@ -62,7 +66,8 @@ const RepairTables& repair_tables(const IngestWork& work, const fs::path& folder
     const Json json = load_json(folder / kSurveyFile);
     for (const Json& m : json.value("motions", Json::array())) {
       Eigen::Affine2d motion = Eigen::Affine2d::Identity();
-      for (std::size_t k = 0; k < 6; ++k) motion(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = m.at(k).get<double>();
+      for (std::size_t k = 0; k < 6; ++k)
+        motion(static_cast<Eigen::Index>(k / 3), static_cast<Eigen::Index>(k % 3)) = m.at(k).get<double>();
       t.motions.push_back(motion);
     }
     for (const Json& f : json.value("factors", Json::array())) t.factors.push_back(f.get<std::array<double, 3>>());
@@ -88,7 +93,8 @@ ImageU8 mask_in_place(const ImageU8& mask, const Eigen::Affine2d& motion) {
   constexpr float kInside = 0.25f;
   ImageU8 unused, result(mask.width(), mask.height());
   const ImageF there = resample_frame(as_shares(mask), motion, mask.width(), mask.height(), unused, one_thread());
-  std::transform(there.values().begin(), there.values().end(), result.values().begin(), [](float v) { return static_cast<std::uint8_t>(v > kInside ? 255 : 0); });
+  std::transform(there.values().begin(), there.values().end(), result.values().begin(),
+                 [](float v) { return static_cast<std::uint8_t>(v > kInside ? 255 : 0); });
   return result;
 }
 
@@ -98,18 +104,22 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   const PixelRectangle& roi = project.roi;
   const CapturePhoto& photo = project.frames[static_cast<std::size_t>(index)];
   const RepairTables& t = repair_tables(work, folder);
-  const Eigen::Affine2d motion = t.motions.empty() ? Eigen::Affine2d::Identity() : t.motions[static_cast<std::size_t>(index)];
+  const Eigen::Affine2d motion =
+      t.motions.empty() ? Eigen::Affine2d::Identity() : t.motions[static_cast<std::size_t>(index)];
   const ImageF whole = read_whole_photo(project, photo);
   ImageU8 seen;
   ImageF color = in_place(whole, roi, motion, seen);
   if (!t.flat_field.empty()) {
     // The lamp stands with the camera: its fall-off moves with the photograph.
     ImageU8 unused;
-    apply_gain(color, is_moved(motion) ? resample_frame(t.flat_field, motion, roi.width, roi.height, unused, one_thread()) : t.flat_field);
+    apply_gain(color, is_moved(motion)
+                          ? resample_frame(t.flat_field, motion, roi.width, roi.height, unused, one_thread())
+                          : t.flat_field);
   }
   if (!t.factors.empty()) {
     const auto& factor = t.factors[static_cast<std::size_t>(index)];
-    for (std::int64_t i = 0; i < 3 * color.num_pixels(); ++i) color.data()[i] *= static_cast<float>(factor[static_cast<std::size_t>(i % 3)]);
+    for (std::int64_t i = 0; i < 3 * color.num_pixels(); ++i)
+      color.data()[i] *= static_cast<float>(factor[static_cast<std::size_t>(i % 3)]);
   }
   if (has_validity(work)) {
     ImageU8 validity(project.width(), project.height(), 1, static_cast<std::uint8_t>(Validity::Valid));

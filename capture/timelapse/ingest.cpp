@@ -8,8 +8,8 @@
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kJoinWeight = 1.5;  ///< For progress: masks, filling and controls take longer than the frames together.
+constexpr double kJoinWeight =
+    1.5;  ///< For progress: masks, filling and controls take longer than the frames together.
 
 /// Takes what the transmission photograph does not show off the mask: there is no thickness to guide by.
 void keep_reached(const ImageU8& reached, const CaptureProject& project, ImageU8& mask) {
@@ -67,7 +68,8 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
 }  // namespace
 
 void describe(OptionVisitor& v, IngestOptions& o) {
-  v.visit({"progress", "Make the `progress` control (how early each pixel ages) also beside measured controls"}, o.add_progress);
+  v.visit({"progress", "Make the `progress` control (how early each pixel ages) also beside measured controls"},
+          o.add_progress);
   describe(v, o.thickness);
   describe(v, o.progress);
   describe(v, o.repair);

@@ -1,6 +1,6 @@
 #include "capture/timelapse/ingest_work.h"
-#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -19,7 +19,8 @@ void write_given_control(HistoryWriter& writer, const CaptureProject& project, c
 void write_thickness(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& light, const ImageU8& mask,
                      const RunControl& control) {
   try {
-    const ThicknessMap map = thickness_from_transmission(light.photo, light.blank, mask, work.options.thickness, control);
+    const ThicknessMap map =
+        thickness_from_transmission(light.photo, light.blank, mask, work.options.thickness, control);
     writer.write_control("thickness", map.values, map.low, map.high, "relative");
   } catch (const InvalidInput& e) {
     throw IoError(work.project.transmission->photo.string(), e.what());
@@ -31,7 +32,9 @@ void write_progress(HistoryWriter& writer, const IngestWork& work, const fs::pat
                     const RunControl& control) {
   std::vector<double> times;
   for (const CapturePhoto& frame : work.project.frames) times.push_back(frame.time);
-  const auto read_frame = [&](int i) { return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file); };
+  const auto read_frame = [&](int i) {
+    return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
+  };
   const ProgressMap map = progress_from_history(times, read_frame, mask, work.options.progress, control);
   writer.write_control(kProgressName, map.values, map.low, map.high, "relative");
 }

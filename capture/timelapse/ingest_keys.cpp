@@ -17,7 +17,8 @@ namespace {
 constexpr std::int64_t kStageVersion = 1;
 
 std::string roi_text(const PixelRectangle& roi) {
-  return std::to_string(roi.x) + " " + std::to_string(roi.y) + " " + std::to_string(roi.width) + " " + std::to_string(roi.height);
+  return std::to_string(roi.x) + " " + std::to_string(roi.y) + " " + std::to_string(roi.width) + " " +
+         std::to_string(roi.height);
 }
 
 /// "photos/day07.jpg" for what lies in or below the project's folder.
@@ -64,14 +65,17 @@ std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
 std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
   const CaptureProject& project = work.project;
   // The part that a file plays is in its key: a mask in a control's place is another input.
-  const auto file_key = [](const char* part, const fs::path& file) { return ContentHash().add(part).add_file(file).hex(); };
-  std::vector<JobDependency> list{{"version of ingest", std::to_string(kStageVersion)},
-                                  {"name", project.name},
-                                  {"time_unit", time_unit_text(project.time_unit)},
-                                  {"texel_size_mm", project.texel_size_mm ? number_text(*project.texel_size_mm) : "null"},
-                                  {"response", project.response.text()},
-                                  {"roi", roi_text(project.roi)},
-                                  {"scale", number_text(project.scale)}};
+  const auto file_key = [](const char* part, const fs::path& file) {
+    return ContentHash().add(part).add_file(file).hex();
+  };
+  std::vector<JobDependency> list{
+      {"version of ingest", std::to_string(kStageVersion)},
+      {"name", project.name},
+      {"time_unit", time_unit_text(project.time_unit)},
+      {"texel_size_mm", project.texel_size_mm ? number_text(*project.texel_size_mm) : "null"},
+      {"response", project.response.text()},
+      {"roi", roi_text(project.roi)},
+      {"scale", number_text(project.scale)}};
   for (std::size_t i = 0; i < project.frames.size(); ++i) {
     const CapturePhoto& frame = project.frames[i];
     const std::string name =
@@ -91,7 +95,8 @@ std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
     if (t.align == TransmissionPhotos::Align::Points) {
       align = "points";
       for (const PointPair& p : t.points) {
-        for (double v : {p.in_image.x(), p.in_image.y(), p.in_reference.x(), p.in_reference.y()}) align += " " + number_text(v);
+        for (double v : {p.in_image.x(), p.in_image.y(), p.in_reference.x(), p.in_reference.y()})
+          align += " " + number_text(v);
       }
     }
     list.push_back({"align", align});

@@ -9,9 +9,9 @@
 
 #include "capture/project/capture_project.h"
 #include "capture/timelapse/ingest.h"
+#include "libcommon/job/job.h"
 #include "patinate/core/run_control.h"
 #include "patinate/history/history.h"
-#include "libcommon/job/job.h"
 
 namespace patinate::capture {
 
@@ -27,8 +27,8 @@ struct IngestWork {
   std::string key;
   bool has_progress = false;
   std::shared_ptr<RepairTables> repairs = nullptr;  ///< repair_steps.h; shared by the frames of one run.
-  std::shared_ptr<const Mesh> scan_mesh = nullptr;       ///< load_scan(); in mm.
-  std::string scan_key = "";                             ///< Its content.
+  std::shared_ptr<const Mesh> scan_mesh = nullptr;  ///< load_scan(); in mm.
+  std::string scan_key = "";                        ///< Its content.
 
   /// The history without frames and controls.
   [[nodiscard]] HistoryManifest manifest() const;

@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/timelapse/repair_steps.h"
-#include "patinate/core/error.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -23,7 +23,8 @@ ImageU8 standing_highlight(const IngestWork& work, const RunControl& control) {
   const PixelRectangle& roi = project.roi;
   constexpr float kSaturation = 1.0f;
   const auto read_frame = [&](int i) {
-    return crop(read_whole_photo(project, project.frames[static_cast<std::size_t>(i)]), roi.x, roi.y, roi.width, roi.height);
+    return crop(read_whole_photo(project, project.frames[static_cast<std::size_t>(i)]), roi.x, roi.y, roi.width,
+                roi.height);
   };
   ImageU8 highlight = find_standing_highlight(static_cast<int>(project.frames.size()), read_frame, kSaturation,
                                               work.options.repair.highlight_options, control);
@@ -50,9 +51,11 @@ class ValidityReader {
     ImageU8 validity = read_codes(folder_ / validity_file(index));
     if (highlight_.empty()) return validity;
     const RepairTables& t = repair_tables(work_, folder_);
-    const ImageU8 there = t.motions.empty() ? highlight_ : mask_in_place(highlight_, t.motions[static_cast<std::size_t>(index)]);
+    const ImageU8 there =
+        t.motions.empty() ? highlight_ : mask_in_place(highlight_, t.motions[static_cast<std::size_t>(index)]);
     ImageF shares(there.width(), there.height());
-    std::transform(there.values().begin(), there.values().end(), shares.values().begin(), [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
+    std::transform(there.values().begin(), there.values().end(), shares.values().begin(),
+                   [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
     mark_invalid(shares, Validity::Highlight, validity);
     return validity;
   }
@@ -101,12 +104,14 @@ void complete_survey(const fs::path& folder, double masked_share, double outside
 
 }  // namespace
 
-ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const fs::path& folder, const ImageU8& mask, const RunControl& control) {
+ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const fs::path& folder, const ImageU8& mask,
+                    const RunControl& control) {
   if (!has_validity(work)) return mask;
   std::vector<double> times;
   for (const CapturePhoto& frame : work.project.frames) times.push_back(frame.time);
   const ValidityReader validity(work, folder, standing_highlight(work, control.part(0.0, 0.3)));
-  const FillPlan plan = plan_fill(times, [&](int i) { return validity.read(i); }, work.options.repair.fill, control.part(0.3, 0.5));
+  const FillPlan plan = plan_fill(
+      times, [&](int i) { return validity.read(i); }, work.options.repair.fill, control.part(0.3, 0.5));
   const std::vector<char> has_mask = write_frames(folder, plan, validity, times, control.part(0.5, 1.0));
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (has_mask[i] != 0) writer.add_written_frame_mask(static_cast<int>(i));
@@ -121,8 +126,9 @@ ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const fs::pat
   }
   complete_survey(folder, plan.invalid_share, num_outside / std::max(1.0, num_inside + num_outside));
   if (num_inside == 0.0) {
-    throw IoError(work.project.file.string(), "no pixel is known at all times: all are saturated, in a highlight or out of view in some frame "
-                                              "too long to be filled; give --highlights keep, or leave frames out (`exclude`)");
+    throw IoError(work.project.file.string(),
+                  "no pixel is known at all times: all are saturated, in a highlight or out of view in some frame "
+                  "too long to be filled; give --highlights keep, or leave frames out (`exclude`)");
   }
   return mask.empty() && num_outside == 0.0 ? mask : result;
 }

@@ -14,9 +14,11 @@ constexpr std::array<std::string_view, 2> kHighlightNames{"mask", "keep"};
 
 void describe(OptionVisitor& v, RepairOptions& o) {
   v.visit({"stabilize", "Lay moved photographs over the first one"}, o.stabilize);
-  v.visit({"deflicker", "Take changes of exposure between photographs out; slow brightening and darkening stay"}, o.deflicker);
+  v.visit({"deflicker", "Take changes of exposure between photographs out; slow brightening and darkening stay"},
+          o.deflicker);
   v.visit({"flat_field", "Divide by the lamp's fall-off: IMAGE of a uniform surface, or `estimate`"}, o.flat_field);
-  v.visit_choice({"highlights", "What becomes of saturated pixels and the flash's highlight"}, o.highlights, kHighlightNames);
+  v.visit_choice({"highlights", "What becomes of saturated pixels and the flash's highlight"}, o.highlights,
+                 kHighlightNames);
   describe(v, o.survey);
   describe(v, o.deflicker_options);
   describe(v, o.flat_field_options);
@@ -37,8 +39,8 @@ SurveyReport read_survey_report(const std::filesystem::path& history) {
   if (reader.has("masked_share")) report.masked_share = reader.member("masked_share").number(between(0, 1));
   if (reader.has("outside_share")) report.outside_share = reader.member("outside_share").number(between(0, 1));
   for (JsonReader& finding : reader.member("findings").elements()) {
-    report.findings.push_back({finding.member("photo").string(), finding.member("time").number(), finding.member("is_shifted").boolean(),
-                               finding.member("problem").string()});
+    report.findings.push_back({finding.member("photo").string(), finding.member("time").number(),
+                               finding.member("is_shifted").boolean(), finding.member("problem").string()});
   }
   return report;
 }

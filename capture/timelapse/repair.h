@@ -1,5 +1,6 @@
 /// \file
-/// Time-lapses as they are: surveying a project's photographs, repairing them on request, and masking what shows the lamp.
+/// Time-lapses as they are: surveying a project's photographs, repairing them on request, and masking what shows the
+/// lamp.
 #pragma once
 
 #include <filesystem>
@@ -36,7 +37,7 @@ inline constexpr const char* kSurveyFile = "survey.json";
 
 /// One thing that survey.json names.
 struct SurveyFinding {
-  std::string photo;    ///< As survey.json has it: name, without its folder.
+  std::string photo;  ///< As survey.json has it: name, without its folder.
   double time = 0.0;
   bool is_shifted = false;
   std::string problem;  ///< finding_text().
@@ -46,8 +47,8 @@ struct SurveyReport {
   std::vector<SurveyFinding> findings;
   bool is_stabilized = false;
   bool is_deflickered = false;
-  double masked_share = 0.0;    ///< Of all pixels of all frames: saturated, highlight, out of view.
-  double outside_share = 0.0;   ///< Of the pixels: not known in every frame, so outside the history's mask.
+  double masked_share = 0.0;   ///< Of all pixels of all frames: saturated, highlight, out of view.
+  double outside_share = 0.0;  ///< Of the pixels: not known in every frame, so outside the history's mask.
 };
 /// @throws IoError. A history without the file gives an empty report.
 [[nodiscard]] SurveyReport read_survey_report(const std::filesystem::path& history);

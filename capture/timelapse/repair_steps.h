@@ -13,8 +13,8 @@
 
 namespace patinate::capture {
 
-/// Stages of the items: all of one are finished before the next starts. Frames that wait for no repair come first, so that a broken
-/// photograph costs none of the others.
+/// Stages of the items: all of one are finished before the next starts. Frames that wait for no repair come first, so
+/// that a broken photograph costs none of the others.
 struct IngestStages {
   int frames, survey, decisions;
 };
@@ -24,9 +24,9 @@ struct IngestStages {
 struct RepairTables {
   std::mutex mutex;
   bool is_loaded = false;
-  std::vector<Eigen::Affine2d> motions;         ///< Pixels of the roi; empty when frames are left where they are.
-  std::vector<std::array<double, 3>> factors;   ///< Empty when the exposure is left.
-  ImageF flat_field;                            ///< Gain over the roi; empty when there is none.
+  std::vector<Eigen::Affine2d> motions;        ///< Pixels of the roi; empty when frames are left where they are.
+  std::vector<std::array<double, 3>> factors;  ///< Empty when the exposure is left.
+  ImageF flat_field;                           ///< Gain over the roi; empty when there is none.
 };
 [[nodiscard]] const RepairTables& repair_tables(const IngestWork& work, const std::filesystem::path& folder);
 
@@ -55,7 +55,7 @@ void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity);
 
 /// When all frames are written: fills what can be filled, writes the frames' masks, and completes survey.json.
 /// @param mask  What is inside so far; may be empty. @returns The history's mask; may be empty.
-[[nodiscard]] ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder, const ImageU8& mask,
-                                  const RunControl& control);
+[[nodiscard]] ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder,
+                                  const ImageU8& mask, const RunControl& control);
 
 }  // namespace patinate::capture

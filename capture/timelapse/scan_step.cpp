@@ -4,15 +4,15 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "patinate/controls/accessibility.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "libcommon/image/filters.h"
+#include "patinate/controls/accessibility.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -38,7 +38,8 @@ PhotoPart photo_part(const CaptureProject& project) {
 
 [[noreturn]] void fail_unseen(const IngestWork& work, const std::string& what) {
   const ScanSource& scan = *work.project.scan;
-  throw IoError(scan.mesh.string(), what + ": " + where_it_lies(*work.scan_mesh, scan.camera_mm) + "; check `unit` and the camera's pose");
+  throw IoError(scan.mesh.string(),
+                what + ": " + where_it_lies(*work.scan_mesh, scan.camera_mm) + "; check `unit` and the camera's pose");
 }
 
 std::string item_key(const IngestWork& work) {
@@ -53,7 +54,8 @@ std::string item_key(const IngestWork& work) {
 }
 
 void run_item(const IngestWork& work, const fs::path& folder, const RunControl& control) {
-  const ScanMaps maps = scan_maps(*work.scan_mesh, work.project.scan->camera_mm, photo_part(work.project), work.options.scan, control);
+  const ScanMaps maps =
+      scan_maps(*work.scan_mesh, work.project.scan->camera_mm, photo_part(work.project), work.options.scan, control);
   if (maps.num_seen == 0) fail_unseen(work, "the camera does not see the mesh");
   HistoryWriter::write_map(folder, "position", maps.position_mm);
   HistoryWriter::write_map(folder, "normal", maps.normal);
@@ -123,7 +125,8 @@ void write_scan(HistoryWriter& writer, const IngestWork& work, const fs::path& f
   const fs::path file = folder / kScanFile;
   const Json facts = load_json(file);
   const double scale = JsonReader(file.string(), facts).member("scale_mm").number(above(0));
-  const ValueRange range = widened_accessibility_range({static_cast<double>(found.low), static_cast<double>(found.high)}, scale);
+  const ValueRange range =
+      widened_accessibility_range({static_cast<double>(found.low), static_cast<double>(found.high)}, scale);
   writer.write_control(kScanControlName, curvature, range.low, range.high, "1/mm");
   for (const char* name : kMaps) writer.add_written_map(name);
   if (work.project.texel_size_mm) return;

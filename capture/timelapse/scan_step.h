@@ -13,7 +13,8 @@ namespace patinate::capture {
 /// Control that a scan gives.
 inline constexpr const char* kScanControlName = "accessibility";
 
-/// The scan's mesh, mended, in mm; its content counts into the work's key. @throws IoError (a point cloud, a mesh without area, ...).
+/// The scan's mesh, mended, in mm; its content counts into the work's key. @throws IoError (a point cloud, a mesh
+/// without area, ...).
 void load_scan(IngestWork& work);
 /// Item that writes the maps of the history and what the control is made of. Nothing is added without a scan.
 void add_scan_item(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work);
@@ -23,6 +24,7 @@ void add_scan_dependencies(std::vector<JobDependency>& list, const IngestWork& w
 void keep_scanned(const IngestWork& work, const std::filesystem::path& folder, ImageU8& mask);
 /// Names the maps, writes the control, and gives the history its texel size when the project has none.
 /// @param mask  Within keep_scanned().
-void write_scan(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder, const ImageU8& mask);
+void write_scan(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder,
+                const ImageU8& mask);
 
 }  // namespace patinate::capture

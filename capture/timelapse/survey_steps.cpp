@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "capture/timelapse/repair_steps.h"
 #include "capture/stability/stabilize.h"
-#include "patinate/core/error.h"
+#include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -29,7 +29,8 @@ int num_frames_of(const IngestWork& work) { return static_cast<int>(work.project
 
 ImageF read_roi(const IngestWork& work, int index) {
   const PixelRectangle& roi = work.project.roi;
-  return crop(read_whole_photo(work.project, work.project.frames[static_cast<std::size_t>(index)]), roi.x, roi.y, roi.width, roi.height);
+  return crop(read_whole_photo(work.project, work.project.frames[static_cast<std::size_t>(index)]), roi.x, roi.y,
+              roi.width, roi.height);
 }
 
 /// Compares the frames of a chunk with the ones before, and, when they are to be stabilized, with anchors.
@@ -64,17 +65,21 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
   const int begin = chunk * kChunk, end = std::min(num_frames_of(*work), begin + kChunk);
   const PixelRectangle& roi = work->project.roi;
   ContentHash key;
-  key.add("ingest survey").add(kSurveyVersion).add(std::int64_t{begin}).add(std::int64_t{work->options.repair.stabilize});
+  key.add("ingest survey")
+      .add(kSurveyVersion)
+      .add(std::int64_t{begin})
+      .add(std::int64_t{work->options.repair.stabilize});
   key.add(work->project.response.text());
   for (int v : {roi.x, roi.y, roi.width, roi.height}) key.add(std::int64_t{v});
   for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(work->photo_keys[static_cast<std::size_t>(i)]);
   const fs::path file = chunk_file(chunk);
   return {.name = "survey-" + file.stem().string(),
           .outputs = {file},
-          .run = [work, chunk, file](const fs::path& folder, const RunControl& control) {
-            save_json(folder / file, survey_chunk(*work, chunk, control));
-            control.report(1.0);
-          },
+          .run =
+              [work, chunk, file](const fs::path& folder, const RunControl& control) {
+                save_json(folder / file, survey_chunk(*work, chunk, control));
+                control.report(1.0);
+              },
           .key = key.hex(),
           .stage = ingest_stages(*work).survey};
 }
@@ -94,8 +99,12 @@ void save_survey(const IngestWork& work, const fs::path& folder) {
   const CaptureProject& project = work.project;
   const std::vector<FramePair> pairs = read_pairs(work, folder);
   std::vector<FramePair> neighbors;
-  std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(neighbors), [](const FramePair& p) { return p.frame == p.reference + 1; });
-  Json json{{"format", "patinate.survey"}, {"version", 2}, {"stabilized", options.stabilize}, {"deflickered", options.deflicker}};
+  std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(neighbors),
+               [](const FramePair& p) { return p.frame == p.reference + 1; });
+  Json json{{"format", "patinate.survey"},
+            {"version", 2},
+            {"stabilized", options.stabilize},
+            {"deflickered", options.deflicker}};
   json["findings"] = Json::array();
   for (const FrameFinding& finding : judge_frames(neighbors, project.roi.width, project.roi.height, options.survey)) {
     Json entry = finding_to_json(finding);
@@ -129,7 +138,8 @@ ImageF make_flat_field(const IngestWork& work, const RunControl& control) {
   const CaptureProject& project = work.project;
   if (options.flat_field == "estimate") {
     // The roi only: what lies around the surface says nothing about the lamp.
-    return estimate_flat_field(num_frames_of(work), [&](int i) { return read_roi(work, i); }, options.flat_field_options, control);
+    return estimate_flat_field(
+        num_frames_of(work), [&](int i) { return read_roi(work, i); }, options.flat_field_options, control);
   }
   const ImageF light = read_color(options.flat_field, project.response);
   if (light.width() != project.photo_width || light.height() != project.photo_height) {
@@ -163,7 +173,8 @@ std::string flat_field_key(const IngestWork& work) {
 IngestStages ingest_stages(const IngestWork& work) {
   const RepairOptions& options = work.options.repair;
   const bool is_repaired = options.stabilize || options.deflicker || !options.flat_field.empty();
-  return is_repaired ? IngestStages{.frames = 2, .survey = 0, .decisions = 1} : IngestStages{.frames = 0, .survey = 1, .decisions = 2};
+  return is_repaired ? IngestStages{.frames = 2, .survey = 0, .decisions = 1}
+                     : IngestStages{.frames = 0, .survey = 1, .decisions = 2};
 }
 
 void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work) {
@@ -171,24 +182,27 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
     for (int chunk = 0; chunk * kChunk < num_frames_of(*work); ++chunk) items.push_back(chunk_item(work, chunk));
     items.push_back({.name = "survey",
                      .outputs = {kSurveyFile},
-                     .run = [work](const fs::path& folder, const RunControl& control) {
-                       save_survey(*work, folder);
-                       control.report(1.0);
-                     },
+                     .run =
+                         [work](const fs::path& folder, const RunControl& control) {
+                           save_survey(*work, folder);
+                           control.report(1.0);
+                         },
                      .stage = ingest_stages(*work).decisions});
   }
   if (work->options.repair.flat_field.empty()) return;
   items.push_back({.name = "flat-field",
                    .outputs = {kFlatFieldFile},
-                   .run = [work](const fs::path& folder, const RunControl& control) {
-                     const ImageF gain = make_flat_field(*work, control);
-                     ImageF rgb(gain.width(), gain.height(), 3);
-                     for (std::int64_t i = 0; i < rgb.num_pixels(); ++i) {
-                       for (int c = 0; c < 3; ++c) rgb.data()[3 * i + c] = gain.data()[gain.channels() == 1 ? i : 3 * i + c];
-                     }
-                     write_exr(folder / kFlatFieldFile, rgb, {"R", "G", "B"}, ExrDepth::Float);
-                     control.report(1.0);
-                   },
+                   .run =
+                       [work](const fs::path& folder, const RunControl& control) {
+                         const ImageF gain = make_flat_field(*work, control);
+                         ImageF rgb(gain.width(), gain.height(), 3);
+                         for (std::int64_t i = 0; i < rgb.num_pixels(); ++i) {
+                           for (int c = 0; c < 3; ++c)
+                             rgb.data()[3 * i + c] = gain.data()[gain.channels() == 1 ? i : 3 * i + c];
+                         }
+                         write_exr(folder / kFlatFieldFile, rgb, {"R", "G", "B"}, ExrDepth::Float);
+                         control.report(1.0);
+                       },
                    .stage = ingest_stages(*work).decisions});
 }
 
@@ -203,7 +217,8 @@ std::string repair_frame_key(const IngestWork& work) {
   if (options.stabilize) add("stabilize", all_photos_key(work));
   if (options.deflicker) add("deflicker", all_photos_key(work) + std::to_string(options.deflicker_options.half_width));
   if (!options.flat_field.empty()) add("flat field", flat_field_key(work));
-  if (options.highlights == HighlightRule::Mask) add("saturated", std::to_string(options.highlight_options.width_share));
+  if (options.highlights == HighlightRule::Mask)
+    add("saturated", std::to_string(options.highlight_options.width_share));
   return is_any ? hash.hex() : "";
 }
 

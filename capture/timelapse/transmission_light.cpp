@@ -37,8 +37,9 @@ ImageAlignment align_transmission(const CaptureProject& project, const ImageF& p
     throw IoError(transmission.photo.string(), std::string("cannot be aligned (") + e.what() + ")" + advice);
   }
   if (found.status == AlignmentStatus::Converged) return found;
-  throw IoError(transmission.photo.string(), "cannot be aligned with " + last.name() + " (" + alignment_status_text(found.status) +
-                                                 "; " + std::to_string(found.num_matches) + " details match, " +
+  throw IoError(transmission.photo.string(), "cannot be aligned with " + last.name() + " (" +
+                                                 alignment_status_text(found.status) + "; " +
+                                                 std::to_string(found.num_matches) + " details match, " +
                                                  std::to_string(found.num_inliers) + " agree)" + advice);
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "capture/unlighting/unlight_work.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/ray_scene.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -27,7 +27,8 @@ double median_edge(const Mesh& mesh) {
 ImageU8 cast_shadows(const Mesh& blockers, const ImageF& position_mm, const ImageF& normal, const ImageU8& mask,
                      const std::vector<Light>& lights, double offset_mm, const RunControl& control) {
   if (!(offset_mm >= 0.0)) throw InvalidInput("cast shadows: offset_mm must be >= 0");
-  if (!position_mm.same_size(normal) || (!mask.empty() && !mask.same_size(normal))) throw InvalidInput("cast shadows: maps differ in size");
+  if (!position_mm.same_size(normal) || (!mask.empty() && !mask.same_size(normal)))
+    throw InvalidInput("cast shadows: maps differ in size");
   const int width = normal.width(), height = normal.height();
   ImageU8 shadow(width, height, static_cast<int>(lights.size()));
   const RayScene scene(blockers);

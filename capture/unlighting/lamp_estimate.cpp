@@ -24,7 +24,9 @@ class Columns {
       : channels_(work.num_channels),
         num_strengths_(work.options.estimate_strengths ? work.num_lights * work.num_channels : 0),
         num_ambient_(work.options.estimate_ambient ? work.num_channels : 0) {}
-  [[nodiscard]] Eigen::Index strength(int light, int channel) const { return num_strengths_ > 0 ? light * channels_ + channel : -1; }
+  [[nodiscard]] Eigen::Index strength(int light, int channel) const {
+    return num_strengths_ > 0 ? light * channels_ + channel : -1;
+  }
   [[nodiscard]] Eigen::Index ambient(int channel) const { return num_ambient_ > 0 ? num_strengths_ + channel : -1; }
   [[nodiscard]] Eigen::Index size() const { return num_strengths_ + num_ambient_; }
 
@@ -41,7 +43,8 @@ struct Equations {
 
 class TexelEquations {
  public:
-  TexelEquations(const UnlightWork& work, const Columns& columns) : work_(work), columns_(columns), options_(work.fit_options()) {}
+  TexelEquations(const UnlightWork& work, const Columns& columns)
+      : work_(work), columns_(columns), options_(work.fit_options()) {}
 
   void add(int x, int y, Equations& sums) {
     work_.load(x, y, texel_);
@@ -65,7 +68,8 @@ class TexelEquations {
       if (!(cosine > 0.0)) continue;
       for (int c = 0; c < channels; ++c) {
         const auto i = texel_.index(k, c);
-        const double albedo = fit.albedo[static_cast<std::size_t>(c)], lit = texel_.irradiance[i] * cosine, ambient = texel_.ambient[static_cast<std::size_t>(c)];
+        const double albedo = fit.albedo[static_cast<std::size_t>(c)], lit = texel_.irradiance[i] * cosine,
+                     ambient = texel_.ambient[static_cast<std::size_t>(c)];
         const double w = 1.0 / (texel_.variance[i] * options_.noise_scale * options_.noise_scale);
         const double residual = texel_.value[i] - albedo * (lit + ambient);
         row.setZero();
@@ -122,8 +126,10 @@ class TexelEquations {
   TexelSamples texel_;
 };
 
-Equations gather(const UnlightWork& work, const Columns& columns, const std::vector<std::int64_t>& texels, const RunControl& control) {
-  const Equations zero{Eigen::MatrixXd::Zero(columns.size(), columns.size()), Eigen::VectorXd::Zero(columns.size()), {}};
+Equations gather(const UnlightWork& work, const Columns& columns, const std::vector<std::int64_t>& texels,
+                 const RunControl& control) {
+  const Equations zero{
+      Eigen::MatrixXd::Zero(columns.size(), columns.size()), Eigen::VectorXd::Zero(columns.size()), {}};
   const auto map = [&](std::int64_t begin, std::int64_t end) {
     Equations sums = zero;
     TexelEquations equations(work, columns);
@@ -133,12 +139,13 @@ Equations gather(const UnlightWork& work, const Columns& columns, const std::vec
     }
     return sums;
   };
-  return parallel_reduce(static_cast<std::int64_t>(texels.size()), kChunk, control, zero, map, [](Equations a, const Equations& b) {
-    a.matrix += b.matrix;
-    a.right += b.right;
-    a.chi2.insert(a.chi2.end(), b.chi2.begin(), b.chi2.end());
-    return a;
-  });
+  return parallel_reduce(static_cast<std::int64_t>(texels.size()), kChunk, control, zero, map,
+                         [](Equations a, const Equations& b) {
+                           a.matrix += b.matrix;
+                           a.right += b.right;
+                           a.chi2.insert(a.chi2.end(), b.chi2.begin(), b.chi2.end());
+                           return a;
+                         });
 }
 
 /// Fixes the sum of the logarithms in each channel, which nothing else does.
@@ -147,7 +154,8 @@ void add_gauge(const UnlightWork& work, const Columns& columns, Eigen::MatrixXd&
   const double weight = matrix.diagonal().maxCoeff();
   for (int c = 0; c < work.num_channels; ++c) {
     for (int j = 0; j < work.num_lights; ++j) {
-      for (int k = 0; k < work.num_lights; ++k) matrix(columns.strength(j, c), columns.strength(k, c)) += weight / work.num_lights;
+      for (int k = 0; k < work.num_lights; ++k)
+        matrix(columns.strength(j, c), columns.strength(k, c)) += weight / work.num_lights;
     }
   }
 }
@@ -164,7 +172,8 @@ bool is_singular(const Eigen::MatrixXd& matrix) {
   const Eigen::VectorXd scale = matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
   constexpr double kLeast = 1e-7;
-  return !(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() > kLeast);
+  return !(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() >
+           kLeast);
 }
 
 /// @returns how far it went, in shares of a strength or of the mean light.

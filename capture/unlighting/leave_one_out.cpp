@@ -19,8 +19,8 @@ struct Foretold {
   std::int64_t num_clean = 0;
 };
 
-void foretell(const UnlightWork& work, const UnlightResult& result, const TexelFitOptions& options, int x, int y, TexelSamples& texel, TexelSamples& raw,
-              std::vector<Foretold>& lamps) {
+void foretell(const UnlightWork& work, const UnlightResult& result, const TexelFitOptions& options, int x, int y,
+              TexelSamples& texel, TexelSamples& raw, std::vector<Foretold>& lamps) {
   work.load_raw(x, y, raw);
   work.load(x, y, texel);
   const std::vector<SampleState> before = texel.state;
@@ -35,7 +35,8 @@ void foretell(const UnlightWork& work, const UnlightResult& result, const TexelF
     double predicted = 0.0, seen = 0.0;
     for (int c = 0; c < work.num_channels; ++c) {
       const auto at = texel.index(k, c);
-      predicted += fit.albedo[static_cast<std::size_t>(c)] * (texel.irradiance[at] * cosine + texel.ambient[static_cast<std::size_t>(c)]);
+      predicted += fit.albedo[static_cast<std::size_t>(c)] *
+                   (texel.irradiance[at] * cosine + texel.ambient[static_cast<std::size_t>(c)]);
       predicted += raw.value[at] - texel.value[at];
       seen += raw.value[at];
     }
@@ -50,7 +51,8 @@ void foretell(const UnlightWork& work, const UnlightResult& result, const TexelF
 
 }  // namespace
 
-std::vector<LeftOutError> leave_one_out(const UnlightInput& input, const UnlightOptions& options, const UnlightResult& result, const RunControl& control) {
+std::vector<LeftOutError> leave_one_out(const UnlightInput& input, const UnlightOptions& options,
+                                        const UnlightResult& result, const RunControl& control) {
   const UnlightWork work(input, options, result);
   const TexelFitOptions fit_options = work.fit_options();
   const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
@@ -66,19 +68,21 @@ std::vector<LeftOutError> leave_one_out(const UnlightInput& input, const Unlight
     return lamps;
   };
   std::vector<Foretold> lamps =
-      parallel_reduce(static_cast<std::int64_t>(texels.size()), kChunk, control, zero, map, [](std::vector<Foretold> a, const std::vector<Foretold>& b) {
-        for (std::size_t k = 0; k < a.size(); ++k) {
-          a[k].ratios.insert(a[k].ratios.end(), b[k].ratios.begin(), b[k].ratios.end());
-          a[k].squares += b[k].squares;
-          a[k].values += b[k].values;
-          a[k].num_clean += b[k].num_clean;
-        }
-        return a;
-      });
+      parallel_reduce(static_cast<std::int64_t>(texels.size()), kChunk, control, zero, map,
+                      [](std::vector<Foretold> a, const std::vector<Foretold>& b) {
+                        for (std::size_t k = 0; k < a.size(); ++k) {
+                          a[k].ratios.insert(a[k].ratios.end(), b[k].ratios.begin(), b[k].ratios.end());
+                          a[k].squares += b[k].squares;
+                          a[k].values += b[k].values;
+                          a[k].num_clean += b[k].num_clean;
+                        }
+                        return a;
+                      });
   std::vector<LeftOutError> errors;
   for (Foretold& lamp : lamps) {
     LeftOutError error{.num_samples = static_cast<std::int64_t>(lamp.ratios.size())};
-    if (lamp.num_clean > 0 && lamp.values > 0.0) error.rms = std::sqrt(lamp.squares * static_cast<double>(lamp.num_clean)) / lamp.values;
+    if (lamp.num_clean > 0 && lamp.values > 0.0)
+      error.rms = std::sqrt(lamp.squares * static_cast<double>(lamp.num_clean)) / lamp.values;
     if (!lamp.ratios.empty()) {
       const auto middle = lamp.ratios.begin() + static_cast<std::ptrdiff_t>(lamp.ratios.size() / 2);
       std::nth_element(lamp.ratios.begin(), middle, lamp.ratios.end());

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -27,7 +27,8 @@ std::vector<Triple> triples_of(const std::vector<Light>& lights) {
   std::vector<Triple> triples;
   const auto add = [&](int a, int b, int c) {
     Eigen::Matrix3d rows;
-    rows << lights[static_cast<std::size_t>(a)].direction.transpose(), lights[static_cast<std::size_t>(b)].direction.transpose(),
+    rows << lights[static_cast<std::size_t>(a)].direction.transpose(),
+        lights[static_cast<std::size_t>(b)].direction.transpose(),
         lights[static_cast<std::size_t>(c)].direction.transpose();
     if (std::abs(rows.determinant()) > kLeastVolume) triples.push_back({{a, b, c}, rows.inverse()});
   };
@@ -42,14 +43,16 @@ std::vector<Triple> triples_of(const std::vector<Light>& lights) {
   RandomStream random(1, static_cast<std::uint64_t>(n));
   const auto count = static_cast<std::uint32_t>(n);
   for (int i = 0; i < 20 * kMaxTriples && static_cast<int>(triples.size()) < kMaxTriples; ++i) {
-    const auto a = static_cast<int>(random.below(count)), b = static_cast<int>(random.below(count)), c = static_cast<int>(random.below(count));
+    const auto a = static_cast<int>(random.below(count)), b = static_cast<int>(random.below(count)),
+               c = static_cast<int>(random.below(count));
     if (a != b && b != c && a != c) add(a, b, c);
   }
   return triples;
 }
 
 /// One pixel: brightness over each lamp's strength, negative = does not count.
-Vec3 best_vector(const std::vector<double>& values, const std::vector<Light>& lights, const std::vector<Triple>& triples) {
+Vec3 best_vector(const std::vector<double>& values, const std::vector<Light>& lights,
+                 const std::vector<Triple>& triples) {
   Vec3 best = Vec3::Zero();
   double least = std::numeric_limits<double>::infinity();
   for (const Triple& triple : triples) {
@@ -71,13 +74,16 @@ Vec3 best_vector(const std::vector<double>& values, const std::vector<Light>& li
 
 }  // namespace
 
-ImageF photometric_normals(const std::vector<ImageF>& photos, const std::vector<ImageU8>& valid, const ImageU8& mask, const std::vector<Light>& lights,
-                           const RunControl& control) {
-  if (photos.empty() || photos.size() != lights.size()) throw InvalidInput("photometric stereo: one photograph for each light is expected");
+ImageF photometric_normals(const std::vector<ImageF>& photos, const std::vector<ImageU8>& valid, const ImageU8& mask,
+                           const std::vector<Light>& lights, const RunControl& control) {
+  if (photos.empty() || photos.size() != lights.size())
+    throw InvalidInput("photometric stereo: one photograph for each light is expected");
   for (const Light& light : lights) {
-    if (light.kind != Light::Kind::Directional) throw InvalidInput("photometric stereo needs directional lights; near ones need a scan");
+    if (light.kind != Light::Kind::Directional)
+      throw InvalidInput("photometric stereo needs directional lights; near ones need a scan");
   }
-  if (lights.size() < 3) throw InvalidInput("photometric stereo needs at least 3 lights; there are " + std::to_string(lights.size()));
+  if (lights.size() < 3)
+    throw InvalidInput("photometric stereo needs at least 3 lights; there are " + std::to_string(lights.size()));
   const std::vector<Triple> triples = triples_of(lights);
   if (triples.empty()) throw InvalidInput("photometric stereo: the lights lie in one plane; one is needed beside it");
   const int width = photos.front().width(), height = photos.front().height();

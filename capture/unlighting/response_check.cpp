@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::int64_t kMaxTexels = 2'000;
 
-/// The chosen texels as an image of one row. Samples in cast shadows are not valid, so that nothing need cast them again.
+/// The chosen texels as an image of one row. Samples in cast shadows are not valid, so that nothing need cast them
+/// again.
 UnlightInput row_of(const UnlightWork& work, const std::vector<std::int64_t>& texels) {
   const UnlightInput& in = work.input;
   const int n = static_cast<int>(texels.size());
@@ -48,7 +49,8 @@ void decode_otherwise(UnlightInput& row, const std::vector<float>& ambient, bool
   }
 }
 
-/// Median over lamps of how far off their photographs are when the others foretell them; no shadow or highlight moves it.
+/// Median over lamps of how far off their photographs are when the others foretell them; no shadow or highlight moves
+/// it.
 double foretold_error(const UnlightInput& row, const RunControl& control) {
   const UnlightOptions options{.specular = SpecularMode::None};
   const UnlightResult result = unlight(row, options, control.part(0.0, 0.3));
@@ -64,7 +66,8 @@ double foretold_error(const UnlightInput& row, const RunControl& control) {
 
 }  // namespace
 
-ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, const Response& declared, const RunControl& control) {
+ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, const Response& declared,
+                             const RunControl& control) {
   constexpr double kMuchBetter = 0.6, kSurelyOff = 0.02, kPower = 2.2;
   const UnlightOptions options;
   const UnlightWork work(input, options, control.part(0.0, 0.4));
@@ -72,7 +75,8 @@ ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, c
   UnlightInput row = row_of(work, texels);
   std::vector<float> dark;
   for (std::size_t i = 0; i < texels.size() && !ambient.empty(); ++i) {
-    const auto pixel = ambient.pixel(static_cast<int>(texels[i] % work.width), static_cast<int>(texels[i] / work.width));
+    const auto pixel =
+        ambient.pixel(static_cast<int>(texels[i] % work.width), static_cast<int>(texels[i] / work.width));
     dark.insert(dark.end(), pixel.begin(), pixel.end());
   }
   ResponseCheck check{.as_declared = foretold_error(row, control.part(0.4, 0.7))};

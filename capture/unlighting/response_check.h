@@ -16,9 +16,11 @@ struct ResponseCheck {
   bool is_doubtful = false;
 };
 
-/// Decodes codes that were taken as linear by the sRGB curve instead, and others as linear instead, fits up to 2,000 texels both ways, and doubts the declared
-/// response when the other way's error is below 0.6 of its own, and that is above 2 %. Taking sRGB codes for linear costs 23 % of the albedo, though every single photograph looks well.
+/// Decodes codes that were taken as linear by the sRGB curve instead, and others as linear instead, fits up to 2,000
+/// texels both ways, and doubts the declared response when the other way's error is below 0.6 of its own, and that is
+/// above 2 %. Taking sRGB codes for linear costs 23 % of the albedo, though every single photograph looks well.
 /// @param ambient  What was subtracted from every photograph, H x W x C; may be empty.
-[[nodiscard]] ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, const Response& declared, const RunControl& control = {});
+[[nodiscard]] ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, const Response& declared,
+                                           const RunControl& control = {});
 
 }  // namespace patinate::capture

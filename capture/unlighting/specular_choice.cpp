@@ -14,7 +14,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kNearSigmaTiles = 0.5;                ///< Some 50 texels vote: materials may change within the window of the lobes.
+constexpr double kNearSigmaTiles = 0.5;  ///< Some 50 texels vote: materials may change within the window of the lobes.
 constexpr double kFadeFrom = 0.75, kBelieved = 0.85;  ///< Share of the texels near.
 
 /// Whether a texel costs less with its highlight; the same texels are asked that highlights are summed over.
@@ -29,7 +29,9 @@ class TexelChoice {
     work_.load(x, y, glossy_);
     const TexelFit without = fit_texel(matt_, options_), with = fit_texel(glossy_, options_);
     if (!without.is_determined || !with.is_determined) return std::nullopt;
-    return robust_cost(glossy_, matt_.variance, with, options_) < robust_cost(matt_, matt_.variance, without, options_) ? 1.0f : 0.0f;
+    return robust_cost(glossy_, matt_.variance, with, options_) < robust_cost(matt_, matt_.variance, without, options_)
+               ? 1.0f
+               : 0.0f;
   }
 
  private:
@@ -69,8 +71,10 @@ double belief_at(const ImageF& votes, int x, int y) {
 
 }  // namespace
 
-double robust_cost(const TexelSamples& samples, const std::vector<double>& plain_variance, const TexelFit& fit, const TexelFitOptions& options) {
-  const double most = options.reject ? options.rejection_width() * options.rejection_width() * samples.num_channels : std::numeric_limits<double>::infinity();
+double robust_cost(const TexelSamples& samples, const std::vector<double>& plain_variance, const TexelFit& fit,
+                   const TexelFitOptions& options) {
+  const double most = options.reject ? options.rejection_width() * options.rejection_width() * samples.num_channels
+                                     : std::numeric_limits<double>::infinity();
   const double scale2 = options.noise_scale * options.noise_scale;
   double sum = 0.0;
   for (int k = 0; k < samples.num_lights; ++k) {
@@ -81,7 +85,8 @@ double robust_cost(const TexelSamples& samples, const std::vector<double>& plain
     double cost = 0.0;
     for (int c = 0; c < samples.num_channels; ++c) {
       const auto at = samples.index(k, c), channel = static_cast<std::size_t>(c);
-      const double off = samples.value[at] - fit.albedo[channel] * (samples.irradiance[at] * cosine + samples.ambient[channel]);
+      const double off =
+          samples.value[at] - fit.albedo[channel] * (samples.irradiance[at] * cosine + samples.ambient[channel]);
       cost += off * off / (scale2 * samples.variance[at]) + std::log(samples.variance[at] / plain_variance[at]);
     }
     sum += std::min(cost, most);

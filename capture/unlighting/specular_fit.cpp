@@ -7,10 +7,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "patinate/capture/specular_lobe.h"
 #include "capture/unlighting/specular_tiles.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
+#include "patinate/capture/specular_lobe.h"
 
 namespace patinate::capture {
 
@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::array<double, 12> kRoughness{0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.46, 0.53, 0.6, 0.68, 0.78, 0.9};
 constexpr int kNumRoughness = static_cast<int>(kRoughness.size());
-constexpr double kTexelFreedom = 0.3;  ///< Standard deviation of a texel's strength about its neighborhood's, as a share of it.
+constexpr double kTexelFreedom =
+    0.3;  ///< Standard deviation of a texel's strength about its neighborhood's, as a share of it.
 
 /// Of one texel: for each roughness, the lobe's square and its product with the samples, diffuse light eliminated.
 struct LobeSums {
@@ -31,13 +32,13 @@ struct LobeSums {
 struct LobeSample {
   Vec3 diffuse;  ///< Derivatives by albedo and by the normal's two turns.
   double value;
-  double matt_value;   ///< Less the highlight, as the last fit had it.
+  double matt_value;  ///< Less the highlight, as the last fit had it.
   double matt_weight;
   double weight;
   double light;  ///< Lobes times this are the sample.
   Vec3 direction;
-  Vec3 normal;      ///< As the other samples have it: one that follows this sample's noise would find a lobe in it.
-  bool is_clean;    ///< The fitted normal depends on it.
+  Vec3 normal;    ///< As the other samples have it: one that follows this sample's noise would find a lobe in it.
+  bool is_clean;  ///< The fitted normal depends on it.
 };
 
 class TexelLobes {
@@ -89,7 +90,8 @@ class TexelLobes {
     return m;
   }
 
-  /// Gives every clean sample the normal that the fit would have without it, to first order (its leverage and residual tell).
+  /// Gives every clean sample the normal that the fit would have without it, to first order (its leverage and residual
+  /// tell).
   void leave_each_out(const Vec3& fitted_normal) {
     if (!fit_.refine_normal) return;
     Eigen::Matrix3d matrix = prior();
@@ -149,8 +151,10 @@ class TexelLobes {
         matt_variance += matt_.variance[i];
         s.matt_value += matt_.value[i] - a * texel_.ambient[static_cast<std::size_t>(c)];
         s.value += texel_.value[i] - a * texel_.ambient[static_cast<std::size_t>(c)];
-        // Of what the diffuse light predicts: weights that follow the noise of the values would look like a faint highlight.
-        variance += work_.variance_of(a * (texel_.irradiance[i] * std::max(0.0, fitted_normal.dot(s.direction)) + texel_.ambient[static_cast<std::size_t>(c)]));
+        // Of what the diffuse light predicts: weights that follow the noise of the values would look like a faint
+        // highlight.
+        variance += work_.variance_of(a * (texel_.irradiance[i] * std::max(0.0, fitted_normal.dot(s.direction)) +
+                                           texel_.ambient[static_cast<std::size_t>(c)]));
       }
       s.diffuse = facing * Vec3(n.dot(s.direction), tangent_.dot(s.direction), bitangent_.dot(s.direction));
       s.matt_weight = 1.0 / (matt_variance * fit_.noise_scale * fit_.noise_scale);
@@ -173,7 +177,8 @@ constexpr int kSums = 3;  ///< Of each roughness: channels kSums r ... of sums o
 
 /// Sums over tiles: lobe_lobe, lobe_value and whole_lobe of every roughness.
 ImageF tile_sums(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted, const RunControl& control) {
-  const int columns = (work.width + kSpecularTile - 1) / kSpecularTile, rows = (work.height + kSpecularTile - 1) / kSpecularTile;
+  const int columns = (work.width + kSpecularTile - 1) / kSpecularTile,
+            rows = (work.height + kSpecularTile - 1) / kSpecularTile;
   ImageF tiles(columns, rows, kSums * kNumRoughness);
   parallel_for(rows, 1, control, [&](std::int64_t row, std::int64_t) {
     TexelLobes lobes(work, lobe);
@@ -182,7 +187,9 @@ ImageF tile_sums(const UnlightWork& work, SpecularLobe lobe, const UnlightResult
     for (int y = ty * kSpecularTile; y < std::min(work.height, (ty + 1) * kSpecularTile); ++y) {
       for (int x = 0; x < work.width; ++x) {
         LobeSums sums;
-        if (!is_specular_sample(x, y) || fitted.mask.at(x, y) == 0 || !lobes.sum(x, y, fitted, 0, kRoughness.size() - 1, sums)) continue;
+        if (!is_specular_sample(x, y) || fitted.mask.at(x, y) == 0 ||
+            !lobes.sum(x, y, fitted, 0, kRoughness.size() - 1, sums))
+          continue;
         double* at = &line[static_cast<std::size_t>(x / kSpecularTile * kSums * kNumRoughness)];
         for (std::size_t r = 0; r < kRoughness.size(); ++r) {
           at[kSums * r] += sums.lobe_lobe[r];
@@ -205,12 +212,14 @@ struct BestLobe {
 /// Of a tile, from its smoothed sums: the roughness that explains most, between those of the series by a parabola.
 /// @param num_tiles  That the means were taken of: what noise alone explains is no highlight.
 BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
-  constexpr double kLeastOwn = 0.05;     // A lobe of which diffuse light with another normal explains all but this, under these lamps, tells nothing.
+  constexpr double kLeastOwn = 0.05;  // A lobe of which diffuse light with another normal explains all but this, under
+                                      // these lamps, tells nothing.
   constexpr double kSignificant = 30.0;  // Of chi-square; 5.5 standard deviations.
   std::array<double, kNumRoughness> gain{}, strength{};
   std::size_t best = 0;
   for (std::size_t r = 0; r < kRoughness.size(); ++r) {
-    const auto ll = static_cast<double>(sums[kSums * r]), lv = static_cast<double>(sums[kSums * r + 1]), whole = static_cast<double>(sums[kSums * r + 2]);
+    const auto ll = static_cast<double>(sums[kSums * r]), lv = static_cast<double>(sums[kSums * r + 1]),
+               whole = static_cast<double>(sums[kSums * r + 2]);
     strength[r] = ll > kLeastOwn * whole && ll > 0.0 ? std::clamp(lv / ll, 0.0, 1.0) : 0.0;
     gain[r] = strength[r] * std::max(0.0, lv);
     if (gain[r] > gain[best]) best = r;
@@ -221,7 +230,8 @@ BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
   const double shift = bend < 0.0 ? std::clamp(0.5 * (left - right) / bend, -0.5, 0.5) : 0.0;
   const std::size_t other = shift < 0.0 ? best - 1 : best + 1;
   const double share = std::abs(shift);
-  return {strength[best] + share * (strength[other] - strength[best]), kRoughness[best] + share * (kRoughness[other] - kRoughness[best]), gain[best]};
+  return {strength[best] + share * (strength[other] - strength[best]),
+          kRoughness[best] + share * (kRoughness[other] - kRoughness[best]), gain[best]};
 }
 
 /// Between tiles' centers; tiles without a highlight have strength 0 and lend no roughness.
@@ -241,7 +251,9 @@ std::array<double, 2> interpolated(const ImageF& tiles, int x, int y) {
 struct Place {
   std::size_t below = 0;
   double share = 0.0;
-  [[nodiscard]] double between(const std::array<double, kNumRoughness>& sums) const { return sums[below] + share * (sums[below + 1] - sums[below]); }
+  [[nodiscard]] double between(const std::array<double, kNumRoughness>& sums) const {
+    return sums[below] + share * (sums[below + 1] - sums[below]);
+  }
 };
 
 Place place_of(double roughness) {
@@ -256,10 +268,13 @@ struct TileLobes {
   double gain = 0.0;  ///< What it explains of the samples' chi-square.
 };
 
-TileLobes fit_tiles(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted, const RunControl& control) {
+TileLobes fit_tiles(const UnlightWork& work, SpecularLobe lobe, const UnlightResult& fitted,
+                    const RunControl& control) {
   const double sigma = work.options.specular_window_px / kSpecularTile;
-  const ImageF sums = gaussian_blur(tile_sums(work, lobe, fitted, control.part(0.0, 0.9)), sigma, control.part(0.9, 1.0));
-  const double num_tiles = std::min(static_cast<double>(sums.num_pixels()), std::max(1.0, 4.0 * std::numbers::pi * sigma * sigma));
+  const ImageF sums =
+      gaussian_blur(tile_sums(work, lobe, fitted, control.part(0.0, 0.9)), sigma, control.part(0.9, 1.0));
+  const double num_tiles =
+      std::min(static_cast<double>(sums.num_pixels()), std::max(1.0, 4.0 * std::numbers::pi * sigma * sigma));
   TileLobes result{.tiles = ImageF(sums.width(), sums.height(), 2)};
   for (int y = 0; y < sums.height(); ++y) {
     for (int x = 0; x < sums.width(); ++x) {
@@ -277,7 +292,8 @@ TileLobes fit_tiles(const UnlightWork& work, SpecularLobe lobe, const UnlightRes
 SpecularFit fit_specular(const UnlightWork& work, const UnlightResult& fitted, const RunControl& control) {
   const TileLobes ggx = fit_tiles(work, SpecularLobe::Ggx, fitted, control.part(0.0, 0.3));
   const TileLobes beckmann = fit_tiles(work, SpecularLobe::Beckmann, fitted, control.part(0.3, 0.6));
-  SpecularFit result{.lobe = beckmann.gain > ggx.gain ? SpecularLobe::Beckmann : SpecularLobe::Ggx, .values = ImageF(work.width, work.height, 2)};
+  SpecularFit result{.lobe = beckmann.gain > ggx.gain ? SpecularLobe::Beckmann : SpecularLobe::Ggx,
+                     .values = ImageF(work.width, work.height, 2)};
   const ImageF& tiles = result.lobe == SpecularLobe::Ggx ? ggx.tiles : beckmann.tiles;
   parallel_for(work.height, 4, control.part(0.6, 1.0), [&](std::int64_t begin, std::int64_t end) {
     TexelLobes lobes(work, result.lobe);

@@ -23,7 +23,8 @@ struct TileShare {
 
 /// Bilinear; at the edges tiles are repeated. @param tiles  One pixel a tile.
 [[nodiscard]] inline std::array<TileShare, 4> tiles_around(const ImageF& tiles, int x, int y) {
-  const double u = std::clamp((x + 0.5) / kSpecularTile - 0.5, 0.0, tiles.width() - 1.0), v = std::clamp((y + 0.5) / kSpecularTile - 0.5, 0.0, tiles.height() - 1.0);
+  const double u = std::clamp((x + 0.5) / kSpecularTile - 0.5, 0.0, tiles.width() - 1.0),
+               v = std::clamp((y + 0.5) / kSpecularTile - 0.5, 0.0, tiles.height() - 1.0);
   const int i = static_cast<int>(u), j = static_cast<int>(v);
   const int right = std::min(i + 1, tiles.width() - 1), below = std::min(j + 1, tiles.height() - 1);
   const double s = u - i, t = v - j;

@@ -22,10 +22,14 @@ std::array<Vec3, 2> tangents(const Vec3& n) {
 class TexelSolver {
  public:
   TexelSolver(TexelSamples& samples, const TexelFitOptions& options)
-      : s_(samples), o_(options), scale2_(options.noise_scale * options.noise_scale), weight_(samples.state.size(), 0.0) {
+      : s_(samples),
+        o_(options),
+        scale2_(options.noise_scale * options.noise_scale),
+        weight_(samples.state.size(), 0.0) {
     normal_ = s_.normal;
     has_prior_ = o_.refine_normal && std::isfinite(o_.normal_sigma);
-    if (has_prior_) prior_ = 2.0 / (o_.normal_sigma * o_.normal_sigma);  // An angle of sigma is sigma / sqrt(2) along each tangent.
+    if (has_prior_)
+      prior_ = 2.0 / (o_.normal_sigma * o_.normal_sigma);  // An angle of sigma is sigma / sqrt(2) along each tangent.
   }
 
   TexelFit solve() {
@@ -90,11 +94,13 @@ class TexelSolver {
     return norm > 0.0 ? sum / norm : 0.0;
   }
 
-  /// Residual of a lamp in standard deviations over all channels, with the sign of their sum: a lamp is shadowed in all of them.
+  /// Residual of a lamp in standard deviations over all channels, with the sign of their sum: a lamp is shadowed in all
+  /// of them.
   [[nodiscard]] double residual(int k) const {
     double sum = 0.0, squares = 0.0;
     for (int c = 0; c < s_.num_channels; ++c) {
-      const double r = (s_.value[s_.index(k, c)] - albedo_[static_cast<std::size_t>(c)] * unit_value(k, c)) * std::sqrt(precision(k, c));
+      const double r = (s_.value[s_.index(k, c)] - albedo_[static_cast<std::size_t>(c)] * unit_value(k, c)) *
+                       std::sqrt(precision(k, c));
       sum += r;
       squares += r * r;
     }
@@ -276,6 +282,8 @@ void TexelSamples::resize(int lights, int channels) {
   variance.resize(n);
 }
 
-TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options) { return TexelSolver(samples, options).solve(); }
+TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options) {
+  return TexelSolver(samples, options).solve();
+}
 
 }  // namespace patinate::capture

@@ -10,35 +10,43 @@
 
 namespace patinate::capture {
 
-/// What the lamps show of one texel; arrays of L, or of L x C with the channel running fastest. Reused from texel to texel.
+/// What the lamps show of one texel; arrays of L, or of L x C with the channel running fastest. Reused from texel to
+/// texel.
 struct TexelSamples {
   int num_lights = 0;
   int num_channels = 0;
-  std::vector<Vec3> direction;      ///< Unit, to the lamp.
-  std::vector<double> irradiance;   ///< That reaches a surface facing the lamp, over pi: times cosine and albedo it is the value.
-  std::vector<double> value;        ///< Photographed, less its highlight.
-  std::vector<double> variance;     ///< Of value, before the noise scale.
-  std::vector<SampleState> state;   ///< Clean to begin with where the sample may count; fit_texel() adds Darker and Brighter.
+  std::vector<Vec3> direction;  ///< Unit, to the lamp.
+  std::vector<double>
+      irradiance;  ///< That reaches a surface facing the lamp, over pi: times cosine and albedo it is the value.
+  std::vector<double> value;     ///< Photographed, less its highlight.
+  std::vector<double> variance;  ///< Of value, before the noise scale.
+  std::vector<SampleState>
+      state;  ///< Clean to begin with where the sample may count; fit_texel() adds Darker and Brighter.
   std::array<double, 3> ambient{};  ///< Irradiance from everywhere over pi, for each channel.
   Vec3 normal = Vec3(0, 0, 1);      ///< Where to begin; the scan's.
 
   void resize(int lights, int channels);
-  [[nodiscard]] std::size_t index(int light, int channel) const { return static_cast<std::size_t>(light * num_channels + channel); }
+  [[nodiscard]] std::size_t index(int light, int channel) const {
+    return static_cast<std::size_t>(light * num_channels + channel);
+  }
 };
 
 struct TexelFitOptions {
   bool refine_normal = true;
-  double normal_sigma = 0.0;      ///< Radians, of the angle between `normal` and the truth; infinite: the samples alone decide.
+  double normal_sigma =
+      0.0;  ///< Radians, of the angle between `normal` and the truth; infinite: the samples alone decide.
   bool reject = true;
   double rejection_sigma = 3.0;
-  double noise_scale = 1.0;       ///< Times sqrt(variance).
+  double noise_scale = 1.0;  ///< Times sqrt(variance).
   double min_cosine = 0.05;
   int min_lights = 2;
 
-  /// How far off a sample may be before it is rejected, in standard deviations of the noise that was found. The noise is never taken for less than
-  /// kLeastNoise of what `variance` expects: photographs without noise would else be rejected wherever the model is a hair off.
+  /// How far off a sample may be before it is rejected, in standard deviations of the noise that was found. The noise
+  /// is never taken for less than kLeastNoise of what `variance` expects: photographs without noise would else be
+  /// rejected wherever the model is a hair off.
   [[nodiscard]] double rejection_width() const { return rejection_sigma * std::max(1.0, kLeastNoise / noise_scale); }
-  static constexpr double kLeastNoise = 0.3;  ///< Rounding to 8-bit sRGB alone is twice that (of the default floor and share).
+  static constexpr double kLeastNoise =
+      0.3;  ///< Rounding to 8-bit sRGB alone is twice that (of the default floor and share).
 };
 
 struct TexelFit {
@@ -51,10 +59,10 @@ struct TexelFit {
   double degrees_of_freedom = 0.0;  ///< Of chi2; the prior's share of the normal is none.
 };
 
-/// Least squares of value = albedo (irradiance max(0, n . l) + ambient) over albedos and the normal they share, by Gauss-Newton steps with the albedos eliminated.
-/// With `reject`, from the median of value / light under the starting normal, first with Geman and McClure's weights whose width shrinks to
-/// rejection_sigma (graduated non-convexity [Blake and Zisserman 1987]), then with those samples only that are nearer than it.
-/// Sets samples.state.
+/// Least squares of value = albedo (irradiance max(0, n . l) + ambient) over albedos and the normal they share, by
+/// Gauss-Newton steps with the albedos eliminated. With `reject`, from the median of value / light under the starting
+/// normal, first with Geman and McClure's weights whose width shrinks to rejection_sigma (graduated non-convexity
+/// [Blake and Zisserman 1987]), then with those samples only that are nearer than it. Sets samples.state.
 [[nodiscard]] TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options);
 
 }  // namespace patinate::capture

@@ -7,9 +7,9 @@
 #include "capture/unlighting/specular_choice.h"
 #include "capture/unlighting/specular_fit.h"
 #include "capture/unlighting/unlight_work.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -24,12 +24,14 @@ void put(ImageF& image, int x, int y, const Vec3& v) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
 }
 
-void fit_row(const UnlightWork& work, const TexelFitOptions& options, int y, TexelSamples& texel, UnlightResult& result) {
+void fit_row(const UnlightWork& work, const TexelFitOptions& options, int y, TexelSamples& texel,
+             UnlightResult& result) {
   for (int x = 0; x < work.width; ++x) {
     if (!work.is_surface(x, y)) continue;
     work.load(x, y, texel);
     const TexelFit fit = fit_texel(texel, options);
-    for (std::size_t k = 0; k < texel.state.size(); ++k) result.samples.at(x, y, static_cast<int>(k)) = static_cast<std::uint8_t>(texel.state[k]);
+    for (std::size_t k = 0; k < texel.state.size(); ++k)
+      result.samples.at(x, y, static_cast<int>(k)) = static_cast<std::uint8_t>(texel.state[k]);
     put(result.normal, x, y, fit.is_determined ? fit.normal : vector_of(work.normal, x, y));
     result.mask.at(x, y) = fit.is_determined ? 255 : 0;
     for (int c = 0; c < work.num_channels; ++c) {
@@ -84,7 +86,8 @@ void add_row(const UnlightWork& work, int y, const UnlightResult& result, TexelS
 
 void report(const UnlightWork& work, UnlightResult& result, const RunControl& control) {
   const auto l = static_cast<std::size_t>(work.num_lights);
-  const Sums zero{std::vector<LightReport>(l), std::vector<double>(l), std::vector<double>(l), std::vector<std::int64_t>(l), 0, 0};
+  const Sums zero{
+      std::vector<LightReport>(l), std::vector<double>(l), std::vector<double>(l), std::vector<std::int64_t>(l), 0, 0};
   const auto map = [&](std::int64_t begin, std::int64_t end) {
     Sums sums = zero;
     TexelSamples texel;
@@ -134,19 +137,26 @@ void judge_lights(UnlightResult& result) {
     num_valid += used;
     const std::string name = "light " + std::to_string(k + 1);
     if (used == 0 && of(SampleState::Invalid) > 0) {
-      result.notes.push_back("photograph " + std::to_string(k + 1) + " is saturated wherever " + name + " shines; it does not count");
+      result.notes.push_back("photograph " + std::to_string(k + 1) + " is saturated wherever " + name +
+                             " shines; it does not count");
     } else if (used == 0) {
       result.notes.push_back(name + " reaches nothing that is seen: it stands behind the surface or in its shadow");
     } else if (static_cast<double>(of(SampleState::Darker)) > kMany * static_cast<double>(used)) {
-      result.notes.push_back(name + ": " + percent(static_cast<double>(of(SampleState::Darker)) / static_cast<double>(used)) +
-                             " of its samples are darker than the other lamps allow; check its position, its strength and the photographs' order");
+      result.notes.push_back(name + ": " +
+                             percent(static_cast<double>(of(SampleState::Darker)) / static_cast<double>(used)) +
+                             " of its samples are darker than the other lamps allow; check its position, its strength "
+                             "and the photographs' order");
     } else if (static_cast<double>(of(SampleState::Brighter)) > kMany * static_cast<double>(used)) {
-      result.notes.push_back(name + ": " + percent(static_cast<double>(of(SampleState::Brighter)) / static_cast<double>(used)) +
-                             " of its samples are brighter than the other lamps allow; check its position, its strength and the photographs' order");
+      result.notes.push_back(name + ": " +
+                             percent(static_cast<double>(of(SampleState::Brighter)) / static_cast<double>(used)) +
+                             " of its samples are brighter than the other lamps allow; check its position, its "
+                             "strength and the photographs' order");
     }
   }
   if (result.num_surface == 0) throw InvalidInput("the mask leaves no surface");
-  if (num_lit == 0) throw InvalidInput("no light reaches the surface that is seen; check that lights and scan are in the same frame and unit");
+  if (num_lit == 0)
+    throw InvalidInput(
+        "no light reaches the surface that is seen; check that lights and scan are in the same frame and unit");
   if (num_valid == 0) throw InvalidInput("the photographs are saturated (white) wherever a light shines");
 }
 
@@ -160,26 +170,38 @@ void check_not_black(const UnlightWork& work) {
         for (float v : work.input.photos[k].pixel(x, y)) is_black = is_black && !(v > 0.0f);
       }
     }
-    if (is_lit && is_black) throw InvalidInput("photograph " + std::to_string(k + 1) + " is black everywhere; expected what its light shows");
+    if (is_lit && is_black)
+      throw InvalidInput("photograph " + std::to_string(k + 1) + " is black everywhere; expected what its light shows");
   }
 }
 
 }  // namespace
 
 void describe(OptionVisitor& v, UnlightOptions& o) {
-  v.visit_choice({"normals", "keep those of the scan, or refine them from the photographs"}, o.normals, kNormalModeNames);
+  v.visit_choice({"normals", "keep those of the scan, or refine them from the photographs"}, o.normals,
+                 kNormalModeNames);
   v.visit({"normal_sigma", "expected error of the scan's normals", "deg", {0, 90, true}}, o.normal_sigma_deg);
-  v.visit_choice({"rejection", "none: every valid lit sample counts; robust: without shadows and highlights"}, o.rejection, kRejectionNames);
-  v.visit({"rejection_sigma", "samples farther off than this are shadows or highlights", "standard deviations", between(1.5, 20)}, o.rejection_sigma);
-  v.visit_choice({"specular", "none; fit: highlights are found and subtracted; auto: where nearly all texels near are better for it"}, o.specular, kSpecularNames);
-  v.visit({"specular_window", "highlights are alike within such a distance", "px", between(2, 1000)}, o.specular_window_px);
-  v.visit({"strengths", "find the lamps' strengths, of which the given intensities are only a guess"}, o.estimate_strengths);
+  v.visit_choice({"rejection", "none: every valid lit sample counts; robust: without shadows and highlights"},
+                 o.rejection, kRejectionNames);
+  v.visit({"rejection_sigma", "samples farther off than this are shadows or highlights", "standard deviations",
+           between(1.5, 20)},
+          o.rejection_sigma);
+  v.visit_choice(
+      {"specular",
+       "none; fit: highlights are found and subtracted; auto: where nearly all texels near are better for it"},
+      o.specular, kSpecularNames);
+  v.visit({"specular_window", "highlights are alike within such a distance", "px", between(2, 1000)},
+          o.specular_window_px);
+  v.visit({"strengths", "find the lamps' strengths, of which the given intensities are only a guess"},
+          o.estimate_strengths);
   v.visit({"ambient", "find the light from everywhere that was not subtracted"}, o.estimate_ambient);
   v.visit({"noise_floor", "noise of a photograph's value that does not depend on it", "", above(0)}, o.noise_floor);
   v.visit({"noise_share", "noise that grows with the value, as a share of it", "", between(0, 1)}, o.noise_share);
   v.visit({"min_cosine", "light that grazes more does not count", "", {0, 0.99}}, o.min_cosine);
   v.visit({"min_lights", "texels with fewer clean samples are not determined", "", between(1, 64)}, o.min_lights);
-  v.visit({"shadow_offset", "blockers nearer than this cast no shadow; not given: the median edge of the scan", "mm", at_least(0)}, o.shadow_offset_mm);
+  v.visit({"shadow_offset", "blockers nearer than this cast no shadow; not given: the median edge of the scan", "mm",
+           at_least(0)},
+          o.shadow_offset_mm);
 }
 
 double estimate_noise_scale(const UnlightWork& work, const RunControl& control, int max_rounds) {
@@ -245,8 +267,12 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
   check_not_black(work);
   LampEstimate lamps{.is_converged = true};
   if (options.estimate_strengths || options.estimate_ambient) lamps = estimate_lamps(work, control.part(0.25, 0.35));
-  if (!lamps.is_converged) notes.emplace_back("the lamps' strengths did not settle; the photographs may contradict the lights' positions");
-  if (!lamps.is_determined) notes.emplace_back("some of the lamps' strengths (or the ambient light) cannot be told from the photographs: too flat an object, or too few lamps");
+  if (!lamps.is_converged)
+    notes.emplace_back("the lamps' strengths did not settle; the photographs may contradict the lights' positions");
+  if (!lamps.is_determined)
+    notes.emplace_back(
+        "some of the lamps' strengths (or the ambient light) cannot be told from the photographs: too flat an object, "
+        "or too few lamps");
   work.noise_scale = estimate_noise_scale(work, control.part(0.3, 0.35));
   UnlightResult result{.albedo = ImageF(work.width, work.height, work.num_channels),
                        .stddev = ImageF(work.width, work.height, work.num_channels),

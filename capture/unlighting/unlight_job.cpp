@@ -43,12 +43,15 @@ Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::v
   for (std::size_t k = 0; k < result.lights.size(); ++k) {
     const LightReport& light = result.lights[k];
     Json samples = Json::object();
-    for (std::size_t s = 1; s < kNumSampleStates; ++s) samples[sample_state_name(static_cast<SampleState>(s))] = light.samples[s];
-    json["lights"].push_back({{"name", step.lights[k].name},
-                              {"samples", samples},
-                              {"strength", three(light.strength)},
-                              {"residual", light.residual},
-                              {"left_out", {{"rms", left_out[k].rms}, {"median", left_out[k].median}, {"samples", left_out[k].num_samples}}}});
+    for (std::size_t s = 1; s < kNumSampleStates; ++s)
+      samples[sample_state_name(static_cast<SampleState>(s))] = light.samples[s];
+    json["lights"].push_back(
+        {{"name", step.lights[k].name},
+         {"samples", samples},
+         {"strength", three(light.strength)},
+         {"residual", light.residual},
+         {"left_out",
+          {{"rms", left_out[k].rms}, {"median", left_out[k].median}, {"samples", left_out[k].num_samples}}}});
   }
   json["notes"] = result.notes;
   return json;
@@ -56,31 +59,39 @@ Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::v
 
 std::string percent(double share) { return short_number_text(rounded(100.0 * share, 2)) + " %"; }
 
-void add_step_notes(const UnlightStep& step, const UnlightOptions& options, const UnlightScene& scene, UnlightResult& result, const RunControl& control) {
+void add_step_notes(const UnlightStep& step, const UnlightOptions& options, const UnlightScene& scene,
+                    UnlightResult& result, const RunControl& control) {
   if (!step.are_strengths_known()) {
-    result.notes.emplace_back(options.estimate_strengths ? "the lights' file gives no strengths: albedo has a scale of its own"
-                                                         : "the lights' file gives no strengths: they are taken as equal (--strengths finds them), and albedo has a scale of its own");
+    result.notes.emplace_back(options.estimate_strengths
+                                  ? "the lights' file gives no strengths: albedo has a scale of its own"
+                                  : "the lights' file gives no strengths: they are taken as equal (--strengths finds "
+                                    "them), and albedo has a scale of its own");
   }
   if (!step.has_codes) return;
   const ResponseCheck check = check_response(scene.input, scene.ambient, step.response, control);
   if (!check.is_doubtful) return;
   const bool is_linear = step.response.kind == Response::Kind::Linear;
-  result.notes.push_back("`response` is " + step.response.text() + ", but decoded as " + (is_linear ? "srgb" : "linear") + " the photographs agree much better with the lamps (" +
+  result.notes.push_back("`response` is " + step.response.text() + ", but decoded as " +
+                         (is_linear ? "srgb" : "linear") + " the photographs agree much better with the lamps (" +
                          percent(check.otherwise) + " off, against " + percent(check.as_declared) + "); check it");
 }
 
-void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::path& folder, const RunControl& control) {
+void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::path& folder,
+              const RunControl& control) {
   const UnlightScene scene = load_unlight_scene(step, control.part(0.0, 0.2));
   UnlightResult result = unlight(scene.input, options, control.part(0.2, 0.8));
   const std::vector<LeftOutError> left_out = leave_one_out(scene.input, options, result, control.part(0.8, 0.9));
   add_step_notes(step, options, scene, result, control.part(0.9, 0.95));
-  const std::vector<std::string> color = result.albedo.channels() == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+  const std::vector<std::string> color =
+      result.albedo.channels() == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
   write_exr(folder / "albedo.exr", result.albedo, color, ExrDepth::Float);
   write_exr(folder / "stddev.exr", result.stddev, color, ExrDepth::Float);
   write_exr(folder / "normal.exr", result.normal, {"X", "Y", "Z"}, ExrDepth::Float);
-  if (!result.specular.empty()) write_exr(folder / "specular.exr", result.specular, {"strength", "roughness"}, ExrDepth::Float);
+  if (!result.specular.empty())
+    write_exr(folder / "specular.exr", result.specular, {"strength", "roughness"}, ExrDepth::Float);
   write_codes(folder / "mask.png", result.mask);
-  const Eigen::Matrix3d camera_from_world = step.camera_mm ? step.camera_mm->parameters().rotation : Eigen::Matrix3d(Vec3(1, -1, -1).asDiagonal());
+  const Eigen::Matrix3d camera_from_world =
+      step.camera_mm ? step.camera_mm->parameters().rotation : Eigen::Matrix3d(Vec3(1, -1, -1).asDiagonal());
   write_unlight_report(folder, step.name, scene.input, result, left_out, camera_from_world);
   fs::create_directories((folder / kFactsFile).parent_path());
   save_json(folder / kFactsFile, facts_of(step, result, left_out));
@@ -89,7 +100,9 @@ void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::
 
 std::vector<JobDependency> dependencies(const UnlightStep& step, const UnlightOptions& options) {
   std::vector<JobDependency> list{{"version of unlight", std::to_string(kUnlightVersion)}};
-  const auto add_file = [&](const char* what, const fs::path& file) { list.push_back({std::string(what) + file.filename().string(), hash_file(file)}); };
+  const auto add_file = [&](const char* what, const fs::path& file) {
+    list.push_back({std::string(what) + file.filename().string(), hash_file(file)});
+  };
   for (const fs::path& photo : step.photos) add_file("", photo);
   if (step.ambient) add_file("ambient ", *step.ambient);
   if (step.mask) add_file("mask ", *step.mask);
@@ -120,10 +133,15 @@ JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, con
   hash.add("unlight");
   for (const JobDependency& d : plan.depends_on) hash.add(d.key);
   plan.key = hash.hex();
-  JobItem item{.name = "unlight", .outputs = {"albedo.exr", "stddev.exr", "normal.exr", "mask.png", "albedo.png", "normal.png", "stddev.png", kUnlitPageFile, kFactsFile}, .run = {}};
+  JobItem item{.name = "unlight",
+               .outputs = {"albedo.exr", "stddev.exr", "normal.exr", "mask.png", "albedo.png", "normal.png",
+                           "stddev.png", kUnlitPageFile, kFactsFile},
+               .run = {}};
   if (options.specular != SpecularMode::None) item.outputs.insert(item.outputs.end(), {"specular.exr", "specular.png"});
   for (std::size_t k = 0; k < step.photos.size(); ++k) item.outputs.emplace_back(samples_file(k));
-  item.run = [step, options](const fs::path& folder, const RunControl& control) { run_item(step, options, folder, control); };
+  item.run = [step, options](const fs::path& folder, const RunControl& control) {
+    run_item(step, options, folder, control);
+  };
   plan.items.push_back(std::move(item));
   plan.join = [key = plan.key](const fs::path& folder, const RunControl&) {
     Json json = load_json(folder / kFactsFile);

@@ -12,9 +12,11 @@ namespace patinate::capture {
 inline constexpr const char* kUnlitManifestFile = "unlight.json";
 inline constexpr const char* kUnlitPageFile = "report.html";
 
-/// Plan that writes `albedo.exr`, `stddev.exr`, `normal.exr`, `specular.exr` (strength, roughness), `mask.png`, pictures of them (`albedo.png`, `normal.png`, ...),
-/// `samples/01.png` ... (what became of every photograph's pixels), `report.html`, and `unlight.json` (docs/schema/unlit.schema.json).
+/// Plan that writes `albedo.exr`, `stddev.exr`, `normal.exr`, `specular.exr` (strength, roughness), `mask.png`,
+/// pictures of them (`albedo.png`, `normal.png`, ...), `samples/01.png` ... (what became of every photograph's pixels),
+/// `report.html`, and `unlight.json` (docs/schema/unlit.schema.json).
 /// @throws InvalidInput if an option is out of range; IoError if a photograph cannot be read.
-[[nodiscard]] JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, const std::filesystem::path& output);
+[[nodiscard]] JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options,
+                                   const std::filesystem::path& output);
 
 }  // namespace patinate::capture

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "libcommon/core/text.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/output/html_page.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
@@ -14,7 +14,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<const char*, kNumSampleStates> kStateNames{"outside", "clean", "unlit", "cast_shadow", "invalid", "darker", "brighter"};
+constexpr std::array<const char*, kNumSampleStates> kStateNames{"outside", "clean",  "unlit",   "cast_shadow",
+                                                                "invalid", "darker", "brighter"};
 
 float percentile_of(const ImageF& map, const ImageU8& mask, double rank) {
   std::vector<float> values;
@@ -57,7 +58,9 @@ ImageF relative_stddev(const UnlightResult& result) {
   return out;
 }
 
-std::string percent_text(double share, int digits = 3) { return short_number_text(rounded(100.0 * share, digits)) + " %"; }
+std::string percent_text(double share, int digits = 3) {
+  return short_number_text(rounded(100.0 * share, digits)) + " %";
+}
 
 }  // namespace
 
@@ -69,8 +72,13 @@ std::string samples_file(std::size_t light) {
 std::string sample_state_name(SampleState state) { return kStateNames[static_cast<std::size_t>(state)]; }
 
 std::array<float, 3> sample_state_color(SampleState state) {
-  constexpr std::array<std::array<float, 3>, kNumSampleStates> kColors{
-      {{0.2f, 0.2f, 0.2f}, {0.6f, 0.6f, 0.58f}, {0.0f, 0.0f, 0.0f}, {0.05f, 0.1f, 0.8f}, {0.8f, 0.0f, 0.6f}, {0.0f, 0.6f, 0.7f}, {0.9f, 0.05f, 0.02f}}};
+  constexpr std::array<std::array<float, 3>, kNumSampleStates> kColors{{{0.2f, 0.2f, 0.2f},
+                                                                        {0.6f, 0.6f, 0.58f},
+                                                                        {0.0f, 0.0f, 0.0f},
+                                                                        {0.05f, 0.1f, 0.8f},
+                                                                        {0.8f, 0.0f, 0.6f},
+                                                                        {0.0f, 0.6f, 0.7f},
+                                                                        {0.9f, 0.05f, 0.02f}}};
   return kColors[static_cast<std::size_t>(state)];
 }
 
@@ -99,7 +107,8 @@ ImageU8 normal_picture(const UnlightResult& result, const Eigen::Matrix3d& camer
       const Vec3 n(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]));
       if (!(n.squaredNorm() > 0.0)) continue;
       const Vec3 seen = Vec3(1, -1, -1).asDiagonal() * (camera_from_world * n);
-      for (int c = 0; c < 3; ++c) out.at(x, y, c) = static_cast<std::uint8_t>(std::lround(127.5 + 127.5 * std::clamp(seen[c], -1.0, 1.0)));
+      for (int c = 0; c < 3; ++c)
+        out.at(x, y, c) = static_cast<std::uint8_t>(std::lround(127.5 + 127.5 * std::clamp(seen[c], -1.0, 1.0)));
     }
   }
   return out;
@@ -111,14 +120,16 @@ ImageF color_picture(const ImageF& map, double& factor) {
   ImageF out(map.width(), map.height(), 3);
   for (int y = 0; y < map.height(); ++y) {
     for (int x = 0; x < map.width(); ++x) {
-      for (int c = 0; c < 3; ++c) out.at(x, y, c) = static_cast<float>(factor) * map.at(x, y, map.channels() == 1 ? 0 : c);
+      for (int c = 0; c < 3; ++c)
+        out.at(x, y, c) = static_cast<float>(factor) * map.at(x, y, map.channels() == 1 ? 0 : c);
     }
   }
   return out;
 }
 
-void write_unlight_report(const fs::path& folder, const std::string& name, const UnlightInput& input, const UnlightResult& result,
-                          const std::vector<LeftOutError>& left_out, const Eigen::Matrix3d& camera_from_world) {
+void write_unlight_report(const fs::path& folder, const std::string& name, const UnlightInput& input,
+                          const UnlightResult& result, const std::vector<LeftOutError>& left_out,
+                          const Eigen::Matrix3d& camera_from_world) {
   constexpr double kStddevWhite = 0.1;
   fs::create_directories(folder / "samples");
   double factor = 1.0;
@@ -126,38 +137,51 @@ void write_unlight_report(const fs::path& folder, const std::string& name, const
   write_codes(folder / "normal.png", normal_picture(result, camera_from_world));
   write_srgb8(folder / "stddev.png", gray_picture(relative_stddev(result), 0, kStddevWhite));
   HtmlPage page("Unlighting" + (name.empty() ? "" : ": " + name));
-  page.paragraph(std::to_string(result.num_determined) + " of " + std::to_string(result.num_surface) + " texels are determined (" +
-                 percent_text(static_cast<double>(result.num_determined) / static_cast<double>(std::max<std::int64_t>(1, result.num_surface))) +
-                 "). Clean samples are off by " + percent_text(result.residual) + " (root mean square, over their mean).");
+  page.paragraph(
+      std::to_string(result.num_determined) + " of " + std::to_string(result.num_surface) + " texels are determined (" +
+      percent_text(static_cast<double>(result.num_determined) /
+                   static_cast<double>(std::max<std::int64_t>(1, result.num_surface))) +
+      "). Clean samples are off by " + percent_text(result.residual) + " (root mean square, over their mean).");
   for (const std::string& note : result.notes) page.paragraph("Note: " + note + ".");
-  std::vector<HtmlPicture> maps{{"albedo.png", factor == 1.0 ? "albedo" : "albedo times " + short_number_text(rounded(factor, 3))},
-                                {"normal.png", "normals: red right, green up, blue to the camera"},
-                                {"stddev.png", "standard deviation of the albedo: white is " + percent_text(kStddevWhite) + " of it and more"}};
+  std::vector<HtmlPicture> maps{
+      {"albedo.png", factor == 1.0 ? "albedo" : "albedo times " + short_number_text(rounded(factor, 3))},
+      {"normal.png", "normals: red right, green up, blue to the camera"},
+      {"stddev.png", "standard deviation of the albedo: white is " + percent_text(kStddevWhite) + " of it and more"}};
   if (!result.specular.empty()) {
     const double white = std::max(1e-3, static_cast<double>(percentile_of(result.specular, result.mask, 0.99)));
     write_srgb8(folder / "specular.png", gray_picture(result.specular, 0, std::min(1.0, white)));
-    maps.push_back({"specular.png", "strength of the highlight (F0): white is " + short_number_text(rounded(std::min(1.0, white), 2))});
+    maps.push_back({"specular.png",
+                    "strength of the highlight (F0): white is " + short_number_text(rounded(std::min(1.0, white), 2))});
   }
   page.pictures(maps);
   page.heading("Lamps");
-  page.paragraph("Left out: each photograph foretold from the others. RMS over clean samples; the median is over all lit ones, rejected ones too.");
+  page.paragraph(
+      "Left out: each photograph foretold from the others. RMS over clean samples; the median is over all lit ones, "
+      "rejected ones too.");
   std::vector<std::vector<std::string>> rows;
   std::vector<HtmlPicture> samples;
   for (std::size_t k = 0; k < result.lights.size(); ++k) {
     const LightReport& light = result.lights[k];
     const auto share = [&](SampleState s) {
-      return percent_text(static_cast<double>(light.samples[static_cast<std::size_t>(s)]) / static_cast<double>(std::max<std::int64_t>(1, result.num_surface)));
+      return percent_text(static_cast<double>(light.samples[static_cast<std::size_t>(s)]) /
+                          static_cast<double>(std::max<std::int64_t>(1, result.num_surface)));
     };
-    const std::string title = input.lights[k].name.empty() ? std::to_string(k + 1) : std::to_string(k + 1) + " " + input.lights[k].name;
-    rows.push_back({title, share(SampleState::Clean), share(SampleState::Unlit), share(SampleState::CastShadow), share(SampleState::Darker), share(SampleState::Brighter),
-                    share(SampleState::Invalid), short_number_text(rounded(light.strength.mean(), 4)), percent_text(light.residual), percent_text(left_out[k].rms),
-                    percent_text(left_out[k].median)});
+    const std::string title =
+        input.lights[k].name.empty() ? std::to_string(k + 1) : std::to_string(k + 1) + " " + input.lights[k].name;
+    rows.push_back({title, share(SampleState::Clean), share(SampleState::Unlit), share(SampleState::CastShadow),
+                    share(SampleState::Darker), share(SampleState::Brighter), share(SampleState::Invalid),
+                    short_number_text(rounded(light.strength.mean(), 4)), percent_text(light.residual),
+                    percent_text(left_out[k].rms), percent_text(left_out[k].median)});
     write_srgb8(folder / samples_file(k), samples_picture(input, result, static_cast<int>(k)));
     samples.push_back({samples_file(k), title});
   }
-  page.table({"lamp", "clean", "faces away", "cast shadow", "darker", "brighter", "not valid", "strength", "residual", "left out, RMS", "left out, median"}, rows);
+  page.table({"lamp", "clean", "faces away", "cast shadow", "darker", "brighter", "not valid", "strength", "residual",
+              "left out, RMS", "left out, median"},
+             rows);
   page.heading("Samples");
-  page.paragraph("Gray: clean. Black: the surface faces away. Blue: in a cast shadow. Cyan: darker than the other lamps allow. Red: brighter (a highlight). Magenta: saturated or out of view.");
+  page.paragraph(
+      "Gray: clean. Black: the surface faces away. Blue: in a cast shadow. Cyan: darker than the other lamps allow. "
+      "Red: brighter (a highlight). Magenta: saturated or out of view.");
   page.pictures(samples);
   page.save(folder / "report.html");
 }

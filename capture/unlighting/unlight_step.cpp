@@ -7,20 +7,20 @@
 
 #include "capture/project/capture_project.h"
 #include "capture/project/scan_control.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/light_io.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
-#include "patinate/geometry/point_cloud_io.h"
 #include "libcommon/geometry/scan_mesh.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/image/response_io.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/camera_io.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
@@ -59,7 +59,8 @@ std::vector<fs::path> read_photos(JsonReader json) {
 
 void check_photo_size(const fs::path& file, const ImageInfo& info, const UnlightStep& step) {
   if (info.width == step.width && info.height == step.height) return;
-  throw IoError(file.string(), "is " + size_text(info.width, info.height) + " pixels; expected " + size_text(step.width, step.height) + ", as the first photograph");
+  throw IoError(file.string(), "is " + size_text(info.width, info.height) + " pixels; expected " +
+                                   size_text(step.width, step.height) + ", as the first photograph");
 }
 
 void probe_photos(UnlightStep& step) {
@@ -84,9 +85,12 @@ ImageF first_channel(const ImageF& in) {
 
 Mesh read_scan(const UnlightStep& step) {
   std::string extension = step.scan->extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   try {
-    Mesh mesh = extension == ".gltf" || extension == ".glb" || extension == ".obj" ? read_mesh(*step.scan) : mesh_of_scan(read_point_cloud(*step.scan));
+    Mesh mesh = extension == ".gltf" || extension == ".glb" || extension == ".obj"
+                    ? read_mesh(*step.scan)
+                    : mesh_of_scan(read_point_cloud(*step.scan));
     mesh = repair_mesh(std::move(mesh)).mesh;
     scale_mesh(mesh, step.mm_per_unit);
     return mesh;
@@ -127,12 +131,17 @@ void develop_photos(const UnlightStep& step, UnlightScene& scene, const RunContr
 
 void cast_on_scan(const UnlightStep& step, UnlightScene& scene, const RunControl& control) {
   scene.scan = std::make_unique<const Mesh>(read_scan(step));
-  const PhotoPart whole{.width = static_cast<double>(step.width), .height = static_cast<double>(step.height), .num_columns = step.width, .num_rows = step.height};
+  const PhotoPart whole{.width = static_cast<double>(step.width),
+                        .height = static_cast<double>(step.height),
+                        .num_columns = step.width,
+                        .num_rows = step.height};
   ScanMaps maps = scan_maps(*scene.scan, *step.camera_mm, whole, {}, control);
-  if (maps.num_seen == 0) throw IoError(step.scan->string(), "the camera does not see the scan; check `unit` and the camera's pose");
+  if (maps.num_seen == 0)
+    throw IoError(step.scan->string(), "the camera does not see the scan; check `unit` and the camera's pose");
   UnlightInput& in = scene.input;
   if (in.mask.empty()) in.mask = ImageU8(step.width, step.height, 1, 255);
-  for (std::int64_t i = 0; i < in.mask.num_pixels(); ++i) in.mask.data()[i] = in.mask.data()[i] != 0 && maps.seen.data()[i] != 0 ? 255 : 0;
+  for (std::int64_t i = 0; i < in.mask.num_pixels(); ++i)
+    in.mask.data()[i] = in.mask.data()[i] != 0 && maps.seen.data()[i] != 0 ? 255 : 0;
   in.position_mm = std::move(maps.position_mm);
   in.normal = std::move(maps.normal);
   in.camera_center = step.camera_mm->center();
@@ -157,14 +166,17 @@ UnlightStep read_unlight_step(const fs::path& file) {
   if (json.has("mask")) step.mask = json.member("mask").path();
   if (json.has("scan")) step.scan = json.member("scan").path();
   probe_photos(step);
-  if (json.has("unit")) step.mm_per_unit = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
-  else if (step.scan) json.fail("the length unit of scan, camera and lights: \"unit\": um, mm, cm or m");
+  if (json.has("unit"))
+    step.mm_per_unit = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
+  else if (step.scan)
+    json.fail("the length unit of scan, camera and lights: \"unit\": um, mm, cm or m");
   if (json.has("camera")) {
     const JsonReader at = json.member("camera");
     step.camera_mm = read_camera(at, step.mm_per_unit);
     const CameraParameters& p = step.camera_mm->parameters();
     if (p.width != step.width || p.height != step.height) {
-      at.fail("a camera of the photographs, " + size_text(step.width, step.height) + " pixels; this one takes " + size_text(p.width, p.height));
+      at.fail("a camera of the photographs, " + size_text(step.width, step.height) + " pixels; this one takes " +
+              size_text(p.width, p.height));
     }
   } else if (step.scan) {
     json.fail("a \"camera\", which says where the photographs see the scan");
@@ -175,9 +187,11 @@ UnlightStep read_unlight_step(const fs::path& file) {
   const JsonReader lights = json.member("lights");
   step.lights = read_lights(lights, step.mm_per_unit, &frame);
   if (step.lights.size() != step.photos.size()) {
-    lights.fail("one light for each of the " + std::to_string(step.photos.size()) + " photographs; these are " + std::to_string(step.lights.size()));
+    lights.fail("one light for each of the " + std::to_string(step.photos.size()) + " photographs; these are " +
+                std::to_string(step.lights.size()));
   }
-  const bool is_any_near = std::any_of(step.lights.begin(), step.lights.end(), [](const Light& l) { return l.kind == Light::Kind::Near; });
+  const bool is_any_near =
+      std::any_of(step.lights.begin(), step.lights.end(), [](const Light& l) { return l.kind == Light::Kind::Near; });
   if (is_any_near && !step.scan) json.fail("a \"scan\", without which near lights cannot be used");
   json.finish();
   return step;
@@ -189,7 +203,8 @@ UnlightScene load_unlight_scene(const UnlightStep& step, const RunControl& contr
   develop_photos(step, scene, control.part(0.0, 0.4));
   if (step.mask) scene.input.mask = read_mask(*step.mask);
   if (step.scan) cast_on_scan(step, scene, control.part(0.4, 1.0));
-  if (!step.scan && step.camera_mm) scene.input.view_direction = -(step.camera_mm->parameters().rotation.transpose() * Vec3(0, 0, 1));
+  if (!step.scan && step.camera_mm)
+    scene.input.view_direction = -(step.camera_mm->parameters().rotation.transpose() * Vec3(0, 0, 1));
   control.report(1.0);
   return scene;
 }

@@ -26,10 +26,10 @@ struct UnlightStep {
   std::optional<std::filesystem::path> ambient = {};
   std::optional<std::filesystem::path> scan = {};
   std::optional<std::filesystem::path> mask = {};
-  int width = 0;   ///< Of every photograph.
+  int width = 0;  ///< Of every photograph.
   int height = 0;
-  bool is_gray = false;   ///< Every photograph has one channel.
-  bool has_codes = false; ///< Every photograph is of integers, which the response decodes.
+  bool is_gray = false;    ///< Every photograph has one channel.
+  bool has_codes = false;  ///< Every photograph is of integers, which the response decodes.
 
   [[nodiscard]] bool are_strengths_known() const;
 };
@@ -45,8 +45,8 @@ struct UnlightScene {
   ImageF ambient;                    ///< What was subtracted; empty when nothing was.
 };
 
-/// Decodes the photographs (code 254 of 255 and more is saturated), subtracts the ambient one, and casts every pixel on the scan. Without a scan the frame
-/// is the camera's, or, when none is given either, x right, y up, z to the camera.
+/// Decodes the photographs (code 254 of 255 and more is saturated), subtracts the ambient one, and casts every pixel on
+/// the scan. Without a scan the frame is the camera's, or, when none is given either, x right, y up, z to the camera.
 /// @throws IoError also if the camera does not see the scan.
 [[nodiscard]] UnlightScene load_unlight_scene(const UnlightStep& step, const RunControl& control = {});
 

@@ -7,9 +7,9 @@
 
 #include "capture/unlighting/cast_shadows.h"
 #include "capture/unlighting/photometric_normals.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
@@ -25,16 +25,20 @@ void check_lights(const UnlightInput& in) {
   for (std::size_t k = 0; k < in.lights.size(); ++k) {
     const Light& light = in.lights[k];
     if (!light.intensity.allFinite() || !(light.intensity.minCoeff() > 0.0)) {
-      throw InvalidInput(numbered("light", k) + " has the intensity " + short_number_text(light.intensity.x()) + " " + short_number_text(light.intensity.y()) +
-                         " " + short_number_text(light.intensity.z()) + "; all three must be above 0");
+      throw InvalidInput(numbered("light", k) + " has the intensity " + short_number_text(light.intensity.x()) + " " +
+                         short_number_text(light.intensity.y()) + " " + short_number_text(light.intensity.z()) +
+                         "; all three must be above 0");
     }
     is_any_near = is_any_near || light.kind == Light::Kind::Near;
     const bool is_near = light.kind == Light::Kind::Near;
-    if (!(is_near ? light.position : light.direction).allFinite()) throw InvalidInput(numbered("light", k) + " is not finite");
-    if (!is_near && !(std::abs(light.direction.norm() - 1.0) < 1e-6)) throw InvalidInput(numbered("light", k) + ": its direction must be a unit vector");
+    if (!(is_near ? light.position : light.direction).allFinite())
+      throw InvalidInput(numbered("light", k) + " is not finite");
+    if (!is_near && !(std::abs(light.direction.norm() - 1.0) < 1e-6))
+      throw InvalidInput(numbered("light", k) + ": its direction must be a unit vector");
   }
   if (is_any_near && in.position_mm.empty()) throw InvalidInput("near lights need the surface's positions (a scan)");
-  if (in.camera_center && in.position_mm.empty()) throw InvalidInput("a camera's place means nothing without the surface's positions");
+  if (in.camera_center && in.position_mm.empty())
+    throw InvalidInput("a camera's place means nothing without the surface's positions");
   if (!(std::abs(in.view_direction.norm() - 1.0) < 1e-6)) throw InvalidInput("view_direction must be a unit vector");
   if (in.blockers != nullptr && in.position_mm.empty()) throw InvalidInput("cast shadows need the surface's positions");
 }
@@ -42,29 +46,34 @@ void check_lights(const UnlightInput& in) {
 void check_sizes(const UnlightInput& in) {
   if (in.photos.empty()) throw InvalidInput("there is no photograph");
   if (in.photos.size() != in.lights.size()) {
-    throw InvalidInput("there are " + std::to_string(in.photos.size()) + " photographs and " + std::to_string(in.lights.size()) +
-                       " lights; one photograph for each light is expected");
+    throw InvalidInput("there are " + std::to_string(in.photos.size()) + " photographs and " +
+                       std::to_string(in.lights.size()) + " lights; one photograph for each light is expected");
   }
-  if (in.lights.size() > kMaxLights) throw InvalidInput("there are more than " + std::to_string(kMaxLights) + " lights");
+  if (in.lights.size() > kMaxLights)
+    throw InvalidInput("there are more than " + std::to_string(kMaxLights) + " lights");
   const ImageF& first = in.photos.front();
-  if (first.empty() || (first.channels() != 1 && first.channels() != 3)) throw InvalidInput("photographs must have 1 or 3 channels");
+  if (first.empty() || (first.channels() != 1 && first.channels() != 3))
+    throw InvalidInput("photographs must have 1 or 3 channels");
   for (std::size_t k = 0; k < in.photos.size(); ++k) {
     if (!in.photos[k].same_size(first) || in.photos[k].channels() != first.channels()) {
-      throw InvalidInput(numbered("photograph", k) + " is " + size_text(in.photos[k].width(), in.photos[k].height()) + " x " +
-                         std::to_string(in.photos[k].channels()) + "; the first is " + size_text(first.width(), first.height()) + " x " +
-                         std::to_string(first.channels()));
+      throw InvalidInput(numbered("photograph", k) + " is " + size_text(in.photos[k].width(), in.photos[k].height()) +
+                         " x " + std::to_string(in.photos[k].channels()) + "; the first is " +
+                         size_text(first.width(), first.height()) + " x " + std::to_string(first.channels()));
     }
   }
-  if (!in.valid.empty() && in.valid.size() != in.photos.size()) throw InvalidInput("`valid` must have one mask for each photograph, or none");
+  if (!in.valid.empty() && in.valid.size() != in.photos.size())
+    throw InvalidInput("`valid` must have one mask for each photograph, or none");
   for (const ImageU8& valid : in.valid) {
     if (!valid.same_size(first)) throw InvalidInput("a mask of valid samples differs in size from the photographs");
   }
   const auto check_map = [&](const ImageF& map, const char* name) {
-    if (!map.empty() && (!map.same_size(first) || map.channels() != 3)) throw InvalidInput(std::string(name) + " differ in size from the photographs");
+    if (!map.empty() && (!map.same_size(first) || map.channels() != 3))
+      throw InvalidInput(std::string(name) + " differ in size from the photographs");
   };
   check_map(in.position_mm, "positions");
   check_map(in.normal, "normals");
-  if (!in.mask.empty() && !in.mask.same_size(first)) throw InvalidInput("the mask differs in size from the photographs");
+  if (!in.mask.empty() && !in.mask.same_size(first))
+    throw InvalidInput("the mask differs in size from the photographs");
 }
 
 [[noreturn]] void fail_at(const std::string& what, int x, int y) {
@@ -83,14 +92,16 @@ void classify(const UnlightWork& work, const ImageU8& shadow, int x, int y, std:
     const bool is_at_light = light.kind == Light::Kind::Near && !((light.position - p).squaredNorm() > 1e-12);
     if (!in.valid.empty() && in.valid[k].at(x, y) == 0) state = SampleState::Invalid;
     if (!shadow.empty() && shadow.at(x, y, static_cast<int>(k)) != 0) state = SampleState::CastShadow;
-    if (is_at_light || !has_normal || n.dot(direction_to(light, p)) < work.options.min_cosine) state = SampleState::Unlit;
+    if (is_at_light || !has_normal || n.dot(direction_to(light, p)) < work.options.min_cosine)
+      state = SampleState::Unlit;
     states[k] = static_cast<std::uint8_t>(state);
   }
 }
 
 }  // namespace
 
-UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const RunControl& control) : input(in), options(o) {
+UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const RunControl& control)
+    : input(in), options(o) {
   check_ranges(options);
   check_sizes(input);
   check_lights(input);
@@ -119,13 +130,15 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
     }
   });
   if (input.normal.empty()) {
-    if (options.normals == NormalMode::Keep) throw InvalidInput("there are no normals to keep; without a scan they come from the photographs");
+    if (options.normals == NormalMode::Keep)
+      throw InvalidInput("there are no normals to keep; without a scan they come from the photographs");
     normal = photometric_normals(input.photos, input.valid, input.mask, input.lights, control.part(0.1, 0.5));
   }
   ImageU8 shadow;
   if (input.blockers != nullptr && !input.blockers->triangles.empty()) {
     const double offset = options.shadow_offset_mm.value_or(median_edge(*input.blockers));
-    shadow = cast_shadows(*input.blockers, input.position_mm, normal, input.mask, input.lights, offset, control.part(0.5, 0.9));
+    shadow = cast_shadows(*input.blockers, input.position_mm, normal, input.mask, input.lights, offset,
+                          control.part(0.5, 0.9));
   }
   samples = ImageU8(width, height, num_lights);
   parallel_for(height, kRows, control.part(0.9, 1.0), [&](std::int64_t begin, std::int64_t end) {
@@ -153,17 +166,21 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
       highlight_normal(result.normal) {
   for (const LightReport& light : result.lights) strengths.push_back(light.strength);
   for (std::uint8_t& state : samples.values()) {
-    if (state == static_cast<std::uint8_t>(SampleState::Darker) || state == static_cast<std::uint8_t>(SampleState::Brighter)) {
+    if (state == static_cast<std::uint8_t>(SampleState::Darker) ||
+        state == static_cast<std::uint8_t>(SampleState::Brighter)) {
       state = static_cast<std::uint8_t>(SampleState::Clean);
     }
   }
 }
 
-Vec3 UnlightWork::position(int x, int y) const { return input.position_mm.empty() ? Vec3(0, 0, 0) : vector_of(input.position_mm, x, y); }
+Vec3 UnlightWork::position(int x, int y) const {
+  return input.position_mm.empty() ? Vec3(0, 0, 0) : vector_of(input.position_mm, x, y);
+}
 
 TexelFitOptions UnlightWork::fit_options() const {
   return {.refine_normal = options.normals == NormalMode::Refine,
-          .normal_sigma = input.normal.empty() ? std::numeric_limits<double>::infinity() : options.normal_sigma_deg * std::numbers::pi / 180.0,
+          .normal_sigma = input.normal.empty() ? std::numeric_limits<double>::infinity()
+                                               : options.normal_sigma_deg * std::numbers::pi / 180.0,
           .reject = options.rejection == Rejection::Robust,
           .rejection_sigma = options.rejection_sigma,
           .noise_scale = noise_scale,
@@ -179,11 +196,13 @@ void UnlightWork::load(int x, int y, TexelSamples& texel) const {
   load_raw(x, y, texel);
   if (specular.empty()) return;
   constexpr double kUncertain = 0.15;  // The lobe's form is a model.
-  const auto strength = static_cast<double>(specular.at(x, y, 0)), roughness = static_cast<double>(specular.at(x, y, 1));
+  const auto strength = static_cast<double>(specular.at(x, y, 0)),
+             roughness = static_cast<double>(specular.at(x, y, 1));
   if (!(strength > 0.0)) return;
   const Vec3 n = vector_of(highlight_normal, x, y), eye = to_camera(x, y);
   for (int k = 0; k < num_lights; ++k) {
-    const double reflected = strength * specular_lobe(lobe, n, texel.direction[static_cast<std::size_t>(k)], eye, roughness);
+    const double reflected =
+        strength * specular_lobe(lobe, n, texel.direction[static_cast<std::size_t>(k)], eye, roughness);
     for (int c = 0; c < num_channels; ++c) {
       const auto at = texel.index(k, c);
       const double highlight = reflected * texel.irradiance[at] * std::numbers::pi;
@@ -229,7 +248,8 @@ std::vector<std::int64_t> UnlightWork::spread_texels(std::int64_t max_count) con
       if (!is_surface(x, y)) continue;
       // One of every block, at a place that walks through it by the golden section: no stripes.
       const std::int64_t block = seen / every, within = seen % every;
-      const auto chosen = static_cast<std::int64_t>((static_cast<std::uint64_t>(block) * 0x9E3779B97F4A7C15ULL >> 33U) % static_cast<std::uint64_t>(every));
+      const auto chosen = static_cast<std::int64_t>((static_cast<std::uint64_t>(block) * 0x9E3779B97F4A7C15ULL >> 33U) %
+                                                    static_cast<std::uint64_t>(every));
       if (within == chosen) texels.push_back(std::int64_t{y} * width + x);
       ++seen;
     }

@@ -10,7 +10,8 @@
 namespace patinate::capture {
 
 struct UnlightWork {
-  /// Checks the input, and says of every sample whether it may count (Clean), or is Outside, Unlit, CastShadow or Invalid.
+  /// Checks the input, and says of every sample whether it may count (Clean), or is Outside, Unlit, CastShadow or
+  /// Invalid.
   /// @throws InvalidInput
   UnlightWork(const UnlightInput& input, const UnlightOptions& options, const RunControl& control);
   /// As it was at the end of unlight(); samples that were rejected may count again.
@@ -28,8 +29,8 @@ struct UnlightWork {
   Vec3 ambient = Vec3::Zero();
   double noise_scale = 1.0;
   SpecularLobe lobe = SpecularLobe::Ggx;
-  ImageF specular;              ///< H x W x 2, as UnlightResult's; subtracted by load() once it is there.
-  ImageF highlight_normal;      ///< H x W x 3, under which it is.
+  ImageF specular;          ///< H x W x 2, as UnlightResult's; subtracted by load() once it is there.
+  ImageF highlight_normal;  ///< H x W x 3, under which it is.
 
   [[nodiscard]] bool is_surface(int x, int y) const { return is_inside(input.mask, x, y); }
   [[nodiscard]] Vec3 position(int x, int y) const;
@@ -40,7 +41,8 @@ struct UnlightWork {
   [[nodiscard]] TexelFitOptions fit_options() const;
   /// Unit, from a texel to the camera.
   [[nodiscard]] Vec3 to_camera(int x, int y) const;
-  /// Everything that fit_texel() needs of a texel; its highlights are subtracted, and their share of it makes the samples less certain.
+  /// Everything that fit_texel() needs of a texel; its highlights are subtracted, and their share of it makes the
+  /// samples less certain.
   void load(int x, int y, TexelSamples& texel) const;
   /// The same with highlights.
   void load_raw(int x, int y, TexelSamples& texel) const;
@@ -48,7 +50,8 @@ struct UnlightWork {
   [[nodiscard]] std::vector<std::int64_t> spread_texels(std::int64_t max_count) const;
 };
 
-/// Median over texels of how much larger residuals are than expected; iterated, since what counts as clean depends on it. Not below 1e-4.
+/// Median over texels of how much larger residuals are than expected; iterated, since what counts as clean depends on
+/// it. Not below 1e-4.
 /// @param max_rounds  1: of fits to every sample, shadows and highlights included.
 [[nodiscard]] double estimate_noise_scale(const UnlightWork& work, const RunControl& control, int max_rounds = 8);
 

@@ -9,13 +9,14 @@
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
-#include "patinate/transfer/transfer_reader.h"
 #include "patinate/transfer/transfer.h"
 #include "patinate/transfer/transfer_io.h"
+#include "patinate/transfer/transfer_reader.h"
 
 using namespace patinate;
 
-/// A control map: one value in [0, 1] for every texel of the atlas. The texel map says which surface point a texel shows.
+/// A control map: one value in [0, 1] for every texel of the atlas. The texel map says which surface point a texel
+/// shows.
 ImageF below_the_rim(const TexelMap& map) {
   const Box box = bounding_box(map.mesh());
   ImageF control(map.width(), map.height());
@@ -42,11 +43,13 @@ int main(int argc, char** argv) try {
   control.values = below_the_rim(*map);
 
   // One pixel of the history covers one texel of the mesh.
-  const transfer::TransferResult result = transfer::transfer({.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {control}});
+  const transfer::TransferResult result = transfer::transfer(
+      {.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {control}});
   std::printf("energy %.3f, control error %.3f\n", result.energy.energy, result.energy.control_error_mean);
 
   // The search was for all times at once: any frame is a gather through the coordinates.
-  const ImageF coordinates = transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
+  const ImageF coordinates =
+      transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
   write_color(argv[3], transfer::gather(history->sample(history->times().back()), coordinates));
   return 0;
 } catch (const std::exception& e) {

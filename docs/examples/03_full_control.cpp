@@ -1,5 +1,5 @@
-// Every stage by hand, without a file in between: synthetic truth, a history in memory, control maps, a transfer with progress that can be
-// canceled, and a lookup in which every texel has an age of its own.
+// Every stage by hand, without a file in between: synthetic truth, a history in memory, control maps, a transfer with
+// progress that can be canceled, and a lookup in which every texel has an age of its own.
 //     03_full_control TEXTURE.png PICTURE.png
 #include <algorithm>
 #include <cstdio>
@@ -8,11 +8,11 @@
 #include <stop_token>
 #include <utility>
 
-#include "patinate/datasets/crackle.h"
-#include "patinate/datasets/sculpture.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/controls/accessibility.h"
 #include "patinate/controls/facing.h"
+#include "patinate/datasets/crackle.h"
+#include "patinate/datasets/sculpture.h"
 #include "patinate/history/memory_history.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/render.h"
@@ -29,14 +29,22 @@ std::shared_ptr<const History> make_history(const RunControl& control) {
   options.num_frames = 6;
   const datasets::CrackleDataset plate = datasets::crackle(options, control);
 
-  MemoryHistoryImages images{.name = "crackle", .origin = "synthetic", .texel_size_mm = options.texel_size_mm, .time_unit = TimeUnit::Seconds, .frames = {}};
+  MemoryHistoryImages images{.name = "crackle",
+                             .origin = "synthetic",
+                             .texel_size_mm = options.texel_size_mm,
+                             .time_unit = TimeUnit::Seconds,
+                             .frames = {}};
   for (int i = 0; i < options.num_frames; ++i) {
     const double time = i * options.interval_s;
     images.frames.push_back({.time = time, .color = datasets::reflected(plate, time, control)});
   }
-  MemoryControl thickness{.facts = {.name = "thickness", .low = options.thickness_min_mm, .high = options.thickness_max_mm, .unit = "mm"}, .values = plate.thickness_mm};
+  MemoryControl thickness{
+      .facts = {.name = "thickness", .low = options.thickness_min_mm, .high = options.thickness_max_mm, .unit = "mm"},
+      .values = plate.thickness_mm};
   for (float& t : thickness.values.values()) {  // From 0 to 1 between the two.
-    t = std::clamp(static_cast<float>((static_cast<double>(t) - options.thickness_min_mm) / (options.thickness_max_mm - options.thickness_min_mm)), 0.0f, 1.0f);
+    t = std::clamp(static_cast<float>((static_cast<double>(t) - options.thickness_min_mm) /
+                                      (options.thickness_max_mm - options.thickness_min_mm)),
+                   0.0f, 1.0f);
   }
   images.controls.push_back(std::move(thickness));
   return std::make_shared<const MemoryHistory>(std::move(images));
@@ -66,7 +74,8 @@ int main(int argc, char** argv) try {
     std::fputs("usage: 03_full_control TEXTURE.png PICTURE.png\n", stderr);
     return 2;
   }
-  std::stop_source stop;  // stop.request_stop() from any thread ends the work within 50 ms; nothing half-written is left.
+  std::stop_source
+      stop;  // stop.request_stop() from any thread ends the work within 50 ms; nothing half-written is left.
   RunControl control;
   control.stop = stop.get_token();
   control.on_progress = [](double fraction) {
@@ -89,12 +98,15 @@ int main(int argc, char** argv) try {
   options.multi_level.first_coherence = 0.9;
   options.multi_level.reuse_penalty = 0.1;
   options.seed = 7;
-  const transfer::TransferInput input{.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {guide}};
+  const transfer::TransferInput input{
+      .history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {guide}};
   const transfer::TransferResult result = transfer::transfer(input, options, control);
-  std::printf("energy %.3f = texture %.3f and control %.3f; %.0f %% of neighbors stay neighbors\n", result.energy.energy,
-              result.energy.coherence, result.energy.control_mismatch, 100.0 * result.energy.coherent_share);
+  std::printf("energy %.3f = texture %.3f and control %.3f; %.0f %% of neighbors stay neighbors\n",
+              result.energy.energy, result.energy.coherence, result.energy.control_mismatch,
+              100.0 * result.energy.coherent_share);
 
-  const ImageF coordinates = transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
+  const ImageF coordinates =
+      transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
   ImageF texture = aged_by_map(*history, coordinates, guide.values, control);
   dilate(texture, map->coverage(), 8);  // Filtering must not bleed at the charts' borders.
   write_color(argv[1], texture);

@@ -67,17 +67,20 @@ AtlasMesh read_back_atlas_mesh(Mesh mesh, UvLayoutRule rule, const std::vector<s
 }
 
 Mesh sheet_mesh(const AtlasMesh& atlas, const Sheet& sheet) {
-  if (sheet.names.size() != atlas.tiles.size()) throw InvalidInput("the sheet has another number of tiles than the mesh");
+  if (sheet.names.size() != atlas.tiles.size())
+    throw InvalidInput("the sheet has another number of tiles than the mesh");
   Mesh mesh = atlas.mesh;
   if (atlas.tiles.size() == 1 && atlas.tiles[0].origin == Vec2::Zero()) return mesh;
-  map_uvs(mesh, atlas.triangle_tile, atlas.tiles.size(),
-          [&](std::size_t i, const Vec2& uv) -> Vec2 { return sheet.sheet_uv(static_cast<int>(i), uv - atlas.tiles[i].origin); });
+  map_uvs(mesh, atlas.triangle_tile, atlas.tiles.size(), [&](std::size_t i, const Vec2& uv) -> Vec2 {
+    return sheet.sheet_uv(static_cast<int>(i), uv - atlas.tiles[i].origin);
+  });
   return mesh;
 }
 
 Mesh unit_square_mesh(const AtlasMesh& atlas) {
   Mesh mesh = atlas.mesh;
-  map_uvs(mesh, atlas.triangle_tile, atlas.tiles.size(), [&](std::size_t i, const Vec2& uv) -> Vec2 { return uv - atlas.tiles[i].origin; });
+  map_uvs(mesh, atlas.triangle_tile, atlas.tiles.size(),
+          [&](std::size_t i, const Vec2& uv) -> Vec2 { return uv - atlas.tiles[i].origin; });
   return mesh;
 }
 

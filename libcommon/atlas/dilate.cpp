@@ -25,7 +25,8 @@ void fill_outside(Image<T>& image, const ImageU8& coverage, int radius) {
     for (int x = 0; x < image.width(); ++x) {
       const std::uint32_t from = nearest.at(x, y);
       if (coverage.at(x, y) != 0 || from == kNoValue) continue;
-      const int fx = static_cast<int>(from % static_cast<std::uint32_t>(image.width())), fy = static_cast<int>(from / static_cast<std::uint32_t>(image.width()));
+      const int fx = static_cast<int>(from % static_cast<std::uint32_t>(image.width())),
+                fy = static_cast<int>(from / static_cast<std::uint32_t>(image.width()));
       if (radius >= 0 && std::int64_t{fx - x} * (fx - x) + std::int64_t{fy - y} * (fy - y) > limit) continue;
       const auto pixel = image.pixel(fx, fy);
       std::copy(pixel.begin(), pixel.end(), image.pixel(x, y).begin());

@@ -7,17 +7,17 @@
 #include <complex>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/nearest_points.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kUvWeight = 1e-4;      ///< Where nothing else is said, and enough for the solve to be definite.
-constexpr double kSmoothShare = 0.05;   ///< Of the mesh's diagonal: directions turn over this length.
+constexpr double kUvWeight = 1e-4;     ///< Where nothing else is said, and enough for the solve to be definite.
+constexpr double kSmoothShare = 0.05;  ///< Of the mesh's diagonal: directions turn over this length.
 
 /// A triangle's own axes, in which directions are complex numbers.
 struct TriangleAxes {
@@ -32,7 +32,8 @@ std::vector<TriangleAxes> triangle_axes(const Mesh& mesh) {
   for (int t = 0; t < mesh.num_triangles(); ++t) {
     TriangleAxes& a = axes[static_cast<std::size_t>(t)];
     const Triangle& c = mesh.triangles[static_cast<std::size_t>(t)];
-    const Vec3 area = area_vector(mesh, t), edge = mesh.positions[static_cast<std::size_t>(c[1])] - mesh.positions[static_cast<std::size_t>(c[0])];
+    const Vec3 area = area_vector(mesh, t),
+               edge = mesh.positions[static_cast<std::size_t>(c[1])] - mesh.positions[static_cast<std::size_t>(c[0])];
     if (!(area.norm() > 0.0) || !(edge.norm() > 0.0)) continue;
     a.area = 0.5 * area.norm();
     a.normal = area.normalized();
@@ -101,7 +102,8 @@ FlowFrames uv_frames(const TexelMap& map) {
   return frames;
 }
 
-FlowFrames smooth_frames(const TexelMap& map, const std::vector<DirectionGuide>& guides, double smooth_mm, const RunControl& control) {
+FlowFrames smooth_frames(const TexelMap& map, const std::vector<DirectionGuide>& guides, double smooth_mm,
+                         const RunControl& control) {
   const Mesh& mesh = map.mesh();
   if (guides.size() != mesh.triangles.size()) throw InvalidInput("direction field: expected one guide a triangle");
   if (!(smooth_mm > 0.0)) throw InvalidInput("direction field: smooth_mm must be > 0");
@@ -120,14 +122,16 @@ FlowFrames smooth_frames(const TexelMap& map, const std::vector<DirectionGuide>&
     };
     add(guides[t].down, guides[t].weight);
     add(frames[t].col(1), kUvWeight);
-    system.entries.emplace_back(static_cast<int>(t), static_cast<int>(t), system.diagonal[t] > 0.0 ? system.diagonal[t] : 1.0);
+    system.entries.emplace_back(static_cast<int>(t), static_cast<int>(t),
+                                system.diagonal[t] > 0.0 ? system.diagonal[t] : 1.0);
   }
   const auto n = static_cast<Eigen::Index>(axes.size());
   Eigen::SparseMatrix<Complex> matrix(n, n);
   matrix.setFromTriplets(system.entries.begin(), system.entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Complex>, Eigen::Lower> solver(matrix);
   const Eigen::VectorXcd down = solver.solve(system.right);
-  if (solver.info() != Eigen::Success || !down.allFinite()) return frames;  // Areas that no double can weigh: the UVs are left.
+  if (solver.info() != Eigen::Success || !down.allFinite())
+    return frames;  // Areas that no double can weigh: the UVs are left.
   for (std::size_t t = 0; t < axes.size(); ++t) {
     const Complex z = unit(down[static_cast<Eigen::Index>(t)]);
     if (z != 0.0 && axes[t].area > 0.0) frames[t] = frame_of(axes[t], z);
@@ -137,7 +141,8 @@ FlowFrames smooth_frames(const TexelMap& map, const std::vector<DirectionGuide>&
 
 namespace {
 
-/// The direction of least curvature of every triangle from how its corners' normals turn [Rusinkiewicz 2004], its sense downward; weighted by how much more the other one bends.
+/// The direction of least curvature of every triangle from how its corners' normals turn [Rusinkiewicz 2004], its sense
+/// downward; weighted by how much more the other one bends.
 std::vector<DirectionGuide> curvature_guides(const Mesh& mesh, const Vec3& down, double smooth_mm) {
   const std::vector<TriangleAxes> axes = triangle_axes(mesh);
   const std::vector<Vec3> normals = vertex_normals(mesh);
@@ -147,7 +152,8 @@ std::vector<DirectionGuide> curvature_guides(const Mesh& mesh, const Vec3& down,
     Eigen::Matrix3d left = Eigen::Matrix3d::Zero();
     Vec3 right = Vec3::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto a = static_cast<std::size_t>(mesh.triangles[t][k]), b = static_cast<std::size_t>(mesh.triangles[t][(k + 1) % 3]);
+      const auto a = static_cast<std::size_t>(mesh.triangles[t][k]),
+                 b = static_cast<std::size_t>(mesh.triangles[t][(k + 1) % 3]);
       const Complex e = axes[t].of(mesh.positions[b] - mesh.positions[a]), d = axes[t].of(normals[b] - normals[a]);
       // (l m; m n) e = d, in the least squares of three edges.
       const Vec3 first(e.real(), e.imag(), 0.0), second(0.0, e.real(), e.imag());
@@ -183,7 +189,8 @@ FlowFrames direction_frames(const TexelMap& map, DirectionKind kind, const Vec3&
   const Mesh& mesh = map.mesh();
   const Vec3 down = -up.normalized();
   const double smooth_mm = smoothing_length(mesh);
-  if (kind == DirectionKind::Curvature) return smooth_frames(map, curvature_guides(mesh, down, smooth_mm), smooth_mm, control);
+  if (kind == DirectionKind::Curvature)
+    return smooth_frames(map, curvature_guides(mesh, down, smooth_mm), smooth_mm, control);
   std::vector<DirectionGuide> guides(mesh.triangles.size());
   for (std::size_t t = 0; t < guides.size(); ++t) {
     const Vec3 area = area_vector(mesh, static_cast<int>(t));

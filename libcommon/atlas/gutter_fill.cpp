@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -20,11 +20,15 @@ class RowEnvelope {
   void fill(std::span<std::uint32_t> values, std::span<const std::uint32_t> distance) {
     const auto width = static_cast<std::int64_t>(values.size());
     const auto g = [&](std::int64_t x) { return std::int64_t{distance[static_cast<std::size_t>(x)]}; };
-    const auto cost = [&](std::int64_t x, std::int64_t column) { return (x - column) * (x - column) + g(column) * g(column); };
+    const auto cost = [&](std::int64_t x, std::int64_t column) {
+      return (x - column) * (x - column) + g(column) * g(column);
+    };
     std::ptrdiff_t top = -1;  // Parabolas that are lowest somewhere, from left to right, and where each begins to be.
     for (std::int64_t u = 0; u < width; ++u) {
       if (g(u) >= kNoDistance) continue;
-      while (top >= 0 && cost(starts_[static_cast<std::size_t>(top)], columns_[static_cast<std::size_t>(top)]) > cost(starts_[static_cast<std::size_t>(top)], u)) --top;
+      while (top >= 0 && cost(starts_[static_cast<std::size_t>(top)], columns_[static_cast<std::size_t>(top)]) >
+                             cost(starts_[static_cast<std::size_t>(top)], u))
+        --top;
       std::int64_t start = 0;
       if (top >= 0) {
         const std::int64_t i = columns_[static_cast<std::size_t>(top)];
@@ -52,10 +56,14 @@ class RowEnvelope {
 }  // namespace
 
 GutterFill::GutterFill(int width, int height, int strip_rows)
-    : width_(width), height_(height), strip_rows_(strip_rows), num_strips_(strip_rows > 0 ? (height + strip_rows - 1) / strip_rows : 0) {
+    : width_(width),
+      height_(height),
+      strip_rows_(strip_rows),
+      num_strips_(strip_rows > 0 ? (height + strip_rows - 1) / strip_rows : 0) {
   constexpr int kMaxSide = 65536;
   if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide || strip_rows < 1) {
-    throw InvalidInput("gutters: an atlas of " + std::to_string(width) + " x " + std::to_string(height) + " in strips of " + std::to_string(strip_rows) +
+    throw InvalidInput("gutters: an atlas of " + std::to_string(width) + " x " + std::to_string(height) +
+                       " in strips of " + std::to_string(strip_rows) +
                        " rows; use sides in [1, 65536] and at least a row");
   }
   first_.resize(static_cast<std::size_t>(num_strips_) * static_cast<std::size_t>(width_));
@@ -65,7 +73,9 @@ int GutterFill::end(int strip) const { return std::min(height_, (strip + 1) * st
 
 void GutterFill::check(std::span<const std::uint32_t> values, int strip) const {
   const auto expected = static_cast<std::size_t>(end(strip) - begin(strip)) * static_cast<std::size_t>(width_);
-  if (values.size() != expected) throw InvalidInput("gutters: a strip has " + std::to_string(values.size()) + " texels; expected " + std::to_string(expected));
+  if (values.size() != expected)
+    throw InvalidInput("gutters: a strip has " + std::to_string(values.size()) + " texels; expected " +
+                       std::to_string(expected));
 }
 
 void GutterFill::look(std::span<const std::uint32_t> values) {
@@ -90,7 +100,8 @@ void GutterFill::finish_looking() {
 }
 
 void GutterFill::fill(std::span<std::uint32_t> values, Sweep& sweep, const RunControl& control) const {
-  if (num_seen_ < num_strips_ || sweep.strip >= num_strips_) throw InvalidInput("gutters: look at every strip first, then fill each once");
+  if (num_seen_ < num_strips_ || sweep.strip >= num_strips_)
+    throw InvalidInput("gutters: look at every strip first, then fill each once");
   check(values, sweep.strip);
   RunControl quiet = control;
   quiet.on_progress = {};
@@ -98,7 +109,8 @@ void GutterFill::fill(std::span<std::uint32_t> values, Sweep& sweep, const RunCo
   if (sweep.strip == 0) sweep.above.assign(width, {});
   const int first_row = begin(sweep.strip), num_rows = end(sweep.strip) - first_row;
   std::vector<std::uint32_t> distance(values.size());
-  const Covered* const below = sweep.strip + 1 < num_strips_ ? first_.data() + static_cast<std::size_t>(sweep.strip + 1) * width : nullptr;
+  const Covered* const below =
+      sweep.strip + 1 < num_strips_ ? first_.data() + static_cast<std::size_t>(sweep.strip + 1) * width : nullptr;
   parallel_for(width_, 2048, quiet, [&](std::int64_t from, std::int64_t to) {
     const auto x0 = static_cast<std::size_t>(from), x1 = static_cast<std::size_t>(to);
     for (int y = 0; y < num_rows; ++y) {  // Above, or here.
@@ -134,7 +146,8 @@ void GutterFill::fill(std::span<std::uint32_t> values, Sweep& sweep, const RunCo
     for (std::int64_t y = from; y < to; ++y) {
       const std::size_t row = static_cast<std::size_t>(y) * width;
       const std::span<const std::uint32_t> d(distance.data() + row, width);
-      if (std::any_of(d.begin(), d.end(), [](std::uint32_t v) { return v != 0; })) envelope.fill(values.subspan(row, width), d);
+      if (std::any_of(d.begin(), d.end(), [](std::uint32_t v) { return v != 0; }))
+        envelope.fill(values.subspan(row, width), d);
     }
   });
   ++sweep.strip;
@@ -145,7 +158,9 @@ void fill_gutters(Image<std::uint32_t>& values, const RunControl& control) {
   GutterFill gutters(values.width(), values.height(), kStripRows);
   GutterFill::Sweep sweep;
   const auto strip_of = [&](int strip) {
-    return std::span(values.row(gutters.begin(strip)).data(), static_cast<std::size_t>(gutters.end(strip) - gutters.begin(strip)) * static_cast<std::size_t>(values.width()));
+    return std::span(
+        values.row(gutters.begin(strip)).data(),
+        static_cast<std::size_t>(gutters.end(strip) - gutters.begin(strip)) * static_cast<std::size_t>(values.width()));
   };
   for (int s = 0; s < gutters.num_strips(); ++s) gutters.look(strip_of(s));
   for (int s = 0; s < gutters.num_strips(); ++s) gutters.fill(strip_of(s), sweep, control);

@@ -15,11 +15,12 @@ namespace patinate {
 /// A texel that has no value yet.
 inline constexpr std::uint32_t kNoValue = 0xFFFFFFFFu;
 
-/// Fills kNoValue with the value of the Euclidean nearest texel that has one, in two rounds over strips of rows, so that an atlas need not be
-/// in memory [separable distance transform: Meijster, Roerdink, Hesselink 2000, "A general algorithm for computing distance transforms in linear
-/// time"]. The first round notes the first value of every column from each strip's beginning on; the second fills. Equally near: the texel above
-/// before the one below in a column, then the column further left. The strips' height changes no value, nor does the number of threads.
-/// Memory: 8 bytes a column and strip, and 2 a texel of one strip. Cost: linear in the number of texels.
+/// Fills kNoValue with the value of the Euclidean nearest texel that has one, in two rounds over strips of rows, so
+/// that an atlas need not be in memory [separable distance transform: Meijster, Roerdink, Hesselink 2000, "A general
+/// algorithm for computing distance transforms in linear time"]. The first round notes the first value of every column
+/// from each strip's beginning on; the second fills. Equally near: the texel above before the one below in a column,
+/// then the column further left. The strips' height changes no value, nor does the number of threads. Memory: 8 bytes a
+/// column and strip, and 2 a texel of one strip. Cost: linear in the number of texels.
 class GutterFill {
  public:
   /// @param width,height  [1, 65536]. @param strip_rows  >= 1; the last strip may be lower.
@@ -41,7 +42,8 @@ class GutterFill {
     int strip = 0;
     std::vector<Covered> above = {};  ///< Per column: the last one above the strip.
   };
-  /// Second round: strips in order, in place; begins once all have been looked at. Where nothing has a value kNoValue stays.
+  /// Second round: strips in order, in place; begins once all have been looked at. Where nothing has a value kNoValue
+  /// stays.
   void fill(std::span<std::uint32_t> values, Sweep& sweep, const RunControl& control = {}) const;
 
  private:

@@ -20,14 +20,15 @@ inline constexpr double kOverlapTolerance = 1e-6;  ///< Deeper inside than this 
 
 [[nodiscard]] inline double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// Barycentric weights of corners 1 and 2 of the triangle `p` at a point. @param area  cross2() of its sides from corner 0, not 0.
+/// Barycentric weights of corners 1 and 2 of the triangle `p` at a point. @param area  cross2() of its sides from
+/// corner 0, not 0.
 [[nodiscard]] inline std::array<double, 2> weights_at(const std::array<Vec2, 3>& p, double area, const Vec2& q) {
   return {cross2(q - p[0], p[2] - p[0]) / area, cross2(p[1] - p[0], q - p[0]) / area};
 }
 
-/// Calls visit(x, y, b1, b2, inside) for every texel of a width x height grid whose center lies in the triangle `p` (texel
-/// coordinates, either winding), row by row: barycentric weights of corners 1 and 2, and the least of all three weights.
-/// before_row() is called now and then.
+/// Calls visit(x, y, b1, b2, inside) for every texel of a width x height grid whose center lies in the triangle `p`
+/// (texel coordinates, either winding), row by row: barycentric weights of corners 1 and 2, and the least of all three
+/// weights. before_row() is called now and then.
 template <class Visit, class BeforeRow>
 void for_each_texel(const std::array<Vec2, 3>& p, int width, int height, Visit&& visit, BeforeRow&& before_row) {
   const double area = cross2(p[1] - p[0], p[2] - p[0]);

@@ -10,7 +10,8 @@ namespace patinate {
 
 Vec2 Sheet::sheet_uv(int tile, const Vec2& uv) const {
   if (num_tiles() == 1) return uv;
-  return {(first_x(tile) + uv.x() * tile_width) / width(), 1.0 - (first_y(tile) + (1.0 - uv.y()) * tile_height) / height()};
+  return {(first_x(tile) + uv.x() * tile_width) / width(),
+          1.0 - (first_y(tile) + (1.0 - uv.y()) * tile_height) / height()};
 }
 
 Sheet make_sheet(std::vector<std::string> names, int resolution) {
@@ -20,9 +21,11 @@ Sheet make_sheet(std::vector<std::string> names, int resolution) {
   const std::int64_t side = resolution + 2 * sheet.margin();
   while (std::int64_t{sheet.columns} * sheet.columns < count) ++sheet.columns;
   if (std::int64_t{sheet.columns} * sheet.rows() * side * side > Sheet::kMaxTexels) {
-    const auto fits = static_cast<int>(std::sqrt(static_cast<double>(Sheet::kMaxTexels) / (double{1} * sheet.columns * sheet.rows())));
-    throw InvalidInput(std::to_string(count) + " tiles of " + std::to_string(resolution) + " x " + std::to_string(resolution) +
-                       " texels are too many; use a --resolution of at most " + std::to_string(fits - 2 * sheet.margin()));
+    const auto fits = static_cast<int>(
+        std::sqrt(static_cast<double>(Sheet::kMaxTexels) / (double{1} * sheet.columns * sheet.rows())));
+    throw InvalidInput(std::to_string(count) + " tiles of " + std::to_string(resolution) + " x " +
+                       std::to_string(resolution) + " texels are too many; use a --resolution of at most " +
+                       std::to_string(fits - 2 * sheet.margin()));
   }
   return sheet;
 }

@@ -16,11 +16,12 @@ namespace {
 
 constexpr int kMaxSide = 65536;
 constexpr int kMaxCrossings = 10'000;
-constexpr int kLargestStep = 32767;          ///< Texels; its square, doubled, is an int. What lies farther is walked to.
-constexpr double kUvSlack = 0.01;            ///< Charts that lean over the atlas's edge lose that strip.
+constexpr int kLargestStep = 32767;  ///< Texels; its square, doubled, is an int. What lies farther is walked to.
+constexpr double kUvSlack = 0.01;    ///< Charts that lean over the atlas's edge lose that strip.
 
 void check_uvs(const Mesh& mesh) {
-  if (!mesh.has_uvs()) throw InvalidInput("the mesh has no UVs; unwrap it in a modeling program, or export it with UVs");
+  if (!mesh.has_uvs())
+    throw InvalidInput("the mesh has no UVs; unwrap it in a modeling program, or export it with UVs");
   for (const Triangle& corners : mesh.uv_triangles) {
     for (int corner : corners) {
       const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner)];
@@ -67,7 +68,8 @@ std::vector<int> label_charts(const Mesh& mesh, const std::vector<std::array<int
 Sheet checked(Sheet sheet) {
   const int width = sheet.width(), height = sheet.height();
   if (width >= 1 && height >= 1 && width <= kMaxSide && height <= kMaxSide) return sheet;
-  throw InvalidInput("atlas size " + std::to_string(width) + " x " + std::to_string(height) + " is out of range; use [1, 65536]");
+  throw InvalidInput("atlas size " + std::to_string(width) + " x " + std::to_string(height) +
+                     " is out of range; use [1, 65536]");
 }
 
 /// Of all texels, by how many each triangle has of its own size. @param sizes,counts  A triangle each.
@@ -94,17 +96,23 @@ TexelMap::Surface::Surface(Mesh with_uvs) : mesh(std::move(with_uvs)) {
 }
 
 TexelMap::TexelMap(Mesh mesh, int width, int height, const RunControl& control)
-    : TexelMap(std::move(mesh), Sheet{.tile_width = width, .tile_height = height, .columns = 1, .names = {""}}, control) {}
+    : TexelMap(std::move(mesh), Sheet{.tile_width = width, .tile_height = height, .columns = 1, .names = {""}},
+               control) {}
 
 TexelMap::TexelMap(Mesh mesh, Sheet sheet, const RunControl& control)
     : TexelMap(std::make_shared<const Surface>(std::move(mesh)), checked(std::move(sheet)), control) {}
 
 TexelMap TexelMap::halved(const RunControl& control) const {
-  return {surface_, checked({.tile_width = width_ / 2, .tile_height = height_ / 2, .columns = 1, .names = {""}}), control};
+  return {surface_, checked({.tile_width = width_ / 2, .tile_height = height_ / 2, .columns = 1, .names = {""}}),
+          control};
 }
 
 TexelMap::TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const RunControl& control)
-    : surface_(std::move(surface)), sheet_(std::move(sheet)), width_(sheet_.width()), height_(sheet_.height()), triangle_(static_cast<std::size_t>(num_texels()), -1) {
+    : surface_(std::move(surface)),
+      sheet_(std::move(sheet)),
+      width_(sheet_.width()),
+      height_(sheet_.height()),
+      triangle_(static_cast<std::size_t>(num_texels()), -1) {
   const Mesh& mesh = surface_->mesh;
   std::vector<float> sizes(mesh.triangles.size());
   std::vector<std::int64_t> counts(mesh.triangles.size());
@@ -158,7 +166,8 @@ SurfacePoint TexelMap::point(TexelId t) const {
   if (own < 0) return {};
   const std::array<Vec2, 3> p = corners_in_texels(own);
   const TexelId column = t % width_, row = t / width_;
-  const auto [b1, b2] = weights_at(p, cross2(p[1] - p[0], p[2] - p[0]), Vec2(static_cast<double>(column), static_cast<double>(row)));
+  const auto [b1, b2] =
+      weights_at(p, cross2(p[1] - p[0], p[2] - p[0]), Vec2(static_cast<double>(column), static_cast<double>(row)));
   return {own, in_single_precision(b1), in_single_precision(b2)};
 }
 
@@ -166,8 +175,7 @@ namespace {
 
 /// Sum of three corner values weighted by a surface point's barycentrics.
 template <class Values>
-auto interpolate(const Values& values, const Triangle& corners, const SurfacePoint& p) ->
-    typename Values::value_type {
+auto interpolate(const Values& values, const Triangle& corners, const SurfacePoint& p) -> typename Values::value_type {
   return (1.0 - p.b1 - p.b2) * values[static_cast<std::size_t>(corners[0])] +
          p.b1 * values[static_cast<std::size_t>(corners[1])] + p.b2 * values[static_cast<std::size_t>(corners[2])];
 }
@@ -239,7 +247,9 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
   for (int crossing = 0; crossing < kMaxCrossings; ++crossing) {
     const auto t = static_cast<std::size_t>(from.triangle);
     const Triangle& corners = mesh().triangles[t];
-    const auto position = [&](std::size_t k) -> const Vec3& { return mesh().positions[static_cast<std::size_t>(corners[k % 3])]; };
+    const auto position = [&](std::size_t k) -> const Vec3& {
+      return mesh().positions[static_cast<std::size_t>(corners[k % 3])];
+    };
     const Vec3 e1 = position(1) - position(0), e2 = position(2) - position(0);
     const double g11 = e1.dot(e1), g12 = e1.dot(e2), g22 = e2.dot(e2), det = g11 * g22 - g12 * g12;
     if (!(det > 1e-24 * g11 * g22)) return from;  // No area: nowhere to go.
@@ -337,12 +347,15 @@ TexelId TexelMap::inside_chart(TexelId from, int dx, int dy) const {
   return is_own(x + dx, y + dy) ? from + TexelId{dy} * width_ + dx : -1;
 }
 
-void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm, std::span<TexelNeighbor> out) const {
+void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm,
+                      std::span<TexelNeighbor> out) const {
   const SurfacePoint p = point(t);
   const FlowFrame& frame = frames[static_cast<std::size_t>(p.triangle)];
-  const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle, frame), to_mm = frame.transpose() * mm_per_texel(p.triangle);
+  const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle, frame),
+                        to_mm = frame.transpose() * mm_per_texel(p.triangle);
   for (std::size_t k = 0; k < offsets_mm.size(); ++k) {
-    const std::optional<TexelStep> step = whole_step(to_texels * offsets_mm[k], std::min(kLargestStep, std::max(width_, height_)));
+    const std::optional<TexelStep> step =
+        whole_step(to_texels * offsets_mm[k], std::min(kLargestStep, std::max(width_, height_)));
     const TexelId inside = step ? inside_chart(t, step->x, step->y) : -1;
     if (inside >= 0) {
       out[k] = {inside, to_mm * Vec2(step->x, step->y)};
@@ -352,10 +365,12 @@ void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2>
     out[k] = {texel_of(end), offsets_mm[k]};
     if (out[k].texel < 0) continue;
     // What texel_of() rounds away, in the texels over there.
-    const Vec2 at = texel_from_uv(interpolate(mesh().uvs, mesh().uv_triangles[static_cast<std::size_t>(end.triangle)], end), width_, height_);
+    const Vec2 at = texel_from_uv(
+        interpolate(mesh().uvs, mesh().uv_triangles[static_cast<std::size_t>(end.triangle)], end), width_, height_);
     const TexelId column = out[k].texel % width_, row = out[k].texel / width_;
     const Vec2 rest = Vec2(static_cast<double>(column), static_cast<double>(row)) - at;
-    out[k].offset_mm += frames[static_cast<std::size_t>(end.triangle)].transpose() * (mm_per_texel(end.triangle) * rest);
+    out[k].offset_mm +=
+        frames[static_cast<std::size_t>(end.triangle)].transpose() * (mm_per_texel(end.triangle) * rest);
   }
 }
 

@@ -62,11 +62,14 @@ std::int32_t nearest(double v) {
 struct TexelStep {
   int x, y;
 };
-constexpr std::array<TexelStep, TexelNeighborhood::kNumAdjacent> kAdjacent{{{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
+constexpr std::array<TexelStep, TexelNeighborhood::kNumAdjacent> kAdjacent{
+    {{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
 
 }  // namespace
 
-TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames, double pixel_mm, const RunControl& control)
+TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm,
+                                     std::shared_ptr<const FlowFrames> frames, double pixel_mm,
+                                     const RunControl& control)
     : map_(map), offsets_mm_(std::move(offsets_mm)), frames_(std::move(frames)), pixel_mm_(pixel_mm) {
   std::vector<int> reach(map.mesh().triangles.size());  // Largest texel step of any offset, per triangle.
   for (std::size_t t = 0; t < reach.size(); ++t) {
@@ -80,16 +83,21 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
     const std::vector<std::uint8_t> distance = distance_to_border(map, control);
     band_ = TexelSet(map.num_texels(), [&](TexelId t) {
       if (t % kLook == 0) control.throw_if_stopped();
-      return map.is_covered(t) && distance[static_cast<std::size_t>(t)] <= reach[static_cast<std::size_t>(map.triangle(t))];
+      return map.is_covered(t) &&
+             distance[static_cast<std::size_t>(t)] <= reach[static_cast<std::size_t>(map.triangle(t))];
     });
   }
-  if (size() > kMostNeighbors) throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " + std::to_string(kMostNeighbors));
+  if (size() > kMostNeighbors)
+    throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " +
+                       std::to_string(kMostNeighbors));
   const std::vector<bool> follows_grid = follow_their_grid(reach, control);
   chunks_.resize((band_.size() + kChunk - 1) / kChunk);
-  parallel_for(static_cast<std::int64_t>(chunks_.size()), 1, control, [&](std::int64_t chunk, std::int64_t) { store(static_cast<std::size_t>(chunk), follows_grid); });
+  parallel_for(static_cast<std::int64_t>(chunks_.size()), 1, control,
+               [&](std::int64_t chunk, std::int64_t) { store(static_cast<std::size_t>(chunk), follows_grid); });
 }
 
-/// Of each triangle: it has so many texels that its steps are found for several of them at a time, and steps that are whole numbers.
+/// Of each triangle: it has so many texels that its steps are found for several of them at a time, and steps that are
+/// whole numbers.
 std::vector<bool> TexelNeighborhood::follow_their_grid(const std::vector<int>& reach, const RunControl& control) const {
   constexpr std::int32_t kFewTexels = 64;
   constexpr int kLargestStep = 255;
@@ -115,7 +123,8 @@ void TexelNeighborhood::store(std::size_t chunk, const std::vector<bool>& follow
   for (std::size_t i = begin; i < end; ++i, ++at) {
     const int triangle = map_.triangle(*at);
     const Eigen::Matrix2d to_mm = pixels_per_texel(triangle) * pixel_mm_;
-    for (std::size_t k = 0; k < kNumAdjacent; ++k) offsets[first_adjacent() + k] = to_mm * Vec2(kAdjacent[k].x, kAdjacent[k].y);
+    for (std::size_t k = 0; k < kNumAdjacent; ++k)
+      offsets[first_adjacent() + k] = to_mm * Vec2(kAdjacent[k].x, kAdjacent[k].y);
     map_.gather(*at, *frames_, offsets, found);
     const bool has_grid = follows_grid[static_cast<std::size_t>(triangle)];
     if (has_grid) grid.follow_grid(*at);
@@ -133,7 +142,8 @@ void TexelNeighborhood::store(std::size_t chunk, const std::vector<bool>& follow
 
 std::int64_t TexelNeighborhood::stored_bytes() const {
   std::int64_t bytes = 0;
-  for (const Chunk& c : chunks_) bytes += static_cast<std::int64_t>(c.rows.size() * sizeof(Row) + c.stored.size() * sizeof(Stored));
+  for (const Chunk& c : chunks_)
+    bytes += static_cast<std::int64_t>(c.rows.size() * sizeof(Row) + c.stored.size() * sizeof(Stored));
   return bytes;
 }
 
@@ -152,9 +162,11 @@ Eigen::Matrix2d TexelNeighborhood::pixels_per_texel(int triangle) const {
 /// As TexelMap::gather() for a texel that is far from its chart's border; `texel` is how far on.
 void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps) const {
   const FlowFrame& frame = (*frames_)[static_cast<std::size_t>(triangle)];
-  const Eigen::Matrix2d to_texels = map_.texels_per_mm(triangle, frame), to_mm = frame.transpose() * map_.mm_per_texel(triangle);
+  const Eigen::Matrix2d to_texels = map_.texels_per_mm(triangle, frame),
+                        to_mm = frame.transpose() * map_.mm_per_texel(triangle);
   for (std::size_t k = 0; k < size(); ++k) {
-    const Vec2 step = k < first_adjacent() ? Vec2(to_texels * offsets_mm_[k]) : Vec2(kAdjacent[k - first_adjacent()].x, kAdjacent[k - first_adjacent()].y);
+    const Vec2 step = k < first_adjacent() ? Vec2(to_texels * offsets_mm_[k])
+                                           : Vec2(kAdjacent[k - first_adjacent()].x, kAdjacent[k - first_adjacent()].y);
     const TexelId dx = nearest(step.x()), dy = nearest(step.y());  // At most 255: the border of the chart lies farther.
     steps[k] = in_pixels({0, to_mm * Vec2(static_cast<double>(dx), static_cast<double>(dy))});
     steps[k].texel = steps[k].texel < 0 ? kNoStep : dy * map_.width() + dx;
@@ -188,14 +200,16 @@ std::span<const PixelNeighbor> TexelNeighborhood::Cursor::at(TexelId t) {
     found_[k] = {next->texel == Stored::kNone ? -1 : TexelId{next->texel}, next->x, next->y};
     ++next;
   };
-  const std::size_t end = index % kChunk + 1 < chunk.rows.size() ? chunk.rows[index % kChunk + 1].begin : chunk.stored.size();
+  const std::size_t end =
+      index % kChunk + 1 < chunk.rows.size() ? chunk.rows[index % kChunk + 1].begin : chunk.stored.size();
   if (end - row.begin == found_.size()) {
     for (std::size_t k = 0; k < found_.size(); ++k) take(k);
     return found_;
   }
   follow_grid(t);
   for (std::size_t word = 0; word < row.is_stored.size(); ++word) {
-    for (std::uint64_t rest = row.is_stored[word]; rest != 0; rest &= rest - 1) take(word * 64 + static_cast<std::size_t>(std::countr_zero(rest)));
+    for (std::uint64_t rest = row.is_stored[word]; rest != 0; rest &= rest - 1)
+      take(word * 64 + static_cast<std::size_t>(std::countr_zero(rest)));
   }
   return found_;
 }

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "patinate/atlas/texel_map.h"
 #include "libcommon/atlas/texel_set.h"
+#include "patinate/atlas/texel_map.h"
 #include "patinate/core/run_control.h"
 
 namespace patinate {
@@ -17,7 +17,8 @@ namespace patinate {
 /// A neighbor in pixels of what is laid on the surface.
 struct PixelNeighbor {
   TexelId texel = -1;
-  std::int16_t x = 0, y = 0;  ///< TexelNeighbor::offset_mm in units of 1/256 pixel; neighbors that lie farther than 127 pixels are left out (-1).
+  std::int16_t x = 0, y = 0;  ///< TexelNeighbor::offset_mm in units of 1/256 pixel; neighbors that lie farther than 127
+                              ///< pixels are left out (-1).
 
   static constexpr int kOne = 256;
   friend bool operator==(const PixelNeighbor&, const PixelNeighbor&) = default;
@@ -26,14 +27,17 @@ struct PixelNeighbor {
 /// The nearest whole pixel of a length in units of 1/256.
 [[nodiscard]] constexpr int whole_pixels(std::int32_t fixed) { return (fixed + PixelNeighbor::kOne / 2) >> 8; }
 
-/// Neighbors of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those that lie where their triangle's own grid says are
-/// computed, triangle by triangle, and only the others are stored: in bands along seams. In triangles of few texels that costs more than it saves, and all neighbors in the bands are stored.
+/// Neighbors of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those
+/// that lie where their triangle's own grid says are computed, triangle by triangle, and only the others are stored: in
+/// bands along seams. In triangles of few texels that costs more than it saves, and all neighbors in the bands are
+/// stored.
 class TexelNeighborhood {
  public:
   /// @param map       Must outlive this.
   /// @param frames    What offsets are measured along.
   /// @param pixel_mm  > 0. Of PixelNeighbor.
-  TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames, double pixel_mm, const RunControl& control = {});
+  TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames,
+                    double pixel_mm, const RunControl& control = {});
 
   /// All: those at the offsets first, then from first_adjacent() on the eight beside (row by row; a step of one texel).
   [[nodiscard]] std::size_t size() const { return offsets_mm_.size() + kNumAdjacent; }
@@ -49,7 +53,8 @@ class TexelNeighborhood {
   /// Looks neighbors up, quickly for texels of a few triangles. One for each thread.
   class Cursor {
    public:
-    explicit Cursor(const TexelNeighborhood& neighborhood) : neighborhood_(neighborhood), steps_(neighborhood.size() * kNumKept), found_(neighborhood.size()) {
+    explicit Cursor(const TexelNeighborhood& neighborhood)
+        : neighborhood_(neighborhood), steps_(neighborhood.size() * kNumKept), found_(neighborhood.size()) {
       triangles_.fill(-1);
     }
     /// As TexelMap::gather() says for a covered texel. Valid until the next call.
@@ -94,8 +99,8 @@ class TexelNeighborhood {
   std::vector<Vec2> offsets_mm_;
   std::shared_ptr<const FlowFrames> frames_;
   double pixel_mm_;
-  TexelSet band_;               ///< Texels with a row.
-  std::vector<Chunk> chunks_;   ///< kChunk rows each.
+  TexelSet band_;              ///< Texels with a row.
+  std::vector<Chunk> chunks_;  ///< kChunk rows each.
 };
 
 }  // namespace patinate

@@ -13,13 +13,15 @@
 
 namespace patinate {
 
-/// A bit a texel, and before every 64 of them how many there are: what a list of 8 bytes a member and a table of 4 bytes a texel would say.
+/// A bit a texel, and before every 64 of them how many there are: what a list of 8 bytes a member and a table of 4
+/// bytes a texel would say.
 class TexelSet {
  public:
   TexelSet() = default;
   /// @param num_texels  Of the atlas, at most 2^32. @param is_member  Asked once of each, ascending.
   template <class IsMember>
-  TexelSet(std::int64_t num_texels, const IsMember& is_member) : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
+  TexelSet(std::int64_t num_texels, const IsMember& is_member)
+      : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
     for (TexelId t = 0; t < num_texels; ++t) {
       const auto word = static_cast<std::size_t>(t) / 64;
       if (t % 64 == 0) before_[word] = static_cast<std::uint32_t>(size_);
@@ -30,7 +32,9 @@ class TexelSet {
   }
 
   [[nodiscard]] std::size_t size() const { return size_; }
-  [[nodiscard]] bool contains(TexelId t) const { return (words_[static_cast<std::size_t>(t) / 64] >> (t % 64) & 1) != 0; }
+  [[nodiscard]] bool contains(TexelId t) const {
+    return (words_[static_cast<std::size_t>(t) / 64] >> (t % 64) & 1) != 0;
+  }
   /// How many members come before `t`.
   [[nodiscard]] std::size_t index_of(TexelId t) const {
     const auto word = static_cast<std::size_t>(t) / 64;
@@ -60,7 +64,10 @@ class TexelSet {
 
    private:
     friend class TexelSet;
-    Iterator(const TexelSet& set, std::size_t word) : words_(&set.words_), word_(word), rest_(word < words_->size() ? (*words_)[word] : 0) { skip_empty(); }
+    Iterator(const TexelSet& set, std::size_t word)
+        : words_(&set.words_), word_(word), rest_(word < words_->size() ? (*words_)[word] : 0) {
+      skip_empty();
+    }
     void skip_empty() {
       while (rest_ == 0 && word_ < words_->size() && ++word_ < words_->size()) rest_ = (*words_)[word_];
     }

@@ -14,9 +14,10 @@ namespace patinate {
 
 namespace {
 
-constexpr double kMergedCone = 1.5;       ///< Cone of joined charts, over that of charts while they grow.
+constexpr double kMergedCone = 1.5;  ///< Cone of joined charts, over that of charts while they grow.
 constexpr double kWidestCone_deg = 100.0;
-constexpr double kMergedStretch = 0.6;   ///< Of the stretch allowed: a seam less is worth less stretch than a chart less.
+constexpr double kMergedStretch =
+    0.6;  ///< Of the stretch allowed: a seam less is worth less stretch than a chart less.
 
 /// Lays all sets flat, cutting again those that are not Good. One triangle always is.
 std::vector<FlatChart> flatten_all(const UnwrapSurface& surface, std::vector<std::vector<int>> sets, double max_stretch,
@@ -96,7 +97,8 @@ void set_uvs(const UnwrapSurface& surface, const std::vector<FlatChart>& charts,
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!surface.is_point[t]) continue;
-    const int uv = std::max({uv_at[static_cast<std::size_t>(mesh.triangles[t][0])], uv_at[static_cast<std::size_t>(mesh.triangles[t][1])],
+    const int uv = std::max({uv_at[static_cast<std::size_t>(mesh.triangles[t][0])],
+                             uv_at[static_cast<std::size_t>(mesh.triangles[t][1])],
                              uv_at[static_cast<std::size_t>(mesh.triangles[t][2])], 0});
     mesh.uv_triangles[t] = {uv, uv, uv};
     result.triangle_chart[t] = chart_at[static_cast<std::size_t>(uv)];
@@ -147,9 +149,14 @@ void measure(const UnwrapSurface& surface, const UnwrapOptions& options, UnwrapR
 }  // namespace
 
 void describe(OptionVisitor& v, UnwrapOptions& o) {
-  v.visit({"max_normal_angle_deg", "Half opening of the cone that a chart's normals keep to while it grows", "deg", between(5, 85)}, o.max_normal_angle_deg);
-  v.visit({"max_stretch", "Charts are cut until 95 % of their area is stretched by no more than this", "", between(1.05, 10)}, o.max_stretch);
-  v.visit({"resolution", "Texels along each side of the atlas that the UVs are packed for", "", between(16, 16384)}, o.resolution);
+  v.visit({"max_normal_angle_deg", "Half opening of the cone that a chart's normals keep to while it grows", "deg",
+           between(5, 85)},
+          o.max_normal_angle_deg);
+  v.visit({"max_stretch", "Charts are cut until 95 % of their area is stretched by no more than this", "",
+           between(1.05, 10)},
+          o.max_stretch);
+  v.visit({"resolution", "Texels along each side of the atlas that the UVs are packed for", "", between(16, 16384)},
+          o.resolution);
   v.visit({"gutter_texels", "Least number of texels between two charts", "", between(1, 64)}, o.gutter_texels);
 }
 
@@ -161,10 +168,12 @@ UnwrapResult unwrap(const Mesh& mesh, const UnwrapOptions& options, const RunCon
   smooth_borders(surface, options.max_normal_angle_deg, triangle_chart);
   std::vector<FlatChart> charts =
       flatten_all(surface, connected_charts(surface, triangle_chart), options.max_stretch, control.part(0.3, 0.5));
-  merge_charts(surface, std::min(kWidestCone_deg, kMergedCone * options.max_normal_angle_deg), 1.0 + kMergedStretch * (options.max_stretch - 1.0), charts, control);
+  merge_charts(surface, std::min(kWidestCone_deg, kMergedCone * options.max_normal_angle_deg),
+               1.0 + kMergedStretch * (options.max_stretch - 1.0), charts, control);
   control.report(0.7);
   sort_by_area(surface, charts);
-  const PackedCharts packed = pack_charts(std::move(charts), options.resolution, options.gutter_texels, control.part(0.7, 0.95));
+  const PackedCharts packed =
+      pack_charts(std::move(charts), options.resolution, options.gutter_texels, control.part(0.7, 0.95));
   UnwrapResult result;
   result.mesh = mesh;
   set_uvs(surface, packed.charts, result);

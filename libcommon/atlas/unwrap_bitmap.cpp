@@ -38,8 +38,10 @@ ChartBitmap ChartBitmap::turned(int turns) const {
     ChartBitmap to{from.height, from.width, std::vector<std::uint8_t>(from.cells.size())};
     for (int y = 0; y < from.height; ++y) {
       for (int x = 0; x < from.width; ++x) {
-        to.cells[static_cast<std::size_t>(x) * static_cast<std::size_t>(to.width) + static_cast<std::size_t>(from.height - 1 - y)] =
-            from.cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(from.width) + static_cast<std::size_t>(x)];
+        to.cells[static_cast<std::size_t>(x) * static_cast<std::size_t>(to.width) +
+                 static_cast<std::size_t>(from.height - 1 - y)] =
+            from.cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(from.width) +
+                       static_cast<std::size_t>(x)];
       }
     }
     from = std::move(to);
@@ -57,12 +59,14 @@ ChartBitmap rasterize(const FlatChart& chart, double cells_per_unit) {
   for (const Triangle& corners : chart.corners) {
     std::array<Vec2, 3> p;
     for (std::size_t k = 0; k < 3; ++k) p[k] = chart.points[static_cast<std::size_t>(corners[k])] * cells_per_unit;
-    const double y_low = std::min({p[0].y(), p[1].y(), p[2].y()}) - kTouch, y_high = std::max({p[0].y(), p[1].y(), p[2].y()}) + kTouch;
+    const double y_low = std::min({p[0].y(), p[1].y(), p[2].y()}) - kTouch,
+                 y_high = std::max({p[0].y(), p[1].y(), p[2].y()}) + kTouch;
     const int y0 = std::max(0, static_cast<int>(y_low)), y1 = std::min(bitmap.height - 1, static_cast<int>(y_high));
     for (int y = y0; y <= y1; ++y) {
       const Span span = span_between(p, y - kTouch, y + 1 + kTouch);
       if (span.low > span.high) continue;
-      const int x0 = std::max(0, static_cast<int>(span.low - kTouch)), x1 = std::min(bitmap.width - 1, static_cast<int>(span.high + kTouch));
+      const int x0 = std::max(0, static_cast<int>(span.low - kTouch)),
+                x1 = std::min(bitmap.width - 1, static_cast<int>(span.high + kTouch));
       const auto row = bitmap.cells.begin() + static_cast<std::ptrdiff_t>(y) * bitmap.width;
       std::fill(row + x0, row + x1 + 1, std::uint8_t{1});
     }
@@ -71,8 +75,11 @@ ChartBitmap rasterize(const FlatChart& chart, double cells_per_unit) {
 }
 
 Occupancy::Occupancy(int width, int height, int margin)
-    : width_(width), height_(height), margin_(margin),
-      next_occupied_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), static_cast<std::int16_t>(width)) {}
+    : width_(width),
+      height_(height),
+      margin_(margin),
+      next_occupied_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                     static_cast<std::int16_t>(width)) {}
 
 std::vector<Occupancy::Run> Occupancy::grown_runs(const ChartBitmap& bitmap, int gutter) {
   // Rows first, then columns; row and column 0 of the grown bitmap lie `gutter` before the bitmap's.
@@ -104,7 +111,8 @@ std::vector<Occupancy::Run> Occupancy::grown_runs(const ChartBitmap& bitmap, int
     }
   }
   // Long runs meet something first.
-  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.end - a.begin > b.end - b.begin; });
+  std::stable_sort(runs.begin(), runs.end(),
+                   [](const Run& a, const Run& b) { return a.end - a.begin > b.end - b.begin; });
   return runs;
 }
 
@@ -116,7 +124,8 @@ int Occupancy::first_free_x(const std::vector<Run>& runs, int gutter, int y, int
     const int begin = std::max(0, x + run.begin - gutter), end = x + run.end - gutter;
     const int occupied = row < 0 || row >= height_ || begin >= width_
                              ? width_
-                             : next_occupied_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(begin)];
+                             : next_occupied_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
+                                              static_cast<std::size_t>(begin)];
     if (occupied >= std::min(end, width_)) {
       ++free_runs;
     } else {

@@ -31,8 +31,8 @@ class Occupancy {
  public:
   Occupancy(int width, int height, int margin);
 
-  /// The lowest, then leftmost spot at or after `from` where a bitmap keeps `gutter` cells from all others and its top, y + height,
-  /// stays below `limit`.
+  /// The lowest, then leftmost spot at or after `from` where a bitmap keeps `gutter` cells from all others and its top,
+  /// y + height, stays below `limit`.
   [[nodiscard]] std::optional<Spot> find(const ChartBitmap& bitmap, int gutter, int limit, Spot from = {}) const;
   void add(const ChartBitmap& bitmap, Spot spot);
 

@@ -55,8 +55,10 @@ bool borders_cross(const std::vector<Vec2>& points, const std::vector<std::array
   const Grid grid(points, segments);
   std::vector<std::pair<std::int64_t, std::int32_t>> entries;  // (cell, segment)
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    const Vec2 &p = points[static_cast<std::size_t>(segments[i][0])], &q = points[static_cast<std::size_t>(segments[i][1])];
-    const std::int64_t y1 = grid.index(std::max(p.y(), q.y()), grid.low.y()), x1 = grid.index(std::max(p.x(), q.x()), grid.low.x());
+    const Vec2 &p = points[static_cast<std::size_t>(segments[i][0])],
+               &q = points[static_cast<std::size_t>(segments[i][1])];
+    const std::int64_t y1 = grid.index(std::max(p.y(), q.y()), grid.low.y()),
+                       x1 = grid.index(std::max(p.x(), q.x()), grid.low.x());
     for (std::int64_t y = grid.index(std::min(p.y(), q.y()), grid.low.y()); y <= y1; ++y) {
       for (std::int64_t x = grid.index(std::min(p.x(), q.x()), grid.low.x()); x <= x1; ++x) {
         entries.emplace_back(y * grid.width + x, static_cast<std::int32_t>(i));
@@ -72,8 +74,8 @@ bool borders_cross(const std::vector<Vec2>& points, const std::vector<std::array
         const auto& [a, b] = segments[static_cast<std::size_t>(entries[i].second)];
         const auto& [c, d] = segments[static_cast<std::size_t>(entries[j].second)];
         if (a == c || a == d || b == c || b == d) continue;
-        if (cross(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)], points[static_cast<std::size_t>(c)],
-                  points[static_cast<std::size_t>(d)])) {
+        if (cross(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)],
+                  points[static_cast<std::size_t>(c)], points[static_cast<std::size_t>(d)])) {
           return true;
         }
       }

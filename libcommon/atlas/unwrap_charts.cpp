@@ -12,12 +12,12 @@ namespace {
 
 constexpr int kFree = -1;
 constexpr int kBlocked = -2;
-constexpr double kAnyNormal = -2.0;   ///< As the least cosine: no cone.
-constexpr double kFlatCost = 0.15;    ///< Cost of a length where the surface does not turn, which keeps charts round.
-constexpr double kCreaseCost = 4.0;   ///< Extra cost of crossing an edge, per 1 - cos of its angle.
-constexpr double kSpeck = 3e-4;       ///< Share of the area below which what no cone takes is given to the charts around.
+constexpr double kAnyNormal = -2.0;  ///< As the least cosine: no cone.
+constexpr double kFlatCost = 0.15;   ///< Cost of a length where the surface does not turn, which keeps charts round.
+constexpr double kCreaseCost = 4.0;  ///< Extra cost of crossing an edge, per 1 - cos of its angle.
+constexpr double kSpeck = 3e-4;  ///< Share of the area below which what no cone takes is given to the charts around.
 constexpr int kMaxRounds = 40;
-constexpr int kSettledRounds = 4;     ///< Rounds of Lloyd's iteration after the last new seed.
+constexpr int kSettledRounds = 4;  ///< Rounds of Lloyd's iteration after the last new seed.
 constexpr int kSplitRounds = 4;
 constexpr int kMaxSmoothing = 20;
 
@@ -38,7 +38,8 @@ class Flood {
       if (chart == kFree) chart = static_cast<int>(c);
     }
     for (std::size_t c = 0; c < seeds_.size(); ++c) {
-      if (chart_[static_cast<std::size_t>(seeds_[c].triangle)] == static_cast<int>(c)) push_neighbors(seeds_[c].triangle, 0.0);
+      if (chart_[static_cast<std::size_t>(seeds_[c].triangle)] == static_cast<int>(c))
+        push_neighbors(seeds_[c].triangle, 0.0);
     }
     spread();
   }
@@ -147,7 +148,8 @@ std::vector<std::vector<int>> uncovered_parts(const UnwrapSurface& surface, cons
     bool is_beside = false;
     for (int t : part) {
       area += surface.areas[static_cast<std::size_t>(t)];
-      for (int n : surface.neighbors[static_cast<std::size_t>(t)]) is_beside |= n >= 0 && chart[static_cast<std::size_t>(n)] >= 0;
+      for (int n : surface.neighbors[static_cast<std::size_t>(t)])
+        is_beside |= n >= 0 && chart[static_cast<std::size_t>(n)] >= 0;
     }
     return is_beside && area < kSpeck;
   });
@@ -168,7 +170,8 @@ double border_weight(const UnwrapSurface& surface, std::size_t a, std::size_t b)
 }
 
 /// The chart that would shorten borders by taking triangle t; its own if none.
-int better_chart(const UnwrapSurface& surface, const std::vector<Vec3>& axes, double least_cos, const std::vector<int>& chart, std::size_t t) {
+int better_chart(const UnwrapSurface& surface, const std::vector<Vec3>& axes, double least_cos,
+                 const std::vector<int>& chart, std::size_t t) {
   double kept = 0.0;
   int num_kept = 0;
   std::array<double, 3> shared{};
@@ -177,7 +180,9 @@ int better_chart(const UnwrapSurface& surface, const std::vector<Vec3>& axes, do
     if (n < 0 || chart[static_cast<std::size_t>(n)] < 0) continue;
     const Triangle& corners = surface.triangles[t];
     shared[k] = border_weight(surface, t, static_cast<std::size_t>(n)) *
-                (surface.positions[static_cast<std::size_t>(corners[k])] - surface.positions[static_cast<std::size_t>(corners[(k + 1) % 3])]).norm();
+                (surface.positions[static_cast<std::size_t>(corners[k])] -
+                 surface.positions[static_cast<std::size_t>(corners[(k + 1) % 3])])
+                    .norm();
     if (chart[static_cast<std::size_t>(n)] == chart[t]) kept += shared[k], ++num_kept;
   }
   int best = chart[t];
@@ -186,7 +191,8 @@ int better_chart(const UnwrapSurface& surface, const std::vector<Vec3>& axes, do
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(shared[k] > 0.0)) continue;
     const int candidate = chart[static_cast<std::size_t>(surface.neighbors[t][k])];
-    if (candidate == chart[t] || axes[static_cast<std::size_t>(candidate)].dot(surface.normals[t]) < least_cos) continue;
+    if (candidate == chart[t] || axes[static_cast<std::size_t>(candidate)].dot(surface.normals[t]) < least_cos)
+      continue;
     double gained = 0.0;
     for (std::size_t j = 0; j < 3; ++j) {
       if (shared[j] > 0.0 && chart[static_cast<std::size_t>(surface.neighbors[t][j])] == candidate) gained += shared[j];
@@ -200,7 +206,8 @@ int better_chart(const UnwrapSurface& surface, const std::vector<Vec3>& axes, do
 
 Vec3 chart_axis(const UnwrapSurface& surface, const std::vector<int>& triangles) {
   Vec3 axis = Vec3::Zero();
-  for (int t : triangles) axis += surface.areas[static_cast<std::size_t>(t)] * surface.normals[static_cast<std::size_t>(t)];
+  for (int t : triangles)
+    axis += surface.areas[static_cast<std::size_t>(t)] * surface.normals[static_cast<std::size_t>(t)];
   const double length = axis.norm();
   return length > 1e-12 ? Vec3(axis / length) : surface.normals[static_cast<std::size_t>(triangles[0])];
 }
@@ -255,7 +262,8 @@ void smooth_borders(const UnwrapSurface& surface, double max_normal_angle_deg, s
   for (int c : triangle_chart) num_charts = std::max(num_charts, c + 1);
   std::vector<Vec3> axes(static_cast<std::size_t>(num_charts), Vec3::Zero());
   for (std::size_t t = 0; t < triangle_chart.size(); ++t) {
-    if (triangle_chart[t] >= 0) axes[static_cast<std::size_t>(triangle_chart[t])] += surface.areas[t] * surface.normals[t];
+    if (triangle_chart[t] >= 0)
+      axes[static_cast<std::size_t>(triangle_chart[t])] += surface.areas[t] * surface.normals[t];
   }
   for (Vec3& axis : axes) axis.normalize();
   for (int sweep = 0; sweep < kMaxSmoothing; ++sweep) {
@@ -270,7 +278,8 @@ void smooth_borders(const UnwrapSurface& surface, double max_normal_angle_deg, s
   }
 }
 
-ChartSplitter::ChartSplitter(const UnwrapSurface& surface) : surface_(surface), label_(surface.triangles.size(), kBlocked) {}
+ChartSplitter::ChartSplitter(const UnwrapSurface& surface)
+    : surface_(surface), label_(surface.triangles.size(), kBlocked) {}
 
 std::vector<std::vector<int>> ChartSplitter::split(const std::vector<int>& triangles) {
   const auto reset = [&](int value) {
@@ -288,7 +297,8 @@ std::vector<std::vector<int>> ChartSplitter::split(const std::vector<int>& trian
   };
   const int first = farthest_from(center_of(surface_, triangles).triangle);
   const int second = farthest_from(first);
-  std::vector<Seed> seeds{{first, surface_.normals[static_cast<std::size_t>(first)]}, {second, surface_.normals[static_cast<std::size_t>(second)]}};
+  std::vector<Seed> seeds{{first, surface_.normals[static_cast<std::size_t>(first)]},
+                          {second, surface_.normals[static_cast<std::size_t>(second)]}};
   std::array<std::vector<int>, 2> halves;
   for (int round = 0; round < kSplitRounds; ++round) {
     reset(kFree);

@@ -23,11 +23,13 @@ constexpr double kSameScale = 1e-30;
 double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 std::array<Vec2, 3> corners_of(const FlatChart& chart, std::size_t i) {
-  return {chart.points[static_cast<std::size_t>(chart.corners[i][0])], chart.points[static_cast<std::size_t>(chart.corners[i][1])],
+  return {chart.points[static_cast<std::size_t>(chart.corners[i][0])],
+          chart.points[static_cast<std::size_t>(chart.corners[i][1])],
           chart.points[static_cast<std::size_t>(chart.corners[i][2])]};
 }
 
-/// Corners become one point where an edge inside the chart connects them: surfaces that only touch at a position come apart.
+/// Corners become one point where an edge inside the chart connects them: surfaces that only touch at a position come
+/// apart.
 class CornerJoin {
  public:
   explicit CornerJoin(std::size_t num_corners) : parent_(num_corners) { std::iota(parent_.begin(), parent_.end(), 0); }
@@ -45,7 +47,8 @@ class CornerJoin {
 };
 
 /// Fills corners; returns the border's edges as pairs of points, and the position of each point.
-std::vector<std::array<int, 2>> join_corners(const UnwrapSurface& surface, FlatChart& chart, std::vector<int>& position) {
+std::vector<std::array<int, 2>> join_corners(const UnwrapSurface& surface, FlatChart& chart,
+                                             std::vector<int>& position) {
   const std::size_t n = chart.triangles.size();
   CornerJoin joined(3 * n);
   std::vector<std::array<std::size_t, 2>> border;
@@ -53,7 +56,8 @@ std::vector<std::array<int, 2>> join_corners(const UnwrapSurface& surface, FlatC
     const auto t = static_cast<std::size_t>(chart.triangles[i]);
     for (std::size_t k = 0; k < 3; ++k) {
       const int other = surface.neighbors[t][k];
-      const auto it = other < 0 ? chart.triangles.end() : std::lower_bound(chart.triangles.begin(), chart.triangles.end(), other);
+      const auto it =
+          other < 0 ? chart.triangles.end() : std::lower_bound(chart.triangles.begin(), chart.triangles.end(), other);
       const std::size_t a = 3 * i + k, b = 3 * i + (k + 1) % 3;
       if (it == chart.triangles.end() || *it != other) {
         border.push_back({a, b});
@@ -82,8 +86,11 @@ std::vector<std::array<int, 2>> join_corners(const UnwrapSurface& surface, FlatC
 }
 
 /// Two points of the border far from each other: farthest from the border's middle, and farthest from that.
-std::array<int, 2> choose_pins(const UnwrapSurface& surface, const std::vector<int>& position, const std::vector<std::array<int, 2>>& border) {
-  const auto at = [&](int p) -> const Vec3& { return surface.positions[static_cast<std::size_t>(position[static_cast<std::size_t>(p)])]; };
+std::array<int, 2> choose_pins(const UnwrapSurface& surface, const std::vector<int>& position,
+                               const std::vector<std::array<int, 2>>& border) {
+  const auto at = [&](int p) -> const Vec3& {
+    return surface.positions[static_cast<std::size_t>(position[static_cast<std::size_t>(p)])];
+  };
   Vec3 from = Vec3::Zero();
   for (const auto& edge : border) from += at(edge[0]) / static_cast<double>(border.size());
   std::array<int, 2> pins{border[0][0], border[0][1]};
@@ -99,12 +106,15 @@ std::array<int, 2> choose_pins(const UnwrapSurface& surface, const std::vector<i
   return pins;
 }
 
-/// Minimizes the sum over triangles of |sum_j W_j U_j|^2 / (2 area) with two points fixed; U complex. False if it fails.
-bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::array<int, 2>& pins, double pin_distance) {
+/// Minimizes the sum over triangles of |sum_j W_j U_j|^2 / (2 area) with two points fixed; U complex. False if it
+/// fails.
+bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::array<int, 2>& pins,
+                     double pin_distance) {
   const auto num_points = static_cast<int>(chart.points.size());
   std::vector<int> unknown(chart.points.size());
   int num_unknowns = 0;
-  for (int p = 0; p < num_points; ++p) unknown[static_cast<std::size_t>(p)] = p == pins[0] || p == pins[1] ? -1 : num_unknowns++;
+  for (int p = 0; p < num_points; ++p)
+    unknown[static_cast<std::size_t>(p)] = p == pins[0] || p == pins[1] ? -1 : num_unknowns++;
   std::vector<Eigen::Triplet<Complex>> entries;
   entries.reserve(chart.triangles.size() * 6);
   Eigen::VectorXcd right = Eigen::VectorXcd::Zero(num_unknowns);
@@ -146,7 +156,8 @@ bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::
 
 void project(const UnwrapSurface& surface, FlatChart& chart, const std::vector<int>& position) {
   Vec3 axis = Vec3::Zero();
-  for (int t : chart.triangles) axis += surface.areas[static_cast<std::size_t>(t)] * surface.normals[static_cast<std::size_t>(t)];
+  for (int t : chart.triangles)
+    axis += surface.areas[static_cast<std::size_t>(t)] * surface.normals[static_cast<std::size_t>(t)];
   if (!(axis.norm() > 0.0)) axis = surface.normals[static_cast<std::size_t>(chart.triangles[0])];
   axis.normalize();
   const Vec3 x = axis.unitOrthogonal(), y = axis.cross(x);
@@ -164,11 +175,14 @@ bool is_immersed(const FlatChart& chart, const std::vector<std::array<int, 2>>& 
     const double twice_area = cross2(p[1] - p[0], p[2] - p[0]);
     if (!(twice_area > 0.0)) return false;
     for (std::size_t k = 0; k < 3; ++k) {
-      turn[static_cast<std::size_t>(chart.corners[i][k])] += std::atan2(twice_area, (p[(k + 1) % 3] - p[k]).dot(p[(k + 2) % 3] - p[k]));
+      turn[static_cast<std::size_t>(chart.corners[i][k])] +=
+          std::atan2(twice_area, (p[(k + 1) % 3] - p[k]).dot(p[(k + 2) % 3] - p[k]));
     }
   }
   constexpr double kTurn = 2.0 * std::numbers::pi;
-  if (std::any_of(border.begin(), border.end(), [&](const auto& edge) { return !(turn[static_cast<std::size_t>(edge[0])] < kTurn); })) return false;
+  if (std::any_of(border.begin(), border.end(),
+                  [&](const auto& edge) { return !(turn[static_cast<std::size_t>(edge[0])] < kTurn); }))
+    return false;
   return std::all_of(turn.begin(), turn.end(), [&](double angle) { return angle < 1.5 * kTurn; });
 }
 
@@ -195,7 +209,8 @@ bool is_stretched(const UnwrapSurface& surface, const FlatChart& chart, double m
   return !(weighted_quantile(stretch, kStretchShare) <= max_stretch);
 }
 
-FlatStatus judge(const UnwrapSurface& surface, FlatChart& chart, const std::vector<std::array<int, 2>>& border, double max_stretch) {
+FlatStatus judge(const UnwrapSurface& surface, FlatChart& chart, const std::vector<std::array<int, 2>>& border,
+                 double max_stretch) {
   if (!is_immersed(chart, border) || !scale_to_surface(surface, chart)) return FlatStatus::Flipped;
   if (is_stretched(surface, chart, max_stretch)) return FlatStatus::Stretched;
   return borders_cross(chart.points, border) ? FlatStatus::Overlapping : FlatStatus::Good;

@@ -18,17 +18,17 @@ enum class FlatStatus {
 };
 
 struct FlatChart {
-  std::vector<int> triangles;      ///< Of the surface, ascending.
-  std::vector<Triangle> corners;   ///< Into points; as long as triangles.
-  std::vector<Vec2> points;        ///< The chart's area is that on the surface.
+  std::vector<int> triangles;     ///< Of the surface, ascending.
+  std::vector<Triangle> corners;  ///< Into points; as long as triangles.
+  std::vector<Vec2> points;       ///< The chart's area is that on the surface.
   FlatStatus status = FlatStatus::Good;
-  bool is_planar = false;          ///< Projected along its mean normal, since the conformal map was not Good.
+  bool is_planar = false;  ///< Projected along its mean normal, since the conformal map was not Good.
 };
 
-/// Lays a set of triangles, connected over edges, in the plane. When Good, no two triangles overlap: all are counter-clockwise, all
-/// fans wind once, and the borders (any number of them) neither meet themselves nor each other, which for a connected piece
-/// leaves no point of the plane covered twice. Not Good: points are there but not to be used.
-/// Cost: one sparse factorization; about 10 microseconds per triangle.
+/// Lays a set of triangles, connected over edges, in the plane. When Good, no two triangles overlap: all are
+/// counter-clockwise, all fans wind once, and the borders (any number of them) neither meet themselves nor each other,
+/// which for a connected piece leaves no point of the plane covered twice. Not Good: points are there but not to be
+/// used. Cost: one sparse factorization; about 10 microseconds per triangle.
 [[nodiscard]] FlatChart flatten_chart(const UnwrapSurface& surface, std::vector<int> triangles, double max_stretch);
 
 /// Singular values, larger first, of the linear map that takes triangle `from` to `to`.

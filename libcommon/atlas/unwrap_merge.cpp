@@ -13,14 +13,17 @@ namespace patinate {
 namespace {
 
 constexpr double kConeShare = 0.95;
-constexpr double kLeastShare = 0.15;    ///< Of the smaller chart's border that must be shared: no chains of charts.
+constexpr double kLeastShare = 0.15;  ///< Of the smaller chart's border that must be shared: no chains of charts.
 constexpr int kMaxCandidates = 3;
-constexpr std::int64_t kMaxWork = 6;    ///< Triangles flattened in attempts, over triangles of the mesh.
+constexpr std::int64_t kMaxWork = 6;  ///< Triangles flattened in attempts, over triangles of the mesh.
 
 class Merger {
  public:
   Merger(const UnwrapSurface& surface, double max_normal_angle_deg, double max_stretch, std::vector<FlatChart>& charts)
-      : surface_(surface), charts_(charts), chart_of_(surface.triangles.size(), -1), max_stretch_(max_stretch),
+      : surface_(surface),
+        charts_(charts),
+        chart_of_(surface.triangles.size(), -1),
+        max_stretch_(max_stretch),
         least_cos_(std::cos(max_normal_angle_deg * std::numbers::pi / 180.0)) {
     for (std::size_t c = 0; c < charts.size(); ++c) take(c);
   }
@@ -63,9 +66,13 @@ class Merger {
         if (other == static_cast<int>(c)) continue;
         const Triangle& corners = surface_.triangles[t];
         const double length = (surface_.positions[static_cast<std::size_t>(corners[k])] -
-                               surface_.positions[static_cast<std::size_t>(corners[(k + 1) % 3])]).norm();
+                               surface_.positions[static_cast<std::size_t>(corners[(k + 1) % 3])])
+                                  .norm();
         border += length;
-        if (other >= 0) shared[other] += length * (0.2 + 0.8 * std::clamp(surface_.normals[t].dot(surface_.normals[static_cast<std::size_t>(n)]), 0.0, 1.0));
+        if (other >= 0)
+          shared[other] +=
+              length * (0.2 + 0.8 * std::clamp(surface_.normals[t].dot(surface_.normals[static_cast<std::size_t>(n)]),
+                                               0.0, 1.0));
       }
     }
     std::vector<std::pair<double, int>> sorted;
@@ -93,7 +100,8 @@ class Merger {
       const auto o = static_cast<std::size_t>(other);
       std::vector<int> both(charts_[c].triangles.size() + charts_[o].triangles.size());
       if (static_cast<std::int64_t>(both.size()) > work_left) continue;
-      std::merge(charts_[c].triangles.begin(), charts_[c].triangles.end(), charts_[o].triangles.begin(), charts_[o].triangles.end(), both.begin());
+      std::merge(charts_[c].triangles.begin(), charts_[c].triangles.end(), charts_[o].triangles.begin(),
+                 charts_[o].triangles.end(), both.begin());
       if (!is_within_cone(both)) continue;
       work_left -= static_cast<std::int64_t>(both.size());
       FlatChart merged = flatten_chart(surface_, std::move(both), max_stretch_);
@@ -116,8 +124,8 @@ class Merger {
 
 }  // namespace
 
-void merge_charts(const UnwrapSurface& surface, double max_normal_angle_deg, double max_stretch, std::vector<FlatChart>& charts,
-                  const RunControl& control) {
+void merge_charts(const UnwrapSurface& surface, double max_normal_angle_deg, double max_stretch,
+                  std::vector<FlatChart>& charts, const RunControl& control) {
   Merger(surface, max_normal_angle_deg, max_stretch, charts).run(control);
 }
 

@@ -8,35 +8,38 @@
 #include <optional>
 
 #include "libcommon/atlas/unwrap_bitmap.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
 namespace {
 
-constexpr int kCoarseGrid = 256;   ///< Most cells along a side while orders are compared.
+constexpr int kCoarseGrid = 256;  ///< Most cells along a side while orders are compared.
 constexpr int kFineGrid = 512;    ///< Most cells along a side at the end.
 constexpr int kCoarseTries = 4;
-constexpr std::uint64_t kNumShuffles = 8;     ///< Orders beside the sorted ones that are compared,
-constexpr std::size_t kFewCharts = 150;       ///< where there are no more charts than this: many fill the gaps by themselves.
+constexpr std::uint64_t kNumShuffles = 8;  ///< Orders beside the sorted ones that are compared,
+constexpr std::size_t kFewCharts =
+    150;  ///< where there are no more charts than this: many fill the gaps by themselves.
 constexpr int kFineTries = 3;
 constexpr std::size_t kNumFinalists = 3;  ///< Orders, of those compared, that are tried on the fine grid.
-constexpr int kMaxTries = 60;      ///< Until all charts find room at all.
+constexpr int kMaxTries = 60;             ///< Until all charts find room at all.
 constexpr double kScaleStep = 1.003;
-constexpr double kFirstFill = 0.75;          ///< Share of the square that the first try hopes to fill.
-constexpr std::size_t kManyCharts = 400;    ///< Smaller ones than the largest so many are placed row by row.
+constexpr double kFirstFill = 0.75;       ///< Share of the square that the first try hopes to fill.
+constexpr std::size_t kManyCharts = 400;  ///< Smaller ones than the largest so many are placed row by row.
 
 double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// Counter-clockwise [Andrew 1979, monotone chain].
 std::vector<Vec2> convex_hull(std::vector<Vec2> points) {
-  std::sort(points.begin(), points.end(), [](const Vec2& a, const Vec2& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
+  std::sort(points.begin(), points.end(),
+            [](const Vec2& a, const Vec2& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
   std::vector<Vec2> hull;
   for (int side = 0; side < 2; ++side) {
     const std::size_t begin = hull.size();
     for (const Vec2& p : points) {
-      while (hull.size() >= begin + 2 && cross2(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0.0) hull.pop_back();
+      while (hull.size() >= begin + 2 && cross2(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0.0)
+        hull.pop_back();
       hull.push_back(p);
     }
     hull.pop_back();
@@ -45,7 +48,8 @@ std::vector<Vec2> convex_hull(std::vector<Vec2> points) {
   return hull;
 }
 
-/// Turns a chart so that its box is the smallest (one side lies on a side of the hull), lying, its low corner at the origin.
+/// Turns a chart so that its box is the smallest (one side lies on a side of the hull), lying, its low corner at the
+/// origin.
 void turn_to_smallest_box(FlatChart& chart) {
   const std::vector<Vec2> hull = convex_hull(chart.points);
   double smallest = -1.0;
@@ -75,7 +79,7 @@ void turn_to_smallest_box(FlatChart& chart) {
 
 struct Placement {
   Spot spot;
-  int turns = 0;   ///< By 90 degrees, counter-clockwise.
+  int turns = 0;              ///< By 90 degrees, counter-clockwise.
   int width = 0, height = 0;  ///< Cells of the chart's bitmap before it is turned.
 };
 
@@ -86,9 +90,9 @@ struct Layout {
 
 /// The square grid of one try.
 struct PackGrid {
-  int side = 0;             ///< Cells.
+  int side = 0;  ///< Cells.
   int texels_per_cell = 1;
-  int gutter = 1;           ///< Cells.
+  int gutter = 1;  ///< Cells.
   [[nodiscard]] int margin() const { return (gutter + 1) / 2; }
 };
 
@@ -101,7 +105,8 @@ PackGrid make_grid(int resolution, int most_cells, int gutter_texels) {
 }
 
 /// Places one chart as low as it goes in any turn; false if there is no room.
-bool place_lowest(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement, int& top) {
+bool place_lowest(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement,
+                  int& top) {
   int limit = std::numeric_limits<int>::max();
   ChartBitmap placed;
   for (int turns = 0; turns < (bitmap.width * bitmap.height == 1 ? 1 : 4); ++turns) {
@@ -120,7 +125,8 @@ bool place_lowest(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& oc
 }
 
 /// Places one chart after the last; false if there is no room.
-bool place_next(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement, Spot& last, int& top) {
+bool place_next(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement, Spot& last,
+                int& top) {
   const auto spot = occupancy.find(bitmap, grid.gutter, std::numeric_limits<int>::max(), last);
   if (!spot) return false;
   placement.spot = last = *spot;
@@ -130,8 +136,8 @@ bool place_next(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occu
 }
 
 /// Places all charts at one scale on a grid as wide as the atlas and a half higher; nothing if that does not do.
-std::optional<Layout> lay_out(const std::vector<FlatChart>& charts, const std::vector<std::size_t>& order, const PackGrid& grid,
-                              double cells_per_unit, const RunControl& control) {
+std::optional<Layout> lay_out(const std::vector<FlatChart>& charts, const std::vector<std::size_t>& order,
+                              const PackGrid& grid, double cells_per_unit, const RunControl& control) {
   Occupancy occupancy(grid.side, grid.side + grid.side / 2, grid.margin());
   Layout layout{std::vector<Placement>(charts.size()), 0};
   Spot last;
@@ -153,8 +159,8 @@ struct Search {
   std::optional<Layout> best;
   double best_scale = 0.0;  ///< Cells per unit.
 
-  void run(const std::vector<FlatChart>& charts, const std::vector<std::size_t>& order, const PackGrid& grid, double scale, int tries,
-           const RunControl& control) {
+  void run(const std::vector<FlatChart>& charts, const std::vector<std::size_t>& order, const PackGrid& grid,
+           double scale, int tries, const RunControl& control) {
     double too_large = 1e300;
     for (int i = 0; i < tries || (!best && i < kMaxTries); ++i) {
       std::optional<Layout> layout = lay_out(charts, order, grid, scale, control);
@@ -165,7 +171,8 @@ struct Search {
         best = std::move(layout);
       }
       if (!fits) too_large = std::min(too_large, scale);
-      // Rows grow with the square of the scale, which says which would just fit; when that is no news, halve the interval that is left.
+      // Rows grow with the square of the scale, which says which would just fit; when that is no news, halve the
+      // interval that is left.
       const double upper = std::min(too_large, best_scale > 0.0 ? 1.05 * best_scale : too_large);
       scale = next > best_scale && next < upper ? next : (best_scale > 0.0 ? 0.5 * (best_scale + upper) : 0.97 * next);
       if (best && upper < best_scale * kScaleStep) return;
@@ -200,7 +207,8 @@ double total_area(const std::vector<FlatChart>& charts) {
   for (const FlatChart& chart : charts) {
     for (const Triangle& c : chart.corners) {
       const Vec2& a = chart.points[static_cast<std::size_t>(c[0])];
-      twice += cross2(chart.points[static_cast<std::size_t>(c[1])] - a, chart.points[static_cast<std::size_t>(c[2])] - a);
+      twice +=
+          cross2(chart.points[static_cast<std::size_t>(c[1])] - a, chart.points[static_cast<std::size_t>(c[2])] - a);
     }
   }
   return 0.5 * twice;
@@ -209,7 +217,8 @@ double total_area(const std::vector<FlatChart>& charts) {
 void place(FlatChart& chart, const Placement& placement, double cells_per_unit, double side_per_cell) {
   for (Vec2& p : chart.points) {
     Vec2 q = p * cells_per_unit;
-    for (int turn = 0; turn < placement.turns; ++turn) q = Vec2((turn % 2 == 0 ? placement.height : placement.width) - q.y(), q.x());
+    for (int turn = 0; turn < placement.turns; ++turn)
+      q = Vec2((turn % 2 == 0 ? placement.height : placement.width) - q.y(), q.x());
     p = (q + Vec2(placement.spot.x, placement.spot.y)) * side_per_cell;
   }
 }
@@ -218,11 +227,13 @@ void place(FlatChart& chart, const Placement& placement, double cells_per_unit, 
 
 PackedCharts pack_charts(std::vector<FlatChart> charts, int resolution, int gutter_texels, const RunControl& control) {
   for (FlatChart& chart : charts) turn_to_smallest_box(chart);
-  const PackGrid coarse = make_grid(resolution, kCoarseGrid, gutter_texels), fine = make_grid(resolution, kFineGrid, gutter_texels);
+  const PackGrid coarse = make_grid(resolution, kCoarseGrid, gutter_texels),
+                 fine = make_grid(resolution, kFineGrid, gutter_texels);
   const double area = total_area(charts);
   std::vector<std::vector<std::size_t>> orders{order_by(charts, [](const Vec2& box) { return box.maxCoeff(); }),
                                                order_by(charts, [](const Vec2& box) { return box.x() * box.y(); })};
-  for (std::uint64_t i = 0; i < kNumShuffles && charts.size() <= kFewCharts; ++i) orders.push_back(shuffled(orders[i % 2], i));
+  for (std::uint64_t i = 0; i < kNumShuffles && charts.size() <= kFewCharts; ++i)
+    orders.push_back(shuffled(orders[i % 2], i));
   std::vector<std::pair<double, std::size_t>> by_scale;  // Coarse cells per unit that an order reaches, and it.
   if (charts.size() < kManyCharts) {
     for (std::size_t i = 0; i < orders.size(); ++i) {
@@ -239,16 +250,19 @@ PackedCharts pack_charts(std::vector<FlatChart> charts, int resolution, int gutt
   Search search;
   for (std::size_t n = 0; n < by_scale.size(); ++n) {
     const auto [coarse_scale, i] = by_scale[n];
-    const double scale = coarse_scale > 0.0 ? 1.02 * coarse_scale * fine.side / coarse.side : std::sqrt(kFirstFill / area) * fine.side;
+    const double scale =
+        coarse_scale > 0.0 ? 1.02 * coarse_scale * fine.side / coarse.side : std::sqrt(kFirstFill / area) * fine.side;
     search.run(charts, orders[i], fine, scale, kFineTries, control);
     control.report(0.6 + 0.4 * static_cast<double>(n + 1) / static_cast<double>(by_scale.size()));
   }
   if (!search.best) {
     throw InvalidInput("the mesh has " + std::to_string(charts.size()) + " separate pieces, more than an atlas of " +
-                       std::to_string(resolution) + " x " + std::to_string(resolution) + " texels has room for; use a larger atlas");
+                       std::to_string(resolution) + " x " + std::to_string(resolution) +
+                       " texels has room for; use a larger atlas");
   }
   const double side_per_cell = static_cast<double>(fine.texels_per_cell) / resolution;
-  for (std::size_t i = 0; i < charts.size(); ++i) place(charts[i], search.best->placements[i], search.best_scale, side_per_cell);
+  for (std::size_t i = 0; i < charts.size(); ++i)
+    place(charts[i], search.best->placements[i], search.best_scale, side_per_cell);
   return {std::move(charts), search.best_scale * side_per_cell};
 }
 

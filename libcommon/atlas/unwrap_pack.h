@@ -14,9 +14,10 @@ struct PackedCharts {
   double scale = 0.0;             ///< Atlas side lengths per unit of the flat charts.
 };
 
-/// Turns every chart to its smallest box and places all at one scale, the largest found, `gutter_texels` apart and half of
-/// that from the atlas's edge. Charts are tried in four turns, larger ones first, each where it reaches least far.
+/// Turns every chart to its smallest box and places all at one scale, the largest found, `gutter_texels` apart and half
+/// of that from the atlas's edge. Charts are tried in four turns, larger ones first, each where it reaches least far.
 /// @throws InvalidInput if there are more charts than the atlas has room for.
-[[nodiscard]] PackedCharts pack_charts(std::vector<FlatChart> charts, int resolution, int gutter_texels, const RunControl& control);
+[[nodiscard]] PackedCharts pack_charts(std::vector<FlatChart> charts, int resolution, int gutter_texels,
+                                       const RunControl& control);
 
 }  // namespace patinate

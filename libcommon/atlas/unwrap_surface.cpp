@@ -10,10 +10,10 @@ namespace patinate {
 
 namespace {
 
-constexpr double kFlattest = 1e-4;     ///< Height over longest side below which a triangle is given that height.
-constexpr double kNoNormal = 1e-6;     ///< Height over longest side below which rounding decides where a triangle faces.
-constexpr double kSmallest = 1e-9;     ///< Longest side, at unit area, below which a triangle is taken to be this large.
-constexpr double kNoArea = 1e-14;      ///< Of a connected piece, at unit area.
+constexpr double kFlattest = 1e-4;  ///< Height over longest side below which a triangle is given that height.
+constexpr double kNoNormal = 1e-6;  ///< Height over longest side below which rounding decides where a triangle faces.
+constexpr double kSmallest = 1e-9;  ///< Longest side, at unit area, below which a triangle is taken to be this large.
+constexpr double kNoArea = 1e-14;   ///< Of a connected piece, at unit area.
 
 bool has_repeated_corner(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 
@@ -29,7 +29,8 @@ void scale_to_unit_area(UnwrapSurface& s) {
   }
   const double size = (high - low).maxCoeff();
   if (!(size > 0.0) || !std::isfinite(size)) throw InvalidInput("the mesh cannot be unwrapped: it has no area");
-  for (Vec3& p : s.positions) p = (p - 0.5 * (low + high)) / size;  // First, so that squares neither vanish nor overflow.
+  for (Vec3& p : s.positions)
+    p = (p - 0.5 * (low + high)) / size;  // First, so that squares neither vanish nor overflow.
   double total = 0.0;
   for (const Triangle& t : s.triangles) {
     const auto at = [&](std::size_t k) -> const Vec3& { return s.positions[static_cast<std::size_t>(t[k])]; };
@@ -105,7 +106,8 @@ std::size_t corner_of(const Triangle& triangle, int position) {
 bool UnwrapSurface::has_shape(int triangle) const {
   const Triangle& t = triangles[static_cast<std::size_t>(triangle)];
   const auto at = [&](std::size_t k) -> const Vec3& { return positions[static_cast<std::size_t>(t[k])]; };
-  const double longest2 = std::max({(at(1) - at(0)).squaredNorm(), (at(2) - at(1)).squaredNorm(), (at(0) - at(2)).squaredNorm()});
+  const double longest2 =
+      std::max({(at(1) - at(0)).squaredNorm(), (at(2) - at(1)).squaredNorm(), (at(0) - at(2)).squaredNorm()});
   return !is_point[static_cast<std::size_t>(triangle)] && longest2 > kSmallest * kSmallest &&
          2.0 * areas[static_cast<std::size_t>(triangle)] > kFlattest * longest2;
 }
@@ -175,7 +177,9 @@ UnwrapSurface make_unwrap_surface(const Mesh& mesh) {
   s.is_point.assign(n, false);
   std::vector<int> without_normal;
   for (std::size_t t = 0; t < n; ++t) {
-    const auto at = [&](std::size_t k) -> const Vec3& { return s.positions[static_cast<std::size_t>(s.triangles[t][k])]; };
+    const auto at = [&](std::size_t k) -> const Vec3& {
+      return s.positions[static_cast<std::size_t>(s.triangles[t][k])];
+    };
     const Vec3 e1 = at(1) - at(0), e2 = at(2) - at(0), normal = e1.cross(e2);
     const double length = normal.norm();
     const double longest2 = std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()});

@@ -13,7 +13,8 @@ namespace patinate {
 struct UnwrapSurface {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  /// Triangle across the edge (corner k, corner k+1); -1 where the surface ends, more than two meet, or windings disagree.
+  /// Triangle across the edge (corner k, corner k+1); -1 where the surface ends, more than two meet, or windings
+  /// disagree.
   std::vector<std::array<int, 3>> neighbors;
   std::vector<Vec3> normals;    ///< Unit, per triangle; of a triangle without area, its neighbors'.
   std::vector<Vec3> centroids;  ///< Per triangle.
@@ -24,8 +25,8 @@ struct UnwrapSurface {
   /// Whether a triangle has area and is no sliver that flat() widens.
   [[nodiscard]] bool has_shape(int triangle) const;
   [[nodiscard]] int num_triangles() const { return static_cast<int>(triangles.size()); }
-  /// The corners laid in the plane, counter-clockwise, the longest side along +x from the origin. Slivers are given a height of
-  /// 1e-4 of their longest side, so that no angle is lost.
+  /// The corners laid in the plane, counter-clockwise, the longest side along +x from the origin. Slivers are given a
+  /// height of 1e-4 of their longest side, so that no angle is lost.
   [[nodiscard]] std::array<Vec2, 3> flat(int triangle) const;
 };
 
@@ -37,7 +38,8 @@ struct UnwrapSurface {
 
 /// Triangles of a set split where no edge connects them; each part ascending, parts by their lowest triangle.
 /// @param part_of  Per triangle; triangles are connected where equal. Only those in `triangles` are looked at.
-[[nodiscard]] std::vector<std::vector<int>> connected_parts(const UnwrapSurface& surface, const std::vector<int>& triangles,
+[[nodiscard]] std::vector<std::vector<int>> connected_parts(const UnwrapSurface& surface,
+                                                            const std::vector<int>& triangles,
                                                             const std::vector<int>& part_of);
 
 }  // namespace patinate

@@ -17,8 +17,8 @@ namespace patinate {
 
 namespace {
 
-constexpr int kGrid = 512;               ///< Texels along a square when overlap is measured.
-constexpr double kSlack = 0.01;          ///< Charts may lean over the edge of a single square by this: they lose that strip.
+constexpr int kGrid = 512;       ///< Texels along a square when overlap is measured.
+constexpr double kSlack = 0.01;  ///< Charts may lean over the edge of a single square by this: they lose that strip.
 constexpr double kTileTolerance = 1e-4;  ///< Rounding by which a UV may leave its UDIM tile.
 constexpr int kUdimColumns = 10, kUdimRows = 100;
 
@@ -72,7 +72,8 @@ double overlap_share(const Mesh& mesh, const std::vector<int>& group, const std:
     if (i > 0 && group[t] != group[order[i - 1]]) finish_group();
     const AtlasTile& tile = tiles[static_cast<std::size_t>(group[t])];
     std::array<Vec2, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) p[k] = texel_from_uv((uv_of(mesh, t, k) - tile.shift) * tile.scale, kGrid, kGrid);
+    for (std::size_t k = 0; k < 3; ++k)
+      p[k] = texel_from_uv((uv_of(mesh, t, k) - tile.shift) * tile.scale, kGrid, kGrid);
     for_each_texel(
         p, kGrid, kGrid,
         [&](int x, int y, double, double, double inside) {
@@ -135,7 +136,8 @@ std::string file_name_of(const std::string& name, std::set<std::string>& taken) 
   while (!safe.empty() && is_blank(safe.back())) safe.pop_back();
   while (!safe.empty() && is_blank(safe.front())) safe.erase(safe.begin());
   safe.resize(std::min<std::size_t>(safe.size(), 64));
-  std::replace_if(safe.begin(), safe.end(), [&](char c) { return !is_plain(c); }, '_');
+  std::replace_if(
+      safe.begin(), safe.end(), [&](char c) { return !is_plain(c); }, '_');
   if (safe.empty()) safe = "unnamed";
   std::string unique = safe;
   for (int i = 2; !taken.insert(unique).second; ++i) unique = safe + "_" + std::to_string(i);
@@ -191,7 +193,8 @@ bool fit_any_groups(const Mesh& mesh, UvLayout& layout) {
 void remark_on_fit(UvLayout& layout) {
   for (const AtlasTile& tile : layout.tiles) {
     if (tile.scale != 1.0) layout.remark = "UVs that lean out of [0, 1] are scaled into it";
-    if (tile.scale == 1.0 && tile.shift != tile.origin && layout.remark.empty()) layout.remark = "UVs are moved by whole squares into [0, 1]";
+    if (tile.scale == 1.0 && tile.shift != tile.origin && layout.remark.empty())
+      layout.remark = "UVs are moved by whole squares into [0, 1]";
   }
 }
 
@@ -201,9 +204,10 @@ UvLayout find_uv_layout(const Mesh& mesh) {
   UvLayout layout;
   const int num_with_uvs = mesh.num_triangles_with_uvs();
   if (num_with_uvs == 0 || num_with_uvs < mesh.num_triangles()) {
-    layout.problem = num_with_uvs == 0 ? "it has no UVs"
-                                       : std::to_string(mesh.num_triangles() - num_with_uvs) + " of its " +
-                                             std::to_string(mesh.num_triangles()) + " triangles have corners without UVs";
+    layout.problem = num_with_uvs == 0
+                         ? "it has no UVs"
+                         : std::to_string(mesh.num_triangles() - num_with_uvs) + " of its " +
+                               std::to_string(mesh.num_triangles()) + " triangles have corners without UVs";
     return layout;
   }
   layout.triangle_tile.assign(mesh.triangles.size(), 0);
@@ -217,8 +221,9 @@ UvLayout find_uv_layout(const Mesh& mesh) {
   if (is_inside || (!fit_udim(mesh, layout) && fit_square(box, kSlack, square))) {
     layout.tiles.assign(1, square);
   } else if (layout.tiles.empty() && !fit_any_groups(mesh, layout)) {
-    layout.problem = "its UVs leave [0, 1] (u from " + short_number_text(box.low.x()) + " to " + short_number_text(box.high.x()) +
-                     ", v from " + short_number_text(box.low.y()) + " to " + short_number_text(box.high.y()) + ") and are no UDIM tiles";
+    layout.problem = "its UVs leave [0, 1] (u from " + short_number_text(box.low.x()) + " to " +
+                     short_number_text(box.high.x()) + ", v from " + short_number_text(box.low.y()) + " to " +
+                     short_number_text(box.high.y()) + ") and are no UDIM tiles";
     layout.triangle_tile.clear();
     return layout;
   }

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "libcommon/controls/smooth_surface.h"
-#include "patinate/core/error.h"
 #include "libcommon/geometry/curvature.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -31,8 +31,10 @@ double default_accessibility_scale_mm(const Mesh& mesh) { return kDefaultScaleSh
 AccessibleSurface accessible_surface(const Mesh& mesh, std::optional<double> scale_mm, const RunControl& control) {
   AccessibleSurface surface;
   surface.scale_mm = scale_mm.value_or(default_accessibility_scale_mm(mesh));
-  if (!(surface.scale_mm > 0.0 && std::isfinite(surface.scale_mm))) throw InvalidInput("accessibility: the mesh has no size, or the scale is not > 0");
-  surface.mesh = refine_edges(mesh, surface.scale_mm / 2.0, std::max(kMaxTriangles, mesh.num_triangles()), RefineShape::Curved);
+  if (!(surface.scale_mm > 0.0 && std::isfinite(surface.scale_mm)))
+    throw InvalidInput("accessibility: the mesh has no size, or the scale is not > 0");
+  surface.mesh =
+      refine_edges(mesh, surface.scale_mm / 2.0, std::max(kMaxTriangles, mesh.num_triangles()), RefineShape::Curved);
   control.throw_if_stopped();
   surface.curvature_per_mm = mean_curvature(surface.mesh, surface.scale_mm, control.part(0.3, 1.0));
   return surface;

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "patinate/controls/control_expression.h"
 #include "libcommon/controls/distance_io.h"
-#include "patinate/controls/height.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/controls/spray_path_io.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/controls/control_expression.h"
+#include "patinate/controls/height.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate {
@@ -46,8 +46,9 @@ constexpr std::array<std::pair<const char*, DistanceSource::Edges>, 4> kDistance
 /// The edges that --distance-from names; None when it names a file. @throws UsageError when it names neither.
 DistanceSource::Edges distance_edges(const Options& o) {
   if (o.distance_from.empty()) {
-    throw UsageError("the control `distance` needs --distance-from: boundary, creases, ridges, valleys, a CSV of curves "
-                     "or an image");
+    throw UsageError(
+        "the control `distance` needs --distance-from: boundary, creases, ridges, valleys, a CSV of curves "
+        "or an image");
   }
   std::vector<std::string> names;
   for (const auto& [name, edges] : kDistanceEdges) {
@@ -97,9 +98,12 @@ const Entry kKinds[] = {
      [](const TexelMap& m, const Options& o, const RunControl& c) { return accessibility_map(m, o.accessibility, c); },
      nullptr},
     {"ray_share", "hemmed-in places: the share of rays that hit the object again within --reach",
-     [](const TexelMap& m, const Options& o, const RunControl& c) { return ray_share_map(m, o.ray_share, c); }, nullptr},
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return ray_share_map(m, o.ray_share, c); },
+     nullptr},
     {"tangent_sphere", "hemmed-in places: 1 / radius of the largest sphere that touches from outside",
-     [](const TexelMap& m, const Options& o, const RunControl& c) { return tangent_sphere_map(m, o.tangent_sphere, c); },
+     [](const TexelMap& m, const Options& o, const RunControl& c) {
+       return tangent_sphere_map(m, o.tangent_sphere, c);
+     },
      nullptr},
     {"exposure", "places that see much of the sky (and of the sun, with --sun-share)", make_exposure, &Options::sky},
     {"sun", "where the sun shines, shadows included, at one hour or over an arc of the day",
@@ -132,15 +136,17 @@ void describe(OptionVisitor& v, ControlKindOptions& o) {
   describe(v, o.sun);
   describe(v, o.facing);
   v.visit({"distance_from",
-           "what `distance` is measured from: boundary, creases, ridges (creases that stand out), valleys (sunk in), a CSV of "
+           "what `distance` is measured from: boundary, creases, ridges (creases that stand out), valleys (sunk in), a "
+           "CSV of "
            "points x,y,z in mm (an empty line ends a curve) or an image (>= 0.5 is 0)"},
           o.distance_from);
   describe(v, o.distance);
   describe(v, o.spray);
-  v.visit(
-      {"spray_path", "nozzle stops (CSV of x,y,z[,dwell[,aim_x,aim_y,aim_z]]) or painted strokes (CSV with column names, JSON); not given: "
-       "one stop, up and in front"},
-      o.spray_path);
+  v.visit({"spray_path",
+           "nozzle stops (CSV of x,y,z[,dwell[,aim_x,aim_y,aim_z]]) or painted strokes (CSV with column names, JSON); "
+           "not given: "
+           "one stop, up and in front"},
+          o.spray_path);
   v.visit({"image", "image of the kind `image`, laid over the atlas by UV"}, o.image);
 }
 

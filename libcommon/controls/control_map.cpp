@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

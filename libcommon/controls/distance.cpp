@@ -6,11 +6,11 @@
 #include <numbers>
 
 #include "libcommon/controls/light_set.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/geodesic.h"
 #include "libcommon/geometry/nearest_points.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -25,7 +25,8 @@ double turn(const Mesh& mesh, int triangle, int neighbor) {
   const Vec3 a = area_vector(mesh, triangle).normalized(), b = area_vector(mesh, neighbor).normalized();
   const auto center = [&](int t) {
     Vec3 sum = Vec3::Zero();
-    for (const int corner : mesh.triangles[static_cast<std::size_t>(t)]) sum += mesh.positions[static_cast<std::size_t>(corner)];
+    for (const int corner : mesh.triangles[static_cast<std::size_t>(t)])
+      sum += mesh.positions[static_cast<std::size_t>(corner)];
     return Vec3(sum / 3.0);
   };
   const double angle = std::acos(std::clamp(a.dot(b), -1.0, 1.0));
@@ -85,7 +86,8 @@ std::vector<Vec3> sampled(const std::vector<std::vector<Vec3>>& curves, double s
       if (i + 1 == curve.size()) break;
       const double length = (curve[i + 1] - curve[i]).norm();
       const int num = static_cast<int>(std::min(length / step, 100'000.0));
-      for (int k = 1; k < num; ++k) points.push_back(curve[i] + (static_cast<double>(k) / num) * (curve[i + 1] - curve[i]));
+      for (int k = 1; k < num; ++k)
+        points.push_back(curve[i] + (static_cast<double>(k) / num) * (curve[i + 1] - curve[i]));
     }
   }
   return points;
@@ -96,7 +98,8 @@ Sources curve_sources(const Mesh& mesh, const std::vector<std::vector<Vec3>>& cu
   const NearestPoints vertices(mesh.positions);
   std::vector<std::vector<int>> around(mesh.positions.size());
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    for (const int corner : mesh.triangles[static_cast<std::size_t>(t)]) around[static_cast<std::size_t>(corner)].push_back(t);
+    for (const int corner : mesh.triangles[static_cast<std::size_t>(t)])
+      around[static_cast<std::size_t>(corner)].push_back(t);
   }
   Sources sources;
   for (const Vec3& p : sampled(curves, kStepShare * diagonal)) {
@@ -136,7 +139,8 @@ Sources mask_sources(const SmoothSurface& surface, const ImageF& mask) {
 void describe(OptionVisitor& v, DistanceOptions& o) {
   v.visit_choice({"distance_metric", "distance along the surface or straight"}, o.metric, kMetricNames);
   v.visit({"distance_range", "distance that 1 stands for; not given: the greatest", "mm", above(0)}, o.range_mm);
-  v.visit({"crease_angle", "an edge is a crease when its sides' normals differ by more", "deg", between(1, 179)}, o.crease_deg);
+  v.visit({"crease_angle", "an edge is a crease when its sides' normals differ by more", "deg", between(1, 179)},
+          o.crease_deg);
 }
 
 ControlMap distance_map(const TexelMap& map, const DistanceSource& source, const DistanceOptions& options,
@@ -184,7 +188,8 @@ ControlMap distance_map(const TexelMap& map, const DistanceSource& source, const
   ControlMap out = normalized_control(values, map, {0.0, high}, "mm");
   if (num_unreached > 0) {
     const double percent = 100.0 * static_cast<double>(num_unreached) / static_cast<double>(map.num_covered());
-    out.notes.push_back("control `distance`: no way over the surface leads to " + short_number_text(rounded(percent, 2)) +
+    out.notes.push_back("control `distance`: no way over the surface leads to " +
+                        short_number_text(rounded(percent, 2)) +
                         " % of the texels, which are 1; --distance-metric euclidean reaches them");
   }
   control.report(1.0);

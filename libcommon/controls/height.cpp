@@ -20,7 +20,8 @@ ControlMap height_map(const TexelMap& map, const std::array<double, 3>& up_numbe
   }
   ImageF values(map.width(), map.height());
   for (TexelId t = 0; t < map.num_texels(); ++t) {
-    if (map.is_covered(t)) values.values()[static_cast<std::size_t>(t)] = static_cast<float>(map.position_mm(t).dot(up) - low);
+    if (map.is_covered(t))
+      values.values()[static_cast<std::size_t>(t)] = static_cast<float>(map.position_mm(t).dot(up) - low);
   }
   ControlMap out = normalized_control(values, map, {0.0, high > low ? high - low : 1.0}, "mm");
   control.report(1.0);

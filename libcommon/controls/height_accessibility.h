@@ -6,20 +6,21 @@
 #include <optional>
 #include <string>
 
+#include "libcommon/geometry/height_field.h"
 #include "patinate/controls/ray_share.h"
 #include "patinate/controls/tangent_sphere.h"
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
-#include "libcommon/geometry/height_field.h"
 
 namespace patinate {
 
 /// Settings of height_accessibility().
 struct HeightAccessibilityOptions {
-  std::optional<double> scale_mm;  ///< Standard deviation of height_curvature()'s Gaussian; > 0. Not given: 2 % of the box's diagonal.
-  int resolution = 256;            ///< Heights along the longer side of what is seen; [32, 2048].
-  double low_percent = 1.0;        ///< This share of the surface is at most what 0 stands for; [0, 49].
-  double high_percent = 99.0;      ///< This share is at most what 1 stands for; [51, 100].
+  std::optional<double>
+      scale_mm;  ///< Standard deviation of height_curvature()'s Gaussian; > 0. Not given: 2 % of the box's diagonal.
+  int resolution = 256;        ///< Heights along the longer side of what is seen; [32, 2048].
+  double low_percent = 1.0;    ///< This share of the surface is at most what 0 stands for; [0, 49].
+  double high_percent = 99.0;  ///< This share is at most what 1 stands for; [51, 100].
   RayShareOptions ray_share = {};
   TangentSphereOptions tangent_sphere = {};
 };
@@ -41,12 +42,13 @@ struct HeightAccessibility {
   std::array<std::array<double, 3>, 3> correlation{};  ///< Of ranks, over the grid's pixels that are seen.
 };
 
-/// The mean curvature of the height function that `viewer` sees (height_curvature()), and ray_share_map() and tangent_sphere_map() of that
-/// same height function as a surface.
+/// The mean curvature of the height function that `viewer` sees (height_curvature()), and ray_share_map() and
+/// tangent_sphere_map() of that same height function as a surface.
 /// @param mesh_mm  In mm. @param viewer  Unit, from the surface to the viewer.
 /// @throws InvalidInput if an option is out of range or nothing is seen. Same bits for any number of threads.
 /// Cost: resolution^2 x rays; about 10 s at the defaults on two cores.
-[[nodiscard]] HeightAccessibility height_accessibility(const Mesh& mesh_mm, const Vec3& viewer, const HeightAccessibilityOptions& options = {},
+[[nodiscard]] HeightAccessibility height_accessibility(const Mesh& mesh_mm, const Vec3& viewer,
+                                                       const HeightAccessibilityOptions& options = {},
                                                        const RunControl& control = {});
 
 }  // namespace patinate

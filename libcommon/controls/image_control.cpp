@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
 ImageF lay_over_tiles(const Sheet& sheet, std::span<const ImageF> images) {
   const auto count = static_cast<std::size_t>(sheet.num_tiles());
-  if (images.size() != 1 && images.size() != count) throw InvalidInput("image control: one image, or one per tile, is needed");
+  if (images.size() != 1 && images.size() != count)
+    throw InvalidInput("image control: one image, or one per tile, is needed");
   for (const ImageF& image : images) {
     if (image.empty() || image.channels() != 1) throw InvalidInput("image control: an image of one channel is needed");
   }
@@ -22,7 +23,8 @@ ImageF lay_over_tiles(const Sheet& sheet, std::span<const ImageF> images) {
   return laid;
 }
 
-std::vector<std::filesystem::path> tile_map_files(const std::filesystem::path& path, const std::vector<std::string>& tile_names) {
+std::vector<std::filesystem::path> tile_map_files(const std::filesystem::path& path,
+                                                  const std::vector<std::string>& tile_names) {
   std::error_code error;
   const bool has_place = path.filename().string().find("<UDIM>") != std::string::npos;
   if (!has_place && (tile_names.size() == 1 || std::filesystem::exists(path, error))) return {path};

@@ -23,7 +23,9 @@ namespace patinate {
 /// @param images  h x w x 1. @throws InvalidInput if one is empty, has several channels, or their number is another.
 [[nodiscard]] ImageF lay_over_tiles(const Sheet& sheet, std::span<const ImageF> images);
 
-/// The files that stand for a map over tiles: `path` itself if it is there and its name has no `<UDIM>`, else one a tile, as tile_path() names them.
-[[nodiscard]] std::vector<std::filesystem::path> tile_map_files(const std::filesystem::path& path, const std::vector<std::string>& tile_names);
+/// The files that stand for a map over tiles: `path` itself if it is there and its name has no `<UDIM>`, else one a
+/// tile, as tile_path() names them.
+[[nodiscard]] std::vector<std::filesystem::path> tile_map_files(const std::filesystem::path& path,
+                                                                const std::vector<std::string>& tile_names);
 
 }  // namespace patinate

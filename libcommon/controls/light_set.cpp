@@ -8,19 +8,19 @@
 #include <numeric>
 #include <tuple>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/ray_scene.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kEdgeShare = 0.01;   ///< Longest edge under rays, in diagonals.
+constexpr double kEdgeShare = 0.01;  ///< Longest edge under rays, in diagonals.
 constexpr int kMaxTriangles = 400'000;
-constexpr double kClearance = 2e-5;   ///< How far off the surface rays start, in diagonals.
-constexpr int kPanoramaWidth = 512;   ///< Larger panoramas are averaged over blocks.
+constexpr double kClearance = 2e-5;  ///< How far off the surface rays start, in diagonals.
+constexpr int kPanoramaWidth = 512;  ///< Larger panoramas are averaged over blocks.
 
 /// Bands of height, walked to and fro: neighbors in the list lie near each other in the sky.
 void sort_by_place(LightSet& lights) {
@@ -57,7 +57,8 @@ ImageF shrunk_luminance(const ImageF& panorama) {
       const auto pixel = panorama.pixel(x, y);
       const float value =
           panorama.channels() >= 3 ? 0.2126F * pixel[0] + 0.7152F * pixel[1] + 0.0722F * pixel[2] : pixel[0];
-      if (!(value >= 0.0F) || !std::isfinite(value)) throw InvalidInput("sky: the panorama holds values that are not >= 0");
+      if (!(value >= 0.0F) || !std::isfinite(value))
+        throw InvalidInput("sky: the panorama holds values that are not >= 0");
       small.at(x / block, y / block) += value;
       count.at(x / block, y / block) += 1.0F;
     }

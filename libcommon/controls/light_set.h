@@ -22,9 +22,11 @@ struct LightSet {
 [[nodiscard]] LightSet even_sphere(int num);
 /// The half of even_sphere(2 num) about `up`, weighted so that a free surface that faces up gets 1.
 [[nodiscard]] LightSet even_sky(const Vec3& up, int num);
-/// A panorama as light: the light of each of its pixels goes to the nearest of even_sphere(2 num), which moves to the mean
-/// direction of its light, so that a small bright sun stays where it is. Weighted so that a free surface that faces up gets 1.
-/// @param panorama  H x W, linear, >= 0: equirectangular, top row up, middle column towards -z and right of it +x (y up);
+/// A panorama as light: the light of each of its pixels goes to the nearest of even_sphere(2 num), which moves to the
+/// mean direction of its light, so that a small bright sun stays where it is. Weighted so that a free surface that
+/// faces up gets 1.
+/// @param panorama  H x W, linear, >= 0: equirectangular, top row up, middle column towards -z and right of it +x (y
+/// up);
 ///                  another `up` turns it along.
 /// @throws InvalidInput if no light reaches a surface that faces up.
 [[nodiscard]] LightSet panorama_sky(const Vec3& up, int num, const ImageF& panorama);

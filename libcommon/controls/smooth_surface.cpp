@@ -9,8 +9,8 @@ namespace patinate {
 
 SmoothSurface::SmoothSurface(const TexelMap& map, double max_edge_mm, int max_triangles, const RunControl& control)
     : map_(map) {
-  Mesh fine = refine_edges(map.mesh(), max_edge_mm, std::max(max_triangles, map.mesh().num_triangles()),
-                           RefineShape::Curved);
+  Mesh fine =
+      refine_edges(map.mesh(), max_edge_mm, std::max(max_triangles, map.mesh().num_triangles()), RefineShape::Curved);
   control.throw_if_stopped();
   control.report(0.5);
   fine_ = std::make_unique<const TexelMap>(std::move(fine), map.width(), map.height(), control.part(0.5, 1.0));

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ray_scene.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -28,19 +28,21 @@ void check_path(const std::vector<SprayStop>& path) {
     const SprayStop& s = path[i];
     if (!s.position_mm.allFinite() || !s.aim_mm.allFinite()) throw InvalidInput(stop + " is not finite");
     if (!(s.dwell >= 0.0 && std::isfinite(s.dwell))) throw InvalidInput(stop + " has a dwell that is not >= 0");
-    if (s.spread_deg && !(*s.spread_deg > 0.0 && *s.spread_deg <= 90.0)) throw InvalidInput(stop + " has a spread outside (0, 90]");
+    if (s.spread_deg && !(*s.spread_deg > 0.0 && *s.spread_deg <= 90.0))
+      throw InvalidInput(stop + " has a spread outside (0, 90]");
     if (!((s.aim_mm - s.position_mm).norm() > 0.0)) throw InvalidInput(stop + " aims at its own position");
   }
 }
 
-constexpr double kStrokeStep = 0.1;         ///< Between stops of a stroke, in distances to the aim.
-constexpr double kFarAway = 20.0;           ///< In diagonals.
+constexpr double kStrokeStep = 0.1;  ///< Between stops of a stroke, in distances to the aim.
+constexpr double kFarAway = 20.0;    ///< In diagonals.
 constexpr double kMostOfAWay = 500.0;
 
 /// Says when the nozzle is so far away that a unit must be wrong.
 void note_far(ControlMap& out, const std::vector<SprayStop>& path, const Box& box) {
   double nearest = std::numeric_limits<double>::infinity();
-  for (const SprayStop& stop : path) nearest = std::min(nearest, (stop.position_mm - box.center()).norm() / box.diagonal());
+  for (const SprayStop& stop : path)
+    nearest = std::min(nearest, (stop.position_mm - box.center()).norm() / box.diagonal());
   if (nearest < kFarAway) return;
   out.notes.push_back("control `spray`: the nozzle stays " + short_number_text(rounded(nearest, 2)) +
                       " times the object's size away; are the path (mm) and the mesh in the same unit?");
@@ -94,7 +96,8 @@ std::vector<SprayStop> stroke_stops(const std::vector<SprayStroke>& strokes, con
       const double near = std::min((a.aim_mm - a.position_mm).norm(), (b.aim_mm - b.position_mm).norm());
       const double way = std::max((b.position_mm - a.position_mm).norm(), (b.aim_mm - a.aim_mm).norm());
       const int num = static_cast<int>(std::clamp(std::ceil(way / (kStrokeStep * near)), 1.0, kMostOfAWay));
-      const double spread_a = a.spread_deg.value_or(options.spread_deg), spread_b = b.spread_deg.value_or(options.spread_deg);
+      const double spread_a = a.spread_deg.value_or(options.spread_deg),
+                   spread_b = b.spread_deg.value_or(options.spread_deg);
       for (int k = 0; k < num; ++k) {
         const double f = (k + 0.5) / num;
         stops.push_back({.position_mm = (1.0 - f) * a.position_mm + f * b.position_mm,

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 
 namespace patinate {
 
@@ -53,7 +53,8 @@ std::vector<SprayStop> stops_of(const std::filesystem::path& path, const std::ve
   if (num > kMaxStops) throw IoError(path.string(), "more than " + std::to_string(kMaxStops) + " points");
   try {
     std::vector<SprayStop> stops = stroke_stops(strokes, options);
-    if (stops.size() > kMaxStops) throw InvalidInput("spray: strokes need more than " + std::to_string(kMaxStops) + " stops");
+    if (stops.size() > kMaxStops)
+      throw InvalidInput("spray: strokes need more than " + std::to_string(kMaxStops) + " stops");
     return stops;
   } catch (const InvalidInput& e) {
     throw IoError(path.string(), e.what());
@@ -92,9 +93,11 @@ std::vector<SprayStroke> read_json_strokes(const std::filesystem::path& path, co
 }
 
 /// Strokes from lines below a line of column names.
-std::vector<SprayStroke> read_csv_strokes(const std::filesystem::path& path, const std::string& text, const Vec3& default_aim) {
-  static const std::vector<std::string> known{"stroke", "x", "y", "z", "aim_x", "aim_y", "aim_z", "direction_x",
-                                              "direction_y", "direction_z", "spread", "flow", "dwell"};
+std::vector<SprayStroke> read_csv_strokes(const std::filesystem::path& path, const std::string& text,
+                                          const Vec3& default_aim) {
+  static const std::vector<std::string> known{"stroke", "x",     "y",           "z",           "aim_x",
+                                              "aim_y",  "aim_z", "direction_x", "direction_y", "direction_z",
+                                              "spread", "flow",  "dwell"};
   const auto lines = statements(text);
   const std::vector<std::string> names = split(lines.front().second, ',');
   const auto fail = [&](int line, const std::string& problem) {
@@ -131,7 +134,8 @@ std::vector<SprayStroke> read_csv_strokes(const std::filesystem::path& path, con
     };
     const auto position = vector("");
     if (!position) fail(line, "x, y and z are needed");
-    SprayStop stop{.position_mm = *position, .aim_mm = vector("aim_").value_or(default_aim), .spread_deg = number("spread")};
+    SprayStop stop{
+        .position_mm = *position, .aim_mm = vector("aim_").value_or(default_aim), .spread_deg = number("spread")};
     if (const auto direction = vector("direction_")) stop.aim_mm = aim_along(*position, *direction, default_aim);
     stop.dwell = number("dwell").value_or(1.0);
     if (!(stop.dwell >= 0.0)) fail(line, "the dwell is negative; use >= 0");

@@ -15,13 +15,14 @@ namespace {
 
 constexpr double kEdgeShare = 0.004;  ///< Longest distance of the points that stop spheres, in diagonals.
 constexpr int kMaxTriangles = 1'000'000;
-constexpr double kOwnShare = 0.006;   ///< What is nearer to a point than this, in diagonals, is its own surface.
+constexpr double kOwnShare = 0.006;  ///< What is nearer to a point than this, in diagonals, is its own surface.
 constexpr int kMostSteps = 60;
-constexpr double kSmooth = 0.94;         ///< Cosine of 20 degrees.
-constexpr double kConverged = 1e-3;  ///< Relative; the points are coarser. In a hollow sphere all points are equally near.
+constexpr double kSmooth = 0.94;  ///< Cosine of 20 degrees.
+constexpr double kConverged =
+    1e-3;  ///< Relative; the points are coarser. In a hollow sphere all points are equally near.
 
-/// Normals of the surface's shape, not of its shading: the two differ by some degrees on a low-polygon model, which would make
-/// spheres out of nothing.
+/// Normals of the surface's shape, not of its shading: the two differ by some degrees on a low-polygon model, which
+/// would make spheres out of nothing.
 Vec3 shape_normal(const SmoothSurface& surface, const std::vector<Vec3>& normals, TexelId t) {
   const std::optional<SurfacePoint> p = surface.point(t);
   if (!p) return surface.normal(t);
@@ -54,13 +55,15 @@ double tangent_radius(const NearestPoints& points, const Vec3& p, const Vec3& no
 }  // namespace
 
 void describe(OptionVisitor& v, TangentSphereOptions& o) {
-  v.visit({"largest_sphere", "radius at which `tangent_sphere` saturates; not given: half of the bounding box's diagonal", "mm",
-           above(0)},
-          o.largest_mm);
+  v.visit(
+      {"largest_sphere", "radius at which `tangent_sphere` saturates; not given: half of the bounding box's diagonal",
+       "mm", above(0)},
+      o.largest_mm);
   v.visit({"sphere_angle", "what rises less over the tangent plane does not stop the sphere of `tangent_sphere`", "deg",
            between(0.1, 45)},
           o.min_angle_deg);
-  v.visit({"sphere_percent", "share of the area that is at most what 1 stands for in `tangent_sphere`", "%", between(51, 100)},
+  v.visit({"sphere_percent", "share of the area that is at most what 1 stands for in `tangent_sphere`", "%",
+           between(51, 100)},
           o.full_percent);
 }
 
@@ -77,7 +80,8 @@ ControlMap tangent_sphere_map(const TexelMap& map, const TangentSphereOptions& o
   parallel_for(map.num_texels(), 256, control.part(0.2, 0.99), [&](TexelId begin, TexelId end) {
     for (TexelId t = begin; t < end; ++t) {
       if (!map.is_covered(t)) continue;
-      const double radius = tangent_radius(points, surface.position_mm(t), shape_normal(surface, normals, t), largest, own, min_sine);
+      const double radius =
+          tangent_radius(points, surface.position_mm(t), shape_normal(surface, normals, t), largest, own, min_sine);
       values.values()[static_cast<std::size_t>(t)] = static_cast<float>(std::min(1.0 / radius, 1e30));
     }
   });

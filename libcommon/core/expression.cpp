@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -190,8 +190,8 @@ class Parser {
   [[noreturn]] void fail_unknown(std::size_t at, const std::string& word) const {
     std::string list;
     for (const std::string& name : syntax_.names) list += (list.empty() ? "`" : ", `") + name + "`";
-    throw UsageError(place(at) + "unknown " + syntax_.name + " `" + word + "`" + did_you_mean(word, syntax_.names) + "; there are " + list +
-                     (syntax_.has_files ? ", and files such as `map.exr`" : ""));
+    throw UsageError(place(at) + "unknown " + syntax_.name + " `" + word + "`" + did_you_mean(word, syntax_.names) +
+                     "; there are " + list + (syntax_.has_files ? ", and files such as `map.exr`" : ""));
   }
 
   NodePtr call(const Function& function) {

@@ -4,7 +4,8 @@
 
 namespace patinate {
 
-/// out = f(a, b, c) over kExpressionBlock floats; operands that a kind lacks are not read. `out` may not overlap the others except be a.
+/// out = f(a, b, c) over kExpressionBlock floats; operands that a kind lacks are not read. `out` may not overlap the
+/// others except be a.
 using ExpressionFunction = void (*)(const float* a, const float* b, const float* c, float* out);
 
 struct ExpressionKernel {

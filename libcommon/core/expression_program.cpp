@@ -4,9 +4,9 @@
 #include <array>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/expression_kernel.h"
 #include "libcommon/core/portable_math.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -65,8 +65,8 @@ class Compiler {
   }
 
   void add(Kind kind, int out, const std::array<int, 3>& from) {
-    program_.steps.push_back({kind, static_cast<std::uint16_t>(out), static_cast<std::uint16_t>(from[0]), static_cast<std::uint16_t>(from[1]),
-                              static_cast<std::uint16_t>(from[2])});
+    program_.steps.push_back({kind, static_cast<std::uint16_t>(out), static_cast<std::uint16_t>(from[0]),
+                              static_cast<std::uint16_t>(from[1]), static_cast<std::uint16_t>(from[2])});
   }
 
   const Expression& expression_;
@@ -95,7 +95,8 @@ void power(const float* x, const float* exponent, float* out) {
 
 }  // namespace
 
-ExpressionProgram compile_expression(const Expression& expression, const std::function<int(const ExpressionName&)>& slot_of, int first_free) {
+ExpressionProgram compile_expression(const Expression& expression,
+                                     const std::function<int(const ExpressionName&)>& slot_of, int first_free) {
   return Compiler(expression, slot_of, first_free).compile();
 }
 

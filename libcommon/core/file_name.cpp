@@ -8,18 +8,22 @@ namespace patinate {
 
 bool is_file_name(std::string_view name) {
   const auto is_allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' ||
+           c == '-';
   };
-  return !name.empty() && name.size() <= kLongestFileName && name.front() != '.' && std::all_of(name.begin(), name.end(), is_allowed);
+  return !name.empty() && name.size() <= kLongestFileName && name.front() != '.' &&
+         std::all_of(name.begin(), name.end(), is_allowed);
 }
 
 const std::string& file_name_text() {
-  static const std::string text = "letters, digits, dots, `_` and `-`, not a dot first, at most " + std::to_string(kLongestFileName);
+  static const std::string text =
+      "letters, digits, dots, `_` and `-`, not a dot first, at most " + std::to_string(kLongestFileName);
   return text;
 }
 
 void require_file_name(std::string_view what, std::string_view name) {
-  if (!is_file_name(name)) throw InvalidInput(std::string(what) + " `" + std::string(name) + "`: names consist of " + file_name_text());
+  if (!is_file_name(name))
+    throw InvalidInput(std::string(what) + " `" + std::string(name) + "`: names consist of " + file_name_text());
 }
 
 }  // namespace patinate

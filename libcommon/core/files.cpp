@@ -19,11 +19,11 @@
 #include <system_error>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/temporary_file.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -43,7 +43,9 @@ constexpr std::string_view kTemporary = ".tmp";  // Followed by who writes.
 constexpr std::chrono::hours kLongUnwritten{7 * 24};
 constexpr std::size_t kMostOfStem = 180;  // The name of a file has at most 255 bytes.
 
-std::string temporary_stem(const fs::path& path) { return "." + path.stem().string().substr(0, kMostOfStem) + std::string(kTemporary); }
+std::string temporary_stem(const fs::path& path) {
+  return "." + path.stem().string().substr(0, kMostOfStem) + std::string(kTemporary);
+}
 
 /// Who writes a temporary file: MACHINE-PID-PROCESS-NUMBER. Process ids mean something on one machine only.
 struct Writer {
@@ -65,12 +67,14 @@ std::string first_line(const char* file) {
   return line;
 }
 
-/// Everything in which a process id has one meaning: a start of a machine, and in it a namespace (containers have their own).
+/// Everything in which a process id has one meaning: a start of a machine, and in it a namespace (containers have their
+/// own).
 std::string this_machine() {
   std::error_code error;
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
-  const std::string text = host.data() + ("/" + first_line("/proc/sys/kernel/random/boot_id")) + "/" + fs::read_symlink("/proc/self/ns/pid", error).string();
+  const std::string text = host.data() + ("/" + first_line("/proc/sys/kernel/random/boot_id")) + "/" +
+                           fs::read_symlink("/proc/self/ns/pid", error).string();
   std::uint64_t hash = 14695981039346656037u;  // FNV-1a
   for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
   return hex_digits(hash);
@@ -90,11 +94,16 @@ std::string new_writer_text() {
 
 /// @param text  As new_writer_text() makes it.
 std::optional<Writer> parse_writer(const std::string& text) {
-  const auto is_number = [](const std::string& s) { return !s.empty() && s.size() < 10 && s.find_first_not_of("0123456789") == std::string::npos; };
-  const auto is_hex = [](const std::string& s) { return s.size() == 8 && s.find_first_not_of("0123456789abcdef") == std::string::npos; };
+  const auto is_number = [](const std::string& s) {
+    return !s.empty() && s.size() < 10 && s.find_first_not_of("0123456789") == std::string::npos;
+  };
+  const auto is_hex = [](const std::string& s) {
+    return s.size() == 8 && s.find_first_not_of("0123456789abcdef") == std::string::npos;
+  };
   const std::vector<std::string> parts = split(text, '-');
   if (parts.size() == 1 && is_number(parts[0])) return Writer{};  // As earlier versions named them.
-  if (parts.size() != 4 || !is_hex(parts[0]) || !is_number(parts[1]) || !is_hex(parts[2]) || !is_number(parts[3])) return std::nullopt;
+  if (parts.size() != 4 || !is_hex(parts[0]) || !is_number(parts[1]) || !is_hex(parts[2]) || !is_number(parts[3]))
+    return std::nullopt;
   return Writer{parts[0], static_cast<pid_t>(std::stol(parts[1])), parts[2]};
 }
 
@@ -113,7 +122,8 @@ bool is_long_unwritten(const fs::path& file) {
   std::error_code error;
   const fs::file_time_type written = fs::last_write_time(file, error);
   if (error) return false;
-  const fs::file_time_type latest = fs::last_write_time(file.has_parent_path() ? file.parent_path() : fs::path("."), error);
+  const fs::file_time_type latest =
+      fs::last_write_time(file.has_parent_path() ? file.parent_path() : fs::path("."), error);
   return !error && latest - written > kLongUnwritten;
 }
 
@@ -263,7 +273,8 @@ void write_atomically(const fs::path& path, std::string_view bytes) {
     std::ofstream out(temporary, std::ios::binary);
     out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     out.close();
-    if (!out) throw CannotComplete(path.string() + ": cannot be written; is the folder writable and the disk not full?");
+    if (!out)
+      throw CannotComplete(path.string() + ": cannot be written; is the folder writable and the disk not full?");
   });
 }
 
@@ -285,7 +296,9 @@ std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
-fs::path manifest_folder(const fs::path& path, std::string_view manifest_name) { return path.filename() == manifest_name ? folder_of(path) : path; }
+fs::path manifest_folder(const fs::path& path, std::string_view manifest_name) {
+  return path.filename() == manifest_name ? folder_of(path) : path;
+}
 
 bool matches_pattern(std::string_view name, std::string_view pattern) {
   std::size_t n = 0, p = 0, star = std::string_view::npos, star_n = 0;
@@ -308,7 +321,8 @@ bool matches_pattern(std::string_view name, std::string_view pattern) {
 
 std::vector<fs::path> list_files(const fs::path& folder, std::string_view pattern) {
   std::error_code error;
-  // A pattern without a folder, "*.png", has an empty one: that is the working folder, and its files have no folder either.
+  // A pattern without a folder, "*.png", has an empty one: that is the working folder, and its files have no folder
+  // either.
   fs::directory_iterator it(folder.empty() ? fs::path(".") : folder, error);
   if (error) throw IoError(folder.string(), "cannot be listed; " + error.message());
   std::vector<fs::path> found;

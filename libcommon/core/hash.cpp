@@ -8,9 +8,9 @@
 #include <fstream>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

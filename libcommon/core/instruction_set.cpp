@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -33,7 +33,8 @@ InstructionSet instruction_set() {
       throw InvalidInput("PATINATE_ISA is `" + std::string(asked) + "`; this machine does not have it");
     }
     const std::vector<std::string> names(kInstructionSetNames.begin(), kInstructionSetNames.end());
-    throw InvalidInput("PATINATE_ISA is `" + std::string(asked) + "`; use baseline, avx2 or avx512" + did_you_mean(asked, names));
+    throw InvalidInput("PATINATE_ISA is `" + std::string(asked) + "`; use baseline, avx2 or avx512" +
+                       did_you_mean(asked, names));
   }
   if (has_instruction_set(InstructionSet::Avx512)) return InstructionSet::Avx512;
   return has_instruction_set(InstructionSet::Avx2) ? InstructionSet::Avx2 : InstructionSet::Baseline;

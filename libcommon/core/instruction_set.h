@@ -1,6 +1,7 @@
 /// \file
-/// Hot kernels are compiled from one source for several instruction sets and chosen here at run time. Their results agree bit for bit
-/// (doubles and floats with + - * / and sqrt alone, compiled with -ffp-contract=off), so the choice is one of speed only.
+/// Hot kernels are compiled from one source for several instruction sets and chosen here at run time. Their results
+/// agree bit for bit (doubles and floats with + - * / and sqrt alone, compiled with -ffp-contract=off), so the choice
+/// is one of speed only.
 #pragma once
 
 #include <array>

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/json_text.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -56,7 +56,8 @@ bool JsonReader::is_array() const { return json_->is_array(); }
 bool JsonReader::is_null() const { return json_->is_null(); }
 
 void JsonReader::fail(const std::string& expected) const {
-  throw IoError(file_, (pointer_.empty() ? "/" : pointer_) + ": found " + found_text(*json_) + "; expected " + expected);
+  throw IoError(file_,
+                (pointer_.empty() ? "/" : pointer_) + ": found " + found_text(*json_) + "; expected " + expected);
 }
 
 JsonReader JsonReader::member(std::string_view key) {

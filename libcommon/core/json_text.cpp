@@ -26,14 +26,25 @@ class Watch {
 
   bool operator()(int depth, Json::parse_event_t event, const Json& parsed) {
     using Event = Json::parse_event_t;
-    if (depth > limits_.depth) throw IoError(name_, "is nested more than " + std::to_string(limits_.depth) + " levels deep");
+    if (depth > limits_.depth)
+      throw IoError(name_, "is nested more than " + std::to_string(limits_.depth) + " levels deep");
     switch (event) {
-      case Event::object_start: begin(true); break;
-      case Event::array_start: begin(false); break;
+      case Event::object_start:
+        begin(true);
+        break;
+      case Event::array_start:
+        begin(false);
+        break;
       case Event::object_end:
-      case Event::array_end: open_.pop_back(); break;
-      case Event::key: add_key(parsed.get_ref<const std::string&>()); break;
-      case Event::value: count(); break;
+      case Event::array_end:
+        open_.pop_back();
+        break;
+      case Event::key:
+        add_key(parsed.get_ref<const std::string&>());
+        break;
+      case Event::value:
+        count();
+        break;
     }
     return true;
   }
@@ -66,8 +77,10 @@ class Watch {
   [[nodiscard]] std::string pointer() const {
     std::string text;
     for (const Open& o : open_) {
-      if (!o.is_object) text += "/" + std::to_string(o.num_elements - 1);
-      else if (!o.key.empty() || &o != &open_.back()) text += "/" + o.key;
+      if (!o.is_object)
+        text += "/" + std::to_string(o.num_elements - 1);
+      else if (!o.key.empty() || &o != &open_.back())
+        text += "/" + o.key;
     }
     return text.empty() ? "/" : text;
   }
@@ -82,9 +95,12 @@ class Watch {
 Json parse_json(const std::string& name, std::string_view text, const JsonTextLimits& limits) {
   Watch watch(name, limits);
   try {
-    return Json::parse(text, [&watch](int depth, Json::parse_event_t event, Json& parsed) { return watch(depth, event, parsed); }, /*allow_exceptions=*/true, limits.may_have_comments);
+    return Json::parse(
+        text, [&watch](int depth, Json::parse_event_t event, Json& parsed) { return watch(depth, event, parsed); },
+        /*allow_exceptions=*/true, limits.may_have_comments);
   } catch (const nlohmann::json::parse_error& e) {
-    throw IoError(name, "is no valid JSON at " + line_and_column(text, e.byte > 0 ? e.byte - 1 : 0) + (text.empty() ? " (the file is empty)" : ""));
+    throw IoError(name, "is no valid JSON at " + line_and_column(text, e.byte > 0 ? e.byte - 1 : 0) +
+                            (text.empty() ? " (the file is empty)" : ""));
   } catch (const nlohmann::json::out_of_range&) {
     throw IoError(name, "is no valid JSON: it holds a number too large for a computer");
   } catch (const nlohmann::json::exception&) {

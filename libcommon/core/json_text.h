@@ -11,14 +11,14 @@
 namespace patinate {
 
 struct JsonTextLimits {
-  int depth = 64;                      ///< Levels of arrays and objects; whoever walks or frees the value recurses so deep.
-  std::size_t members = 4096;          ///< Of one object: looking for one takes time with their number.
-  bool may_have_comments = true;       ///< `//` and `/* */`.
+  int depth = 64;                 ///< Levels of arrays and objects; whoever walks or frees the value recurses so deep.
+  std::size_t members = 4096;     ///< Of one object: looking for one takes time with their number.
+  bool may_have_comments = true;  ///< `//` and `/* */`.
 };
 
 /// @param name  Of the file or message, with which an error begins.
-/// @throws IoError with line and column for what is no JSON; with the JSON pointer for a key that is given twice, of which other
-/// readers would take the first or the last; and for what passes a limit.
+/// @throws IoError with line and column for what is no JSON; with the JSON pointer for a key that is given twice, of
+/// which other readers would take the first or the last; and for what passes a limit.
 [[nodiscard]] Json parse_json(const std::string& name, std::string_view text, const JsonTextLimits& limits = {});
 
 }  // namespace patinate

@@ -16,7 +16,8 @@ namespace patinate {
 
 namespace {
 
-/// Lets oneTBB keep as many threads as have ever been asked for: more than there are processors is slower, but what was asked for.
+/// Lets oneTBB keep as many threads as have ever been asked for: more than there are processors is slower, but what was
+/// asked for.
 void allow_threads(int num_threads) {
   static std::mutex mutex;
   static std::unique_ptr<tbb::global_control> limit;
@@ -26,7 +27,8 @@ void allow_threads(int num_threads) {
   limit = std::make_unique<Limit>(Limit::max_allowed_parallelism, static_cast<std::size_t>(num_threads));
 }
 
-/// The arena of the calling thread, which keeps a place in it whatever other callers do. Made anew only when the count changes.
+/// The arena of the calling thread, which keeps a place in it whatever other callers do. Made anew only when the count
+/// changes.
 tbb::task_arena& arena_of_this_thread(int num_threads) {
   thread_local std::unique_ptr<tbb::task_arena> arena;
   if (!arena || arena->max_concurrency() != num_threads) {
@@ -38,9 +40,11 @@ tbb::task_arena& arena_of_this_thread(int num_threads) {
 
 thread_local bool is_inside_loop = false;
 
-/// Runs `work`, which throws nothing, on the calling thread and on up to num_helpers threads of oneTBB's pool; returns when all have come back.
+/// Runs `work`, which throws nothing, on the calling thread and on up to num_helpers threads of oneTBB's pool; returns
+/// when all have come back.
 void run_with_helpers(int num_helpers, int num_threads, const std::function<void()>& work) {
-  // What the caller wrote before and reads afterwards is ordered by this counter as well: the thread sanitizer does not see into oneTBB.
+  // What the caller wrote before and reads afterwards is ordered by this counter as well: the thread sanitizer does not
+  // see into oneTBB.
   std::atomic<int> num_handed_over{0};
   const auto marked = [&] {
     num_handed_over.fetch_add(1);

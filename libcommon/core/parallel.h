@@ -14,8 +14,8 @@ namespace patinate {
 /// Threads that `control` asks for, >= 1.
 [[nodiscard]] int thread_count(const RunControl& control);
 
-/// Calls body(begin, end) once for each chunk [k * chunk_size, min(n, (k + 1) * chunk_size)) of [0, n), in any order, on
-/// several threads. Chunks do not depend on the number of threads.
+/// Calls body(begin, end) once for each chunk [k * chunk_size, min(n, (k + 1) * chunk_size)) of [0, n), in any order,
+/// on several threads. Chunks do not depend on the number of threads.
 /// @param chunk_size  > 0; about 1-20 ms of work, since `control.stop` is looked at between chunks.
 /// @throws Canceled after stop; the first exception (lowest chunk) that a body threw.
 void parallel_for(std::int64_t n, std::int64_t chunk_size, const RunControl& control,

@@ -1,7 +1,8 @@
 /// \file
-/// exp, log, pow, sine and cosine from additions, multiplications and divisions alone: the same bits on every machine and instruction
-/// set, as libm's are not. For whatever decides in a simulation. Compiled with -ffp-contract=off (cmake/PatinateFlags.cmake).
-/// Argument reduction after [Cody and Waite 1980], series by Horner's rule. Checked against libm over the whole range.
+/// exp, log, pow, sine and cosine from additions, multiplications and divisions alone: the same bits on every machine
+/// and instruction set, as libm's are not. For whatever decides in a simulation. Compiled with -ffp-contract=off
+/// (cmake/PatinateFlags.cmake). Argument reduction after [Cody and Waite 1980], series by Horner's rule. Checked
+/// against libm over the whole range.
 #pragma once
 
 #include <bit>
@@ -22,14 +23,15 @@ inline constexpr double kLn2Low = 0x1.a39ef35793c76p-33;
   if (x > 709.0) return std::numeric_limits<double>::infinity();
   const double shifted = x * 1.4426950408889634 + (x < 0 ? -0.5 : 0.5);
   const auto n = static_cast<std::int64_t>(shifted);
-  const double r = (x - static_cast<double>(n) * portable_detail::kLn2High) - static_cast<double>(n) * portable_detail::kLn2Low;
+  const double r =
+      (x - static_cast<double>(n) * portable_detail::kLn2High) - static_cast<double>(n) * portable_detail::kLn2Low;
   double sum = 1.0;
   for (int k = 13; k > 0; --k) sum = 1.0 + r * sum / k;
   return sum * std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023) << 52);
 }
 
-/// 1 - e^-x for x >= 0, without cancellation where x is small; relative error < 1e-14. What part of a quantity has gone after x time
-/// constants.
+/// 1 - e^-x for x >= 0, without cancellation where x is small; relative error < 1e-14. What part of a quantity has gone
+/// after x time constants.
 [[nodiscard]] inline double portable_decayed(double x) {
   if (x > 0.25) return 1.0 - portable_exp(-x);
   double sum = 1.0;
@@ -80,10 +82,14 @@ struct SineCosine {
   }
   s *= x;
   switch (q & 3) {
-    case 0: return {s, c};
-    case 1: return {c, -s};
-    case 2: return {-s, -c};
-    default: return {-c, s};
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
   }
 }
 

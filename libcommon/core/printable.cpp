@@ -27,8 +27,8 @@ std::size_t character(std::string_view text, std::uint32_t& code) {
 
 /// Moves the cursor, ends a line, or makes text read in another order than it is written.
 bool is_commanding(std::uint32_t code) {
-  return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x61C || (code >= 0x200E && code <= 0x200F) || (code >= 0x2028 && code <= 0x202E) ||
-         (code >= 0x2066 && code <= 0x2069) || code == 0xFEFF;
+  return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x61C || (code >= 0x200E && code <= 0x200F) ||
+         (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069) || code == 0xFEFF;
 }
 
 /// Each character as it is shown.
@@ -78,11 +78,14 @@ std::string printable_line(std::string_view text, std::size_t max_bytes) {
   // What is shown is never shorter than what is there: no more than both ends have to be looked at, of gigabytes too.
   constexpr std::size_t kLongestCharacter = 4;
   const std::string middle = " ... (" + std::to_string(text.size()) + " bytes) ... ";
-  const std::size_t side = (max_bytes - std::min(max_bytes, middle.size())) / 2, looked_at = std::min(text.size(), side + kLongestCharacter);
+  const std::size_t side = (max_bytes - std::min(max_bytes, middle.size())) / 2,
+                    looked_at = std::min(text.size(), side + kLongestCharacter);
   std::vector<std::string> first = shown_characters(text.substr(0, looked_at));
   shorten(first, side);
   std::string_view end = text.substr(text.size() - looked_at);
-  for (std::size_t i = 1; i < kLongestCharacter && !end.empty() && (static_cast<unsigned char>(end.front()) & 0xC0u) == 0x80u; ++i) end.remove_prefix(1);
+  for (std::size_t i = 1;
+       i < kLongestCharacter && !end.empty() && (static_cast<unsigned char>(end.front()) & 0xC0u) == 0x80u; ++i)
+    end.remove_prefix(1);
   std::vector<std::string> last = shown_characters(end);
   std::reverse(last.begin(), last.end());
   shorten(last, side);

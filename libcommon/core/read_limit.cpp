@@ -51,7 +51,8 @@ ReadLimit::ReadLimit(const std::vector<fs::path>& folders) {
   for (const fs::path& folder : folders) {
     std::error_code error;
     real.push_back(fs::canonical(folder, error));
-    if (error || !fs::is_directory(real.back(), error)) throw IoError(folder.string(), "is no folder; give one that may be read");
+    if (error || !fs::is_directory(real.back(), error))
+      throw IoError(folder.string(), "is no folder; give one that may be read");
   }
   const std::scoped_lock lock(limit().mutex);
   limit().folders = std::make_shared<const std::vector<fs::path>>(std::move(real));
@@ -70,7 +71,9 @@ bool may_read(const fs::path& path) {
 void check_may_read(const fs::path& path) {
   const Folders folders = folders_now();
   if (!folders || is_allowed(path, *folders)) return;
-  throw IoError(path.string(), "lies outside of " + folders->front().string() + ", so it is not shown; serve a folder that holds both, or allow its folder with --allow-folder");
+  throw IoError(path.string(),
+                "lies outside of " + folders->front().string() +
+                    ", so it is not shown; serve a folder that holds both, or allow its folder with --allow-folder");
 }
 
 }  // namespace patinate

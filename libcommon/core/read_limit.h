@@ -1,6 +1,7 @@
 /// \file
-/// What a program may read that shows files to others. Files name files (a history its frames, a scene its meshes, a glTF its buffers), and
-/// links lead anywhere; so every reader of the libraries asks here with the path that it is about to open.
+/// What a program may read that shows files to others. Files name files (a history its frames, a scene its meshes, a
+/// glTF its buffers), and links lead anywhere; so every reader of the libraries asks here with the path that it is
+/// about to open.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +19,8 @@ class ReadLimit {
   ReadLimit& operator=(const ReadLimit&) = delete;
 };
 
-/// Whether a path, with all links followed, lies below the folders of the ReadLimit that lives, or none does. Thread-safe.
+/// Whether a path, with all links followed, lies below the folders of the ReadLimit that lives, or none does.
+/// Thread-safe.
 [[nodiscard]] bool may_read(const std::filesystem::path& path);
 /// @throws IoError naming the path where it leads elsewhere, whether something is there or not.
 void check_may_read(const std::filesystem::path& path);

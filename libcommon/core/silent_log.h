@@ -8,8 +8,8 @@
 
 namespace patinate {
 
-/// While one lives, only fatal messages are logged. The level is global to the process, so that there is one at a time, whoever asks.
-/// Only for .cpp files that link Ceres: nothing else here links glog.
+/// While one lives, only fatal messages are logged. The level is global to the process, so that there is one at a time,
+/// whoever asks. Only for .cpp files that link Ceres: nothing else here links glog.
 class SilentLog {
  public:
   SilentLog() : lock_(mutex()), before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::FATAL; }

@@ -6,7 +6,8 @@
 
 namespace patinate {
 
-/// The name is one that an AtomicFile writes under, on this machine or another: `.STEM.tmpMACHINE-PID-PROCESS-NUMBER.EXTENSION`.
+/// The name is one that an AtomicFile writes under, on this machine or another:
+/// `.STEM.tmpMACHINE-PID-PROCESS-NUMBER.EXTENSION`.
 [[nodiscard]] bool is_temporary(const std::filesystem::path& path);
 
 }  // namespace patinate

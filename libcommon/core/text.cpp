@@ -28,7 +28,8 @@ std::string number_text(double value) {
 
 double rounded(double value, int digits) {
   std::array<char, 64> buffer{};
-  const auto written = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::scientific, digits - 1);
+  const auto written =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::scientific, digits - 1);
   double result = value;
   std::from_chars(buffer.data(), written.ptr, result);
   return result;

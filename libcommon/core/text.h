@@ -10,14 +10,15 @@
 
 namespace patinate {
 
-/// The fewest digits that read back to the same double; as in browsers, an exponent only below 1e-6 and from 1e21 on: 100000, never 1e+05.
+/// The fewest digits that read back to the same double; as in browsers, an exponent only below 1e-6 and from 1e21 on:
+/// 100000, never 1e+05.
 [[nodiscard]] std::string number_text(double value);
 /// The double nearest to `value` written with so many significant digits: 25 * 19.4 becomes 485 with 12.
 [[nodiscard]] double rounded(double value, int digits);
 /// For people: at most six significant digits, and an exponent only where the number would be very long.
 [[nodiscard]] std::string short_number_text(double value);
-/// Labels of a series: at least 3 digits, and as many more as it takes to be within 0.3 % of the smallest gap; values that are all equal
-/// as by short_number_text().
+/// Labels of a series: at least 3 digits, and as many more as it takes to be within 0.3 % of the smallest gap; values
+/// that are all equal as by short_number_text().
 [[nodiscard]] std::vector<std::string> short_number_texts(std::span<const double> values);
 /// "640 x 480".
 [[nodiscard]] std::string size_text(int width, int height);

@@ -1,7 +1,7 @@
 #include "libcommon/core/text_lines.h"
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -17,7 +17,8 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
-TextLines::TextLines(const std::filesystem::path& path, std::uint64_t max_bytes) : file_(path.string()), bytes_(read_file(path, max_bytes)) {
+TextLines::TextLines(const std::filesystem::path& path, std::uint64_t max_bytes)
+    : file_(path.string()), bytes_(read_file(path, max_bytes)) {
   std::string_view rest = bytes_;
   if (rest.find('\0') != std::string_view::npos) throw IoError(file_, "is no text file");
   if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);

@@ -7,9 +7,10 @@ namespace patinate {
 namespace {
 
 constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.02;
-constexpr double kWindow = 1.0 / 3.0;  // Of the time since the first report: long enough for a mean, short enough to follow a change of speed.
-constexpr double kLeastWindow = 5.0;   // Seconds.
-constexpr double kLeastStep = 0.05;    // Seconds between reports that are kept.
+constexpr double kWindow =
+    1.0 / 3.0;  // Of the time since the first report: long enough for a mean, short enough to follow a change of speed.
+constexpr double kLeastWindow = 5.0;  // Seconds.
+constexpr double kLeastStep = 0.05;   // Seconds between reports that are kept.
 
 }  // namespace
 
@@ -24,12 +25,15 @@ void TimeLeft::add(double seconds, double fraction) {
   }
   begin_ = reports_.size() == 1 ? seconds : begin_;
   const double window = std::max(kLeastWindow, kWindow * (seconds - begin_));
-  while (reports_.size() > 2 && reports_[1].seconds <= seconds - window && reports_.back().fraction - reports_[1].fraction >= kLeastFraction) reports_.pop_front();
+  while (reports_.size() > 2 && reports_[1].seconds <= seconds - window &&
+         reports_.back().fraction - reports_[1].fraction >= kLeastFraction)
+    reports_.pop_front();
 }
 
 std::optional<double> TimeLeft::seconds() const {
   if (reports_.size() < 2) return std::nullopt;
-  const double passed = reports_.back().seconds - reports_.front().seconds, done = reports_.back().fraction - reports_.front().fraction;
+  const double passed = reports_.back().seconds - reports_.front().seconds,
+               done = reports_.back().fraction - reports_.front().fraction;
   if (!(passed >= kLeastSeconds && done >= kLeastFraction)) return std::nullopt;
   return passed / done * (1.0 - reports_.back().fraction);
 }

@@ -7,17 +7,18 @@
 #include <limits>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
 namespace {
 
 // Far beyond any lens, and near enough that squares and quotients of them are numbers.
-constexpr double kShortestFocal = 1e-3, kLongestFocal = 1e6;  // In longer sides of the picture: 179.9 degrees, and 0.2 arc seconds.
-constexpr double kFarthestPrincipalPoint = 1e4;               // Likewise: a picture may be cut from a far larger one.
-constexpr double kLargestDistortion = 1e12;                   // k3 grows with the sixth power of the focal length.
+constexpr double kShortestFocal = 1e-3,
+                 kLongestFocal = 1e6;            // In longer sides of the picture: 179.9 degrees, and 0.2 arc seconds.
+constexpr double kFarthestPrincipalPoint = 1e4;  // Likewise: a picture may be cut from a far larger one.
+constexpr double kLargestDistortion = 1e12;      // k3 grows with the sixth power of the focal length.
 constexpr double kFarthest = 1e15;
 
 [[noreturn]] void fail(const std::string& what, const std::string& expected) {
@@ -33,18 +34,24 @@ void check(const CameraParameters& p) {
   const auto is_focal = [&](double f) { return f >= side * kShortestFocal && f <= side * kLongestFocal; };
   if (!is_focal(p.fx) || !is_focal(p.fy)) {
     fail("focal lengths " + number_text(p.fx) + ", " + number_text(p.fy) + " are out of range",
-         "use " + short_number_text(side * kShortestFocal) + " to " + short_number_text(side * kLongestFocal) + ", in pixels, for a picture of " + size_text(p.width, p.height));
+         "use " + short_number_text(side * kShortestFocal) + " to " + short_number_text(side * kLongestFocal) +
+             ", in pixels, for a picture of " + size_text(p.width, p.height));
   }
   const auto is_near = [&](double c) { return std::abs(c) <= side * kFarthestPrincipalPoint; };
-  if (!is_near(p.cx) || !is_near(p.cy)) fail("the principal point " + number_text(p.cx) + ", " + number_text(p.cy) + " is out of range", "give two numbers of pixels");
-  if (!std::all_of(p.distortion.begin(), p.distortion.end(), [](double d) { return std::abs(d) <= kLargestDistortion; })) {
+  if (!is_near(p.cx) || !is_near(p.cy))
+    fail("the principal point " + number_text(p.cx) + ", " + number_text(p.cy) + " is out of range",
+         "give two numbers of pixels");
+  if (!std::all_of(p.distortion.begin(), p.distortion.end(),
+                   [](double d) { return std::abs(d) <= kLargestDistortion; })) {
     fail("the distortion is out of range", "give k1 k2 p1 p2 k3");
   }
   if (!(p.translation.array().abs() <= kFarthest).all()) fail("the translation is out of range", "give three numbers");
   constexpr double kTolerance = 1e-6;
   const Eigen::Matrix3d off = p.rotation * p.rotation.transpose() - Eigen::Matrix3d::Identity();
-  if (!(off.cwiseAbs().maxCoeff() <= kTolerance)) fail("the rotation is not orthonormal", "give a rotation matrix to six digits or more");
-  if (!(p.rotation.determinant() > 0)) fail("the rotation mirrors (determinant -1)", "give a right-handed rotation matrix");
+  if (!(off.cwiseAbs().maxCoeff() <= kTolerance))
+    fail("the rotation is not orthonormal", "give a rotation matrix to six digits or more");
+  if (!(p.rotation.determinant() > 0))
+    fail("the rotation mirrors (determinant -1)", "give a right-handed rotation matrix");
 }
 
 double polynomial(const std::vector<double>& coefficients, double s) {
@@ -63,7 +70,8 @@ std::vector<double> positive_roots(double a, double b, double c) {
     roots.push_back(q / c);
     if (q != 0.0) roots.push_back(a / q);
   }
-  roots.erase(std::remove_if(roots.begin(), roots.end(), [](double s) { return !(s > 0.0 && std::isfinite(s)); }), roots.end());
+  roots.erase(std::remove_if(roots.begin(), roots.end(), [](double s) { return !(s > 0.0 && std::isfinite(s)); }),
+              roots.end());
   std::sort(roots.begin(), roots.end());
   return roots;
 }
@@ -72,7 +80,8 @@ std::vector<double> positive_roots(double a, double b, double c) {
 double find_max_radius2(double k1, double k2, double k3) {
   const std::vector<double> slope{1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3};
   double low = 0.0;
-  std::vector<double> ends = positive_roots(slope[1], 2.0 * slope[2], 3.0 * slope[3]);  // Between them it rises or falls.
+  std::vector<double> ends =
+      positive_roots(slope[1], 2.0 * slope[2], 3.0 * slope[3]);  // Between them it rises or falls.
   constexpr double kFar = 1e12;
   ends.push_back(kFar);
   for (double high : ends) {
@@ -141,7 +150,8 @@ std::optional<CameraRay> Camera::ray(const Vec2& pixel) const {
   if (!seen.allFinite()) return std::nullopt;  // Half of infinity is infinite: it would never come within the lens.
   const auto error_px = [&](const Vec2& x) {
     const Vec2 off = distort(x) - seen;
-    return x.squaredNorm() < max_radius2_ ? std::hypot(c.fx * off.x(), c.fy * off.y()) : std::numeric_limits<double>::infinity();
+    return x.squaredNorm() < max_radius2_ ? std::hypot(c.fx * off.x(), c.fy * off.y())
+                                          : std::numeric_limits<double>::infinity();
   };
   constexpr double kTolerancePx = 1e-9;
   constexpr int kMaxSteps = 60, kMaxHalvings = 40;

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/camera_text_io.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/opencv_file.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -26,8 +26,9 @@ class CalibrationFile {
   explicit CalibrationFile(const std::filesystem::path& path) : name_(path.string()), file_(path) {}
 
   /// Numbers under the first of the names that is there. @param what  "nine numbers".
-  [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> names, std::initializer_list<std::size_t> counts,
-                                            const std::string& what, const std::string& when_missing = "") const {
+  [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> names,
+                                            std::initializer_list<std::size_t> counts, const std::string& what,
+                                            const std::string& when_missing = "") const {
     for (const char* name : names) {
       if (!file_.has(name)) continue;
       const std::optional<std::vector<double>> found = file_.numbers(name);
@@ -69,7 +70,8 @@ Eigen::Matrix3d rotation_of(const std::vector<double>& r) {
   if (r.size() == 9) return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(r.data());
   const Vec3 axis(r[0], r[1], r[2]);
   const double angle = axis.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, axis / angle).toRotationMatrix() : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  return angle > 0 ? Eigen::AngleAxisd(angle, axis / angle).toRotationMatrix()
+                   : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
 const char* const kMatrixShape = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels";
@@ -88,8 +90,10 @@ CameraParameters read_opencv(const std::filesystem::path& path) {
     throw IoError(file, "`distortion_coefficients` go beyond " + model + "; calibrate with that model");
   }
   const std::string pose = "; x_in_camera = rotation * x_in_world + translation, for instance from cv::solvePnP";
-  p.rotation = rotation_of(calibration.numbers({"rotation", "R", "rvec"}, {9, 3}, "a 3 x 3 matrix, or an axis times an angle", pose));
-  const std::vector<double> t = calibration.numbers({"translation", "T", "t", "tvec"}, {3}, "three numbers in the project's `unit`", pose);
+  p.rotation = rotation_of(
+      calibration.numbers({"rotation", "R", "rvec"}, {9, 3}, "a 3 x 3 matrix, or an axis times an angle", pose));
+  const std::vector<double> t =
+      calibration.numbers({"translation", "T", "t", "tvec"}, {3}, "three numbers in the project's `unit`", pose);
   p.translation = {t[0], t[1], t[2]};
   return p;
 }
@@ -97,7 +101,8 @@ CameraParameters read_opencv(const std::filesystem::path& path) {
 /// Rows of numbers, or three numbers where `may_be_vector`.
 std::vector<double> read_3x3(const JsonReader& json, bool may_be_vector) {
   const std::vector<JsonReader> rows = json.elements(kMaxNumbers);
-  if (rows.size() != 3) json.fail(may_be_vector ? "three rows of three numbers, or an axis times an angle" : "three rows of three numbers");
+  if (rows.size() != 3)
+    json.fail(may_be_vector ? "three rows of three numbers, or an axis times an angle" : "three rows of three numbers");
   if (may_be_vector && rows[0].is_number()) return json.numbers(3);
   std::vector<double> numbers;
   for (const JsonReader& row : rows) {
@@ -179,7 +184,10 @@ Camera read_camera(const std::filesystem::path& path, double mm_per_unit) {
 
 Camera read_camera(JsonReader json, double mm_per_unit) {
   if (json.is_string()) return read_camera(json.path(), mm_per_unit);
-  if (!json.is_object()) json.fail("the path of an OpenCV calibration, or an object with width, height, matrix, distortion, rotation, translation");
+  if (!json.is_object())
+    json.fail(
+        "the path of an OpenCV calibration, or an object with width, height, matrix, distortion, rotation, "
+        "translation");
   if (json.has("file")) return read_of_image(json, mm_per_unit);
   return read_object(json).scaled(mm_per_unit);
 }
@@ -198,7 +206,8 @@ Json json_of(const Camera& camera) {
 std::string opencv_text(const Camera& camera) {
   const CameraParameters& p = camera.parameters();
   const auto matrix = [](const char* name, int rows, int columns, const std::vector<double>& values) {
-    std::string text = std::string(name) + ": !!opencv-matrix\n   rows: " + std::to_string(rows) + "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ ";
+    std::string text = std::string(name) + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
+                       "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ ";
     for (std::size_t i = 0; i < values.size(); ++i) {
       // OpenCV tells real numbers from integers by the point.
       std::string number = number_text(values[i]);
@@ -210,9 +219,10 @@ std::string opencv_text(const Camera& camera) {
   std::vector<double> rotation;
   rotation.reserve(9);
   for (int i = 0; i < 9; ++i) rotation.push_back(p.rotation(i / 3, i % 3));
-  return "%YAML:1.0\n---\nimage_width: " + std::to_string(p.width) + "\nimage_height: " + std::to_string(p.height) + "\n" +
-         matrix("camera_matrix", 3, 3, {p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1}) +
-         matrix("distortion_coefficients", 1, 5, {p.distortion.begin(), p.distortion.end()}) + matrix("rotation", 3, 3, rotation) +
+  return "%YAML:1.0\n---\nimage_width: " + std::to_string(p.width) + "\nimage_height: " + std::to_string(p.height) +
+         "\n" + matrix("camera_matrix", 3, 3, {p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1}) +
+         matrix("distortion_coefficients", 1, 5, {p.distortion.begin(), p.distortion.end()}) +
+         matrix("rotation", 3, 3, rotation) +
          matrix("translation", 3, 1, {p.translation[0], p.translation[1], p.translation[2]});
 }
 

@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/core/text_lines.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -22,8 +22,8 @@ using Line = TextLines::Line;
 constexpr double kPixelCenter = 0.5;  ///< Of COLMAP's first pixel.
 
 /// Numbers in words [first, first + count). @throws IoError naming the line.
-std::vector<double> numbers_in(const TextLines& text, const Line& line, const std::vector<std::string_view>& words, std::size_t first,
-                               std::size_t count, const std::string& what) {
+std::vector<double> numbers_in(const TextLines& text, const Line& line, const std::vector<std::string_view>& words,
+                               std::size_t first, std::size_t count, const std::string& what) {
   std::vector<double> numbers;
   for (std::size_t i = first; i < first + count && i < words.size(); ++i) {
     const std::optional<double> number = parse_number(words[i]);
@@ -55,8 +55,10 @@ class NamedLines {
   }
   [[nodiscard]] const Line& only(const TextLines& text) const {
     if (names_.empty()) throw IoError(text.file(), "holds no image");
-    if (found_.empty()) throw IoError(text.file(), "has no image `" + wanted_ + "`; expected one of " + some_of(names_));
-    if (found_.size() > 1) throw IoError(text.file(), "has several images; expected \"image\": one of " + some_of(names_));
+    if (found_.empty())
+      throw IoError(text.file(), "has no image `" + wanted_ + "`; expected one of " + some_of(names_));
+    if (found_.size() > 1)
+      throw IoError(text.file(), "has several images; expected \"image\": one of " + some_of(names_));
     return found_.front();
   }
 
@@ -70,13 +72,15 @@ class NamedLines {
 struct LensModel {
   std::string_view name;
   bool has_two_focals;
-  std::vector<int> distortion;  ///< Index into k1 k2 p1 p2 k3 of each parameter after the principal point; -1 must be 0.
+  std::vector<int>
+      distortion;  ///< Index into k1 k2 p1 p2 k3 of each parameter after the principal point; -1 must be 0.
 };
 
 const std::vector<LensModel>& lens_models() {
-  static const std::vector<LensModel> models{{"SIMPLE_PINHOLE", false, {}},    {"PINHOLE", true, {}},
-                                             {"SIMPLE_RADIAL", false, {0}},    {"RADIAL", false, {0, 1}},
-                                             {"OPENCV", true, {0, 1, 2, 3}},   {"FULL_OPENCV", true, {0, 1, 2, 3, 4, -1, -1, -1}}};
+  static const std::vector<LensModel> models{
+      {"SIMPLE_PINHOLE", false, {}},  {"PINHOLE", true, {}},
+      {"SIMPLE_RADIAL", false, {0}},  {"RADIAL", false, {0, 1}},
+      {"OPENCV", true, {0, 1, 2, 3}}, {"FULL_OPENCV", true, {0, 1, 2, 3, 4, -1, -1, -1}}};
   return models;
 }
 
@@ -88,22 +92,27 @@ void read_lens(const fs::path& path, std::string_view camera_id, CameraParameter
     if (words[0] != camera_id) continue;
     if (words.size() < 4) text.fail(line, "expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
     const auto& models = lens_models();
-    const auto model = std::find_if(models.begin(), models.end(), [&](const LensModel& m) { return m.name == words[1]; });
+    const auto model =
+        std::find_if(models.begin(), models.end(), [&](const LensModel& m) { return m.name == words[1]; });
     if (model == models.end()) {
-      text.fail(line, "the lens model `" + std::string(words[1].substr(0, 40)) + "` is not read; expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV: undistort with `colmap image_undistorter`");
+      text.fail(line, "the lens model `" + std::string(words[1].substr(0, 40)) +
+                          "` is not read; expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV: undistort "
+                          "with `colmap image_undistorter`");
     }
     const std::vector<double> size = numbers_in(text, line, words, 2, 2, "width and height");
     const auto is_size = [](double v) { return v >= 1 && v <= 65536 && v == std::floor(v); };
     if (!is_size(size[0]) || !is_size(size[1])) text.fail(line, "the size is out of range; expected 1 to 65536 pixels");
     p.width = static_cast<int>(size[0]), p.height = static_cast<int>(size[1]);
     const std::size_t num_focals = model->has_two_focals ? 2 : 1;
-    const std::vector<double> v = numbers_in(text, line, words, 4, num_focals + 2 + model->distortion.size(), "the parameters of " + std::string(model->name));
+    const std::vector<double> v = numbers_in(text, line, words, 4, num_focals + 2 + model->distortion.size(),
+                                             "the parameters of " + std::string(model->name));
     p.fx = v[0], p.fy = v[num_focals - 1], p.cx = v[num_focals] - kPixelCenter, p.cy = v[num_focals + 1] - kPixelCenter;
     for (std::size_t i = 0; i < model->distortion.size(); ++i) {
       const double k = v[num_focals + 2 + i];
       const int index = model->distortion[i];
       if (index >= 0) p.distortion[static_cast<std::size_t>(index)] = k;
-      if (index < 0 && k != 0) text.fail(line, "k4 k5 k6 of FULL_OPENCV are not read; expected 0: calibrate with OPENCV");
+      if (index < 0 && k != 0)
+        text.fail(line, "k4 k5 k6 of FULL_OPENCV are not read; expected 0: calibrate with OPENCV");
     }
     return;
   }
@@ -113,7 +122,8 @@ void read_lens(const fs::path& path, std::string_view camera_id, CameraParameter
 /// The rotation nearest to one that is printed with few digits. @throws IoError
 Eigen::Matrix3d nearest_rotation(const TextLines& text, const Line& line, const Eigen::Matrix3d& printed) {
   constexpr double kPrinted = 1e-3;
-  if (!((printed * printed.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kPrinted) || printed.determinant() < 0) {
+  if (!((printed * printed.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kPrinted) ||
+      printed.determinant() < 0) {
     text.fail(line, "R is no rotation; expected nine numbers, row by row");
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(printed, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -166,9 +176,11 @@ CameraParameters read_middlebury_camera(const fs::path& path, const std::string&
     images.add(words_of(line.text, 2)[0], line);
     ++num_images;
   }
-  if (count && *count != num_images) throw IoError(text.file(), "says " + number_text(*count) + " images, but " + number_text(num_images) + " follow");
+  if (count && *count != num_images)
+    throw IoError(text.file(), "says " + number_text(*count) + " images, but " + number_text(num_images) + " follow");
   const Line& line = images.only(text);
-  const std::vector<double> v = numbers_in(text, line, words_of(line.text, 64), 1, 21, "k11 ... k33 r11 ... r33 t1 t2 t3");
+  const std::vector<double> v =
+      numbers_in(text, line, words_of(line.text, 64), 1, 21, "k11 ... k33 r11 ... r33 t1 t2 t3");
   using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   const Rows k = Eigen::Map<const Rows>(v.data()) / (v[8] != 0 ? v[8] : 1.0);
   const double skew = std::max({std::abs(k(0, 1)), std::abs(k(1, 0)), std::abs(k(2, 0)), std::abs(k(2, 1))});

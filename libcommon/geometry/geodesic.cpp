@@ -15,7 +15,8 @@ namespace patinate {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kMostStretch = 1.5;  ///< Two sources farther apart than this times the edge before them are not one line.
+constexpr double kMostStretch =
+    1.5;  ///< Two sources farther apart than this times the edge before them are not one line.
 
 Vec3 unit_normal(const Mesh& mesh, int triangle) {
   const Vec3 n = area_vector(mesh, triangle);
@@ -53,7 +54,8 @@ class Fans {
   }
   [[nodiscard]] std::span<const int> around(int vertex) const {
     const auto v = static_cast<std::size_t>(vertex);
-    return std::span(triangles_).subspan(static_cast<std::size_t>(begin_[v]), static_cast<std::size_t>(begin_[v + 1] - begin_[v]));
+    return std::span(triangles_)
+        .subspan(static_cast<std::size_t>(begin_[v]), static_cast<std::size_t>(begin_[v + 1] - begin_[v]));
   }
 
  private:
@@ -63,7 +65,8 @@ class Fans {
 
 }  // namespace
 
-GeodesicDistance::GeodesicDistance(const Mesh& mesh, const std::vector<GeodesicSource>& sources, const RunControl& control)
+GeodesicDistance::GeodesicDistance(const Mesh& mesh, const std::vector<GeodesicSource>& sources,
+                                   const RunControl& control)
     : mesh_(mesh) {
   if (sources.empty()) throw InvalidInput("distance: there is nothing to measure from");
   for (int t = 0; t < mesh.num_triangles(); ++t) normals_.push_back(unit_normal(mesh, t));
@@ -151,7 +154,8 @@ double GeodesicDistance::at(int triangle, const Vec3& p) const {
     best = std::min({best, at_a.before + (source_a - p).norm(), at_b.before + (source_b - p).norm()});
     const double edge =
         (mesh_.positions[static_cast<std::size_t>(a)] - mesh_.positions[static_cast<std::size_t>(b)]).norm();
-    if (std::abs(at_a.before - at_b.before) <= 1e-9 * at_a.distance && (source_a - source_b).norm() <= kMostStretch * edge) {
+    if (std::abs(at_a.before - at_b.before) <= 1e-9 * at_a.distance &&
+        (source_a - source_b).norm() <= kMostStretch * edge) {
       best = std::min(best, at_a.before + (nearest_on_segment(source_a, source_b, p) - p).norm());
     }
   }

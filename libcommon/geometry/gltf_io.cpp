@@ -10,19 +10,18 @@
 #include <utility>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/geometry/gltf_json.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "libcommon/geometry/mesh_formats.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
 namespace {
 
 using Matrix4 = Eigen::Matrix4d;
-
 
 bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
   return true;

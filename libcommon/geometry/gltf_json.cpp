@@ -5,10 +5,10 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
 #include "libcommon/geometry/mesh_files.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 
 namespace patinate {
 
@@ -66,7 +66,8 @@ std::string percent_decoded(const std::string& uri) {
   for (std::size_t i = 0; i < uri.size(); ++i) {
     unsigned code = 0;
     const char* digits = uri.data() + i + 1;
-    const bool is_escape = uri[i] == '%' && i + 2 < uri.size() && std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2;
+    const bool is_escape =
+        uri[i] == '%' && i + 2 < uri.size() && std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2;
     out += is_escape ? static_cast<char>(code) : uri[i];
     if (is_escape) i += 2;
   }
@@ -83,7 +84,8 @@ std::string_view gltf_json(const std::string& file, std::string_view bytes) {
 
 std::vector<std::string> mesh_buffer_files(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension != ".gltf" && extension != ".glb") return {};
   const std::string bytes = read_file(path, kLargestGltf);
   const Json root = Json::parse(gltf_json(path.string(), bytes), nullptr, /*allow_exceptions=*/false);

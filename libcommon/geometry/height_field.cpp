@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -65,22 +65,26 @@ RowMoments row_moments(const HeightField& field, double middle, const Kernel& ke
 }
 
 /// @param weight  Sum of all weights of a whole window.
-double curvature_of(const std::array<std::array<double, 5>, 5>& ones, const std::array<std::array<double, 3>, 3>& heights, double weight,
-                    double sigma_mm) {
+double curvature_of(const std::array<std::array<double, 5>, 5>& ones,
+                    const std::array<std::array<double, 3>, 3>& heights, double weight, double sigma_mm) {
   Matrix6 a;
   Vec6 b;
   for (std::size_t r = 0; r < 6; ++r) {
     for (std::size_t c = 0; c < 6; ++c) {
       a(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) =
-          ones[static_cast<std::size_t>(kPowers[r][0] + kPowers[c][0])][static_cast<std::size_t>(kPowers[r][1] + kPowers[c][1])] / weight;
+          ones[static_cast<std::size_t>(kPowers[r][0] + kPowers[c][0])]
+              [static_cast<std::size_t>(kPowers[r][1] + kPowers[c][1])] /
+          weight;
     }
-    b(static_cast<Eigen::Index>(r)) = heights[static_cast<std::size_t>(kPowers[r][0])][static_cast<std::size_t>(kPowers[r][1])] / weight;
+    b(static_cast<Eigen::Index>(r)) =
+        heights[static_cast<std::size_t>(kPowers[r][0])][static_cast<std::size_t>(kPowers[r][1])] / weight;
   }
   const Eigen::LDLT<Matrix6> solver(a);
   if (!(solver.vectorD().minCoeff() > kLeastPivot)) return 0.0;
   const Vec6 fit = solver.solve(b);
   const double hx = fit(1) / sigma_mm, hy = fit(2) / sigma_mm;
-  const double hxx = 2.0 * fit(3) / (sigma_mm * sigma_mm), hxy = fit(4) / (sigma_mm * sigma_mm), hyy = 2.0 * fit(5) / (sigma_mm * sigma_mm);
+  const double hxx = 2.0 * fit(3) / (sigma_mm * sigma_mm), hxy = fit(4) / (sigma_mm * sigma_mm),
+               hyy = 2.0 * fit(5) / (sigma_mm * sigma_mm);
   const double steep = 1.0 + hx * hx + hy * hy;
   return ((1.0 + hx * hx) * hyy - 2.0 * hx * hy * hxy + (1.0 + hy * hy) * hxx) / (2.0 * steep * std::sqrt(steep));
 }
@@ -92,7 +96,8 @@ Vec2 HeightField::grid_position(const Vec3& point) const {
   return {offset.dot(right), offset.dot(down)};
 }
 
-HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& viewer, double spacing_mm, const RunControl& control) {
+HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& viewer, double spacing_mm,
+                         const RunControl& control) {
   const Box box = bounding_box(mesh);
   if (!(spacing_mm > 0.0 && std::isfinite(spacing_mm))) throw InvalidInput("height field: its spacing must be > 0");
   if (!(box.diagonal() > 0.0)) throw InvalidInput("height field: the mesh has no extent");
@@ -115,7 +120,8 @@ HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& vi
   }
   const Vec2 extent = high - low;
   field.spacing_mm = std::max(spacing_mm, extent.maxCoeff() / (kMaxSide - 2));
-  const int width = static_cast<int>(extent.x() / field.spacing_mm) + 1, height = static_cast<int>(extent.y() / field.spacing_mm) + 1;
+  const int width = static_cast<int>(extent.x() / field.spacing_mm) + 1,
+            height = static_cast<int>(extent.y() / field.spacing_mm) + 1;
   // Centered, so that no row of rays runs along the border of a mesh that ends there.
   const Vec2 start = 0.5 * (low + high) - 0.5 * field.spacing_mm * Vec2(width - 1, height - 1);
   field.origin = start.x() * field.right + start.y() * field.down + box.center().dot(viewer) * viewer;
@@ -130,10 +136,12 @@ HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& vi
         if (!hit) continue;
         // The plane of the triangle, in double: the ray's own distance is a float.
         const Vec3 area = area_vector(mesh, hit->triangle);
-        const Vec3& corner = mesh.positions[static_cast<std::size_t>(mesh.triangles[static_cast<std::size_t>(hit->triangle)][0])];
+        const Vec3& corner =
+            mesh.positions[static_cast<std::size_t>(mesh.triangles[static_cast<std::size_t>(hit->triangle)][0])];
         const double slope = area.dot(viewer);
         const double exact = std::abs(slope) > 1e-6 * area.norm() ? (from - corner).dot(area) / slope : hit->distance;
-        field.height_mm.at(x, y) = above - (std::abs(exact - hit->distance) < 0.01 * box.diagonal() ? exact : hit->distance);
+        field.height_mm.at(x, y) =
+            above - (std::abs(exact - hit->distance) < 0.01 * box.diagonal() ? exact : hit->distance);
         field.seen.at(x, y) = 255;
       }
     }
@@ -148,8 +156,9 @@ HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& vi
 ImageF height_curvature(const HeightField& field, double width_mm, const RunControl& control) {
   const double sigma_px = width_mm / field.spacing_mm;
   if (!(sigma_px >= 0.5 && sigma_px <= 1000.0)) {
-    throw InvalidInput("accessibility: a width of " + short_number_text(width_mm) + " mm is out of range for heights every " +
-                       short_number_text(field.spacing_mm) + " mm; use half of that to 1000 times that");
+    throw InvalidInput("accessibility: a width of " + short_number_text(width_mm) +
+                       " mm is out of range for heights every " + short_number_text(field.spacing_mm) +
+                       " mm; use half of that to 1000 times that");
   }
   const int width = field.height_mm.width(), height = field.height_mm.height();
   const Kernel kernel(sigma_px);
@@ -165,7 +174,8 @@ ImageF height_curvature(const HeightField& field, double width_mm, const RunCont
   if (num_seen > 0) middle /= static_cast<double>(num_seen);
   std::vector<RowMoments> rows(static_cast<std::size_t>(height));
   parallel_for(height, kRowChunk, control.part(0.0, 0.3), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t y = begin; y < end; ++y) rows[static_cast<std::size_t>(y)] = row_moments(field, middle, kernel, static_cast<int>(y));
+    for (std::int64_t y = begin; y < end; ++y)
+      rows[static_cast<std::size_t>(y)] = row_moments(field, middle, kernel, static_cast<int>(y));
   });
   ImageF out(width, height);
   parallel_for(height, kRowChunk, control.part(0.3, 1.0), [&](std::int64_t begin, std::int64_t end) {

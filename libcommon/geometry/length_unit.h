@@ -13,7 +13,8 @@ namespace patinate {
 inline constexpr std::array<std::string_view, 4> kLengthUnitNames{"um", "mm", "cm", "m"};
 inline constexpr std::array<double, 4> kMmPerLengthUnit{0.001, 1.0, 10.0, 1000.0};
 
-/// Lengths that one pixel of a surface may have: from less than an atom to a country. Beyond, sizes in pixels and their squares are no numbers.
+/// Lengths that one pixel of a surface may have: from less than an atom to a country. Beyond, sizes in pixels and their
+/// squares are no numbers.
 inline constexpr double kLeastTexel_mm = 1e-9, kLargestTexel_mm = 1e9;
 
 /// Nothing for a name that is none of kLengthUnitNames.

@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/core/text_lines.h"
 #include "libcommon/geometry/length_unit.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -56,14 +56,17 @@ std::vector<Row> columns_of(std::span<const TextLines::Line> lines) {
 
 /// Three rows of three numbers can be read both ways: the one in which every light has length 1.
 void turn_if_columns(std::vector<Row>& rows, const TextLines& text) {
-  if (rows.size() != 3 || std::any_of(rows.begin(), rows.end(), [](const Row& row) { return !row.name.empty(); })) return;
+  if (rows.size() != 3 || std::any_of(rows.begin(), rows.end(), [](const Row& row) { return !row.name.empty(); }))
+    return;
   Eigen::Matrix3d m;
   for (int i = 0; i < 3; ++i) m.row(i) = rows[static_cast<std::size_t>(i)].numbers.transpose();
   static constexpr double kUnit = 1e-3;
   const auto are_units = [](const auto& lengths) { return ((lengths.array() - 1.0).abs() < kUnit).all(); };
   const bool by_rows = are_units(m.rowwise().norm().eval()), by_columns = are_units(m.colwise().norm().eval());
   if (by_rows && by_columns && !m.isApprox(m.transpose(), kUnit)) {
-    throw IoError(text.file(), "three lights in a 3 x 3 table can be read by rows or by columns; put the number 3 in a line above for rows");
+    throw IoError(
+        text.file(),
+        "three lights in a 3 x 3 table can be read by rows or by columns; put the number 3 in a line above for rows");
   }
   if (by_columns && !by_rows) {
     for (int i = 0; i < 3; ++i) rows[static_cast<std::size_t>(i)].numbers = m.col(i);
@@ -91,10 +94,11 @@ std::vector<Row> rows_of(const TextLines& text, const LightRows& options) {
     std::vector<Row> columns = columns_of(lines);
     if (!columns.empty()) return columns;
   }
-  if (lines.size() > kMaxLights) throw IoError(text.file(), "holds more than " + std::to_string(kMaxLights) + " lights");
+  if (lines.size() > kMaxLights)
+    throw IoError(text.file(), "holds more than " + std::to_string(kMaxLights) + " lights");
   if (count && *count != static_cast<double>(lines.size())) {
-    throw IoError(text.file(), "line " + std::to_string(first.number) + " says " + number_text(*count) + " lights, but " +
-                                   std::to_string(lines.size()) + " follow");
+    throw IoError(text.file(), "line " + std::to_string(first.number) + " says " + number_text(*count) +
+                                   " lights, but " + std::to_string(lines.size()) + " follow");
   }
   std::vector<Row> rows;
   for (const TextLines::Line& line : lines) {
@@ -103,19 +107,23 @@ std::vector<Row> rows_of(const TextLines& text, const LightRows& options) {
     if (!numbers) text.fail(line, "expected `NAME x y z`, or three numbers");
     const auto name_size = static_cast<std::size_t>(words[words.size() - 3].data() - line.text.data());
     rows.push_back({*numbers, std::string(line.text.substr(0, name_size)), line});
-    while (!rows.back().name.empty() && (rows.back().name.back() == ' ' || rows.back().name.back() == '\t')) rows.back().name.pop_back();
+    while (!rows.back().name.empty() && (rows.back().name.back() == ' ' || rows.back().name.back() == '\t'))
+      rows.back().name.pop_back();
   }
   if (!count && options.kind == LightRows::Kind::Directions) turn_if_columns(rows, text);
   return rows;
 }
 
-Light light_of(const Row& row, const TextLines& text, double mm_per_unit, const Camera* camera, const LightRows& options) {
+Light light_of(const Row& row, const TextLines& text, double mm_per_unit, const Camera* camera,
+               const LightRows& options) {
   Light light;
   light.name = row.name;
   light.is_intensity_known = false;
   const bool in_camera = options.frame == LightRows::Frame::Camera;
   if (in_camera && camera == nullptr) {
-    throw IoError(text.file(), "gives lights in the camera's frame, and there is no camera; give one, or say \"frame\": \"scanner\"");
+    throw IoError(
+        text.file(),
+        "gives lights in the camera's frame, and there is no camera; give one, or say \"frame\": \"scanner\"");
   }
   if (options.kind == LightRows::Kind::Positions) {
     light.kind = Light::Kind::Near;
@@ -181,7 +189,8 @@ std::vector<Light> read_json_file(const std::filesystem::path& path, double mm_p
 
 }  // namespace
 
-std::vector<Light> read_lights(const std::filesystem::path& path, double mm_per_unit, const Camera* camera_mm, const LightRows& rows) {
+std::vector<Light> read_lights(const std::filesystem::path& path, double mm_per_unit, const Camera* camera_mm,
+                               const LightRows& rows) {
   if (path.extension() == ".json") return read_json_file(path, mm_per_unit);
   const TextLines text(path);
   std::vector<Light> lights;
@@ -218,7 +227,8 @@ Json json_of(const std::vector<Light>& lights) {
 std::string lp_text(const std::vector<Light>& lights, const Camera& camera) {
   std::string text = std::to_string(lights.size()) + "\n";
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    if (lights[i].kind != Light::Kind::Directional) throw InvalidInput("an .lp file holds directions; light " + std::to_string(i + 1) + " is near");
+    if (lights[i].kind != Light::Kind::Directional)
+      throw InvalidInput("an .lp file holds directions; light " + std::to_string(i + 1) + " is near");
     const Vec3 d = flipped(camera.parameters().rotation * lights[i].direction);
     text += lights[i].name.empty() ? "light" + std::to_string(i + 1) : lights[i].name;
     for (int k = 0; k < 3; ++k) text += " " + number_text(d[k]);

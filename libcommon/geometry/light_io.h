@@ -1,6 +1,6 @@
 /// \file
-/// Lights from our JSON files, from the `.lp` files of reflectance transformation imaging, and from plain tables of directions. Files are
-/// not trusted: every count is bounded.
+/// Lights from our JSON files, from the `.lp` files of reflectance transformation imaging, and from plain tables of
+/// directions. Files are not trusted: every count is bounded.
 #pragma once
 
 #include <filesystem>
@@ -24,27 +24,32 @@ struct LightRows {
 };
 
 /// Lights in scanner coordinates, mm, of one of
-/// - `.lp`: the number of lights (a 0 may follow it), then a line `NAME x y z` each (names may hold blanks, or be numbers, or be left out);
+/// - `.lp`: the number of lights (a 0 may follow it), then a line `NAME x y z` each (names may hold blanks, or be
+/// numbers, or be left out);
 /// - `.txt`: the same without names, with or without the count; or three rows, x, y, z, with a column for each light;
 /// - `.json`: a calibration of ours, or an array as below.
 ///
-/// Text files give no strengths: is_intensity_known is false. Directions need not be exactly of length 1, but within 5 %: positions taken
-/// for directions would be wrong without a word.
-/// @param mm_per_unit  Of the project that names the file; positions are in its unit (a calibration of ours says its own).
+/// Text files give no strengths: is_intensity_known is false. Directions need not be exactly of length 1, but within 5
+/// %: positions taken for directions would be wrong without a word.
+/// @param mm_per_unit  Of the project that names the file; positions are in its unit (a calibration of ours says its
+/// own).
 /// @param camera_mm    May be null when no row is in the camera's frame.
-/// @throws IoError naming the line: no number, a direction of length 0, another count than the first line says, more than 100,000 lights.
-[[nodiscard]] std::vector<Light> read_lights(const std::filesystem::path& path, double mm_per_unit, const Camera* camera_mm = nullptr,
-                                             const LightRows& rows = {});
+/// @throws IoError naming the line: no number, a direction of length 0, another count than the first line says, more
+/// than 100,000 lights.
+[[nodiscard]] std::vector<Light> read_lights(const std::filesystem::path& path, double mm_per_unit,
+                                             const Camera* camera_mm = nullptr, const LightRows& rows = {});
 
-/// As a project has them: an array of {"position" | "direction", "intensity": [r, g, b], "name"} in scanner coordinates; the path of a file
-/// as above; or {"file": path, "kind": "directions" | "positions", "frame": "camera" | "scanner"}. `intensity` may be left out.
+/// As a project has them: an array of {"position" | "direction", "intensity": [r, g, b], "name"} in scanner
+/// coordinates; the path of a file as above; or {"file": path, "kind": "directions" | "positions", "frame": "camera" |
+/// "scanner"}. `intensity` may be left out.
 /// @throws IoError also for a strength that is not above 0, and for no light at all.
 [[nodiscard]] std::vector<Light> read_lights(JsonReader json, double mm_per_unit, const Camera* camera_mm = nullptr);
 
 /// The array form, in mm; values read back exactly.
 [[nodiscard]] Json json_of(const std::vector<Light>& lights);
 
-/// The text of an `.lp` file, CRLF-free, of directional lights, in the camera's frame. @throws InvalidInput if a light is near.
+/// The text of an `.lp` file, CRLF-free, of directional lights, in the camera's frame. @throws InvalidInput if a light
+/// is near.
 [[nodiscard]] std::string lp_text(const std::vector<Light>& lights, const Camera& camera);
 
 }  // namespace patinate

@@ -7,8 +7,8 @@
 #include <span>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -76,7 +76,9 @@ std::vector<std::pair<Side, Side>> smoothest_pairs(const Mesh& mesh, std::span<c
     double cosine;
     std::size_t a, b;
   };
-  const auto first = [&](const Side& s) { return mesh.triangles[static_cast<std::size_t>(s.triangle)][static_cast<std::size_t>(s.k)]; };
+  const auto first = [&](const Side& s) {
+    return mesh.triangles[static_cast<std::size_t>(s.triangle)][static_cast<std::size_t>(s.k)];
+  };
   std::vector<Pair> candidates;
   for (std::size_t a = 0; a < sides.size(); ++a) {
     for (std::size_t b = a + 1; b < sides.size(); ++b) {
@@ -86,7 +88,8 @@ std::vector<std::pair<Side, Side>> smoothest_pairs(const Mesh& mesh, std::span<c
       candidates.push_back({length > 0.0 ? na.dot(nb) / length : -1.0, a, b});
     }
   }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const Pair& x, const Pair& y) { return x.cosine > y.cosine; });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Pair& x, const Pair& y) { return x.cosine > y.cosine; });
   std::vector<char> is_taken(sides.size(), 0);
   std::vector<std::pair<Side, Side>> pairs;
   for (const Pair& c : candidates) {
@@ -101,9 +104,8 @@ std::vector<std::pair<Side, Side>> smoothest_pairs(const Mesh& mesh, std::span<c
 
 int Mesh::num_triangles_with_uvs() const {
   if (uv_triangles.size() != triangles.size()) return 0;
-  return static_cast<int>(std::count_if(uv_triangles.begin(), uv_triangles.end(), [](const Triangle& t) {
-    return t[0] >= 0 && t[1] >= 0 && t[2] >= 0;
-  }));
+  return static_cast<int>(std::count_if(uv_triangles.begin(), uv_triangles.end(),
+                                        [](const Triangle& t) { return t[0] >= 0 && t[1] >= 0 && t[2] >= 0; }));
 }
 
 Box bounding_box(const Mesh& mesh) {

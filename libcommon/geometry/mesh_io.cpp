@@ -6,10 +6,10 @@
 #include <cmath>
 #include <fstream>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/geometry/mesh_formats.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -78,7 +78,8 @@ void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::s
   append_vectors(text, "v", mesh.positions);
   if (has_uvs) append_vectors(text, "vt", mesh.uvs);
   if (has_normals) append_vectors(text, "vn", mesh.normals);
-  const bool says_materials = std::any_of(mesh.surfaces.begin(), mesh.surfaces.end(), [](const Mesh::Surface& s) { return !s.material.empty(); });
+  const bool says_materials = std::any_of(mesh.surfaces.begin(), mesh.surfaces.end(),
+                                          [](const Mesh::Surface& s) { return !s.material.empty(); });
   int surface = -1;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const int s = t < mesh.triangle_surface.size() ? mesh.triangle_surface[t] : -1;

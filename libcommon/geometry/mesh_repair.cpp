@@ -24,7 +24,8 @@ bool has_area(const Mesh& mesh, int triangle) {
   const Triangle& t = mesh.triangles[static_cast<std::size_t>(triangle)];
   double longest = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
-    longest = std::max(longest, (mesh.positions[static_cast<std::size_t>(t[(k + 1) % 3])] - mesh.positions[static_cast<std::size_t>(t[k])])
+    longest = std::max(longest, (mesh.positions[static_cast<std::size_t>(t[(k + 1) % 3])] -
+                                 mesh.positions[static_cast<std::size_t>(t[k])])
                                     .squaredNorm());
   }
   return area_vector(mesh, triangle).norm() > kLeastSine * longest;
@@ -40,7 +41,8 @@ struct Identity {
 Identity identity_of(const Mesh& mesh, int triangle) {
   const auto t = static_cast<std::size_t>(triangle);
   std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return mesh.triangles[t][a] < mesh.triangles[t][b]; });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return mesh.triangles[t][a] < mesh.triangles[t][b]; });
   Identity identity{};
   for (std::size_t k = 0; k < 3; ++k) {
     identity.positions[k] = mesh.triangles[t][order[k]];
@@ -164,9 +166,14 @@ std::string MeshRepairs::text() const {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
   if (num_degenerate > 0) add(counted(num_degenerate, "triangle") + " without area left out");
-  if (num_duplicates > 0) add(counted(num_duplicates, "triangle") + (num_duplicates == 1 ? " that repeats another left out" : " that repeat others left out"));
-  if (num_turned > 0) add(counted(num_turned, "triangle") + (num_turned == 1 ? " turned to face as its neighbors do" : " turned to face as their neighbors do"));
-  if (num_complex_edges > 0) add(counted(num_complex_edges, "edge") + (num_complex_edges == 1 ? " has" : " have") + " more than two triangles");
+  if (num_duplicates > 0)
+    add(counted(num_duplicates, "triangle") +
+        (num_duplicates == 1 ? " that repeats another left out" : " that repeat others left out"));
+  if (num_turned > 0)
+    add(counted(num_turned, "triangle") +
+        (num_turned == 1 ? " turned to face as its neighbors do" : " turned to face as their neighbors do"));
+  if (num_complex_edges > 0)
+    add(counted(num_complex_edges, "edge") + (num_complex_edges == 1 ? " has" : " have") + " more than two triangles");
   return text;
 }
 
@@ -179,7 +186,8 @@ RepairedMesh repair_mesh(Mesh mesh) {
     ++repairs.num_degenerate;
   }
   leave_out_duplicates(mesh, is_kept, repairs);
-  if (repairs.num_degenerate == mesh.num_triangles()) throw InvalidInput("no triangle has an area; a surface is needed");
+  if (repairs.num_degenerate == mesh.num_triangles())
+    throw InvalidInput("no triangle has an area; a surface is needed");
   if (repairs.num_degenerate + repairs.num_duplicates > 0) {
     keep(mesh.uv_triangles, is_kept);
     keep(mesh.normal_triangles, is_kept);

@@ -33,7 +33,8 @@ class NearestThatCounts final : public flann::ResultSet<double> {
   int index_ = -1;
 };
 
-/// Keeps the nearest point below a distance, of several at the same the one with the smallest index, and how far the next one is.
+/// Keeps the nearest point below a distance, of several at the same the one with the smallest index, and how far the
+/// next one is.
 class NearestAndNext final : public flann::ResultSet<double> {
  public:
   explicit NearestAndNext(const NearestPoints::Nearest& known) : found_(known) {}
@@ -42,7 +43,8 @@ class NearestAndNext final : public flann::ResultSet<double> {
   void addPoint(double squared, std::size_t i) override {
     const int at = static_cast<int>(i);
     if (at == found_.index) return;
-    if (squared < found_.squared_distance || (squared == found_.squared_distance && (found_.index < 0 || at < found_.index))) {
+    if (squared < found_.squared_distance ||
+        (squared == found_.squared_distance && (found_.index < 0 || at < found_.index))) {
       if (found_.index >= 0) found_.squared_second = found_.squared_distance;
       found_.squared_distance = squared;
       found_.index = at;
@@ -65,7 +67,9 @@ struct NearestPoints::Impl {
   std::vector<Vec3> points;
   flann::KDTreeSingleIndex<flann::L2_Simple<double>> tree;
   explicit Impl(std::vector<Vec3> given)
-      : points(std::move(given)), tree(flann::Matrix<double>(points.front().data(), points.size(), 3), flann::KDTreeSingleIndexParams(kPointsPerLeaf)) {
+      : points(std::move(given)),
+        tree(flann::Matrix<double>(points.front().data(), points.size(), 3),
+             flann::KDTreeSingleIndexParams(kPointsPerLeaf)) {
     tree.buildIndex();
   }
 };
@@ -97,7 +101,8 @@ NearestPoints::Nearest NearestPoints::nearest_below(const Vec3& p, double below,
   Nearest known{.squared_distance = below * below, .squared_second = below * below};
   if (hint >= 0) {
     const double squared = (point(hint) - p).squaredNorm();
-    if (squared <= known.squared_distance) known = {.index = hint, .squared_distance = squared, .squared_second = known.squared_second};
+    if (squared <= known.squared_distance)
+      known = {.index = hint, .squared_distance = squared, .squared_second = known.squared_second};
   }
   NearestAndNext found(known);
   impl_->tree.findNeighbors(found, p.data(), kExact);

@@ -5,11 +5,11 @@
 #include <string_view>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "libcommon/geometry/mesh_formats.h"
 #include "libcommon/geometry/point_cloud_formats.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

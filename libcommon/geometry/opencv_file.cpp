@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 
 namespace patinate {
 
@@ -23,7 +23,8 @@ struct Unreadable {};
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kBlanks);
-  return first == std::string_view::npos ? std::string_view() : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+  return first == std::string_view::npos ? std::string_view()
+                                         : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
 /// The line without a comment; `#` counts after a blank, outside of quotes.
@@ -91,7 +92,8 @@ OpenCvFile::OpenCvFile(const std::filesystem::path& path) {
     }
     if (values_.empty()) throw Unreadable();
   } catch (const Unreadable&) {
-    throw IoError(path.string(), "is no OpenCV calibration that can be read; expected YAML that begins with %YAML:1.0, or XML");
+    throw IoError(path.string(),
+                  "is no OpenCV calibration that can be read; expected YAML that begins with %YAML:1.0, or XML");
   }
 }
 
@@ -126,11 +128,13 @@ void OpenCvFile::read_yaml(std::string_view text) {
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     if (trimmed(line).empty() || line[0] == '%' || line.starts_with("---") || line.starts_with("...")) continue;
     const std::size_t colon = line.find(':');
-    const bool begins = std::string_view(" \t-[]{}").find(line[0]) == std::string_view::npos && colon != std::string_view::npos &&
+    const bool begins = std::string_view(" \t-[]{}").find(line[0]) == std::string_view::npos &&
+                        colon != std::string_view::npos &&
                         (colon + 1 == line.size() || kBlanks.find(line[colon + 1]) != std::string_view::npos);
     if (begins) {
       std::string_view name = trimmed(line.substr(0, colon));
-      if (name.size() >= 2 && (name[0] == '"' || name[0] == '\'') && name.back() == name[0]) name = name.substr(1, name.size() - 2);
+      if (name.size() >= 2 && (name[0] == '"' || name[0] == '\'') && name.back() == name[0])
+        name = name.substr(1, name.size() - 2);
       if (sections.size() == kMaxNames) throw Unreadable();
       sections.emplace_back(name, line.substr(colon + 1));
     } else if (sections.empty()) {
@@ -162,7 +166,9 @@ void OpenCvFile::read_xml(std::string_view text) {
       if (!values_.contains(open[1]) && values_.size() == kMaxNames) throw Unreadable();
       Value& value = values_[open[1]];
       const std::string& inner = open.back();
-      std::string& into = open.size() == 3 && inner == "rows" ? value.rows : open.size() == 3 && inner == "cols" ? value.columns : value.text;
+      std::string& into = open.size() == 3 && inner == "rows"   ? value.rows
+                          : open.size() == 3 && inner == "cols" ? value.columns
+                                                                : value.text;
       const bool is_known = open.size() == 2 || inner == "_" || inner == "data" || &into != &value.text;
       if (is_known) into.append(" ").append(trimmed(words));
       if (!is_known && inner != "dt") value.text += " ?";
@@ -200,7 +206,9 @@ void OpenCvFile::read_json(const std::filesystem::path& path) {
   for (const auto& [name, content] : json.items()) {
     Value value;
     const bool is_matrix = content.is_object() && content.contains("data");
-    const auto text_of = [&content = content](const char* key) { return content.contains(key) ? content.at(key).dump() : std::string(); };
+    const auto text_of = [&content = content](const char* key) {
+      return content.contains(key) ? content.at(key).dump() : std::string();
+    };
     if (is_matrix) value.rows = text_of("rows"), value.columns = text_of("cols");
     const Json& numbers = is_matrix ? content.at("data") : content;
     value.text = numbers.is_number() || numbers.is_array() ? numbers.dump() : "?";

@@ -1,6 +1,6 @@
 /// \file
-/// The part of OpenCV's YAML, XML and JSON (cv::FileStorage) that calibrations use: numbers under names. A reader of our own, because
-/// OpenCV's parsers call themselves for every level of nesting and can be made to overflow the stack.
+/// The part of OpenCV's YAML, XML and JSON (cv::FileStorage) that calibrations use: numbers under names. A reader of
+/// our own, because OpenCV's parsers call themselves for every level of nesting and can be made to overflow the stack.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +19,8 @@ class OpenCvFile {
   explicit OpenCvFile(const std::filesystem::path& path);
 
   [[nodiscard]] bool has(const std::string& name) const { return values_.contains(name); }
-  /// Numbers of a value, of a list (of lists), or of an `opencv-matrix`, row by row. Nothing when something else stands there, a number is
-  /// not finite, or rows x cols is another count.
+  /// Numbers of a value, of a list (of lists), or of an `opencv-matrix`, row by row. Nothing when something else stands
+  /// there, a number is not finite, or rows x cols is another count.
   [[nodiscard]] std::optional<std::vector<double>> numbers(const std::string& name) const;
 
  private:

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "libcommon/geometry/mesh_formats.h"
 #include "libcommon/geometry/ply_parser.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

@@ -5,8 +5,8 @@
 #include <charconv>
 #include <cstring>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -50,7 +50,9 @@ int PlyParser::Element::find(std::initializer_list<std::string_view> names) cons
   return -1;
 }
 
-PlyParser::PlyParser(const std::filesystem::path& path) : file_(path.string()), bytes_(read_file(path)), rest_(bytes_) { read_header(); }
+PlyParser::PlyParser(const std::filesystem::path& path) : file_(path.string()), bytes_(read_file(path)), rest_(bytes_) {
+  read_header();
+}
 
 std::string_view PlyParser::obj_info(std::string_view name) const {
   for (const auto& [key, value] : obj_info_) {
@@ -69,7 +71,8 @@ void PlyParser::begin(const Element& element) {
 
 std::uint64_t PlyParser::min_row_bytes() const {
   std::uint64_t bytes = 0;
-  for (const Property& p : element_->properties) bytes += form_ == Form::Ascii ? 2 : size_of(p.count_type.value_or(p.type));
+  for (const Property& p : element_->properties)
+    bytes += form_ == Form::Ascii ? 2 : size_of(p.count_type.value_or(p.type));
   return bytes;
 }
 
@@ -78,7 +81,8 @@ void PlyParser::fail_row(const std::string& problem) const {
   fail("element `" + element_->name + "`, row " + std::to_string(row_) + ": " + problem);
 }
 void PlyParser::fail_truncated(std::uint64_t row) const {
-  fail("truncated: ends in element `" + element_->name + "`, row " + std::to_string(row) + " of " + std::to_string(element_->count));
+  fail("truncated: ends in element `" + element_->name + "`, row " + std::to_string(row) + " of " +
+       std::to_string(element_->count));
 }
 
 std::size_t PlyParser::index(double value, std::size_t size) const {

@@ -1,5 +1,6 @@
 /// \file
-/// The PLY format itself: header, and rows of values as ASCII or in either byte order. What the elements mean is the readers' business.
+/// The PLY format itself: header, and rows of values as ASCII or in either byte order. What the elements mean is the
+/// readers' business.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,8 @@
 
 namespace patinate {
 
-/// Reads one PLY file from front to back. Counts are checked against the file's size before anything is allocated for them.
+/// Reads one PLY file from front to back. Counts are checked against the file's size before anything is allocated for
+/// them.
 class PlyParser {
  public:
   enum class Number { I8, U8, I16, U16, I32, U32, F32, F64 };
@@ -39,14 +41,17 @@ class PlyParser {
   /// What an `obj_info NAME VALUE` line says; "" = no such line.
   [[nodiscard]] std::string_view obj_info(std::string_view name) const;
 
-  /// Begins the rows of an element; elements come in the order of elements(). @throws IoError if the file is too short for its rows.
+  /// Begins the rows of an element; elements come in the order of elements(). @throws IoError if the file is too short
+  /// for its rows.
   void begin(const Element& element);
   /// Whether rows of this element take room in the file: one without properties has any number of rows.
   [[nodiscard]] bool has_rows() const { return min_row_bytes() > 0; }
   /// The next row: then scalar(i) and list(i) are its values, by property. @throws IoError
   void read_row();
   [[nodiscard]] double scalar(int property) const { return scalars_[static_cast<std::size_t>(property)]; }
-  [[nodiscard]] const std::vector<double>& list(int property) const { return lists_[static_cast<std::size_t>(property)]; }
+  [[nodiscard]] const std::vector<double>& list(int property) const {
+    return lists_[static_cast<std::size_t>(property)];
+  }
   /// An error about the row that was read last. @throws IoError always
   [[noreturn]] void fail_row(const std::string& problem) const;
   [[noreturn]] void fail(const std::string& problem) const;

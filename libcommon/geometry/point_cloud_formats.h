@@ -35,7 +35,8 @@ class PointCloudBuilder {
   std::vector<int> new_index_;  ///< Of every point added; -1 = left out.
 };
 
-/// Undoes LZF (M. Lehmann's format, as PCD's binary_compressed has it). @throws InvalidInput if it does not give exactly `size` bytes.
+/// Undoes LZF (M. Lehmann's format, as PCD's binary_compressed has it). @throws InvalidInput if it does not give
+/// exactly `size` bytes.
 [[nodiscard]] std::string lzf_decompress(std::string_view compressed, std::size_t size);
 
 }  // namespace patinate

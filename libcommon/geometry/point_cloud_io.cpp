@@ -6,11 +6,11 @@
 #include <cmath>
 #include <cstring>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/geometry/mesh_builder.h"
 #include "libcommon/geometry/point_cloud_formats.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -28,7 +28,8 @@ void append_bytes(std::string& bytes, Value value) {
 
 }  // namespace
 
-void PointCloudBuilder::add_point(const Vec3& point, const std::optional<Vec3>& normal, const std::optional<Vec3>& color) {
+void PointCloudBuilder::add_point(const Vec3& point, const std::optional<Vec3>& normal,
+                                  const std::optional<Vec3>& color) {
   if (!point.allFinite()) {
     new_index_.push_back(-1);
     return;
@@ -48,8 +49,10 @@ void PointCloudBuilder::add_polygon(std::span<const std::size_t> corners) {
   positions.reserve(kept.size());
   for (const int i : kept) positions.push_back(cloud_.points[static_cast<std::size_t>(i)]);
   for (const Triangle& t : triangulate_polygon(positions)) {
-    const Triangle triangle{kept[static_cast<std::size_t>(t[0])], kept[static_cast<std::size_t>(t[1])], kept[static_cast<std::size_t>(t[2])]};
-    if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0]) cloud_.triangles.push_back(triangle);
+    const Triangle triangle{kept[static_cast<std::size_t>(t[0])], kept[static_cast<std::size_t>(t[1])],
+                            kept[static_cast<std::size_t>(t[2])]};
+    if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
+      cloud_.triangles.push_back(triangle);
   }
 }
 
@@ -65,7 +68,8 @@ PointCloud PointCloudBuilder::finish(const std::string& file) {
 
 PointCloud read_point_cloud(const fs::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension != ".obj" && extension != ".ply" && extension != ".pcd") {
     throw IoError(path.string(), "no scan format has the extension `" + extension + "`; use .ply, .pcd or .obj");
   }
@@ -78,7 +82,8 @@ PointCloud read_point_cloud(const fs::path& path) {
 
 void write_point_cloud(const fs::path& path, const PointCloud& cloud) {
   const bool has_normals = !cloud.normals.empty(), has_colors = !cloud.colors.empty();
-  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(cloud.points.size()) + "\n";
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(cloud.points.size()) + "\n";
   for (const char* name : {"x", "y", "z"}) bytes += std::string("property double ") + name + "\n";
   if (has_normals) bytes += "property double nx\nproperty double ny\nproperty double nz\n";
   if (has_colors) bytes += "property uchar red\nproperty uchar green\nproperty uchar blue\n";

@@ -4,10 +4,10 @@
 #include <charconv>
 #include <cstring>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/point_cloud_formats.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -28,7 +28,8 @@ struct Field {
 /// PCD v0.5 to 0.7.
 class PcdReader {
  public:
-  explicit PcdReader(const std::filesystem::path& path) : file_(path.string()), bytes_(read_file(path)), rest_(bytes_) {}
+  explicit PcdReader(const std::filesystem::path& path)
+      : file_(path.string()), bytes_(read_file(path)), rest_(bytes_) {}
 
   PointCloud read() {
     read_header();
@@ -71,7 +72,8 @@ class PcdReader {
     std::uint64_t value = 0;
     const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
     if (word.empty() || result.ec != std::errc() || result.ptr != word.data() + word.size() || value > most) {
-      fail(std::string("PCD header: ") + what + " `" + std::string(word) + "`; expected a whole number up to " + std::to_string(most));
+      fail(std::string("PCD header: ") + what + " `" + std::string(word) + "`; expected a whole number up to " +
+           std::to_string(most));
     }
     return value;
   }
@@ -119,10 +121,13 @@ class PcdReader {
     if (num_points_ == 0) num_points_ = width_ * height_;
     if (width_ == 0) width_ = num_points_;
     if (width_ * height_ != num_points_) {
-      fail("PCD header: WIDTH x HEIGHT is " + std::to_string(width_) + " x " + std::to_string(height_) + ", POINTS " + std::to_string(num_points_));
+      fail("PCD header: WIDTH x HEIGHT is " + std::to_string(width_) + " x " + std::to_string(height_) + ", POINTS " +
+           std::to_string(num_points_));
     }
     for (Field& f : fields_) {
-      const bool is_known = f.type == 'F' ? f.size == 4 || f.size == 8 : (f.type == 'I' || f.type == 'U') && (f.size == 1 || f.size == 2 || f.size == 4 || f.size == 8);
+      const bool is_known = f.type == 'F' ? f.size == 4 || f.size == 8
+                                          : (f.type == 'I' || f.type == 'U') &&
+                                                (f.size == 1 || f.size == 2 || f.size == 4 || f.size == 8);
       if (!is_known || f.count == 0) fail("PCD header: field `" + f.name + "` has no known type, size or count");
       f.offset = point_bytes_;
       f.first_value = num_values_;
@@ -130,7 +135,8 @@ class PcdReader {
       num_values_ += f.count;
     }
     for (std::size_t k = 0; k < 3; ++k) xyz_[k] = find(std::array<const char*, 3>{"x", "y", "z"}[k]);
-    for (std::size_t k = 0; k < 3; ++k) normal_[k] = find(std::array<const char*, 3>{"normal_x", "normal_y", "normal_z"}[k]);
+    for (std::size_t k = 0; k < 3; ++k)
+      normal_[k] = find(std::array<const char*, 3>{"normal_x", "normal_y", "normal_z"}[k]);
     rgb_ = find("rgb") >= 0 ? find("rgb") : find("rgba");
     if (xyz_[0] < 0 || xyz_[1] < 0 || xyz_[2] < 0) fail("PCD header: no fields x, y and z");
     if (rgb_ >= 0 && fields_[static_cast<std::size_t>(rgb_)].size != 4) rgb_ = -1;
@@ -146,7 +152,8 @@ class PcdReader {
   template <class Value, class Packed>
   void add_point(const Value& value, const Packed& packed) {
     std::optional<Vec3> normal, color;
-    if (normal_[0] >= 0 && normal_[1] >= 0 && normal_[2] >= 0) normal = Vec3(value(normal_[0]), value(normal_[1]), value(normal_[2]));
+    if (normal_[0] >= 0 && normal_[1] >= 0 && normal_[2] >= 0)
+      normal = Vec3(value(normal_[0]), value(normal_[1]), value(normal_[2]));
     if (rgb_ >= 0) {
       const std::uint32_t code = packed(rgb_);
       color = Vec3((code >> 16) & 255u, (code >> 8) & 255u, code & 255u) / 255.0;
@@ -164,7 +171,9 @@ class PcdReader {
         std::string_view line = next_line();
         for (std::string_view w = next_word(line); !w.empty(); w = next_word(line)) words.push_back(w);
       }
-      if (words.size() < num_values_) fail("point " + std::to_string(row) + " has " + std::to_string(words.size()) + " values; expected " + std::to_string(num_values_));
+      if (words.size() < num_values_)
+        fail("point " + std::to_string(row) + " has " + std::to_string(words.size()) + " values; expected " +
+             std::to_string(num_values_));
       const auto value = [&](int field) {
         std::string_view word = words[fields_[static_cast<std::size_t>(field)].first_value];
         if (word.front() == '+') word.remove_prefix(1);
@@ -177,7 +186,8 @@ class PcdReader {
       };
       add_point(value, [&](int field) {
         const double number = value(field);
-        if (fields_[static_cast<std::size_t>(field)].type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(number));
+        if (fields_[static_cast<std::size_t>(field)].type == 'F')
+          return std::bit_cast<std::uint32_t>(static_cast<float>(number));
         return number >= 0.0 && number < 4294967296.0 ? static_cast<std::uint32_t>(number) : 0u;
       });
     }
@@ -189,7 +199,8 @@ class PcdReader {
     for (std::uint64_t row = 0; row < num_points_; ++row) {
       const auto raw = [&](int field) {
         const Field& f = fields_[static_cast<std::size_t>(field)];
-        return data.data() + (by_field ? f.offset * num_points_ + row * f.size * f.count : row * point_bytes_ + f.offset);
+        return data.data() +
+               (by_field ? f.offset * num_points_ + row * f.size * f.count : row * point_bytes_ + f.offset);
       };
       add_point([&](int field) { return number_at(fields_[static_cast<std::size_t>(field)], raw(field)); },
                 [&](int field) {
@@ -206,8 +217,15 @@ class PcdReader {
       return static_cast<double>(value);
     };
     if (f.type == 'F') return f.size == 4 ? as(float{}) : as(double{});
-    if (f.type == 'I') return f.size == 1 ? as(std::int8_t{}) : f.size == 2 ? as(std::int16_t{}) : f.size == 4 ? as(std::int32_t{}) : as(std::int64_t{});
-    return f.size == 1 ? as(std::uint8_t{}) : f.size == 2 ? as(std::uint16_t{}) : f.size == 4 ? as(std::uint32_t{}) : as(std::uint64_t{});
+    if (f.type == 'I')
+      return f.size == 1   ? as(std::int8_t{})
+             : f.size == 2 ? as(std::int16_t{})
+             : f.size == 4 ? as(std::int32_t{})
+                           : as(std::int64_t{});
+    return f.size == 1   ? as(std::uint8_t{})
+           : f.size == 2 ? as(std::uint16_t{})
+           : f.size == 4 ? as(std::uint32_t{})
+                         : as(std::uint64_t{});
   }
 
   void read_compressed() {
@@ -215,9 +233,12 @@ class PcdReader {
     if (rest_.size() < sizeof sizes) fail_truncated(0);
     std::memcpy(sizes, rest_.data(), sizeof sizes);
     const std::string_view data = rest_.substr(sizeof sizes);
-    if (sizes[0] > data.size()) fail("truncated: " + std::to_string(data.size()) + " bytes of compressed points; the file says " + std::to_string(sizes[0]));
+    if (sizes[0] > data.size())
+      fail("truncated: " + std::to_string(data.size()) + " bytes of compressed points; the file says " +
+           std::to_string(sizes[0]));
     if (sizes[1] / point_bytes_ != num_points_ || sizes[1] % point_bytes_ != 0) {
-      fail("compressed points take " + std::to_string(sizes[1]) + " bytes; expected " + std::to_string(num_points_) + " x " + std::to_string(point_bytes_));
+      fail("compressed points take " + std::to_string(sizes[1]) + " bytes; expected " + std::to_string(num_points_) +
+           " x " + std::to_string(point_bytes_));
     }
     std::string raw;
     try {
@@ -249,7 +270,8 @@ class PcdReader {
 
 std::string lzf_decompress(std::string_view compressed, std::size_t size) {
   constexpr std::size_t kMostGrowth = 300;  // A back reference of 3 bytes gives at most 264.
-  if (size / kMostGrowth > compressed.size()) throw InvalidInput("compressed data is too short for what it should hold");
+  if (size / kMostGrowth > compressed.size())
+    throw InvalidInput("compressed data is too short for what it should hold");
   const auto fail = [] { throw InvalidInput("compressed data is damaged"); };
   std::string out;
   out.reserve(size);

@@ -1,11 +1,11 @@
-#include <array>
 #include <algorithm>
+#include <array>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/ply_parser.h"
 #include "libcommon/geometry/point_cloud_formats.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -20,10 +20,13 @@ bool all_there(const std::array<int, 3>& properties) {
 void read_vertices(PlyParser& ply, const PlyParser::Element& e, PointCloudBuilder& builder) {
   const std::array<int, 3> xyz{e.find({"x"}), e.find({"y"}), e.find({"z"})};
   const std::array<int, 3> normal{e.find({"nx"}), e.find({"ny"}), e.find({"nz"})};
-  const std::array<int, 3> color{e.find({"red", "diffuse_red", "r"}), e.find({"green", "diffuse_green", "g"}), e.find({"blue", "diffuse_blue", "b"})};
+  const std::array<int, 3> color{e.find({"red", "diffuse_red", "r"}), e.find({"green", "diffuse_green", "g"}),
+                                 e.find({"blue", "diffuse_blue", "b"})};
   if (!all_there(xyz)) ply.fail("element `vertex` has no x, y and z");
   if (e.count > static_cast<std::uint64_t>(std::numeric_limits<int>::max())) ply.fail("more points than 2^31");
-  const auto vector = [&](const std::array<int, 3>& p) { return Vec3(ply.scalar(p[0]), ply.scalar(p[1]), ply.scalar(p[2])); };
+  const auto vector = [&](const std::array<int, 3>& p) {
+    return Vec3(ply.scalar(p[0]), ply.scalar(p[1]), ply.scalar(p[2]));
+  };
   const auto is_code = [&](int p) { return e.properties[static_cast<std::size_t>(p)].type == PlyParser::Number::U8; };
   const bool has_colors = all_there(color);
   const double color_scale = has_colors && is_code(color[0]) ? 1.0 / 255.0 : 1.0;
@@ -36,7 +39,8 @@ void read_vertices(PlyParser& ply, const PlyParser::Element& e, PointCloudBuilde
 
 void read_faces(PlyParser& ply, const PlyParser::Element& e, PointCloudBuilder& builder) {
   const int corners = e.find({"vertex_indices", "vertex_index"});
-  if (corners < 0 || !e.properties[static_cast<std::size_t>(corners)].count_type) ply.fail("element `" + e.name + "` has no list `vertex_indices`");
+  if (corners < 0 || !e.properties[static_cast<std::size_t>(corners)].count_type)
+    ply.fail("element `" + e.name + "` has no list `vertex_indices`");
   std::vector<std::size_t> polygon;
   for (std::uint64_t row = 0; row < e.count; ++row) {
     ply.read_row();
@@ -65,15 +69,18 @@ void read_faces(PlyParser& ply, const PlyParser::Element& e, PointCloudBuilder& 
 PointCloud::Grid read_grid(PlyParser& ply, const PlyParser::Element& e, std::size_t num_points) {
   const auto size = [&](std::string_view name) -> std::int64_t {
     const std::optional<double> value = parse_number(ply.obj_info(name));
-    if (!value || !(*value >= 1.0 && *value <= 65536.0)) ply.fail("a range_grid needs `obj_info " + std::string(name) + "` between 1 and 65536");
+    if (!value || !(*value >= 1.0 && *value <= 65536.0))
+      ply.fail("a range_grid needs `obj_info " + std::string(name) + "` between 1 and 65536");
     return static_cast<std::int64_t>(*value);
   };
   const std::int64_t width = size("num_cols"), height = size("num_rows");
   if (width * height > kMaxCells || static_cast<std::uint64_t>(width * height) != e.count) {
-    ply.fail("the range_grid has " + std::to_string(e.count) + " cells; num_cols and num_rows say " + size_text(static_cast<int>(width), static_cast<int>(height)));
+    ply.fail("the range_grid has " + std::to_string(e.count) + " cells; num_cols and num_rows say " +
+             size_text(static_cast<int>(width), static_cast<int>(height)));
   }
   const int indices = e.find({"vertex_indices", "vertex_index"});
-  if (indices < 0 || !e.properties[static_cast<std::size_t>(indices)].count_type) ply.fail("element `range_grid` has no list `vertex_indices`");
+  if (indices < 0 || !e.properties[static_cast<std::size_t>(indices)].count_type)
+    ply.fail("element `range_grid` has no list `vertex_indices`");
   PointCloud::Grid grid{static_cast<int>(width), static_cast<int>(height), {}};
   grid.cell.reserve(static_cast<std::size_t>(e.count));
   for (std::uint64_t row = 0; row < e.count; ++row) {

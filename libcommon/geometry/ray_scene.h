@@ -1,5 +1,6 @@
 /// \file
-/// Rays against a mesh (Embree inside). For pictures, exposure and spray; never for what must be equal on every machine.
+/// Rays against a mesh (Embree inside). For pictures, exposure and spray; never for what must be equal on every
+/// machine.
 #pragma once
 
 #include <memory>
@@ -30,8 +31,8 @@ class RayScene {
                                                 double max_distance = 1e30) const;
   /// Whether anything lies on the segment, its ends shortened by `epsilon`.
   [[nodiscard]] bool is_blocked(const Vec3& from, const Vec3& to, double epsilon) const;
-  /// Whether anything lies within `max_distance` along one unit direction from each of at most 8 points, which should be near
-  /// each other: bit i is set for origins[i]. Several times as fast as one by one.
+  /// Whether anything lies within `max_distance` along one unit direction from each of at most 8 points, which should
+  /// be near each other: bit i is set for origins[i]. Several times as fast as one by one.
   [[nodiscard]] unsigned blocked_of_8(std::span<const Vec3> origins, const Vec3& direction, double max_distance) const;
 
  private:

@@ -8,9 +8,7 @@
 
 namespace patinate {
 
-RigidTransform RigidTransform::inverse() const {
-  return {rotation.transpose(), -(rotation.transpose() * translation)};
-}
+RigidTransform RigidTransform::inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
 
 Eigen::Matrix4d RigidTransform::matrix() const {
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();

@@ -27,13 +27,15 @@ std::vector<Triangle> grid_triangles(const PointCloud& cloud) {
   };
   for (int y = 0; y + 1 < grid.height; ++y) {
     for (int x = 0; x + 1 < grid.width; ++x) {
-      const std::array<int, 4> q{cell(grid, x, y), cell(grid, x + 1, y), cell(grid, x + 1, y + 1), cell(grid, x, y + 1)};  // around the cell
+      const std::array<int, 4> q{cell(grid, x, y), cell(grid, x + 1, y), cell(grid, x + 1, y + 1),
+                                 cell(grid, x, y + 1)};  // around the cell
       const auto missing = std::count(q.begin(), q.end(), -1);
       if (missing > 1) continue;
       if (missing == 1) {
         const auto hole = static_cast<std::size_t>(std::find(q.begin(), q.end(), -1) - q.begin());
         add(q[(hole + 1) % 4], q[(hole + 2) % 4], q[(hole + 3) % 4]);
-      } else if ((at(cloud, q[0]) - at(cloud, q[2])).squaredNorm() <= (at(cloud, q[1]) - at(cloud, q[3])).squaredNorm()) {
+      } else if ((at(cloud, q[0]) - at(cloud, q[2])).squaredNorm() <=
+                 (at(cloud, q[1]) - at(cloud, q[3])).squaredNorm()) {
         add(q[0], q[1], q[2]);
         add(q[0], q[2], q[3]);
       } else {
@@ -78,14 +80,16 @@ bool DepthJumps::operator()(int a, int b) const { return length(a, b) > kDepthJu
 
 Mesh mesh_of_scan(const PointCloud& cloud) {
   if (cloud.triangles.empty() && !cloud.grid) {
-    throw InvalidInput("a scan of " + std::to_string(cloud.points.size()) + " points without faces or a range grid shows no surface; a grid or faces are needed");
+    throw InvalidInput("a scan of " + std::to_string(cloud.points.size()) +
+                       " points without faces or a range grid shows no surface; a grid or faces are needed");
   }
   Mesh mesh;
   mesh.positions = cloud.points;
   mesh.triangles = cloud.triangles;
   if (mesh.triangles.empty()) {
     mesh.triangles = grid_triangles(cloud);
-    if (mesh.triangles.empty()) throw InvalidInput("the scan's range grid gives no triangle: its points are too sparse");
+    if (mesh.triangles.empty())
+      throw InvalidInput("the scan's range grid gives no triangle: its points are too sparse");
     std::int64_t towards = 0;
     for (const Triangle& t : mesh.triangles) {
       const Vec3 normal = (at(cloud, t[1]) - at(cloud, t[0])).cross(at(cloud, t[2]) - at(cloud, t[0]));

@@ -7,13 +7,15 @@
 
 namespace patinate {
 
-/// Edges of a range grid are left out where they are longer than this many times the grid's median edge (with a known scanner: the
-/// median share of the distance to it): there the surface jumps in depth, or is seen at more than 78 degrees from its normal.
+/// Edges of a range grid are left out where they are longer than this many times the grid's median edge (with a known
+/// scanner: the median share of the distance to it): there the surface jumps in depth, or is seen at more than 78
+/// degrees from its normal.
 inline constexpr double kDepthJumpFactor = 5.0;
 
-/// The file's triangles as they are; else two triangles (split along the shorter diagonal) for four neighboring cells of the grid, one
-/// for three, none across depth jumps; turned so that they face the scanner (direction_to_scanner()) where that is known. Positions are the cloud's
-/// points, index by index; normals are the cloud's, or none; one surface without a name; no UVs.
+/// The file's triangles as they are; else two triangles (split along the shorter diagonal) for four neighboring cells
+/// of the grid, one for three, none across depth jumps; turned so that they face the scanner (direction_to_scanner())
+/// where that is known. Positions are the cloud's points, index by index; normals are the cloud's, or none; one surface
+/// without a name; no UVs.
 /// @throws InvalidInput if the cloud has neither triangles nor a grid, or no triangle remains.
 [[nodiscard]] Mesh mesh_of_scan(const PointCloud& cloud);
 

@@ -17,7 +17,8 @@ View make_view(const Mesh& mesh, int& num_left_out) {
   std::vector<View::VertexHandle> vertices;
   vertices.reserve(mesh.positions.size());
   for (const Vec3& p : mesh.positions) {
-    vertices.push_back(view.add_vertex(View::Point(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()))));
+    vertices.push_back(
+        view.add_vertex(View::Point(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()))));
   }
   for (const Triangle& t : mesh.triangles) {
     const auto corner = [&](std::size_t k) { return vertices[static_cast<std::size_t>(t[k])]; };
@@ -32,7 +33,8 @@ int count_boundary_loops(const View& view) {
   for (const auto halfedge : view.halfedges()) {
     if (!view.is_boundary(halfedge) || is_seen[static_cast<std::size_t>(halfedge.idx())]) continue;
     ++loops;
-    for (auto h = View::HalfedgeHandle(halfedge); !is_seen[static_cast<std::size_t>(h.idx())]; h = view.next_halfedge_handle(h)) {
+    for (auto h = View::HalfedgeHandle(halfedge); !is_seen[static_cast<std::size_t>(h.idx())];
+         h = view.next_halfedge_handle(h)) {
       is_seen[static_cast<std::size_t>(h.idx())] = true;
     }
   }

@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
-#include "libcommon/core/text.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate {
@@ -63,7 +63,8 @@ Image<T> fitting(Image<T> image, const fs::path& file, const HistoryManifest& ma
 }
 
 void check_texel_size(const HistoryManifest& manifest) {
-  if (manifest.texel_size_mm && !(*manifest.texel_size_mm >= kLeastTexel_mm && *manifest.texel_size_mm <= kLargestTexel_mm)) {
+  if (manifest.texel_size_mm &&
+      !(*manifest.texel_size_mm >= kLeastTexel_mm && *manifest.texel_size_mm <= kLargestTexel_mm)) {
     throw InvalidInput("history " + manifest.name + ": texel_size_mm must be within 1e-9 and 1e9");
   }
 }
@@ -136,7 +137,8 @@ ImageU8 HistoryReader::load_frame_mask(std::size_t frame) const {
 
 HistoryWriter::HistoryWriter(fs::path folder, HistoryManifest manifest)
     : folder_(std::move(folder)), manifest_(std::move(manifest)) {
-  if (manifest_.width < 1 || manifest_.height < 1 || manifest_.width > kMaxHistorySide_px || manifest_.height > kMaxHistorySide_px) {
+  if (manifest_.width < 1 || manifest_.height < 1 || manifest_.width > kMaxHistorySide_px ||
+      manifest_.height > kMaxHistorySide_px) {
     throw InvalidInput("history " + manifest_.name + ": a size of " + size_text(manifest_.width, manifest_.height) +
                        " is out of range; use 1 to 65536");
   }
@@ -209,10 +211,12 @@ fs::path HistoryWriter::frame_extra_file(int index, const std::string& name) {
   return fs::path(name) / numbered(index, ".exr");
 }
 
-void HistoryWriter::write_frame_extra(const fs::path& folder, int index, const std::string& name, const ImageF& values) {
+void HistoryWriter::write_frame_extra(const fs::path& folder, int index, const std::string& name,
+                                      const ImageF& values) {
   const std::vector<std::string>& channels = frame_extra_channels(name);
   if (values.channels() != static_cast<int>(channels.size())) {
-    throw InvalidInput("`" + name + "` of a frame: has " + std::to_string(values.channels()) + " channels; expected " + std::to_string(channels.size()));
+    throw InvalidInput("`" + name + "` of a frame: has " + std::to_string(values.channels()) + " channels; expected " +
+                       std::to_string(channels.size()));
   }
   make_parent(folder / frame_extra_file(index, name));
   write_exr(folder / frame_extra_file(index, name), values, channels, ExrDepth::Float);
@@ -220,7 +224,8 @@ void HistoryWriter::write_frame_extra(const fs::path& folder, int index, const s
 
 void HistoryWriter::add_written_frame_extra(int index, const std::string& name) {
   auto& extras = named_frame(index).extras;
-  const auto place = std::find_if(extras.begin(), extras.end(), [&](const HistoryImage& e) { return extra_order(e.name) >= extra_order(name); });
+  const auto place = std::find_if(extras.begin(), extras.end(),
+                                  [&](const HistoryImage& e) { return extra_order(e.name) >= extra_order(name); });
   if (place != extras.end() && place->name == name) throw InvalidInput("`" + name + "` of a frame: is given twice");
   extras.insert(place, {name, frame_extra_file(index, name)});
 }
@@ -253,7 +258,8 @@ fs::path HistoryWriter::map_file(const std::string& name) {
 void HistoryWriter::write_map(const fs::path& folder, const std::string& name, const ImageF& values) {
   const std::vector<std::string>& channels = history_map_channels(name);
   if (values.channels() != static_cast<int>(channels.size())) {
-    throw InvalidInput("map " + name + ": has " + std::to_string(values.channels()) + " channels; expected " + std::to_string(channels.size()));
+    throw InvalidInput("map " + name + ": has " + std::to_string(values.channels()) + " channels; expected " +
+                       std::to_string(channels.size()));
   }
   make_parent(folder / map_file(name));
   write_exr(folder / map_file(name), values, channels, ExrDepth::Float);
@@ -261,7 +267,8 @@ void HistoryWriter::write_map(const fs::path& folder, const std::string& name, c
 
 void HistoryWriter::add_written_map(const std::string& name) {
   auto& maps = manifest_.maps;
-  const auto place = std::find_if(maps.begin(), maps.end(), [&](const HistoryMap& m) { return map_order(m.name) >= map_order(name); });
+  const auto place =
+      std::find_if(maps.begin(), maps.end(), [&](const HistoryMap& m) { return map_order(m.name) >= map_order(name); });
   if (place != maps.end() && place->name == name) throw InvalidInput("map " + name + ": is given twice");
   maps.insert(place, {name, map_file(name)});
 }

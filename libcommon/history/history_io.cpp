@@ -3,13 +3,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "patinate/history/history.h"
 #include "libcommon/history/history_times.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/history/history.h"
 
 namespace patinate {
 
@@ -76,7 +76,8 @@ void check_manifest(const HistoryManifest& m) {
   if (m.frames.empty()) throw InvalidInput("history " + m.name + ": has no frames; give at least one");
   std::vector<double> times;
   for (const HistoryFrame& frame : m.frames) times.push_back(frame.time);
-  if (const auto problem = find_time_problem(times)) throw InvalidInput(m.frames[problem->index].file.string() + ": " + problem->text);
+  if (const auto problem = find_time_problem(times))
+    throw InvalidInput(m.frames[problem->index].file.string() + ": " + problem->text);
   std::vector<std::string> names;
   for (const ControlParameter& c : m.controls) names.push_back(c.name);
   std::sort(names.begin(), names.end());
@@ -101,14 +102,25 @@ double seconds_per(TimeUnit unit) {
 }
 
 HistoryFacts facts_of(const HistoryManifest& m) {
-  HistoryFacts facts{.name = m.name, .origin = m.origin, .width = m.width, .height = m.height, .texel_size_mm = m.texel_size_mm, .time_unit = m.time_unit, .frames = {}, .controls = {}, .has_mask = m.mask.has_value(),
-                     .maps = {}, .parts = m.parts};
+  HistoryFacts facts{.name = m.name,
+                     .origin = m.origin,
+                     .width = m.width,
+                     .height = m.height,
+                     .texel_size_mm = m.texel_size_mm,
+                     .time_unit = m.time_unit,
+                     .frames = {},
+                     .controls = {},
+                     .has_mask = m.mask.has_value(),
+                     .maps = {},
+                     .parts = m.parts};
   for (const HistoryFrame& f : m.frames) {
-    FrameFacts frame{.time = f.time, .has_mask = f.mask.has_value(), .extras = {}, .is_extrapolated = f.is_extrapolated};
+    FrameFacts frame{
+        .time = f.time, .has_mask = f.mask.has_value(), .extras = {}, .is_extrapolated = f.is_extrapolated};
     for (const HistoryImage& extra : f.extras) frame.extras.push_back(extra.name);
     facts.frames.push_back(std::move(frame));
   }
-  for (const ControlParameter& c : m.controls) facts.controls.push_back({.name = c.name, .low = c.low, .high = c.high, .unit = c.unit});
+  for (const ControlParameter& c : m.controls)
+    facts.controls.push_back({.name = c.name, .low = c.low, .high = c.high, .unit = c.unit});
   for (const HistoryMap& map : m.maps) facts.maps.push_back(map.name);
   return facts;
 }
@@ -144,7 +156,8 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
     maps.finish();
   }
   if (json.has("library")) {
-    for (const JsonReader& part : json.member("library").elements(kMaxLibraryParts)) m.parts.push_back(read_part_entry(part));
+    for (const JsonReader& part : json.member("library").elements(kMaxLibraryParts))
+      m.parts.push_back(read_part_entry(part));
   }
   if (json.has("key")) m.key = json.member("key").string();
   json.finish();
@@ -182,7 +195,8 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
   for (const HistoryMap& map : manifest.maps) json["maps"][map.name] = map.file.generic_string();
   json["key"] = manifest.key;
   for (const LibraryPart& part : manifest.parts) {
-    json["library"].push_back({{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}, {"key", part.key}});
+    json["library"].push_back(
+        {{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}, {"key", part.key}});
   }
   save_json(file, json);
 }

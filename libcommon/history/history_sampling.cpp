@@ -12,7 +12,8 @@ constexpr std::array<std::string_view, 3> kBetweenNames{"blend", "hold", "neares
 }
 
 void describe(OptionVisitor& v, SamplingOptions& o) {
-  v.visit_choice({"between", "Between two frames: their blend, the one before, or the nearest"}, o.between, kBetweenNames);
+  v.visit_choice({"between", "Between two frames: their blend, the one before, or the nearest"}, o.between,
+                 kBetweenNames);
 }
 
 TimePosition locate(const History& history, double time, Between between) {

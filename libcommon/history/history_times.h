@@ -9,8 +9,10 @@
 
 namespace patinate {
 
-inline constexpr double kFarthestTime = 1e18;    ///< On either side of 0, in the history's unit: longer than the universe in seconds.
-inline constexpr double kLeastTimeStep = 1e-12;  ///< In the history's unit, and as a share of the span from the first to the last time.
+inline constexpr double kFarthestTime =
+    1e18;  ///< On either side of 0, in the history's unit: longer than the universe in seconds.
+inline constexpr double kLeastTimeStep =
+    1e-12;  ///< In the history's unit, and as a share of the span from the first to the last time.
 
 struct TimeProblem {
   std::size_t index = 0;  ///< Of the first time that is wrong.

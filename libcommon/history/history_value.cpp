@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -20,16 +20,19 @@ std::string listed(const std::vector<std::string>& names) {
 }  // namespace
 
 const std::vector<std::string>& frame_extra_channels(const std::string& name) {
-  static const std::array<std::vector<std::string>, 4> kChannels{{{"R", "G", "B"}, {"strength", "roughness"}, {"X", "Y", "Z"}, {"Y"}}};
+  static const std::array<std::vector<std::string>, 4> kChannels{
+      {{"R", "G", "B"}, {"strength", "roughness"}, {"X", "Y", "Z"}, {"Y"}}};
   const auto* const found = std::find(kFrameExtraNames.begin(), kFrameExtraNames.end(), name);
-  if (found == kFrameExtraNames.end()) throw InvalidInput("`" + name + "` of a frame: use stddev, specular, normal or height");
+  if (found == kFrameExtraNames.end())
+    throw InvalidInput("`" + name + "` of a frame: use stddev, specular, normal or height");
   return kChannels[static_cast<std::size_t>(found - kFrameExtraNames.begin())];
 }
 
 const std::vector<std::string>& history_map_channels(const std::string& name) {
   static const std::vector<std::string> kVector{"X", "Y", "Z"}, kNumber{"Y"};
   const auto* const found = std::find(kHistoryMapNames.begin(), kHistoryMapNames.end(), name);
-  if (found == kHistoryMapNames.end()) throw InvalidInput("map `" + name + "`: use position, normal, height or texel_size");
+  if (found == kHistoryMapNames.end())
+    throw InvalidInput("map `" + name + "`: use position, normal, height or texel_size");
   return found - kHistoryMapNames.begin() < 2 ? kVector : kNumber;
 }
 
@@ -37,19 +40,24 @@ void check_library_parts(const HistoryFacts& facts) {
   if (facts.parts.empty()) return;
   int begin = 0;
   for (const LibraryPart& part : facts.parts) {
-    if (part.x < begin || part.width < 1 || part.height < 1 || part.x > facts.width - part.width || part.height > facts.height) {
-      throw InvalidInput("library: `" + part.name + "` lies outside of the history's " + size_text(facts.width, facts.height) + " pixels, or over the one before");
+    if (part.x < begin || part.width < 1 || part.height < 1 || part.x > facts.width - part.width ||
+        part.height > facts.height) {
+      throw InvalidInput("library: `" + part.name + "` lies outside of the history's " +
+                         size_text(facts.width, facts.height) + " pixels, or over the one before");
     }
     begin = part.x + part.width;
   }
-  if (std::none_of(facts.controls.begin(), facts.controls.end(), [](const ControlFacts& c) { return c.name == kLibraryControl; })) {
-    throw InvalidInput("library: the control `" + std::string(kLibraryControl) + "`, which says what a pixel belongs to, is missing");
+  if (std::none_of(facts.controls.begin(), facts.controls.end(),
+                   [](const ControlFacts& c) { return c.name == kLibraryControl; })) {
+    throw InvalidInput("library: the control `" + std::string(kLibraryControl) +
+                       "`, which says what a pixel belongs to, is missing");
   }
 }
 
 std::size_t History::checked(int index) const {
   if (index >= 0 && index < num_frames()) return static_cast<std::size_t>(index);
-  throw InvalidInput("frame " + std::to_string(index) + ": is not in the history; use [0, " + std::to_string(num_frames() - 1) + "]");
+  throw InvalidInput("frame " + std::to_string(index) + ": is not in the history; use [0, " +
+                     std::to_string(num_frames() - 1) + "]");
 }
 
 std::size_t History::control_index(const std::string& name) const {
@@ -73,7 +81,9 @@ const ControlFacts& History::control(const std::string& name) const { return fac
 
 ImageF History::read_control(const std::string& name) const { return load_control(control_index(name)); }
 
-ImageU8 History::read_mask() const { return facts().has_mask ? load_mask() : ImageU8(facts().width, facts().height, 1, 255); }
+ImageU8 History::read_mask() const {
+  return facts().has_mask ? load_mask() : ImageU8(facts().width, facts().height, 1, 255);
+}
 
 ImageF History::read_map(const std::string& name) const {
   const std::vector<std::string>& maps = facts().maps;
@@ -107,7 +117,8 @@ TimePosition History::locate(double time) const {
   const auto& frames = facts().frames;
   if (time <= frames.front().time) return {0, 0.0};
   if (time >= frames.back().time) return {num_frames() - 1, 0.0};
-  const auto next = std::upper_bound(frames.begin(), frames.end(), time, [](double t, const FrameFacts& frame) { return t < frame.time; });
+  const auto next = std::upper_bound(frames.begin(), frames.end(), time,
+                                     [](double t, const FrameFacts& frame) { return t < frame.time; });
   const FrameFacts& before = *(next - 1);
   return {static_cast<int>(next - frames.begin()) - 1, (time - before.time) / (next->time - before.time)};
 }

@@ -14,14 +14,18 @@ namespace {
 
 using Vector = Eigen::Vector3f;
 
-Vector vector_at(const ImageF& image, int x, int y) { return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)}; }
+Vector vector_at(const ImageF& image, int x, int y) {
+  return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
+}
 
 /// Which extra of a frame holds it.
 std::string extra_of(MaterialMap map) {
   return map == MaterialMap::Roughness ? "specular" : std::string(kMaterialMapNames[static_cast<std::size_t>(map)]);
 }
 
-bool has(const std::vector<std::string>& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); }
+bool has(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 /// What the image's x direction is on the surface, not yet of unit length; 0 beside it.
 Vector along_x(const ImageF& position, const ImageF& surface, int x, int y) {
@@ -35,7 +39,8 @@ ImageF read_map(const History& history, MaterialMap map, int frame) {
   const ImageF extra = *history.read_frame_extra(frame, extra_of(map));
   if (map == MaterialMap::Normal) {
     const bool is_scanned = has(history.facts().maps, "position") && has(history.facts().maps, "normal");
-    return tangent_space_normals(extra, is_scanned ? history.read_map("position") : ImageF(), is_scanned ? history.read_map("normal") : ImageF());
+    return tangent_space_normals(extra, is_scanned ? history.read_map("position") : ImageF(),
+                                 is_scanned ? history.read_map("normal") : ImageF());
   }
   if (map == MaterialMap::Height) return extra;
   ImageF values(extra.width(), extra.height());
@@ -44,7 +49,9 @@ ImageF read_map(const History& history, MaterialMap map, int frame) {
       const float strength = extra.at(x, y, 0), roughness = extra.at(x, y, 1);
       const bool is_known = strength > 0.0f || roughness > 0.0f;
       // -1 until it is clear that the other frame does not know it either.
-      values.at(x, y) = !is_known ? -1.0f : map == MaterialMap::Roughness ? std::clamp(roughness, 0.0f, 1.0f) : std::max(0.0f, strength);
+      values.at(x, y) = !is_known                       ? -1.0f
+                        : map == MaterialMap::Roughness ? std::clamp(roughness, 0.0f, 1.0f)
+                                                        : std::max(0.0f, strength);
     }
   }
   return values;
@@ -76,7 +83,8 @@ void blend(ImageF& values, const ImageF& next, MaterialMap map, float fraction) 
 std::vector<MaterialMap> material_maps(const HistoryFacts& history) {
   std::vector<MaterialMap> found;
   for (MaterialMap map : {MaterialMap::Normal, MaterialMap::Roughness, MaterialMap::Specular, MaterialMap::Height}) {
-    const bool in_frame = std::any_of(history.frames.begin(), history.frames.end(), [&](const FrameFacts& f) { return has(f.extras, extra_of(map)); });
+    const bool in_frame = std::any_of(history.frames.begin(), history.frames.end(),
+                                      [&](const FrameFacts& f) { return has(f.extras, extra_of(map)); });
     if (in_frame || (map == MaterialMap::Height && has(history.maps, "height"))) found.push_back(map);
   }
   return found;
@@ -84,7 +92,8 @@ std::vector<MaterialMap> material_maps(const HistoryFacts& history) {
 
 ImageF tangent_space_normals(const ImageF& normals, const ImageF& position, const ImageF& surface) {
   const bool is_flat = position.empty() && surface.empty();
-  if (normals.channels() != 3 || (!is_flat && (!position.same_size(normals) || !surface.same_size(normals) || position.channels() != 3 || surface.channels() != 3))) {
+  if (normals.channels() != 3 || (!is_flat && (!position.same_size(normals) || !surface.same_size(normals) ||
+                                               position.channels() != 3 || surface.channels() != 3))) {
     throw InvalidInput("normals: expected three numbers a pixel, and a surface of the same size or none");
   }
   ImageF out(normals.width(), normals.height(), 3);
@@ -114,8 +123,10 @@ ImageF sample_material_map(const History& history, MaterialMap map, double time,
   const std::vector<MaterialMap> there = material_maps(facts);
   if (std::find(there.begin(), there.end(), map) == there.end()) {
     std::string names;
-    for (MaterialMap m : there) names += (names.empty() ? "" : ", ") + std::string(kMaterialMapNames[static_cast<std::size_t>(m)]);
-    throw InvalidInput(history.label() + ": its frames have no `" + std::string(kMaterialMapNames[static_cast<std::size_t>(map)]) + "`; beside color there " +
+    for (MaterialMap m : there)
+      names += (names.empty() ? "" : ", ") + std::string(kMaterialMapNames[static_cast<std::size_t>(m)]);
+    throw InvalidInput(history.label() + ": its frames have no `" +
+                       std::string(kMaterialMapNames[static_cast<std::size_t>(map)]) + "`; beside color there " +
                        (names.empty() ? "is nothing" : "is: " + names));
   }
   if (std::isnan(time)) throw InvalidInput("time: is not a number");
@@ -130,11 +141,13 @@ ImageF sample_material_map(const History& history, MaterialMap map, double time,
   const TimePosition position = FrameLocator(std::move(times), between)(time);
   ImageF values = read_map(history, map, indices[static_cast<std::size_t>(position.index)]);
   if (position.fraction != 0.0) {
-    blend(values, read_map(history, map, indices[static_cast<std::size_t>(position.index) + 1]), map, static_cast<float>(position.fraction));
+    blend(values, read_map(history, map, indices[static_cast<std::size_t>(position.index) + 1]), map,
+          static_cast<float>(position.fraction));
   }
   const float unknown = map == MaterialMap::Roughness ? kUnknownRoughness : kUnknownSpecular;
   if (map == MaterialMap::Roughness || map == MaterialMap::Specular) {
-    std::replace_if(values.values().begin(), values.values().end(), [](float v) { return v < 0.0f; }, unknown);
+    std::replace_if(
+        values.values().begin(), values.values().end(), [](float v) { return v < 0.0f; }, unknown);
   }
   return values;
 }

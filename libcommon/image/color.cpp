@@ -12,9 +12,7 @@ namespace patinate {
 
 namespace {
 
-double srgb_decode(double code) {
-  return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
-}
+double srgb_decode(double code) { return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4); }
 double srgb_encode(double linear) {
   return linear <= 0.0031308 ? linear * 12.92 : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
 }
@@ -23,12 +21,14 @@ double srgb_encode(double linear) {
 class CodeTable {
  public:
   CodeTable() {
-    for (std::size_t k = 0; k < edges_.size(); ++k) edges_[k] = static_cast<float>(srgb_decode((static_cast<double>(k) + 0.5) / 255.0));
+    for (std::size_t k = 0; k < edges_.size(); ++k)
+      edges_[k] = static_cast<float>(srgb_decode((static_cast<double>(k) + 0.5) / 255.0));
     first_ = std::bit_cast<std::uint32_t>(edges_.front()) >> kShift;
     const std::uint32_t last = std::bit_cast<std::uint32_t>(edges_.back()) >> kShift;
     for (std::uint32_t bucket = first_; bucket <= last; ++bucket) {
       const auto least = std::bit_cast<float>(bucket << kShift);
-      code_of_.push_back(static_cast<std::uint8_t>(std::upper_bound(edges_.begin(), edges_.end(), least) - edges_.begin()));
+      code_of_.push_back(
+          static_cast<std::uint8_t>(std::upper_bound(edges_.begin(), edges_.end(), least) - edges_.begin()));
     }
   }
   /// How many edges do not lie above. NaN: 255.
@@ -41,10 +41,10 @@ class CodeTable {
   }
 
  private:
-  static constexpr int kShift = 16;          ///< 128 buckets an octave; the last octave has 68 codes.
-  std::array<float, 255> edges_{};           ///< Half-way (in code) between codes: code k covers [edges[k - 1], edges[k]).
-  std::uint32_t first_ = 0;                  ///< Bucket of the first edge.
-  std::vector<std::uint8_t> code_of_;        ///< Of the least value of each bucket.
+  static constexpr int kShift = 16;    ///< 128 buckets an octave; the last octave has 68 codes.
+  std::array<float, 255> edges_{};     ///< Half-way (in code) between codes: code k covers [edges[k - 1], edges[k]).
+  std::uint32_t first_ = 0;            ///< Bucket of the first edge.
+  std::vector<std::uint8_t> code_of_;  ///< Of the least value of each bucket.
 };
 
 const CodeTable& code_table() {
@@ -64,9 +64,7 @@ float srgb_from_linear(float linear) {
   return static_cast<float>(linear < 0.0f ? -value : value);
 }
 
-std::uint8_t srgb8_from_linear(float linear) {
-  return code_table().code(linear);
-}
+std::uint8_t srgb8_from_linear(float linear) { return code_table().code(linear); }
 
 float Response::linear_from_code(float code) const {
   switch (kind) {
@@ -95,7 +93,8 @@ std::string Response::text() const {
 ImageU8 srgb8_from_linear(const ImageF& linear) {
   ImageU8 codes(linear.width(), linear.height(), linear.channels());
   const CodeTable& table = code_table();
-  std::transform(linear.values().begin(), linear.values().end(), codes.values().begin(), [&](float v) { return table.code(v); });
+  std::transform(linear.values().begin(), linear.values().end(), codes.values().begin(),
+                 [&](float v) { return table.code(v); });
   return codes;
 }
 

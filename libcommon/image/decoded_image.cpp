@@ -26,7 +26,8 @@ class CodeTable {
   float operator()(float code) {
     if (!(code >= 0.0f && code <= 1.0f)) return response_.linear_from_code(code);
     // Any entry would do; lround is slower.
-    Entry& entry = entries_[static_cast<std::size_t>(code * static_cast<float>(kSteps) + 0.5f)];  // NOLINT(bugprone-incorrect-roundings)
+    Entry& entry = entries_[static_cast<std::size_t>(code * static_cast<float>(kSteps) +
+                                                     0.5f)];  // NOLINT(bugprone-incorrect-roundings)
     if (entry.code != code) entry = {code, response_.linear_from_code(code)};
     return entry.linear;
   }

@@ -19,11 +19,11 @@
 #include <string_view>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_wire.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -34,12 +34,13 @@ namespace {
 constexpr const char* kProgram = "patinate-decode";
 constexpr double kPatienceSeconds = 120.0;
 
-constexpr std::array<std::string_view, 18> kMovies{".3g2", ".3gp", ".avi",  ".f4v", ".m2v", ".m4v",  ".mj2", ".mkv", ".mov",
-                                                   ".mp4", ".mpe", ".mpeg", ".mpg", ".ogv", ".qt", ".vob", ".webm", ".wmv"};
-constexpr std::array<std::string_view, 36> kRaw{
-    ".3fr", ".arw", ".bay", ".cap", ".cr2", ".cr3", ".crw", ".dc2", ".dcr", ".dng", ".dsc", ".erf",
-    ".fff", ".iiq", ".k25", ".kc2", ".kdc", ".mdc", ".mef", ".mos", ".mrw", ".nef", ".nrw", ".orf",
-    ".pef", ".ptx", ".pxn", ".raf", ".raw", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f", ".qtk"};
+constexpr std::array<std::string_view, 18> kMovies{".3g2", ".3gp", ".avi", ".f4v", ".m2v",  ".m4v",
+                                                   ".mj2", ".mkv", ".mov", ".mp4", ".mpe",  ".mpeg",
+                                                   ".mpg", ".ogv", ".qt",  ".vob", ".webm", ".wmv"};
+constexpr std::array<std::string_view, 36> kRaw{".3fr", ".arw", ".bay", ".cap", ".cr2", ".cr3", ".crw", ".dc2", ".dcr",
+                                                ".dng", ".dsc", ".erf", ".fff", ".iiq", ".k25", ".kc2", ".kdc", ".mdc",
+                                                ".mef", ".mos", ".mrw", ".nef", ".nrw", ".orf", ".pef", ".ptx", ".pxn",
+                                                ".raf", ".raw", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f", ".qtk"};
 
 std::string lower_extension(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -48,16 +49,21 @@ std::string lower_extension(const fs::path& path) {
   return extension;
 }
 
-/// FFmpeg finds formats by content, and some of them are lists of other files, which it would open: playlists, manifests. @throws IoError
+/// FFmpeg finds formats by content, and some of them are lists of other files, which it would open: playlists,
+/// manifests. @throws IoError
 void require_container(const fs::path& path) {
   std::string head(12, '\0');
   std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
-  constexpr std::array<std::string_view, 10> kBoxes{"ftyp", "moov", "mdat", "free", "skip", "wide", "pnot", "uuid", "udta", "jP  "};  // MP4, MOV, MJ2.
+  constexpr std::array<std::string_view, 10> kBoxes{"ftyp", "moov", "mdat", "free", "skip",
+                                                    "wide", "pnot", "uuid", "udta", "jP  "};  // MP4, MOV, MJ2.
   const bool is_boxes = std::find(kBoxes.begin(), kBoxes.end(), head.substr(4, 4)) != kBoxes.end();
   const bool is_riff = head.starts_with("RIFF") && head.substr(8, 3) == "AVI";
   const bool is_mpeg = head.starts_with(std::string_view("\0\0\1", 3)) || head.front() == '\x47';
-  const bool is_other = head.starts_with("\x1a\x45\xdf\xa3") || head.starts_with("OggS") || head.starts_with("FLV") || head.starts_with("\x30\x26\xb2\x75");  // MKV and WebM, OGV, F4V, WMV.
-  if (!is_boxes && !is_riff && !is_mpeg && !is_other) throw IoError(path.string(), "is damaged, or no movie: it does not begin as MP4, MOV, MKV, WebM, AVI, MPEG, OGV or WMV do");
+  const bool is_other = head.starts_with("\x1a\x45\xdf\xa3") || head.starts_with("OggS") || head.starts_with("FLV") ||
+                        head.starts_with("\x30\x26\xb2\x75");  // MKV and WebM, OGV, F4V, WMV.
+  if (!is_boxes && !is_riff && !is_mpeg && !is_other)
+    throw IoError(path.string(),
+                  "is damaged, or no movie: it does not begin as MP4, MOV, MKV, WebM, AVI, MPEG, OGV or WMV do");
 }
 
 /// Where the program is; a bare name is looked up on the PATH.
@@ -164,15 +170,18 @@ struct DecoderProcess::Impl {
     if (is_killed && WTERMSIG(status) == SIGXCPU) {
       throw IoError(path.string(), "cannot be decoded; its decoder did not finish in its time. Is it damaged?");
     }
-    throw IoError(path.string(), std::string("cannot be decoded; its decoder ") +
-                                     (is_killed ? std::string("crashed (") + ::strsignal(WTERMSIG(status)) + ")"
-                                                : "ended early (exit code " + std::to_string(WEXITSTATUS(status)) + ")") +
-                                     ". Is it damaged?");
+    throw IoError(path.string(),
+                  std::string("cannot be decoded; its decoder ") +
+                      (is_killed ? std::string("crashed (") + ::strsignal(WTERMSIG(status)) + ")"
+                                 : "ended early (exit code " + std::to_string(WEXITSTATUS(status)) + ")") +
+                      ". Is it damaged?");
   }
 
   void read(void* to, std::size_t size) {
     for (auto* at = static_cast<std::byte*>(to); size > 0;) {
-      struct pollfd waiting {connection.ours, POLLIN, 0};
+      struct pollfd waiting {
+        connection.ours, POLLIN, 0
+      };
       const int ready = ::poll(&waiting, 1, static_cast<int>(std::min(1e9, patience * 1000.0)));
       if (ready < 0 && errno == EINTR) continue;
       if (ready == 0) {

@@ -5,10 +5,10 @@
 #include <cerrno>
 #include <new>
 
-#include "patinate/core/error.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/decoder_wire.h"
 #include "libcommon/image/movie_decoder.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -108,7 +108,8 @@ int serve_decoder(const std::filesystem::path& path, int in, int out) {
   };
   set_limits();
   try {
-    // OpenImageIO's reader of movies knows few containers, loses the frames that a decoder holds back at the end, and miscounts.
+    // OpenImageIO's reader of movies knows few containers, loses the frames that a decoder holds back at the end, and
+    // miscounts.
     is_movie(path) ? serve<MovieDecoder>(path, read, write) : serve<ImageDecoder>(path, read, write);
   } catch (const EndOfWork&) {
   }

@@ -1,8 +1,8 @@
 /// \file
 /// What passes between a program and its `patinate-decode`: native integers through pipes. Inside of image input only.
 ///
-/// The process first sends an answer with the ImageInfo; then, for every frame number (int32) it is sent, one with the frame.
-/// An answer is `kAnswerOk` and its fields, or `kAnswerError` and one line of text.
+/// The process first sends an answer with the ImageInfo; then, for every frame number (int32) it is sent, one with the
+/// frame. An answer is `kAnswerOk` and its fields, or `kAnswerError` and one line of text.
 #pragma once
 
 #include <cstddef>

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -232,7 +232,8 @@ Percentiles percentiles(const ImageF& in, const ImageU8& mask, double low, doubl
   }
   if (values.empty()) throw InvalidInput("percentiles: the mask is empty; it must cover at least one pixel");
   const auto value_of_rank = [&](double rank) {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::lround(rank * static_cast<double>(values.size() - 1)));
+    const auto at =
+        values.begin() + static_cast<std::ptrdiff_t>(std::lround(rank * static_cast<double>(values.size() - 1)));
     std::nth_element(values.begin(), at, values.end());
     return *at;
   };

@@ -18,14 +18,16 @@ namespace patinate {
 /// lies outside the mask has no influence. 0 where no pixel of the mask is within 4 sigma.
 /// @param mask  H x W, 0 = outside; may be empty (everything inside).
 /// @throws InvalidInput if sizes differ or sigma_px is out of range.
-[[nodiscard]] ImageF gaussian_blur(const ImageF& in, const ImageU8& mask, double sigma_px, const RunControl& control = {});
+[[nodiscard]] ImageF gaussian_blur(const ImageF& in, const ImageU8& mask, double sigma_px,
+                                   const RunControl& control = {});
 
-/// Every output pixel is the mean of `in` over the rectangle that it covers: constants and (at whole factors) means stay.
+/// Every output pixel is the mean of `in` over the rectangle that it covers: constants and (at whole factors) means
+/// stay.
 /// @param width,height  in [1, in.width()] and [1, in.height()]. @throws InvalidInput
 [[nodiscard]] ImageF downscale_area(const ImageF& in, int width, int height, const RunControl& control = {});
 
-/// Bilinear interpolation; pixel edges of both images coincide, so x_in = (x_out + 0.5) W_in / W_out - 0.5, clamped to the
-/// outermost pixel centers. @param width,height  >= 1. @throws InvalidInput
+/// Bilinear interpolation; pixel edges of both images coincide, so x_in = (x_out + 0.5) W_in / W_out - 0.5, clamped to
+/// the outermost pixel centers. @param width,height  >= 1. @throws InvalidInput
 [[nodiscard]] ImageF resize_bilinear(const ImageF& in, int width, int height, const RunControl& control = {});
 
 /// The pixels [x, x + width) x [y, y + height). @throws InvalidInput if they are not all in the image.

@@ -24,7 +24,7 @@ struct FrameStream::Impl {
   /// A process somewhere in the movie: workers at distant places do not send each other back.
   struct Cursor {
     std::unique_ptr<DecoderProcess> process;
-    int next = 0;        ///< The frame it comes to.
+    int next = 0;  ///< The frame it comes to.
     int last_use = 0;
   };
 
@@ -61,7 +61,8 @@ struct FrameStream::Impl {
       if (c.next <= frame && (nearest == nullptr || c.next > nearest->next)) nearest = &c;
     }
     if (nearest != nullptr && wanted_between(nearest->next, frame).size() < max_waiting()) return *nearest;
-    if (cursors.size() < kMaxProcesses) return cursors.emplace_back(Cursor{std::make_unique<DecoderProcess>(path), frame, 0});
+    if (cursors.size() < kMaxProcesses)
+      return cursors.emplace_back(Cursor{std::make_unique<DecoderProcess>(path), frame, 0});
     Cursor& oldest = *std::min_element(cursors.begin(), cursors.end(),
                                        [](const Cursor& a, const Cursor& b) { return a.last_use < b.last_use; });
     oldest.next = frame;

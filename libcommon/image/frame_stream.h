@@ -12,9 +12,9 @@ namespace patinate {
 
 /// Decodes in a child process (decoder_process.h), which is started by the first read(). Thread-safe.
 ///
-/// As long as frames are asked for roughly in the order of `wanted`, each is decoded once: what lies before the one that is asked
-/// for waits in memory (a bounded number, however long the movie) until it is asked for too. Going back is possible and
-/// costs what the format makes it cost.
+/// As long as frames are asked for roughly in the order of `wanted`, each is decoded once: what lies before the one
+/// that is asked for waits in memory (a bounded number, however long the movie) until it is asked for too. Going back
+/// is possible and costs what the format makes it cost.
 class FrameStream {
  public:
   /// @param wanted  Frames that will be asked for, rising; each usually once.

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -40,8 +40,8 @@ OIIO::ImageSpec open_hints() {
   return hints;
 }
 
-/// What OpenImageIO says of pixels that it nevertheless counts as read: rows that are missing (TIFF, JPEG, IFF), but for JPEG also what
-/// cameras do that costs no pixel. @param problem  Lines of text.
+/// What OpenImageIO says of pixels that it nevertheless counts as read: rows that are missing (TIFF, JPEG, IFF), but
+/// for JPEG also what cameras do that costs no pixel. @param problem  Lines of text.
 bool is_loss(const std::string& problem, std::string_view format) {
   if (format != "jpeg") return !problem.empty();
   std::istringstream lines(problem);
@@ -54,9 +54,12 @@ bool is_loss(const std::string& problem, std::string_view format) {
 
 OIIO::TypeDesc type_desc(CodedImage::Type type) {
   switch (type) {
-    case CodedImage::Type::UInt8: return OIIO::TypeDesc::UINT8;
-    case CodedImage::Type::UInt16: return OIIO::TypeDesc::UINT16;
-    case CodedImage::Type::Float: break;
+    case CodedImage::Type::UInt8:
+      return OIIO::TypeDesc::UINT8;
+    case CodedImage::Type::UInt16:
+      return OIIO::TypeDesc::UINT16;
+    case CodedImage::Type::Float:
+      break;
   }
   return OIIO::TypeDesc::FLOAT;
 }
@@ -91,9 +94,9 @@ std::size_t bytes_per_value(CodedImage::Type type) { return type_desc(type).size
 
 DecodedImage decoded(const CodedImage& coded, const ImageInfo& info, const std::filesystem::path& path) {
   DecodedImage image{ImageF(coded.width, coded.height, coded.channels), info.channels, info.is_integer && !info.is_raw};
-  OIIO::convert_image(coded.channels, coded.width, coded.height, 1, coded.bytes.data(), type_desc(coded.type), OIIO::AutoStride,
-                      OIIO::AutoStride, OIIO::AutoStride, image.values.data(), OIIO::TypeDesc::FLOAT, OIIO::AutoStride,
-                      OIIO::AutoStride, OIIO::AutoStride);
+  OIIO::convert_image(coded.channels, coded.width, coded.height, 1, coded.bytes.data(), type_desc(coded.type),
+                      OIIO::AutoStride, OIIO::AutoStride, OIIO::AutoStride, image.values.data(), OIIO::TypeDesc::FLOAT,
+                      OIIO::AutoStride, OIIO::AutoStride, OIIO::AutoStride);
   for (float v : image.values.values()) {
     if (!std::isfinite(v)) throw IoError(path.string(), "holds NaN or infinite values; every value must be a number");
   }
@@ -118,7 +121,8 @@ ImageDecoder::ImageDecoder(std::filesystem::path path) : impl_(std::make_unique<
   check_may_read(path);
   require_regular_file(path);
   std::error_code error;
-  if (std::filesystem::file_size(path, error) == 0) throw IoError(path.string(), "is empty (0 bytes); give an image file");
+  if (std::filesystem::file_size(path, error) == 0)
+    throw IoError(path.string(), "is empty (0 bytes); give an image file");
   const OIIO::ImageSpec hints = open_hints();
   impl_->input = OIIO::ImageInput::open(path.string(), &hints);
   if (!impl_->input) {
@@ -126,7 +130,8 @@ ImageDecoder::ImageDecoder(std::filesystem::path path) : impl_(std::make_unique<
     throw IoError(path.string(), "is no readable image (damaged, or not an image format that is known)");
   }
   const OIIO::ImageSpec& spec = impl_->input->spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxImageSide || spec.height > kMaxImageSide || spec.depth > 1) {
+  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxImageSide || spec.height > kMaxImageSide ||
+      spec.depth > 1) {
     throw IoError(path.string(), "has an unusable size; at most 65536 x 65536 pixels");
   }
   if (spec.nchannels < 1 || spec.nchannels > kMaxImageChannels) {
@@ -180,8 +185,8 @@ CodedImage blank(const OIIO::ImageSpec& spec, int height) {
   if (spec.format == OIIO::TypeDesc::UINT16) coded.type = CodedImage::Type::UInt16;
   const int alpha = spec.channelindex("A");  // The GIF reader's own number points behind the channels.
   if (alpha >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) coded.associated_alpha = alpha;
-  coded.bytes.resize(static_cast<std::size_t>(coded.width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(coded.channels) *
-                     bytes_per_value(coded.type));
+  coded.bytes.resize(static_cast<std::size_t>(coded.width) * static_cast<std::size_t>(height) *
+                     static_cast<std::size_t>(coded.channels) * bytes_per_value(coded.type));
   return coded;
 }
 
@@ -194,7 +199,8 @@ CodedImage ImageDecoder::read_rows(int begin, int end) {
     throw IoError(impl_->path.string(), "has no rows " + std::to_string(begin) + " to " + std::to_string(end - 1));
   }
   CodedImage coded = blank(spec, end - begin);
-  const bool is_read = input.read_scanlines(0, 0, spec.y + begin, spec.y + end, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data());
+  const bool is_read = input.read_scanlines(0, 0, spec.y + begin, spec.y + end, 0, 0, spec.nchannels,
+                                            type_desc(coded.type), coded.bytes.data());
   impl_->check(is_read, "");
   return coded;
 }
@@ -210,10 +216,13 @@ CodedImage ImageDecoder::read(int frame) {
   if (spec.width != first.width || spec.height != first.height || spec.nchannels != first.nchannels) {
     throw IoError(impl_->path.string(), where + "differs from the first one in size or channels");
   }
-  const auto num_values = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height) * static_cast<std::uint64_t>(spec.nchannels);
+  const auto num_values = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height) *
+                          static_cast<std::uint64_t>(spec.nchannels);
   if (num_values > kMaxImageValues) {
-    throw IoError(impl_->path.string(), "is " + size_text(spec.width, spec.height) + " pixels of " + std::to_string(spec.nchannels) + " channels, " +
-                                            std::to_string((num_values * sizeof(float)) >> 30) + " GiB when decoded; at most 4 GiB can be read at once");
+    throw IoError(impl_->path.string(), "is " + size_text(spec.width, spec.height) + " pixels of " +
+                                            std::to_string(spec.nchannels) + " channels, " +
+                                            std::to_string((num_values * sizeof(float)) >> 30) +
+                                            " GiB when decoded; at most 4 GiB can be read at once");
   }
   CodedImage coded = blank(spec, spec.height);
   impl_->check(input.read_image(frame, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data()), where);

@@ -4,9 +4,9 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <cmath>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -15,13 +15,13 @@
 #include <numeric>
 #include <string_view>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/decoded_image.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_decoder.h"
 #include "libcommon/image/image_rows.h"
 #include "libcommon/image/watched_file.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -49,19 +49,23 @@ std::unique_ptr<OIIO::ImageOutput> create_output(const std::filesystem::path& pa
   return output;
 }
 
-void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type, const void* pixels) {
+void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type,
+                  const void* pixels) {
   const auto output = create_output(path);
   // Encoded in memory: OpenImageIO's PNG writer does not notice a full disk, write_atomically() does.
   OIIO::Filesystem::IOVecOutput memory;
-  if (!output->set_ioproxy(&memory) || !output->open(path.string(), spec) || !output->write_image(type, pixels) || !output->close()) {
+  if (!output->set_ioproxy(&memory) || !output->open(path.string(), spec) || !output->write_image(type, pixels) ||
+      !output->close()) {
     throw CannotComplete(path.string() + ": cannot be written; " + output->geterror());
   }
-  write_atomically(path, std::string_view(reinterpret_cast<const char*>(memory.buffer().data()), memory.buffer().size()));
+  write_atomically(path,
+                   std::string_view(reinterpret_cast<const char*>(memory.buffer().data()), memory.buffer().size()));
 }
 
 std::string lower_suffix(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension;
 }
 
@@ -72,14 +76,16 @@ OIIO::ImageSpec make_spec(int width, int height, int channels, const OIIO::TypeD
   spec.attribute("DateTime", kNoImageDate);
   spec.attribute("Software", "patinate");
   if (!key.empty()) {
-    spec.attribute(kImageKeyAttribute, key);                          // EXR and PNG keep it,
-    spec.attribute("ImageDescription", kImageKeyDescription + key);   // JPEG and TIFF this.
+    spec.attribute(kImageKeyAttribute, key);                         // EXR and PNG keep it,
+    spec.attribute("ImageDescription", kImageKeyDescription + key);  // JPEG and TIFF this.
   }
   return spec;
 }
 
-OIIO::ImageSpec exr_spec(int width, int height, const std::vector<std::string>& channels, ExrDepth depth, const std::string& key) {
-  OIIO::ImageSpec spec = make_spec(width, height, static_cast<int>(channels.size()), depth == ExrDepth::Half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT, key);
+OIIO::ImageSpec exr_spec(int width, int height, const std::vector<std::string>& channels, ExrDepth depth,
+                         const std::string& key) {
+  OIIO::ImageSpec spec = make_spec(width, height, static_cast<int>(channels.size()),
+                                   depth == ExrDepth::Half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT, key);
   spec.channelnames = channels;
   spec.attribute("compression", "zip");
   return spec;
@@ -98,11 +104,14 @@ ImageInfo probe_image(const std::filesystem::path& path) {
   return is_decoded_apart(path) ? DecoderProcess(path).info() : ImageDecoder(path).info();
 }
 
-ImageF read_color(const std::filesystem::path& path, const Response& response) { return color_of(read_raw(path), response); }
+ImageF read_color(const std::filesystem::path& path, const Response& response) {
+  return color_of(read_raw(path), response);
+}
 
 ImageF read_gray(const std::filesystem::path& path, const std::string& channel) {
   const DecodedImage raw = read_raw(path);
-  if (!channel.empty() && channel_index(raw, channel) < 0) throw IoError(path.string(), "has no channel `" + channel + "`");
+  if (!channel.empty() && channel_index(raw, channel) < 0)
+    throw IoError(path.string(), "has no channel `" + channel + "`");
   return channel.empty() ? gray_of(raw) : channel_of(raw, channel);
 }
 
@@ -112,8 +121,9 @@ ImageF read_channels(const std::filesystem::path& path, const std::vector<std::s
   for (const std::string& name : channels) {
     const int index = channel_index(raw, name);
     if (index < 0) {
-      const std::string there = std::accumulate(raw.channels.begin(), raw.channels.end(), std::string(),
-                                                [](std::string a, const std::string& b) { return a.append(" ").append(b); });
+      const std::string there =
+          std::accumulate(raw.channels.begin(), raw.channels.end(), std::string(),
+                          [](std::string a, const std::string& b) { return a.append(" ").append(b); });
       throw IoError(path.string(), "has no channel `" + name + "`; there are:" + there);
     }
     source.push_back(index);
@@ -164,7 +174,8 @@ void write_exr(const std::filesystem::path& path, const ImageF& image, const std
 }
 
 void write_codes(const std::filesystem::path& path, const ImageU8& codes, const std::string& key) {
-  write_pixels(path, code_spec(codes.width(), codes.height(), codes.channels(), key), OIIO::TypeDesc::UINT8, codes.data());
+  write_pixels(path, code_spec(codes.width(), codes.height(), codes.channels(), key), OIIO::TypeDesc::UINT8,
+               codes.data());
 }
 
 void write_srgb8(const std::filesystem::path& path, const ImageF& linear, const std::string& key) {
@@ -199,21 +210,35 @@ struct ImageRowWriter::Impl {
   int row = 0;
 
   Impl(const std::filesystem::path& target, int w, int h, const RowFormat& format)
-      : path(target), width(w), height(h), num_channels(format.channels.size()), depth(format.depth), takes_codes(is_coded_image(target)), place(target), file(place.temporary()), output(create_output(target)) {
-    const OIIO::ImageSpec spec = takes_codes ? code_spec(width, height, static_cast<int>(num_channels), format.key) : exr_spec(width, height, format.channels, depth, format.key);
-    if (file.has_failed() || !output->set_ioproxy(static_cast<OIIO::Filesystem::IOProxy*>(file.proxy())) || !output->open(path.string(), spec)) fail();
+      : path(target),
+        width(w),
+        height(h),
+        num_channels(format.channels.size()),
+        depth(format.depth),
+        takes_codes(is_coded_image(target)),
+        place(target),
+        file(place.temporary()),
+        output(create_output(target)) {
+    const OIIO::ImageSpec spec = takes_codes ? code_spec(width, height, static_cast<int>(num_channels), format.key)
+                                             : exr_spec(width, height, format.channels, depth, format.key);
+    if (file.has_failed() || !output->set_ioproxy(static_cast<OIIO::Filesystem::IOProxy*>(file.proxy())) ||
+        !output->open(path.string(), spec))
+      fail();
   }
 
   [[noreturn]] void fail() {
     const std::string reason = output->geterror();
-    throw CannotComplete(path.string() + ": cannot be written; " + (file.has_failed() || reason.empty() ? "is the folder writable and the disk not full?" : reason));
+    throw CannotComplete(
+        path.string() + ": cannot be written; " +
+        (file.has_failed() || reason.empty() ? "is the folder writable and the disk not full?" : reason));
   }
 
   void write(OIIO::TypeDesc type, const void* values, std::size_t size) {
     const std::size_t row_size = num_channels * static_cast<std::size_t>(width);
     const std::size_t num_rows = size / row_size;
     if (size == 0 || size % row_size != 0 || num_rows > static_cast<std::size_t>(height - row)) {
-      throw InvalidInput(path.string() + ": rows of " + std::to_string(width) + " pixels are expected, and no more than there are");
+      throw InvalidInput(path.string() + ": rows of " + std::to_string(width) +
+                         " pixels are expected, and no more than there are");
     }
     const int end = row + static_cast<int>(num_rows);
     if (!output->write_scanlines(row, end, 0, type, values) || file.has_failed()) fail();
@@ -236,7 +261,8 @@ void ImageRowWriter::write(std::span<const float> values) {
   if (impl_->takes_codes) throw InvalidInput(impl_->path.string() + ": takes codes");
   const float largest = impl_->depth == ExrDepth::Half ? kLargestHalf : std::numeric_limits<float>::max();
   for (float v : values) {
-    if (!(std::abs(v) <= largest)) throw InvalidInput(impl_->path.string() + ": a value is NaN, infinite or too large to be stored");
+    if (!(std::abs(v) <= largest))
+      throw InvalidInput(impl_->path.string() + ": a value is NaN, infinite or too large to be stored");
   }
   impl_->write(OIIO::TypeDesc::FLOAT, values.data(), values.size());
 }

@@ -4,10 +4,10 @@
 #include <new>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/image/decoded_image.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_decoder.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 

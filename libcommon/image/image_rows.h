@@ -14,7 +14,8 @@
 
 namespace patinate {
 
-/// Named channels of an image file (no movie, no camera RAW), rows at a time. Files stored by rows (EXR, TIFF, PNG) are read without the rest.
+/// Named channels of an image file (no movie, no camera RAW), rows at a time. Files stored by rows (EXR, TIFF, PNG) are
+/// read without the rest.
 class ImageRowReader {
  public:
   /// @throws IoError if it is missing, no image, or lacks a channel (naming those there are).
@@ -25,7 +26,8 @@ class ImageRowReader {
 
   [[nodiscard]] int width() const;
   [[nodiscard]] int height() const;
-  /// Rows [begin, end), raw values, the channels in the order asked for. @throws IoError if they are damaged or hold NaN or infinity.
+  /// Rows [begin, end), raw values, the channels in the order asked for. @throws IoError if they are damaged or hold
+  /// NaN or infinity.
   [[nodiscard]] ImageF read(int begin, int end);
 
  private:
@@ -37,11 +39,11 @@ class ImageRowReader {
 struct RowFormat {
   std::vector<std::string> channels = {"R", "G", "B"};  ///< Names in an EXR; other files have 1 or 3.
   ExrDepth depth = ExrDepth::Half;
-  std::string key = "";                                 ///< Content key.
+  std::string key = "";  ///< Content key.
 };
 
-/// Images by rows: equal rows give the bytes of write_color() (or write_codes(), write_exr()), but the picture is never in memory. The file is
-/// whole or absent.
+/// Images by rows: equal rows give the bytes of write_color() (or write_codes(), write_exr()), but the picture is never
+/// in memory. The file is whole or absent.
 class ImageRowWriter {
  public:
   /// @throws UsageError on an unknown extension; CannotComplete if it cannot be written.

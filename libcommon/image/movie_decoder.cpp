@@ -21,7 +21,8 @@ namespace patinate {
 namespace {
 
 /// Playlists, which name other files, are none of them.
-constexpr const char* kContainers = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,asf,ogg,mpeg,mpegvideo,mpegts,m4v,h264,hevc,flv";
+constexpr const char* kContainers =
+    "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,asf,ogg,mpeg,mpegvideo,mpegts,m4v,h264,hevc,flv";
 /// Decoding so many frames that nobody asked for is cheaper than looking for a key frame.
 constexpr int kNear = 48;
 
@@ -73,7 +74,8 @@ FrameTimes scan(const std::filesystem::path& path) {
   const Owned<AVPacket> packet(av_packet_alloc());
   FrameTimes times;
   for (; av_read_frame(open.file.get(), packet.get()) >= 0; av_packet_unref(packet.get())) {
-    const bool is_shown = packet->stream_index == open.stream->index && (packet->flags & AV_PKT_FLAG_DISCARD) == 0 && packet->size > 0;
+    const bool is_shown =
+        packet->stream_index == open.stream->index && (packet->flags & AV_PKT_FLAG_DISCARD) == 0 && packet->size > 0;
     if (!is_shown || times.count == kMaxImageFrames) continue;
     ++times.count;
     times.is_known = times.is_known && packet->pts != AV_NOPTS_VALUE;
@@ -88,10 +90,12 @@ FrameTimes scan(const std::filesystem::path& path) {
 
 /// The number of frames where the container keeps a table of all; others have to be read through.
 std::optional<int> count_of_table(const OpenFile& open) {
-  if (std::string_view(open.file->iformat->name).find("mp4") == std::string_view::npos || open.stream->nb_frames <= 0) return std::nullopt;
+  if (std::string_view(open.file->iformat->name).find("mp4") == std::string_view::npos || open.stream->nb_frames <= 0)
+    return std::nullopt;
   int count = 0;
   for (int i = 0; i < avformat_index_get_entries_count(open.stream); ++i) {
-    count += (avformat_index_get_entry(open.stream, i)->flags & AVINDEX_DISCARD_FRAME) == 0;  // Cut away by an edit list.
+    count +=
+        (avformat_index_get_entry(open.stream, i)->flags & AVINDEX_DISCARD_FRAME) == 0;  // Cut away by an edit list.
   }
   return count > 0 ? std::optional(std::min(count, kMaxImageFrames)) : std::nullopt;
 }
@@ -108,21 +112,30 @@ Target target_of(int format) {
   if (d == nullptr) return {};
   const bool is_deep = d->comp[0].depth > 8;
   const bool has_alpha = (d->flags & AV_PIX_FMT_FLAG_ALPHA) != 0 && (d->flags & AV_PIX_FMT_FLAG_PLANAR) != 0;
-  if (has_alpha) return {is_deep ? AV_PIX_FMT_RGBA64 : AV_PIX_FMT_RGBA, 4, is_deep ? CodedImage::Type::UInt16 : CodedImage::Type::UInt8};
-  return {is_deep ? AV_PIX_FMT_RGB48 : AV_PIX_FMT_RGB24, 3, is_deep ? CodedImage::Type::UInt16 : CodedImage::Type::UInt8};
+  if (has_alpha)
+    return {is_deep ? AV_PIX_FMT_RGBA64 : AV_PIX_FMT_RGBA, 4,
+            is_deep ? CodedImage::Type::UInt16 : CodedImage::Type::UInt8};
+  return {is_deep ? AV_PIX_FMT_RGB48 : AV_PIX_FMT_RGB24, 3,
+          is_deep ? CodedImage::Type::UInt16 : CodedImage::Type::UInt8};
 }
 
 int matrix_of(const AVFrame& frame) {
   constexpr int kRowsOfHd = 720;
   switch (frame.colorspace) {
-    case AVCOL_SPC_BT709: return SWS_CS_ITU709;
-    case AVCOL_SPC_FCC: return SWS_CS_FCC;
-    case AVCOL_SPC_SMPTE240M: return SWS_CS_SMPTE240M;
+    case AVCOL_SPC_BT709:
+      return SWS_CS_ITU709;
+    case AVCOL_SPC_FCC:
+      return SWS_CS_FCC;
+    case AVCOL_SPC_SMPTE240M:
+      return SWS_CS_SMPTE240M;
     case AVCOL_SPC_BT2020_NCL:
-    case AVCOL_SPC_BT2020_CL: return SWS_CS_BT2020;
+    case AVCOL_SPC_BT2020_CL:
+      return SWS_CS_BT2020;
     case AVCOL_SPC_BT470BG:
-    case AVCOL_SPC_SMPTE170M: return SWS_CS_ITU601;
-    default: return frame.height >= kRowsOfHd ? SWS_CS_ITU709 : SWS_CS_ITU601;
+    case AVCOL_SPC_SMPTE170M:
+      return SWS_CS_ITU601;
+    default:
+      return frame.height >= kRowsOfHd ? SWS_CS_ITU709 : SWS_CS_ITU601;
   }
 }
 
@@ -148,7 +161,8 @@ struct MovieDecoder::Impl {
     const AVCodec* codec = avcodec_find_decoder(open.stream->codecpar->codec_id);
     if (codec == nullptr) fail("cannot be decoded; libavcodec has no decoder for it here");
     decoder.reset(avcodec_alloc_context3(codec));
-    if (!decoder || avcodec_parameters_to_context(decoder.get(), open.stream->codecpar) < 0) fail("cannot be decoded; its header is damaged");
+    if (!decoder || avcodec_parameters_to_context(decoder.get(), open.stream->codecpar) < 0)
+      fail("cannot be decoded; its header is damaged");
     decoder->pkt_timebase = open.stream->time_base;
     decoder->thread_count = 1;
     if (avcodec_open2(decoder.get(), codec, nullptr) < 0) fail("cannot be decoded; its header is damaged");
@@ -158,13 +172,15 @@ struct MovieDecoder::Impl {
 
   void read_header() {
     const AVCodecParameters& p = *open.stream->codecpar;
-    if (p.width < 1 || p.height < 1 || p.width > kMaxImageSide || p.height > kMaxImageSide) fail("has an unusable size; at most 65536 x 65536 pixels");
+    if (p.width < 1 || p.height < 1 || p.width > kMaxImageSide || p.height > kMaxImageSide)
+      fail("has an unusable size; at most 65536 x 65536 pixels");
     info.width = p.width;
     info.height = p.height;
     info.channels = {"R", "G", "B"};
     if (target_of(p.format).channels == 4) info.channels.emplace_back("A");
     info.is_integer = true;
-    const AVRational rate = open.stream->avg_frame_rate.num > 0 ? open.stream->avg_frame_rate : open.stream->r_frame_rate;
+    const AVRational rate =
+        open.stream->avg_frame_rate.num > 0 ? open.stream->avg_frame_rate : open.stream->r_frame_rate;
     if (rate.num > 0 && rate.den > 0) info.frame_rate = static_cast<double>(rate.num) / rate.den;
     const std::optional<int> count = count_of_table(open);
     if (!count) times = scan(path);
@@ -196,13 +212,16 @@ struct MovieDecoder::Impl {
     (void)avcodec_send_packet(decoder.get(), nullptr);
   }
 
-  /// Takes the decoder to the key frame before `wanted`. @returns whether the frame that was decoded is known to come at or before it
+  /// Takes the decoder to the key frame before `wanted`. @returns whether the frame that was decoded is known to come
+  /// at or before it
   bool seek(int wanted) {
     if (!times) times = scan(path);
     if (!times->is_known || times->keys.empty() || times->count != info.num_frames) return false;
     const std::int64_t target = times->shown[static_cast<std::size_t>(wanted)];
     const auto after = std::upper_bound(times->keys.begin(), times->keys.end(), target);
-    if (after == times->keys.begin() || av_seek_frame(open.file.get(), open.stream->index, *(after - 1), AVSEEK_FLAG_BACKWARD) < 0) return false;
+    if (after == times->keys.begin() ||
+        av_seek_frame(open.file.get(), open.stream->index, *(after - 1), AVSEEK_FLAG_BACKWARD) < 0)
+      return false;
     avcodec_flush_buffers(decoder.get());
     is_drained = false;
     while (decode()) {
@@ -229,23 +248,31 @@ struct MovieDecoder::Impl {
 
   CodedImage coded(int number) {
     const std::string where = "image " + std::to_string(number) + " ";
-    if (frame->width != info.width || frame->height != info.height) fail(where + "differs from the first one in size or channels");
-    if ((frame->flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame->decode_error_flags != 0) fail(where + "is damaged or truncated");
+    if (frame->width != info.width || frame->height != info.height)
+      fail(where + "differs from the first one in size or channels");
+    if ((frame->flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame->decode_error_flags != 0)
+      fail(where + "is damaged or truncated");
     const Target target = target_of(frame->format);
-    if (target.channels != static_cast<int>(info.channels.size())) fail(where + "differs from the first one in size or channels");
-    scaler.reset(sws_getCachedContext(scaler.release(), frame->width, frame->height, static_cast<AVPixelFormat>(frame->format), frame->width, frame->height, target.format,
-                                      SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_BITEXACT, nullptr, nullptr, nullptr));
+    if (target.channels != static_cast<int>(info.channels.size()))
+      fail(where + "differs from the first one in size or channels");
+    scaler.reset(sws_getCachedContext(scaler.release(), frame->width, frame->height,
+                                      static_cast<AVPixelFormat>(frame->format), frame->width, frame->height,
+                                      target.format, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_BITEXACT,
+                                      nullptr, nullptr, nullptr));
     if (!scaler) fail("its colors cannot be converted");
     const int* matrix = sws_getCoefficients(matrix_of(*frame));
-    (void)sws_setColorspaceDetails(scaler.get(), matrix, frame->color_range == AVCOL_RANGE_JPEG ? 1 : 0, matrix, 1, 0, 1 << 16, 1 << 16);
+    (void)sws_setColorspaceDetails(scaler.get(), matrix, frame->color_range == AVCOL_RANGE_JPEG ? 1 : 0, matrix, 1, 0,
+                                   1 << 16, 1 << 16);
     CodedImage image{frame->width, frame->height, target.channels, target.type, -1, {}};
-    const std::size_t row = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) * bytes_per_value(image.type);
+    const std::size_t row =
+        static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) * bytes_per_value(image.type);
     // The scaler may write a little beyond a row's end.
     constexpr std::size_t kBeyond = 64;
     image.bytes.resize(row * static_cast<std::size_t>(image.height) + kBeyond);
     std::uint8_t* planes[4] = {reinterpret_cast<std::uint8_t*>(image.bytes.data()), nullptr, nullptr, nullptr};
     const int strides[4] = {static_cast<int>(row), 0, 0, 0};
-    if (sws_scale(scaler.get(), frame->data, frame->linesize, 0, frame->height, planes, strides) != frame->height) fail(where + "is damaged or truncated");
+    if (sws_scale(scaler.get(), frame->data, frame->linesize, 0, frame->height, planes, strides) != frame->height)
+      fail(where + "is damaged or truncated");
     image.bytes.resize(image.bytes.size() - kBeyond);
     return image;
   }
@@ -267,7 +294,8 @@ MovieDecoder::~MovieDecoder() = default;
 const ImageInfo& MovieDecoder::info() const { return impl_->info; }
 
 CodedImage MovieDecoder::read(int frame) {
-  if (frame < 0 || frame >= impl_->info.num_frames) impl_->fail("has no image " + std::to_string(frame) + " that can be read");
+  if (frame < 0 || frame >= impl_->info.num_frames)
+    impl_->fail("has no image " + std::to_string(frame) + " that can be read");
   try {
     impl_->go_to(frame);
     return impl_->coded(frame);

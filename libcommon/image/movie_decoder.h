@@ -1,5 +1,6 @@
 /// \file
-/// Frames of a movie by libavcodec: every one of them, in the order in which they are shown. Inside of image input only.
+/// Frames of a movie by libavcodec: every one of them, in the order in which they are shown. Inside of image input
+/// only.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +12,8 @@ namespace patinate {
 
 /// An open movie. Frames are cheap to read in order; others begin at the key frame before.
 ///
-/// Color is RGB as the movie says (matrix and range), where it does not say as players take it: ITU-R 601 below 720 rows, else 709.
+/// Color is RGB as the movie says (matrix and range), where it does not say as players take it: ITU-R 601 below 720
+/// rows, else 709.
 class MovieDecoder {
  public:
   /// @throws IoError if it is missing, holds no movie that can be decoded, or is too large.

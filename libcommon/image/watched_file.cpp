@@ -10,7 +10,8 @@ namespace patinate {
 
 class WatchedFile::Proxy : public OIIO::Filesystem::IOProxy {
  public:
-  explicit Proxy(const std::filesystem::path& path) : IOProxy(path.string(), Write), file_(std::fopen(path.c_str(), "wb")) {
+  explicit Proxy(const std::filesystem::path& path)
+      : IOProxy(path.string(), Write), file_(std::fopen(path.c_str(), "wb")) {
     if (file_ == nullptr) has_failed_ = true;
   }
   ~Proxy() override { Proxy::close(); }
@@ -32,7 +33,8 @@ class WatchedFile::Proxy : public OIIO::Filesystem::IOProxy {
     return written;
   }
   std::size_t pwrite(const void* bytes, std::size_t size, std::int64_t offset) override {
-    has_failed_ = has_failed_ || file_ == nullptr || (offset != at_ && ::fseeko(file_, offset, SEEK_SET) != 0) || std::fwrite(bytes, 1, size, file_) != size;
+    has_failed_ = has_failed_ || file_ == nullptr || (offset != at_ && ::fseeko(file_, offset, SEEK_SET) != 0) ||
+                  std::fwrite(bytes, 1, size, file_) != size;
     at_ = offset + static_cast<std::int64_t>(size);
     size_ = std::max(size_, at_);
     return size;

@@ -7,7 +7,8 @@
 
 namespace patinate {
 
-/// A file that remembers that a write failed. Encoders are not told, since libpng would print a line of its own; who writes asks has_failed().
+/// A file that remembers that a write failed. Encoders are not told, since libpng would print a line of its own; who
+/// writes asks has_failed().
 class WatchedFile {
  public:
   explicit WatchedFile(const std::filesystem::path& path);
@@ -15,7 +16,8 @@ class WatchedFile {
   WatchedFile(const WatchedFile&) = delete;
   WatchedFile& operator=(const WatchedFile&) = delete;
 
-  /// An OIIO::Filesystem::IOProxy, which lives as long as this; untyped, so that whoever includes this does not pay for that library.
+  /// An OIIO::Filesystem::IOProxy, which lives as long as this; untyped, so that whoever includes this does not pay for
+  /// that library.
   [[nodiscard]] void* proxy();
   void close();
   /// Say close() before, which may find it out.

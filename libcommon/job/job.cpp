@@ -14,11 +14,11 @@
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/job/output_state.h"
 #include "libcommon/job/partial_folder.h"
 #include "libcommon/job/undeclared_output.h"
+#include "patinate/core/json.h"
 
 namespace patinate {
 
@@ -49,7 +49,8 @@ namespace {
 /// Progress of items that run side by side as one rising fraction. The join counts as one more item.
 class ItemProgress {
  public:
-  ItemProgress(const RunControl& control, const JobPlan& plan) : control_(control), fractions_(plan.items.size() + 1, 0.0) {
+  ItemProgress(const RunControl& control, const JobPlan& plan)
+      : control_(control), fractions_(plan.items.size() + 1, 0.0) {
     for (const JobItem& item : plan.items) weights_.push_back(item.weight);
     weights_.push_back(plan.join_weight);
     total_weight_ = std::accumulate(weights_.begin(), weights_.end(), 0.0);
@@ -59,7 +60,8 @@ class ItemProgress {
     if (!control_.on_progress) return;
     const std::lock_guard lock(mutex_);
     fractions_[item] = std::max(fractions_[item], fraction);
-    const double total = std::inner_product(fractions_.begin(), fractions_.end(), weights_.begin(), 0.0) / total_weight_;
+    const double total =
+        std::inner_product(fractions_.begin(), fractions_.end(), weights_.begin(), 0.0) / total_weight_;
     if (total > reported_ && total < 1.0) control_.report(reported_ = total);
   }
   [[nodiscard]] RunControl item_control(std::size_t item, int num_threads) {
@@ -77,7 +79,8 @@ class ItemProgress {
   double reported_ = 0.0;
 };
 
-void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, UndeclaredSearch& undeclared, const RunControl& control) {
+void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, UndeclaredSearch& undeclared,
+              const RunControl& control) {
   control.throw_if_stopped();
   for (const fs::path& output : item.outputs) {
     std::error_code error;
@@ -90,12 +93,13 @@ void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, U
 }
 
 /// Runs unfinished items of one stage.
-void run_side_by_side(const JobPlan& plan, const std::vector<std::size_t>& items, PartialFolder& folder, ItemProgress& progress,
-                      const RunControl& control) {
+void run_side_by_side(const JobPlan& plan, const std::vector<std::size_t>& items, PartialFolder& folder,
+                      ItemProgress& progress, const RunControl& control) {
   UndeclaredSearch undeclared(plan, folder.path(), items.size());
   const int num_threads = thread_count(control);
   const int num_side_by_side =
-      plan.parallel_items ? static_cast<int>(std::min<std::size_t>(items.size(), static_cast<std::size_t>(num_threads))) : 1;
+      plan.parallel_items ? static_cast<int>(std::min<std::size_t>(items.size(), static_cast<std::size_t>(num_threads)))
+                          : 1;
   RunControl workers;
   workers.stop = control.stop;
   workers.num_threads = std::max(1, num_side_by_side);
@@ -109,8 +113,8 @@ void run_side_by_side(const JobPlan& plan, const std::vector<std::size_t>& items
 
 /// Indices of the items that are still to be run, when everything else has been brought into the folder.
 /// @param is_same_plan  The folder was made under the plan's key before.
-std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, bool is_same_plan,
-                                       const RunControl& control) {
+std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder,
+                                       bool is_same_plan, const RunControl& control) {
   std::vector<std::size_t> unfinished, pending;
   std::set<std::string> finished_items;
   std::set<fs::path> kept_files;
@@ -136,7 +140,8 @@ std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& s
   return pending;
 }
 
-void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, bool is_same_plan, const RunControl& control) {
+void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, bool is_same_plan,
+               const RunControl& control) {
   ItemProgress progress(control, plan);
   const std::vector<std::size_t> pending = prepare_items(plan, state, folder, is_same_plan, control);
   std::set<std::size_t> is_pending(pending.begin(), pending.end());
@@ -144,8 +149,10 @@ void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& fol
   std::set<std::string> names;
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
     names.insert(plan.items[i].name);
-    if (is_pending.contains(i)) stages[plan.items[i].stage].push_back(i);
-    else progress.set(i, 1.0);
+    if (is_pending.contains(i))
+      stages[plan.items[i].stage].push_back(i);
+    else
+      progress.set(i, 1.0);
   }
   for (const auto& [stage, items] : stages) run_side_by_side(plan, items, folder, progress, control);
 
@@ -219,8 +226,9 @@ JobStatus check_output_file(const fs::path& output, const std::string& existing_
   }
   if (!key.empty() && existing_key == key) return JobStatus::UpToDate;
   if (options.force) return JobStatus::Done;
-  throw CannotComplete(output.string() +
-                       ": exists and was made from other input or options; give --force to replace it, or another output");
+  throw CannotComplete(
+      output.string() +
+      ": exists and was made from other input or options; give --force to replace it, or another output");
 }
 
 void write_run_record(const fs::path& folder, const std::vector<std::string>& command_line, double seconds,
@@ -232,8 +240,11 @@ void write_run_record(const fs::path& folder, const std::vector<std::string>& co
   ::gmtime_r(&now, &utc);
   std::array<char, 32> date{};
   std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  save_json(folder / "run.json",
-            Json{{"date", date.data()}, {"command", command_line}, {"host", host.data()}, {"seconds", seconds}, {"options", options}});
+  save_json(folder / "run.json", Json{{"date", date.data()},
+                                      {"command", command_line},
+                                      {"host", host.data()},
+                                      {"seconds", seconds},
+                                      {"options", options}});
 }
 
 }  // namespace patinate

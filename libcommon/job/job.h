@@ -1,5 +1,6 @@
 /// \file
-/// Long work as a plan of items: plan -> run each -> join. What is finished is never redone, and the output is whole or absent.
+/// Long work as a plan of items: plan -> run each -> join. What is finished is never redone, and the output is whole or
+/// absent.
 #pragma once
 
 #include <filesystem>
@@ -18,8 +19,9 @@ inline constexpr const char* kJobWorkFolder = ".job/work";
 
 /// One piece of work, independent of the others.
 struct JobItem {
-  std::string name;                            ///< Unique in the plan; [A-Za-z0-9._-].
-  std::vector<std::filesystem::path> outputs;  ///< Files it makes, relative to the output folder; each must be there afterwards.
+  std::string name;  ///< Unique in the plan; [A-Za-z0-9._-].
+  std::vector<std::filesystem::path>
+      outputs;  ///< Files it makes, relative to the output folder; each must be there afterwards.
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> run;
   /// Content key of all that the outputs depend on: a finished item stays when the rest of the plan changes. "" = the
   /// plan's.
@@ -28,8 +30,8 @@ struct JobItem {
   int stage = 0;
   /// Its share of the progress, against the other items': about the time that it takes, in any unit. > 0.
   double weight = 1.0;
-  /// Files that it makes where there is something to write. What it writes is declared in one of the two lists, or the job fails: a
-  /// resumed run removes what nobody declares.
+  /// Files that it makes where there is something to write. What it writes is declared in one of the two lists, or the
+  /// job fails: a resumed run removes what nobody declares.
   std::vector<std::filesystem::path> optional_outputs = {};
 };
 
@@ -40,20 +42,21 @@ struct JobDependency {
 };
 
 struct JobPlan {
-  std::filesystem::path output;      ///< The folder to make.
-  std::string manifest;              ///< File in it that holds `"key"`, e.g. "history.json".
-  std::string key;                   ///< Content key of inputs, parameters and stage versions.
+  std::filesystem::path output;                ///< The folder to make.
+  std::string manifest;                        ///< File in it that holds `"key"`, e.g. "history.json".
+  std::string key;                             ///< Content key of inputs, parameters and stage versions.
   std::vector<JobDependency> depends_on = {};  ///< What `key` is made of; may be empty.
-  std::vector<JobItem> items;        ///< Run by stage, in order; `parallel_items` at a time.
-  /// The finished folder may be replaced without `force` when everything that it was made from is still there and unchanged, and
-  /// something was added (a photograph at the end of a sequence). Needs `depends_on` to be complete.
+  std::vector<JobItem> items;                  ///< Run by stage, in order; `parallel_items` at a time.
+  /// The finished folder may be replaced without `force` when everything that it was made from is still there and
+  /// unchanged, and something was added (a photograph at the end of a sequence). Needs `depends_on` to be complete.
   bool may_grow = false;
-  bool parallel_items = true;        ///< false: one after another (each uses all threads itself).
-  /// Files below kJobWorkFolder that items replace in turn, each time by a whole one: a resumed run of the same plan finds the last.
+  bool parallel_items = true;  ///< false: one after another (each uses all threads itself).
+  /// Files below kJobWorkFolder that items replace in turn, each time by a whole one: a resumed run of the same plan
+  /// finds the last.
   std::vector<std::filesystem::path> shared_work = {};
   /// Called last, after every item, with the folder: writes the manifest (with the key).
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;
-  double join_weight = 1.0;          ///< Of `join`, as JobItem::weight.
+  double join_weight = 1.0;  ///< Of `join`, as JobItem::weight.
 };
 
 enum class JobStatus { Done, UpToDate };
@@ -64,23 +67,26 @@ struct JobOptions {
   std::function<void(const std::filesystem::path& folder)> add_record = {};
 };
 
-/// @throws InvalidInput if an item's name is no file name or not unique, an output lies outside the folder, or shared work outside its folder.
+/// @throws InvalidInput if an item's name is no file name or not unique, an output lies outside the folder, or shared
+/// work outside its folder.
 void check_plan(const JobPlan& plan);
 
 /// Works in `OUT.partial` (locked, its key inside), marks finished items there, and renames it to OUT at the end.
-/// However a run ends, the next goes on with the finished items whose key is still the same; others are discarded. Where OUT is
-/// replaced, its items that have keys of their own and are still planned are taken over (hard links), when their files are unchanged
-/// since. OUT also gets `job.json` (job_record.h).
-/// @throws CannotComplete if OUT exists with another key, may not grow and not `force`, if another process holds the lock, if it
-/// cannot be written, or if an item lacks an output or wrote what no item declares; Canceled.
+/// However a run ends, the next goes on with the finished items whose key is still the same; others are discarded.
+/// Where OUT is replaced, its items that have keys of their own and are still planned are taken over (hard links), when
+/// their files are unchanged since. OUT also gets `job.json` (job_record.h).
+/// @throws CannotComplete if OUT exists with another key, may not grow and not `force`, if another process holds the
+/// lock, if it cannot be written, or if an item lacks an output or wrote what no item declares; Canceled.
 JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control);
 
 /// Single-file outputs: decides by the key that the file carries (EXR, PNG: read_key by the caller).
-/// @returns UpToDate if existing_key equals key. @throws CannotComplete if the file exists with another key and not force.
-JobStatus check_output_file(const std::filesystem::path& output, const std::string& existing_key, const std::string& key,
-                            const JobOptions& options);
+/// @returns UpToDate if existing_key equals key. @throws CannotComplete if the file exists with another key and not
+/// force.
+JobStatus check_output_file(const std::filesystem::path& output, const std::string& existing_key,
+                            const std::string& key, const JobOptions& options);
 
-/// Writes `run.json` beside a manifest: date, command line, host, seconds, and the options in force. Never part of a key.
+/// Writes `run.json` beside a manifest: date, command line, host, seconds, and the options in force. Never part of a
+/// key.
 void write_run_record(const std::filesystem::path& folder, const std::vector<std::string>& command_line, double seconds,
                       const Json& options);
 

@@ -30,7 +30,8 @@ JobInputs& JobInputs::add_content(std::string_view role, const std::string& name
   return *this;
 }
 
-JobInputs& JobInputs::add_file(std::string_view role, const std::filesystem::path& file, const std::filesystem::path& shown_from) {
+JobInputs& JobInputs::add_file(std::string_view role, const std::filesystem::path& file,
+                               const std::filesystem::path& shown_from) {
   return add_content(role, shown_name(file, shown_from), hash_file(file));
 }
 

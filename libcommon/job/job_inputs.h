@@ -1,5 +1,6 @@
 /// \file
-/// What a job depends on, named as a user would name it, and the key made of it: one list, so that neither forgets anything.
+/// What a job depends on, named as a user would name it, and the key made of it: one list, so that neither forgets
+/// anything.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,8 @@ class JobInputs {
   /// @param name  Shown, no part of the key. @param key  Of the content, see hash_file(); may hold more, e.g. a time.
   JobInputs& add_content(std::string_view role, const std::string& name, const std::string& key);
   /// @param shown_from  The name shown is the path relative to this folder. @throws IoError if the file cannot be read.
-  JobInputs& add_file(std::string_view role, const std::filesystem::path& file, const std::filesystem::path& shown_from = {});
+  JobInputs& add_file(std::string_view role, const std::filesystem::path& file,
+                      const std::filesystem::path& shown_from = {});
 
   [[nodiscard]] std::string key() const { return hash_.hex(); }
   [[nodiscard]] const std::vector<JobDependency>& list() const { return list_; }

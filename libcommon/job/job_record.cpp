@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
+#include "patinate/core/error.h"
 #include "patinate/core/json.h"
 
 namespace patinate {
@@ -25,7 +25,8 @@ JobRecord parse_record(const Json& json) {
   JobRecord record;
   if (json.at("format") != kFormat || json.at("version") != 1) return record;
   for (const Json& d : json.at("depends_on")) record.depends_on.push_back({d.at("name"), d.at("key")});
-  for (const auto& [name, item] : json.at("items").items()) record.items[name] = {item.at("key"), read_texts(item.at("files"))};
+  for (const auto& [name, item] : json.at("items").items())
+    record.items[name] = {item.at("key"), read_texts(item.at("files"))};
   record.key = json.at("key");
   return record;
 }
@@ -53,8 +54,9 @@ void write_job_record(const fs::path& folder, const JobRecord& record) {
     for (const auto& [file, key] : done.files) files[file] = key;
     items[name] = {{"key", done.key}, {"files", files}};
   }
-  save_json(folder / kJobRecordFile,
-            Json{{"format", kFormat}, {"version", 1}, {"depends_on", depends_on}, {"items", items}, {"key", record.key}});
+  save_json(
+      folder / kJobRecordFile,
+      Json{{"format", kFormat}, {"version", 1}, {"depends_on", depends_on}, {"items", items}, {"key", record.key}});
 }
 
 std::optional<std::vector<fs::path>> made_files(const JobItem& item, const DoneItem& done) {
@@ -62,7 +64,8 @@ std::optional<std::vector<fs::path>> made_files(const JobItem& item, const DoneI
   for (const fs::path& file : item.optional_outputs) {
     if (done.files.contains(file.generic_string())) files.push_back(file);
   }
-  const bool has_all = std::all_of(files.begin(), files.end(), [&](const fs::path& file) { return done.files.contains(file.generic_string()); });
+  const bool has_all = std::all_of(files.begin(), files.end(),
+                                   [&](const fs::path& file) { return done.files.contains(file.generic_string()); });
   return has_all && files.size() == done.files.size() ? std::optional(std::move(files)) : std::nullopt;
 }
 
@@ -79,7 +82,8 @@ bool is_unchanged(const fs::path& folder, const std::vector<fs::path>& outputs, 
   });
 }
 
-std::vector<JobChange> changes_between(const std::vector<JobDependency>& before, const std::vector<JobDependency>& now) {
+std::vector<JobChange> changes_between(const std::vector<JobDependency>& before,
+                                       const std::vector<JobDependency>& now) {
   std::map<std::string, std::string> old;
   for (const JobDependency& d : before) old[d.name] = d.key;
   std::vector<JobChange> changes;

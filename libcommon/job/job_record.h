@@ -1,6 +1,6 @@
 /// \file
-/// `job.json` in a finished folder: what it was made from and which item made which file, so that a later plan can say what changed
-/// and keep what did not. It holds content only: equal work gives equal bytes.
+/// `job.json` in a finished folder: what it was made from and which item made which file, so that a later plan can say
+/// what changed and keep what did not. It holds content only: equal work gives equal bytes.
 #pragma once
 
 #include <filesystem>
@@ -33,7 +33,8 @@ struct JobRecord {
 /// @throws CannotComplete
 void write_job_record(const std::filesystem::path& folder, const JobRecord& record);
 
-/// What the item made, as `done` says: all of its outputs and some optional ones; nothing if that is not what it declares.
+/// What the item made, as `done` says: all of its outputs and some optional ones; nothing if that is not what it
+/// declares.
 [[nodiscard]] std::optional<std::vector<std::filesystem::path>> made_files(const JobItem& item, const DoneItem& done);
 
 /// The files, as `done` says they were, lie in `folder` and are still the same bytes.
@@ -48,6 +49,7 @@ struct JobChange {
   std::string now;     ///< "" when removed.
 };
 /// In the order of `now`, then what is gone.
-[[nodiscard]] std::vector<JobChange> changes_between(const std::vector<JobDependency>& before, const std::vector<JobDependency>& now);
+[[nodiscard]] std::vector<JobChange> changes_between(const std::vector<JobDependency>& before,
+                                                     const std::vector<JobDependency>& now);
 
 }  // namespace patinate

@@ -5,9 +5,9 @@
 #include <cctype>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/job/output_state.h"
 #include "libcommon/job/partial_folder.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -50,10 +50,14 @@ std::string item_line(const JobReport& report, ItemNeed need, const std::string&
 
 std::string headline(const JobReport& report) {
   switch (report.need) {
-    case OutputNeed::UpToDate: return "would do nothing";
-    case OutputNeed::Missing: return "would make it";
-    case OutputNeed::Grown: return "would make a longer one in its place; nothing in it is lost";
-    default: return report.needs_force() ? "would leave it untouched; --force would replace it" : "would replace it";
+    case OutputNeed::UpToDate:
+      return "would do nothing";
+    case OutputNeed::Missing:
+      return "would make it";
+    case OutputNeed::Grown:
+      return "would make a longer one in its place; nothing in it is lost";
+    default:
+      return report.needs_force() ? "would leave it untouched; --force would replace it" : "would replace it";
   }
 }
 
@@ -93,8 +97,9 @@ Json JobReport::json() const {
     change_list.push_back({{"name", c.name}, {"change", name_of(c.kind)}, {"before", c.before}, {"now", c.now}});
   }
   for (const Item& item : items) item_list.push_back({{"name", item.name}, {"need", name_of(item.need)}});
-  return {{"output", output.string()},    {"dry_run", true},      {"would", name_of(need)}, {"needs_force", needs_force()},
-          {"reasons", reasons()},         {"changes", change_list}, {"items", item_list}};
+  return {
+      {"output", output.string()}, {"dry_run", true},        {"would", name_of(need)}, {"needs_force", needs_force()},
+      {"reasons", reasons()},      {"changes", change_list}, {"items", item_list}};
 }
 
 JobReport explain_job(const JobPlan& plan, const JobOptions& options) {
@@ -106,7 +111,8 @@ JobReport explain_job(const JobPlan& plan, const JobOptions& options) {
   report.changes = state.changes;
   if (state.found == FoundOutput::Same) report.need = OutputNeed::UpToDate;
   if (state.found == FoundOutput::Different) report.need = state.only_grows ? OutputNeed::Grown : OutputNeed::Stale;
-  if (state.found == FoundOutput::Same || is_partial_whole(partial_path(state.output), plan.manifest, plan.key)) return report;
+  if (state.found == FoundOutput::Same || is_partial_whole(partial_path(state.output), plan.manifest, plan.key))
+    return report;
   for (const JobItem& item : plan.items) report.items.push_back({item.name, need_of(plan, item, state)});
   return report;
 }
@@ -119,8 +125,10 @@ JobReport explain_output_file(const fs::path& output, const std::string& existin
   report.output = output;
   report.is_forced = options.force;
   std::error_code error;
-  if (status == JobStatus::UpToDate) report.need = OutputNeed::UpToDate;
-  else if (fs::exists(output, error)) report.need = OutputNeed::Stale;
+  if (status == JobStatus::UpToDate)
+    report.need = OutputNeed::UpToDate;
+  else if (fs::exists(output, error))
+    report.need = OutputNeed::Stale;
   return report;
 }
 

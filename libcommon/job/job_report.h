@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/json.h"
 #include "libcommon/job/job.h"
 #include "libcommon/job/job_record.h"
+#include "patinate/core/json.h"
 
 namespace patinate {
 
@@ -35,7 +35,7 @@ struct JobReport {
     std::string name;
     ItemNeed need = ItemNeed::Run;
   };
-  std::vector<Item> items;         ///< Of what would be done; empty for single files and when nothing would.
+  std::vector<Item> items;  ///< Of what would be done; empty for single files and when nothing would.
 
   /// The command would end with "give --force".
   [[nodiscard]] bool needs_force() const { return need == OutputNeed::Stale && !is_forced; }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <system_error>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/job/partial_folder.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -57,7 +57,8 @@ OutputState look_at_output(const JobPlan& plan) {
   if (!fs::exists(status)) {
     const fs::path parent = folder_of(state.output);
     if (!fs::is_directory(parent, error)) {
-      throw CannotComplete(state.output.string() + ": cannot be made; the folder " + parent.string() + " does not exist");
+      throw CannotComplete(state.output.string() + ": cannot be made; the folder " + parent.string() +
+                           " does not exist");
     }
     return state;
   }
@@ -70,8 +71,8 @@ OutputState look_at_output(const JobPlan& plan) {
 
 void require_replaceable(const OutputState& state, const JobOptions& options) {
   if (state.found != FoundOutput::Different || options.force || state.only_grows) return;
-  throw CannotComplete(state.output.string() + ": exists and was made from other input or options" + summary(state.changes) +
-                       "; give --force to replace it, or another output");
+  throw CannotComplete(state.output.string() + ": exists and was made from other input or options" +
+                       summary(state.changes) + "; give --force to replace it, or another output");
 }
 
 const std::string& item_key(const JobPlan& plan, const JobItem& item) { return item.key.empty() ? plan.key : item.key; }

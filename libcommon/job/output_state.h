@@ -14,20 +14,22 @@ namespace patinate {
 enum class FoundOutput { Nothing, Same, Different };
 
 struct OutputState {
-  std::filesystem::path output;      ///< Without a slash at its end.
+  std::filesystem::path output;  ///< Without a slash at its end.
   FoundOutput found = FoundOutput::Nothing;
-  JobRecord record;                  ///< Of a Different output; empty when it has none.
-  std::vector<JobChange> changes;    ///< Why it is different, as far as it is recorded.
-  bool only_grows = false;           ///< The plan may grow, and nothing but additions was found.
+  JobRecord record;                ///< Of a Different output; empty when it has none.
+  std::vector<JobChange> changes;  ///< Why it is different, as far as it is recorded.
+  bool only_grows = false;         ///< The plan may grow, and nothing but additions was found.
 };
 
-/// @throws CannotComplete if the folder's parent is missing, or something is there that patinate did not make from such a plan.
+/// @throws CannotComplete if the folder's parent is missing, or something is there that patinate did not make from such
+/// a plan.
 [[nodiscard]] OutputState look_at_output(const JobPlan& plan);
 /// @throws CannotComplete if the output is different and neither grows nor is to be replaced.
 void require_replaceable(const OutputState& state, const JobOptions& options);
 /// The item's own key, or the plan's.
 [[nodiscard]] const std::string& item_key(const JobPlan& plan, const JobItem& item);
-/// What a finished folder holds of an item that need not be made again; nullptr when it must be. Files are not looked at.
+/// What a finished folder holds of an item that need not be made again; nullptr when it must be. Files are not looked
+/// at.
 [[nodiscard]] const DoneItem* reusable_item(const OutputState& state, const JobItem& item);
 
 }  // namespace patinate

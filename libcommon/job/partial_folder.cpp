@@ -13,9 +13,9 @@
 #include <system_error>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "patinate/core/error.h"
 #include "patinate/core/json.h"
 
 namespace patinate {
@@ -114,7 +114,8 @@ DoneItem read_marker(const fs::path& partial, const std::string& item) {
   return done;
 }
 
-std::optional<std::vector<fs::path>> finished_files(const fs::path& partial, const JobItem& item, const std::string& item_key) {
+std::optional<std::vector<fs::path>> finished_files(const fs::path& partial, const JobItem& item,
+                                                    const std::string& item_key) {
   const DoneItem done = read_marker(partial, item.name);
   if (done.key != item_key || item_key.empty()) return std::nullopt;
   std::optional<std::vector<fs::path>> files = made_files(item, done);
@@ -139,7 +140,8 @@ PartialFolder::PartialFolder(const fs::path& output, std::string manifest)
   try {
     const bool is_ours = fs::exists(path_ / kBook) || fs::is_empty(path_) || !manifest_key(path_, manifest_).empty();
     if (!is_ours) {
-      throw CannotComplete(path_.string() + ": holds files that patinate did not write; move them or give another output");
+      throw CannotComplete(path_.string() +
+                           ": holds files that patinate did not write; move them or give another output");
     }
     lock_for_other_machines();
   } catch (...) {
@@ -167,7 +169,8 @@ void PartialFolder::lock() {
       if (error == EWOULDBLOCK) fail_in_use(path_);
       fail(path_, "cannot be locked", error);
     }
-    struct stat opened {}, named {};
+    struct stat opened {
+    }, named{};
     if (::fstat(fd_, &opened) == 0 && ::stat(path_.c_str(), &named) == 0 && opened.st_ino == named.st_ino) return;
     ::close(fd_);  // we locked a folder that has another name by now
   }
@@ -208,7 +211,8 @@ void PartialFolder::mark_done(const JobItem& item, const std::string& item_key) 
     done.files[output.generic_string()] = hash_file(path_ / output);
   };
   for (const fs::path& output : item.outputs) {
-    if (!fs::exists(path_ / output)) throw CannotComplete((path_ / output).string() + ": was not made by its step `" + item.name + "`");
+    if (!fs::exists(path_ / output))
+      throw CannotComplete((path_ / output).string() + ": was not made by its step `" + item.name + "`");
     add(output);
   }
   for (const fs::path& output : item.optional_outputs) {
@@ -275,7 +279,8 @@ void PartialFolder::keep_only(const std::set<std::string>& items, const std::set
 }
 
 void PartialFolder::publish(bool replace) {
-  // The key first: without it the folder is whole, with it a kill before the last marker is gone would lose finished items.
+  // The key first: without it the folder is whole, with it a kill before the last marker is gone would lose finished
+  // items.
   remove_tree(path_ / kBook / "key");
   remove_tree(path_ / kBook);
   sync_path(path_);

@@ -21,16 +21,19 @@ namespace patinate {
 [[nodiscard]] std::filesystem::path partial_path(const std::filesystem::path& output);
 /// What the marker in a partial folder says about an item; an empty key when it is not finished.
 [[nodiscard]] DoneItem read_marker(const std::filesystem::path& partial, const std::string& item);
-/// What the item made when it was finished in a partial folder under this key of its own, and that is there; else nothing. A file that
-/// is also one of the finished folder (a hard link) must still be what it was.
-[[nodiscard]] std::optional<std::vector<std::filesystem::path>> finished_files(const std::filesystem::path& partial, const JobItem& item,
+/// What the item made when it was finished in a partial folder under this key of its own, and that is there; else
+/// nothing. A file that is also one of the finished folder (a hard link) must still be what it was.
+[[nodiscard]] std::optional<std::vector<std::filesystem::path>> finished_files(const std::filesystem::path& partial,
+                                                                               const JobItem& item,
                                                                                const std::string& item_key);
 /// Everything in a partial folder was made under this key and only the final rename is missing.
-[[nodiscard]] bool is_partial_whole(const std::filesystem::path& partial, const std::string& manifest, const std::string& key);
+[[nodiscard]] bool is_partial_whole(const std::filesystem::path& partial, const std::string& manifest,
+                                    const std::string& key);
 
 /// `OUT.partial`, locked from construction to destruction. The lock is a flock on the folder itself, so it ends with
-/// the process however that ends, and moves along when the folder is renamed; and one on a file in it, since network file systems tell
-/// other machines of files' locks only. Book-keeping lies in `OUT.partial/.job`: `lock`; `key`; in `done` one file per finished item, which holds the key of what the item was made from and those of its files; and in
+/// the process however that ends, and moves along when the folder is renamed; and one on a file in it, since network
+/// file systems tell other machines of files' locks only. Book-keeping lies in `OUT.partial/.job`: `lock`; `key`; in
+/// `done` one file per finished item, which holds the key of what the item was made from and those of its files; and in
 /// `work` what items keep for a resumed run only.
 class PartialFolder {
  public:
@@ -44,7 +47,8 @@ class PartialFolder {
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
-  /// From now on the folder is made under this key. What finished items of another plan are worth finished_files() says.
+  /// From now on the folder is made under this key. What finished items of another plan are worth finished_files()
+  /// says.
   /// @returns whether it was made under it already.
   bool begin(const std::string& key);
   /// Call when the item's outputs are written: forces them to the disk, then sets the marker.
@@ -59,7 +63,8 @@ class PartialFolder {
   void keep_only(const std::set<std::string>& items, const std::set<std::filesystem::path>& files);
   /// Removes the book-keeping and renames the folder to OUT; with `replace`, exchanges the two and removes the old one.
   void publish(bool replace);
-  /// Writes job.json. @param record  Its items are read from the markers of `items`; those that kept work only are left out.
+  /// Writes job.json. @param record  Its items are read from the markers of `items`; those that kept work only are left
+  /// out.
   void write_record(JobRecord record, const std::set<std::string>& items);
   /// Removes the folder.
   void discard();

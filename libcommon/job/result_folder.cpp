@@ -15,13 +15,19 @@ namespace {
 
 struct Manifest {
   std::string_view file;
-  std::string_view says;  ///< What stands in its first lines: "unlight.json" and "report.json" may be something else, of the user's.
+  std::string_view
+      says;  ///< What stands in its first lines: "unlight.json" and "report.json" may be something else, of the user's.
 };
-constexpr std::array kManifests{Manifest{"history.json", "patinate.history"},           Manifest{"transfer.json", "patinate.transfer"},
-                                Manifest{"simulation.json", "patinate.simulation"},     Manifest{"registration.json", "patinate.registration"},
-                                Manifest{"unlight.json", "patinate.unlit"},             Manifest{"recomposed.json", "patinate.recomposed"},
-                                Manifest{"sequence.json", "time_unit"},        Manifest{"factorization.json", "patinate.factorization"},
-                                Manifest{"evaluation.json", "patinate.evaluation"},     Manifest{"report.json", "patinate.fit"},
+constexpr std::array kManifests{Manifest{"history.json", "patinate.history"},
+                                Manifest{"transfer.json", "patinate.transfer"},
+                                Manifest{"simulation.json", "patinate.simulation"},
+                                Manifest{"registration.json", "patinate.registration"},
+                                Manifest{"unlight.json", "patinate.unlit"},
+                                Manifest{"recomposed.json", "patinate.recomposed"},
+                                Manifest{"sequence.json", "time_unit"},
+                                Manifest{"factorization.json", "patinate.factorization"},
+                                Manifest{"evaluation.json", "patinate.evaluation"},
+                                Manifest{"report.json", "patinate.fit"},
                                 Manifest{"report.json", "patinate.compare"}};
 
 bool says(const fs::path& file, std::string_view word) {
@@ -39,7 +45,9 @@ bool says(const fs::path& file, std::string_view word) {
 fs::path result_around(fs::path folder) {
   for (; !folder.empty(); folder = folder.parent_path()) {
     const bool is_result = folder.extension() == ".partial" ||
-                           std::any_of(kManifests.begin(), kManifests.end(), [&](const Manifest& manifest) { return says(folder / manifest.file, manifest.says); });
+                           std::any_of(kManifests.begin(), kManifests.end(), [&](const Manifest& manifest) {
+                             return says(folder / manifest.file, manifest.says);
+                           });
     if (is_result) return folder;
     if (folder == folder.root_path()) break;
   }

@@ -11,7 +11,8 @@ namespace patinate {
 
 namespace fs = std::filesystem;
 
-UndeclaredSearch::UndeclaredSearch(const JobPlan& plan, fs::path folder, std::size_t num_items) : folder_(std::move(folder)), num_items_(num_items) {
+UndeclaredSearch::UndeclaredSearch(const JobPlan& plan, fs::path folder, std::size_t num_items)
+    : folder_(std::move(folder)), num_items_(num_items) {
   for (const JobItem& item : plan.items) {
     for (const fs::path& file : item.outputs) declared_.insert(file.lexically_normal());
     for (const fs::path& file : item.optional_outputs) declared_.insert(file.lexically_normal());

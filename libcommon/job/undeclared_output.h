@@ -8,19 +8,21 @@
 #include <set>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/job/job.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
-/// A file that no item declares lies in the folder: a fault of the plan. A run that was killed and goes on would lose it without a word.
+/// A file that no item declares lies in the folder: a fault of the plan. A run that was killed and goes on would lose
+/// it without a word.
 class UndeclaredOutput : public CannotComplete {
  public:
   using CannotComplete::CannotComplete;
 };
 
-/// Looks at a job's folder while items of one stage run, and at least before the last of them counts as finished. All files are looked
-/// at after the first item, the second, the fourth and so on, so that it costs no more than the items' own files. Thread-safe.
+/// Looks at a job's folder while items of one stage run, and at least before the last of them counts as finished. All
+/// files are looked at after the first item, the second, the fourth and so on, so that it costs no more than the items'
+/// own files. Thread-safe.
 class UndeclaredSearch {
  public:
   UndeclaredSearch(const JobPlan& plan, std::filesystem::path folder, std::size_t num_items);

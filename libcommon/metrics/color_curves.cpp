@@ -32,7 +32,8 @@ ChannelSummary summarize(std::vector<double> values) {
 std::array<double, 3> lab_from_linear(double red, double green, double blue) {
   const double r = std::max(red, 0.0), g = std::max(green, 0.0), b = std::max(blue, 0.0);
   // Rows of the Rec.709 matrix divided by their sums, so that white is exactly L* = 100, a* = b* = 0.
-  constexpr double kXyz[3][3] = {{0.4124564, 0.3575761, 0.1804375}, {0.2126729, 0.7151522, 0.0721750}, {0.0193339, 0.1191920, 0.9503041}};
+  constexpr double kXyz[3][3] = {
+      {0.4124564, 0.3575761, 0.1804375}, {0.2126729, 0.7151522, 0.0721750}, {0.0193339, 0.1191920, 0.9503041}};
   const auto f = [](double t) { return t > 216.0 / 24389.0 ? std::cbrt(t) : (24389.0 / 27.0 * t + 16.0) / 116.0; };
   double v[3];
   for (int i = 0; i < 3; ++i) {
@@ -51,7 +52,8 @@ ColorSummary summarize_color(const ImageF& image, std::span<const std::uint32_t>
   for (std::uint32_t pixel : pixels) {
     if (pixel >= image.num_pixels()) throw InvalidInput("color curves: a pixel lies outside the image");
     const float* rgb = image.data() + 3 * std::size_t{pixel};
-    const auto lab = lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2]));
+    const auto lab =
+        lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2]));
     for (std::size_t c = 0; c < 3; ++c) {
       values[c].push_back(static_cast<double>(rgb[c]));
       values[c + 3].push_back(lab[c]);

@@ -48,7 +48,8 @@ double ciede2000(const std::array<double, 3>& a, const std::array<double, 3>& b)
     if (std::abs(h1 - h2) > 180.0) h += h < 360.0 ? 360.0 : -360.0;
     h /= 2.0;
   }
-  const double T = 1.0 - 0.17 * cos_deg(h - 30.0) + 0.24 * cos_deg(2.0 * h) + 0.32 * cos_deg(3.0 * h + 6.0) - 0.20 * cos_deg(4.0 * h - 63.0);
+  const double T = 1.0 - 0.17 * cos_deg(h - 30.0) + 0.24 * cos_deg(2.0 * h) + 0.32 * cos_deg(3.0 * h + 6.0) -
+                   0.20 * cos_deg(4.0 * h - 63.0);
   const double turn = 30.0 * std::exp(-((h - 275.0) / 25.0) * ((h - 275.0) / 25.0));
   const double dl = (L - 50.0) * (L - 50.0);
   const double SL = 1.0 + 0.015 * dl / std::sqrt(20.0 + dl), SC = 1.0 + 0.045 * C, SH = 1.0 + 0.015 * C * T;
@@ -59,9 +60,11 @@ double ciede2000(const std::array<double, 3>& a, const std::array<double, 3>& b)
 
 std::array<double, 3> linear_from_lab(const std::array<double, 3>& lab) {
   const double fy = (lab[0] + 16.0) / 116.0, f[3] = {fy + lab[1] / 500.0, fy, fy - lab[2] / 200.0};
-  constexpr double kWhite[3] = {0.4124564 + 0.3575761 + 0.1804375, 0.2126729 + 0.7151522 + 0.0721750, 0.0193339 + 0.1191920 + 0.9503041};
+  constexpr double kWhite[3] = {0.4124564 + 0.3575761 + 0.1804375, 0.2126729 + 0.7151522 + 0.0721750,
+                                0.0193339 + 0.1191920 + 0.9503041};
   double xyz[3];
-  for (int i = 0; i < 3; ++i) xyz[i] = kWhite[i] * (f[i] > 6.0 / 29.0 ? f[i] * f[i] * f[i] : (116.0 * f[i] - 16.0) * 27.0 / 24389.0);
+  for (int i = 0; i < 3; ++i)
+    xyz[i] = kWhite[i] * (f[i] > 6.0 / 29.0 ? f[i] * f[i] * f[i] : (116.0 * f[i] - 16.0) * 27.0 / 24389.0);
   // Inverse of the matrix of lab_from_linear().
   constexpr double kRgb[3][3] = {{3.2404541621141054, -1.5371385127977166, -0.4985314095560162},
                                  {-0.9692660305051868, 1.8760108454466942, 0.0415560175303498},

@@ -29,7 +29,8 @@ std::vector<double> ranks(std::span<const double> values) {
 
 double rank_correlation(std::span<const double> a, std::span<const double> b) {
   const auto is_nan = [](double v) { return std::isnan(v); };
-  if (a.size() != b.size() || a.size() < 2 || std::any_of(a.begin(), a.end(), is_nan) || std::any_of(b.begin(), b.end(), is_nan)) {
+  if (a.size() != b.size() || a.size() < 2 || std::any_of(a.begin(), a.end(), is_nan) ||
+      std::any_of(b.begin(), b.end(), is_nan)) {
     throw InvalidInput("rank_correlation: needs two equally long lists of at least two numbers");
   }
   const std::vector<double> x = ranks(a), y = ranks(b);

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -18,7 +18,8 @@ using Sums = std::array<double, 6>;  ///< Of weight, a, b, a^2, b^2, a b.
 
 std::array<double, 2 * kRadius + 1> window() {
   std::array<double, 2 * kRadius + 1> w{};
-  for (int i = -kRadius; i <= kRadius; ++i) w[static_cast<std::size_t>(i + kRadius)] = std::exp(-i * i / (2.0 * kSigma * kSigma));
+  for (int i = -kRadius; i <= kRadius; ++i)
+    w[static_cast<std::size_t>(i + kRadius)] = std::exp(-i * i / (2.0 * kSigma * kSigma));
   return w;
 }
 
@@ -32,7 +33,8 @@ double ssim_of(const Sums& s, double range) {
 }  // namespace
 
 ImageF ssim_map(const ImageF& a, const ImageF& b, const ImageU8& mask, double range, const RunControl& control) {
-  if (!a.same_size(b) || a.channels() != 1 || b.channels() != 1) throw InvalidInput("ssim: two images of one size and one channel are needed");
+  if (!a.same_size(b) || a.channels() != 1 || b.channels() != 1)
+    throw InvalidInput("ssim: two images of one size and one channel are needed");
   if (!mask.empty() && !mask.same_size(a)) throw InvalidInput("ssim: the mask has another size than the images");
   if (!(range > 0.0)) throw InvalidInput("ssim: the range of the values must be > 0");
   static const std::array<double, 2 * kRadius + 1> kWindow = window();
@@ -60,7 +62,8 @@ ImageF ssim_map(const ImageF& a, const ImageF& b, const ImageU8& mask, double ra
         Sums s{};
         for (int j = std::max(0, y - kRadius); j <= std::min(height - 1, y + kRadius); ++j) {
           const double w = kWindow[static_cast<std::size_t>(j - y + kRadius)];
-          const Sums& r = rows[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+          const Sums& r =
+              rows[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
           for (std::size_t k = 0; k < s.size(); ++k) s[k] += w * r[k];
         }
         out.at(x, y) = static_cast<float>(ssim_of(s, range));

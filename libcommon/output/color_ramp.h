@@ -1,5 +1,6 @@
 /// \file
-/// Numbers as colors that people with any color vision tell apart: straight lines in CIELAB, so that equal steps look equal.
+/// Numbers as colors that people with any color vision tell apart: straight lines in CIELAB, so that equal steps look
+/// equal.
 #pragma once
 
 #include <array>
@@ -16,7 +17,8 @@ enum class ColorRamp {
 /// Linear color. @param x  In [0, 1]; clamped.
 [[nodiscard]] std::array<float, 3> ramp_color(ColorRamp ramp, double x);
 
-/// A map as a picture. @param values  H x W x 1. @param mask  0 = drawn in mid gray; may be empty. @param low,high  Values of the ramp's ends.
+/// A map as a picture. @param values  H x W x 1. @param mask  0 = drawn in mid gray; may be empty. @param low,high
+/// Values of the ramp's ends.
 /// @throws InvalidInput if sizes differ, or low is not below high.
 [[nodiscard]] ImageF ramp_picture(const ImageF& values, const ImageU8& mask, double low, double high, ColorRamp ramp);
 

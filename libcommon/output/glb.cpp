@@ -9,15 +9,15 @@
 #include <set>
 #include <string_view>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
-#include "libcommon/core/read_limit.h"
 #include "libcommon/core/json_text.h"
+#include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
-#include "patinate/image/color.h"
 #include "libcommon/output/glb_binary.h"
 #include "libcommon/output/glb_tangents.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/image/color.h"
 
 namespace patinate {
 
@@ -41,10 +41,12 @@ VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale
   buffers.indices.resize(tiles.names.size());
   std::map<std::array<int, 4>, std::uint32_t> index_of;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    std::vector<std::uint32_t>& indices = buffers.indices[tiles.triangle_tile.empty() ? 0 : static_cast<std::size_t>(tiles.triangle_tile[t])];
+    std::vector<std::uint32_t>& indices =
+        buffers.indices[tiles.triangle_tile.empty() ? 0 : static_cast<std::size_t>(tiles.triangle_tile[t])];
     for (std::size_t k = 0; k < 3; ++k) {
       const bool is_mirrored = has_tangents && tangents.is_mirrored[t];
-      const std::array<int, 4> corner = {mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k], is_mirrored ? 1 : 0};
+      const std::array<int, 4> corner = {mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k],
+                                         is_mirrored ? 1 : 0};
       const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
       indices.push_back(found->second);
       if (!is_new) continue;
@@ -92,7 +94,8 @@ GlbTexture whole(const ImageU8& image) {
   return {image.width(), image.height(), image.channels(), [&image](const auto& write) { write(image.values()); }};
 }
 GlbTexture whole(const ImageF& linear) {
-  return {linear.width(), linear.height(), 3, [&linear](const auto& write) { write(srgb8_from_linear(linear).values()); }};
+  return {linear.width(), linear.height(), 3,
+          [&linear](const auto& write) { write(srgb8_from_linear(linear).values()); }};
 }
 
 std::vector<GlbLook> looks_of(const std::vector<GlbVariant>& variants) {
@@ -134,8 +137,9 @@ Json position_accessor(int view, const std::vector<float>& positions) {
 void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& variants, const GlbOptions& options) {
   if (!mesh.has_uvs()) throw InvalidInput("glb: the mesh has no UVs; unwrap it first");
   if (variants.empty()) throw InvalidInput("glb: there is no variant to write");
-  const bool fits = tiles.names.size() == 1 ? tiles.triangle_tile.empty() || tiles.triangle_tile.size() == mesh.triangles.size()
-                                            : !tiles.names.empty() && tiles.triangle_tile.size() == mesh.triangles.size();
+  const bool fits = tiles.names.size() == 1
+                        ? tiles.triangle_tile.empty() || tiles.triangle_tile.size() == mesh.triangles.size()
+                        : !tiles.names.empty() && tiles.triangle_tile.size() == mesh.triangles.size();
   const auto is_tile = [&](int tile) { return tile >= 0 && static_cast<std::size_t>(tile) < tiles.names.size(); };
   if (!fits || !std::all_of(tiles.triangle_tile.begin(), tiles.triangle_tile.end(), is_tile)) {
     throw InvalidInput("glb: every triangle needs a tile");
@@ -143,11 +147,14 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& 
   std::set<std::string> names;
   const auto is_empty = [](const GlbTexture& t) { return t.width <= 0 || t.height <= 0 || t.channels <= 0; };
   for (const GlbLook& variant : variants) {
-    if (variant.base_colors.size() != tiles.names.size()) throw InvalidInput("glb: `" + variant.name + "` needs one texture per tile");
+    if (variant.base_colors.size() != tiles.names.size())
+      throw InvalidInput("glb: `" + variant.name + "` needs one texture per tile");
     for (const std::vector<GlbTexture>* maps : {&variant.normals, &variant.speculars}) {
-      if (!maps->empty() && maps->size() != tiles.names.size()) throw InvalidInput("glb: `" + variant.name + "` needs a map per tile, or none");
+      if (!maps->empty() && maps->size() != tiles.names.size())
+        throw InvalidInput("glb: `" + variant.name + "` needs a map per tile, or none");
       for (const GlbTexture& map : *maps) {
-        if (is_empty(map) || (maps == &variant.normals && map.channels != 3)) throw InvalidInput("glb: a map of `" + variant.name + "` is empty or has not 3 channels");
+        if (is_empty(map) || (maps == &variant.normals && map.channels != 3))
+          throw InvalidInput("glb: a map of `" + variant.name + "` is empty or has not 3 channels");
       }
     }
     for (const GlbTexture& texture : variant.base_colors) {
@@ -167,7 +174,8 @@ void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const s
   const auto add_texture = [&](const std::string& name, const GlbTexture& texture, bool is_color) {
     control.throw_if_stopped();
     const std::size_t index = gltf["textures"].size();
-    gltf["images"].push_back({{"name", name}, {"mimeType", "image/png"}, {"bufferView", binary.add_png(texture, is_color)}});
+    gltf["images"].push_back(
+        {{"name", name}, {"mimeType", "image/png"}, {"bufferView", binary.add_png(texture, is_color)}});
     gltf["textures"].push_back({{"sampler", 0}, {"source", index}});
     return index;
   };
@@ -175,16 +183,19 @@ void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const s
     for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
       const std::string name = tiles.names.size() == 1 ? variant.name : variant.name + " " + tiles.names[tile];
       const std::size_t index = add_texture(name, variant.base_colors[tile], true);
-      Json material = {{"name", name},
-                       {"doubleSided", true},
-                       {"pbrMetallicRoughness",
-                        {{"baseColorTexture", {{"index", index}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}};
+      Json material = {
+          {"name", name},
+          {"doubleSided", true},
+          {"pbrMetallicRoughness",
+           {{"baseColorTexture", {{"index", index}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}};
       if (!variant.speculars.empty()) {
         Json& surface = material["pbrMetallicRoughness"];
         surface["roughnessFactor"] = 1;
-        surface["metallicRoughnessTexture"] = {{"index", add_texture(name + " roughness", roughness_map(variant.speculars[tile]), false)}};
+        surface["metallicRoughnessTexture"] = {
+            {"index", add_texture(name + " roughness", roughness_map(variant.speculars[tile]), false)}};
       }
-      if (!variant.normals.empty()) material["normalTexture"] = {{"index", add_texture(name + " normals", variant.normals[tile], false)}};
+      if (!variant.normals.empty())
+        material["normalTexture"] = {{"index", add_texture(name + " normals", variant.normals[tile], false)}};
       gltf["materials"].push_back(std::move(material));
       control.report(0.9 * static_cast<double>(gltf["materials"].size()) / num_materials);
     }
@@ -217,7 +228,8 @@ void append_u32(std::string& bytes, std::size_t value) {
 void write_container(const std::filesystem::path& path, std::string json, GlbBinary& binary) {
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const std::uint64_t binary_size = (binary.size() + 3) / 4 * 4, total = 12 + 8 + json.size() + 8 + binary_size;
-  if (total > 0xFFFFFFFFu) throw InvalidInput(path.string() + ": would be more than 4 GB; use smaller textures or fewer variants");
+  if (total > 0xFFFFFFFFu)
+    throw InvalidInput(path.string() + ": would be more than 4 GB; use smaller textures or fewer variants");
   std::string head;
   append_u32(head, kMagic);
   append_u32(head, 2);
@@ -249,16 +261,17 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::v
   write_glb(path, mesh, GlbTiles{}, variants, options, control);
 }
 
-void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbVariant>& variants,
-               const GlbOptions& options, const RunControl& control) {
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
+               const std::vector<GlbVariant>& variants, const GlbOptions& options, const RunControl& control) {
   write_glb(path, mesh, tiles, looks_of(variants), options, control);
 }
 
-void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& looks,
-               const GlbOptions& options, const RunControl& control) {
+void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
+               const std::vector<GlbLook>& looks, const GlbOptions& options, const RunControl& control) {
   check(mesh, tiles, looks, options);
   const Mesh shaded = with_normals(mesh);
-  const bool has_tangents = std::any_of(looks.begin(), looks.end(), [](const GlbLook& look) { return !look.normals.empty(); });
+  const bool has_tangents =
+      std::any_of(looks.begin(), looks.end(), [](const GlbLook& look) { return !look.normals.empty(); });
   const VertexBuffers buffers = make_buffers(shaded, tiles, options.meters_per_unit, has_tangents);
 
   Json gltf;
@@ -277,16 +290,19 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   gltf["accessors"].push_back(accessor(binary.add(buffers.uvs, kArrayBuffer), kFloat, buffers.uvs.size() / 2, "VEC2"));
   const int tangent_accessor = has_tangents ? static_cast<int>(gltf["accessors"].size()) : -1;
   if (has_tangents) {
-    gltf["accessors"].push_back(accessor(binary.add(buffers.tangents, kArrayBuffer), kFloat, buffers.tangents.size() / 4, "VEC4"));
+    gltf["accessors"].push_back(
+        accessor(binary.add(buffers.tangents, kArrayBuffer), kFloat, buffers.tangents.size() / 4, "VEC4"));
   }
   std::vector<int> index_accessors;  // -1 = no triangle shows this tile
   for (const std::vector<std::uint32_t>& indices : buffers.indices) {
     index_accessors.push_back(indices.empty() ? -1 : static_cast<int>(gltf["accessors"].size()));
-    if (!indices.empty()) gltf["accessors"].push_back(accessor(binary.add(indices, kElementBuffer), kUint32, indices.size(), "SCALAR"));
+    if (!indices.empty())
+      gltf["accessors"].push_back(accessor(binary.add(indices, kElementBuffer), kUint32, indices.size(), "SCALAR"));
   }
   gltf["textures"] = Json::array();
   add_materials(gltf, binary, tiles, looks, options, control);
-  gltf["meshes"] = Json::array({{{"name", options.name}, {"primitives", make_primitives(index_accessors, looks.size(), tangent_accessor)}}});
+  gltf["meshes"] = Json::array(
+      {{{"name", options.name}, {"primitives", make_primitives(index_accessors, looks.size(), tangent_accessor)}}});
   gltf["bufferViews"] = views_json(binary);
   gltf["buffers"] = Json::array({{{"byteLength", binary.size()}}});
   std::string text;

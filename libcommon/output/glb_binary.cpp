@@ -14,10 +14,12 @@ namespace patinate {
 
 namespace {
 
-/// What an encoder writes, in order, goes on to a function. It is not told of failures: libpng would print a line of its own.
+/// What an encoder writes, in order, goes on to a function. It is not told of failures: libpng would print a line of
+/// its own.
 class Pipe : public OIIO::Filesystem::IOProxy {
  public:
-  explicit Pipe(std::function<bool(const void*, std::size_t)> append) : IOProxy("picture.png", Write), append_(std::move(append)) {}
+  explicit Pipe(std::function<bool(const void*, std::size_t)> append)
+      : IOProxy("picture.png", Write), append_(std::move(append)) {}
   [[nodiscard]] const char* proxytype() const override { return "patinate"; }
   size_t write(const void* bytes, size_t size) override {
     is_good_ = is_good_ && append_(bytes, size);
@@ -34,7 +36,10 @@ class Pipe : public OIIO::Filesystem::IOProxy {
 
 }  // namespace
 
-GlbBinary::GlbBinary(const std::filesystem::path& glb) : shown_path_(glb.string()), place_(glb.parent_path() / (glb.stem().string() + ".textures")), file_(std::fopen(place_.temporary().c_str(), "w+b")) {
+GlbBinary::GlbBinary(const std::filesystem::path& glb)
+    : shown_path_(glb.string()),
+      place_(glb.parent_path() / (glb.stem().string() + ".textures")),
+      file_(std::fopen(place_.temporary().c_str(), "w+b")) {
   if (file_ == nullptr) fail("cannot be written; is the folder writable?");
 }
 
@@ -78,7 +83,8 @@ int GlbBinary::add_png(const GlbTexture& texture, bool is_color) {
   texture.make([&](std::span<const std::uint8_t> codes) {
     const auto row_size = static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.channels);
     const std::size_t num_rows = codes.size() / row_size;
-    if (codes.size() % row_size != 0 || num_rows > static_cast<std::size_t>(texture.height - row)) throw InvalidInput("glb: a texture makes other rows than it has");
+    if (codes.size() % row_size != 0 || num_rows > static_cast<std::size_t>(texture.height - row))
+      throw InvalidInput("glb: a texture makes other rows than it has");
     const int end = row + static_cast<int>(num_rows);
     check(out->write_scanlines(row, end, 0, OIIO::TypeDesc::UINT8, codes.data()));
     row = end;

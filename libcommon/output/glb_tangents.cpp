@@ -27,7 +27,8 @@ CornerTangents corner_tangents(const Mesh& mesh) {
   CornerTangents result{.tangent = std::vector<std::array<Vec3, 3>>(n), .is_mirrored = std::vector<bool>(n)};
   std::map<std::array<int, 4>, Vec3> sums;
   const auto key = [&](std::size_t t, std::size_t k) {
-    return std::array<int, 4>{mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k], result.is_mirrored[t] ? 1 : 0};
+    return std::array<int, 4>{mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k],
+                              result.is_mirrored[t] ? 1 : 0};
   };
   for (std::size_t t = 0; t < n; ++t) {
     std::array<Vec3, 3> p;

@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/core/json.h"
 
 namespace patinate {

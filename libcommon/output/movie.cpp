@@ -7,10 +7,10 @@
 #include <memory>
 #include <new>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/image/color.h"
 #include "libcommon/image/watched_file.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -32,21 +32,22 @@ struct Format {
 };
 
 const std::vector<Format>& formats() {
-  static const std::vector<Format> all{{".mp4", {"libx264", "mpeg4"}},
-                                       {".webm", {"libvpx-vp9", "libvpx"}}};
+  static const std::vector<Format> all{{".mp4", {"libx264", "mpeg4"}}, {".webm", {"libvpx-vp9", "libvpx"}}};
   return all;
 }
 
 std::string extension_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const std::vector<std::string>& all = movie_extensions();
   if (std::find(all.begin(), all.end(), extension) != all.end()) return extension;
   throw UsageError(path.string() + ": is no movie; expected a name that ends in .mp4, .webm or .gif");
 }
 
 const Format& format_of(const std::filesystem::path& path) {
-  return *std::find_if(formats().begin(), formats().end(), [e = extension_of(path)](const Format& f) { return e == f.extension; });
+  return *std::find_if(formats().begin(), formats().end(),
+                       [e = extension_of(path)](const Format& f) { return e == f.extension; });
 }
 
 /// A movie file that pictures are added to.
@@ -73,8 +74,8 @@ using Owned = std::unique_ptr<T, Deleter>;
 /// H.264 or VP9 by libavcodec.
 class EncodedMovie final : public Movie {
  public:
-  EncodedMovie(const std::filesystem::path& path, const std::filesystem::path& shown_path, int width, int height, const MovieOptions& options,
-          const std::string& key)
+  EncodedMovie(const std::filesystem::path& path, const std::filesystem::path& shown_path, int width, int height,
+               const MovieOptions& options, const std::string& key)
       : shown_path_(shown_path.string()), width_(width), height_(height), format_(format_of(path)) {
     AVFormatContext* file = nullptr;
     check(avformat_alloc_output_context2(&file, nullptr, nullptr, path.c_str()), "there is no such format");
@@ -96,9 +97,11 @@ class EncodedMovie final : public Movie {
     frame_->height = encoder_->height;
     check(av_frame_get_buffer(frame_.get(), 0), "not enough memory");
     scaler_.reset(sws_getContext(encoder_->width, encoder_->height, AV_PIX_FMT_RGB24, encoder_->width, encoder_->height,
-                                 encoder_->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT, nullptr, nullptr, nullptr));
+                                 encoder_->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT, nullptr, nullptr,
+                                 nullptr));
     if (!scaler_) throw CannotComplete(shown_path_ + ": its colors cannot be converted");
-    sws_setColorspaceDetails(scaler_.get(), sws_getCoefficients(SWS_CS_ITU709), 1, sws_getCoefficients(SWS_CS_ITU709), 0, 0, 1 << 16, 1 << 16);
+    sws_setColorspaceDetails(scaler_.get(), sws_getCoefficients(SWS_CS_ITU709), 1, sws_getCoefficients(SWS_CS_ITU709),
+                             0, 0, 1 << 16, 1 << 16);
   }
 
   void add(const ImageU8& codes) override {
@@ -132,7 +135,8 @@ class EncodedMovie final : public Movie {
       if (codec == nullptr) codec = avcodec_find_encoder_by_name(name);
     }
     if (codec == nullptr) {
-      throw CannotComplete(shown_path_ + ": libavcodec has no encoder " + format_.encoders.front() + " here; use another extension or image files");
+      throw CannotComplete(shown_path_ + ": libavcodec has no encoder " + format_.encoders.front() +
+                           " here; use another extension or image files");
     }
     encoder_.reset(avcodec_alloc_context3(codec));
     encoder_->width = width_ + width_ % 2;
@@ -155,7 +159,9 @@ class EncodedMovie final : public Movie {
     check(avcodec_open2(encoder_.get(), codec, nullptr), "the encoder does not take pictures of this size");
   }
 
-  [[nodiscard]] bool is_even(const ImageU8& codes) const { return codes.width() == encoder_->width && codes.height() == encoder_->height; }
+  [[nodiscard]] bool is_even(const ImageU8& codes) const {
+    return codes.width() == encoder_->width && codes.height() == encoder_->height;
+  }
 
   [[nodiscard]] ImageU8 padded(const ImageU8& codes) const {
     ImageU8 out(encoder_->width, encoder_->height, 3);
@@ -198,8 +204,13 @@ class EncodedMovie final : public Movie {
 /// Animated GIF by OpenImageIO, whose palettes follow each picture.
 class Gif final : public Movie {
  public:
-  Gif(const std::filesystem::path& path, const std::filesystem::path& shown_path, const MovieOptions& options, std::string key)
-      : path_(path), shown_path_(shown_path.string()), fps_(static_cast<float>(options.fps)), key_(std::move(key)), disk_(path) {}
+  Gif(const std::filesystem::path& path, const std::filesystem::path& shown_path, const MovieOptions& options,
+      std::string key)
+      : path_(path),
+        shown_path_(shown_path.string()),
+        fps_(static_cast<float>(options.fps)),
+        key_(std::move(key)),
+        disk_(path) {}
 
   void add(const ImageU8& codes) override {
     OIIO::ImageSpec spec(codes.width(), codes.height(), 3, OIIO::TypeDesc::UINT8);
@@ -207,7 +218,8 @@ class Gif final : public Movie {
     if (!file_) {
       file_ = OIIO::ImageOutput::create("gif");
       spec_ = spec;
-      check(file_ && file_->set_ioproxy(static_cast<OIIO::Filesystem::IOProxy*>(disk_.proxy())) && file_->open(path_.string(), spec, OIIO::ImageOutput::Create));
+      check(file_ && file_->set_ioproxy(static_cast<OIIO::Filesystem::IOProxy*>(disk_.proxy())) &&
+            file_->open(path_.string(), spec, OIIO::ImageOutput::Create));
     } else {
       if (spec.width != spec_.width || spec.height != spec_.height) {
         throw InvalidInput(shown_path_ + ": a picture of a movie differs from the first in size");
@@ -250,12 +262,12 @@ class Gif final : public Movie {
   std::unique_ptr<OIIO::ImageOutput> file_;
 };
 
-std::unique_ptr<Movie> open_movie(const std::filesystem::path& path, const std::filesystem::path& shown_path, const ImageU8& first,
-                                  const MovieOptions& options, const std::string& key) {
+std::unique_ptr<Movie> open_movie(const std::filesystem::path& path, const std::filesystem::path& shown_path,
+                                  const ImageU8& first, const MovieOptions& options, const std::string& key) {
   constexpr int kLeast = 2, kMost = 8192;
   if (std::min(first.width(), first.height()) < kLeast || std::max(first.width(), first.height()) > kMost) {
-    throw InvalidInput(shown_path.string() + ": a movie of " + std::to_string(first.width()) + " x " + std::to_string(first.height()) +
-                       " pixels; expected 2 to 8192 along each side");
+    throw InvalidInput(shown_path.string() + ": a movie of " + std::to_string(first.width()) + " x " +
+                       std::to_string(first.height()) + " pixels; expected 2 to 8192 along each side");
   }
   if (extension_of(path) == ".gif") return std::make_unique<Gif>(path, shown_path, options, key);
   return std::make_unique<EncodedMovie>(path, shown_path, first.width(), first.height(), options, key);
@@ -305,7 +317,8 @@ void write_coded_movie(const std::filesystem::path& path, int num_pictures, cons
 
 void write_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageF(int)>& picture,
                  const MovieOptions& options, const std::string& key, const RunControl& control) {
-  write_coded_movie(path, num_pictures, [&](int i) { return srgb8_from_linear(picture(i)); }, options, key, control);
+  write_coded_movie(
+      path, num_pictures, [&](int i) { return srgb8_from_linear(picture(i)); }, options, key, control);
 }
 
 std::string read_movie_key(const std::filesystem::path& path) {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <string_view>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/output/render_light.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
@@ -27,8 +27,10 @@ void check(const RenderOptions& o) {
 }
 
 void check(const SurfaceDetail& detail) {
-  if (!detail.normals.empty() && detail.normals.channels() != 3) throw InvalidInput("render: normals have three numbers a texel");
-  if (!detail.roughness.empty() && detail.roughness.channels() != 1) throw InvalidInput("render: a roughness is one number a texel");
+  if (!detail.normals.empty() && detail.normals.channels() != 3)
+    throw InvalidInput("render: normals have three numbers a texel");
+  if (!detail.roughness.empty() && detail.roughness.channels() != 1)
+    throw InvalidInput("render: a roughness is one number a texel");
 }
 
 // The studio's backdrop as a function of the place in the picture, [0, 1] each.
@@ -71,9 +73,11 @@ void describe(OptionVisitor& v, RenderOptions& o) {
   v.visit({"background", "Linear gray of the studio backdrop", "", between(0, 1)}, o.background);
 }
 
-RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const RunControl& control) : RenderView(mesh, options, SurfaceDetail{}, control) {}
+RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const RunControl& control)
+    : RenderView(mesh, options, SurfaceDetail{}, control) {}
 
-RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const RunControl& control) {
+RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail,
+                       const RunControl& control) {
   check(options);
   check(detail);
   if (!mesh.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");

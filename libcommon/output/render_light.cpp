@@ -92,7 +92,8 @@ std::array<double, 3> texture_at(const ImageF& texture, double u, double v) {
   return color;
 }
 
-LitMesh::LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const OrbitCamera& camera, const RunControl& control)
+LitMesh::LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const OrbitCamera& camera,
+                 const RunControl& control)
     : mesh_(prepared(mesh, options)),
       options_(options),
       detail_(detail),
@@ -224,7 +225,9 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<co
   Vec3 normal = blend(n, hit.b1, hit.b2).normalized();
   const Vec2 at = blend(uv, hit.b1, hit.b2);
   if (!detail_.normals.empty()) normal = detailed_normal(normal, t, hit, at);
-  const double roughness = detail_.roughness.empty() ? options_.roughness : std::clamp(texture_at(detail_.roughness, at.x(), at.y())[0], 0.05, 1.0);
+  const double roughness = detail_.roughness.empty()
+                               ? options_.roughness
+                               : std::clamp(texture_at(detail_.roughness, at.x(), at.y())[0], 0.05, 1.0);
   const Vec3 place = blend(p, hit.b1, hit.b2);
   // Both sides show: a surface seen from behind is lit like one that faces the viewer.
   const double side = face.dot(direction) > 0.0 ? -1.0 : 1.0;

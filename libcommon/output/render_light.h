@@ -28,7 +28,8 @@ struct LitPoint {
 /// Mesh with everything that light needs. Immutable after construction; queries are thread-safe.
 class LitMesh {
  public:
-  LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const OrbitCamera& camera, const RunControl& control);
+  LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const OrbitCamera& camera,
+          const RunControl& control);
 
   /// @param sample, num_samples  Which of a pixel's rays this is: chooses the point of the light that it looks at.
   [[nodiscard]] LitPoint look(const Vec3& origin, const Vec3& direction, int x, int y, int sample,
@@ -46,7 +47,7 @@ class LitMesh {
   Mesh mesh_;
   RenderOptions options_;
   SurfaceDetail detail_;
-  CornerTangents tangents_;             // Where there are normals.
+  CornerTangents tangents_;  // Where there are normals.
   RayScene scene_;
   Box box_;
   double diagonal_ = 0.0;

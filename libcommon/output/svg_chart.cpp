@@ -4,16 +4,17 @@
 #include <array>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 
 namespace {
 
 constexpr double kWidth = 620, kHeight = 300, kLeft = 64, kRight = 14, kTop = 34, kBottom = 46;
-constexpr std::array<const char*, 7> kColors{"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7a7a7a"};
+constexpr std::array<const char*, 7> kColors{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                             "#E69F00", "#56B4E9", "#7a7a7a"};
 constexpr std::array<const char*, 4> kDashes{"", "7 3", "2 3", "9 3 2 3"};
 
 struct Axis {
@@ -22,7 +23,8 @@ struct Axis {
   double begin = 0.0, end = 1.0;  ///< In the picture.
 
   [[nodiscard]] double at(double v) const {
-    const double s = is_log ? (std::log(v) - std::log(low)) / (std::log(high) - std::log(low)) : (v - low) / (high - low);
+    const double s =
+        is_log ? (std::log(v) - std::log(low)) / (std::log(high) - std::log(low)) : (v - low) / (high - low);
     return begin + s * (end - begin);
   }
 };
@@ -50,7 +52,8 @@ std::vector<double> ticks_of(const Axis& axis) {
     return ticks;
   }
   const double step = step_of(axis.high - axis.low);
-  for (double k = std::ceil(axis.low / step - 1e-9); k * step <= axis.high + 1e-9 * step; k += 1.0) ticks.push_back(rounded(k * step, 9) + 0.0);
+  for (double k = std::ceil(axis.low / step - 1e-9); k * step <= axis.high + 1e-9 * step; k += 1.0)
+    ticks.push_back(rounded(k * step, 9) + 0.0);
   return ticks;
 }
 
@@ -72,7 +75,8 @@ Axis make_axis(std::optional<std::pair<double, double>> range, bool is_log, bool
 }
 
 std::string text_at(double x, double y, const char* anchor, const std::string& text, const std::string& more = "") {
-  return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\" text-anchor=\"" + anchor + "\"" + more + ">" + html_escape(text) + "</text>\n";
+  return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\" text-anchor=\"" + anchor + "\"" + more + ">" +
+         html_escape(text) + "</text>\n";
 }
 
 std::string axes_text(const Axis& x, const Axis& y) {
@@ -110,11 +114,13 @@ std::string line_text(const ChartSeries& s, const Axis& x, const Axis& y, std::s
     }
     const std::string at = px(x.at(s.x[i])) + " " + px(y.at(*s.y[i]));
     path += (is_open ? "L" : "M") + at;
-    dots += "<circle cx=\"" + px(x.at(s.x[i])) + "\" cy=\"" + px(y.at(*s.y[i])) + "\" r=\"2.6\" fill=\"" + color + "\"/>\n";
+    dots +=
+        "<circle cx=\"" + px(x.at(s.x[i])) + "\" cy=\"" + px(y.at(*s.y[i])) + "\" r=\"2.6\" fill=\"" + color + "\"/>\n";
     is_open = true;
     ++num_points;
   }
-  out += "<path d=\"" + path + "\" fill=\"none\" stroke=\"" + color + "\" stroke-width=\"2\"" + (*dash != 0 ? " stroke-dasharray=\"" + std::string(dash) + "\"" : "") + "/>\n";
+  out += "<path d=\"" + path + "\" fill=\"none\" stroke=\"" + color + "\" stroke-width=\"2\"" +
+         (*dash != 0 ? " stroke-dasharray=\"" + std::string(dash) + "\"" : "") + "/>\n";
   return num_points <= 12 ? out + dots : out;
 }
 
@@ -123,7 +129,8 @@ std::string line_text(const ChartSeries& s, const Axis& x, const Axis& y, std::s
 std::string svg_chart(const Chart& chart) {
   std::optional<std::pair<double, double>> xs, ys;
   for (const ChartSeries& s : chart.series) {
-    if (s.y.size() != s.x.size() || (!s.band.empty() && s.band.size() != s.x.size())) throw InvalidInput("chart: a series has lists of different lengths");
+    if (s.y.size() != s.x.size() || (!s.band.empty() && s.band.size() != s.x.size()))
+      throw InvalidInput("chart: a series has lists of different lengths");
     for (std::size_t i = 0; i < s.x.size(); ++i) {
       if (!s.y[i]) continue;
       widen(xs, s.x[i]);
@@ -136,8 +143,11 @@ std::string svg_chart(const Chart& chart) {
       widen(ys, s.band[i].second);
     }
   }
-  std::string out = "<svg viewBox=\"0 0 620 300\" width=\"620\" height=\"300\" role=\"img\" font-size=\"12\" fill=\"currentColor\" font-family=\"system-ui, sans-serif\" aria-label=\"" +
-                    html_escape(chart.title) + "\">\n" + text_at(8, 18, "start", chart.title, " font-size=\"14\" font-weight=\"600\"");
+  std::string out =
+      "<svg viewBox=\"0 0 620 300\" width=\"620\" height=\"300\" role=\"img\" font-size=\"12\" fill=\"currentColor\" "
+      "font-family=\"system-ui, sans-serif\" aria-label=\"" +
+      html_escape(chart.title) + "\">\n" +
+      text_at(8, 18, "start", chart.title, " font-size=\"14\" font-weight=\"600\"");
   if (!xs || !ys) return out + text_at(kWidth / 2, kHeight / 2, "middle", "no values") + "</svg>\n";
   Axis x = make_axis(xs, chart.log_x, false), y = make_axis(ys, chart.log_y, chart.from_zero);
   const bool has_legend = chart.series.size() > 1;
@@ -151,7 +161,8 @@ std::string svg_chart(const Chart& chart) {
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
     out += line_text(chart.series[i], x, y, i);
     if (!has_legend) continue;
-    out += "<rect x=\"" + px(legend_x) + "\" y=\"30\" width=\"12\" height=\"4\" fill=\"" + std::string(kColors[i % kColors.size()]) + "\"/>\n";
+    out += "<rect x=\"" + px(legend_x) + "\" y=\"30\" width=\"12\" height=\"4\" fill=\"" +
+           std::string(kColors[i % kColors.size()]) + "\"/>\n";
     out += text_at(legend_x + 17, 36, "start", chart.series[i].name);
     legend_x += 32.0 + 6.6 * static_cast<double>(chart.series[i].name.size());
   }

@@ -11,9 +11,9 @@ namespace patinate {
 
 /// A curve; points without value are gaps.
 struct ChartSeries {
-  std::string name = {};                                  ///< For the legend.
+  std::string name = {};  ///< For the legend.
   std::vector<double> x = {};
-  std::vector<std::optional<double>> y = {};              ///< As many as x.
+  std::vector<std::optional<double>> y = {};         ///< As many as x.
   std::vector<std::pair<double, double>> band = {};  ///< Low and high at each x, drawn pale; none or as many as x.
   bool is_dashed = false;                            ///< For what only serves comparison.
 };
@@ -25,11 +25,14 @@ struct Chart {
   bool from_zero = true;  ///< The y axis includes 0.
   bool log_x = false;     ///< Values must then be > 0.
   bool log_y = false;
-  std::vector<ChartSeries> series = {};  ///< Colors of [Okabe and Ito 2008], told apart by any color vision, and a dash pattern each.
+  std::vector<ChartSeries> series =
+      {};  ///< Colors of [Okabe and Ito 2008], told apart by any color vision, and a dash pattern each.
 };
 
-/// An `<svg>` element without outer references: its ink follows the page (`currentColor`). Equal charts give equal text.
-/// @throws InvalidInput if a series' lists differ in length or a number is not finite. A chart without any value says so.
+/// An `<svg>` element without outer references: its ink follows the page (`currentColor`). Equal charts give equal
+/// text.
+/// @throws InvalidInput if a series' lists differ in length or a number is not finite. A chart without any value says
+/// so.
 [[nodiscard]] std::string svg_chart(const Chart& chart);
 
 }  // namespace patinate

@@ -40,12 +40,14 @@ MaterialAtlas& MaterialAtlas::operator=(MaterialAtlas&&) noexcept = default;
 
 std::uint16_t MaterialAtlas::original(int material, TexelIndex t) const {
   const int triangle = surface_->triangle(t);
-  return triangle < 0 ? std::uint16_t{0}
-                      : originals_[static_cast<std::size_t>(surface_->object(triangle))][static_cast<std::size_t>(material)];
+  return triangle < 0
+             ? std::uint16_t{0}
+             : originals_[static_cast<std::size_t>(surface_->object(triangle))][static_cast<std::size_t>(material)];
 }
 
 std::uint16_t MaterialAtlas::amount(int material, TexelIndex t) const {
-  const Pages::Page* page = pages_->pages[page_slot(surface_->grid(), material, TileGrid::page_of(t))].load(std::memory_order_acquire);
+  const Pages::Page* page =
+      pages_->pages[page_slot(surface_->grid(), material, TileGrid::page_of(t))].load(std::memory_order_acquire);
   return page ? (*page)[t % TileGrid::kPageTexels] : original(material, t);
 }
 
@@ -62,7 +64,8 @@ std::span<std::uint16_t> MaterialAtlas::writable_tile(int material, TileIndex ti
   Pages::Page* page = slot.load(std::memory_order_acquire);
   if (!page) {  // whoever is first: all would make the same
     auto made = std::make_unique<Pages::Page>();
-    for (std::uint32_t i = 0; i < TileGrid::kPageTexels; ++i) (*made)[i] = original(material, index * TileGrid::kPageTexels + i);
+    for (std::uint32_t i = 0; i < TileGrid::kPageTexels; ++i)
+      (*made)[i] = original(material, index * TileGrid::kPageTexels + i);
     if (slot.compare_exchange_strong(page, made.get(), std::memory_order_acq_rel)) page = made.release();
   }
   return {page->data() + std::size_t{tile % TileGrid::kPageTiles} * TileGrid::kTileTexels, TileGrid::kTileTexels};

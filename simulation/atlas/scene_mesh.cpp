@@ -15,14 +15,16 @@ constexpr double kUvSlack = 1e-6;  // rounding of what a file says
 
 Eigen::Matrix3d rotation_of(const Vec3& degrees) {
   const Vec3 a = degrees * (std::numbers::pi / 180.0);
-  return (Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) * Eigen::AngleAxisd(a.x(), Vec3::UnitX()))
+  return (Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *
+          Eigen::AngleAxisd(a.x(), Vec3::UnitX()))
       .toRotationMatrix();
 }
 
 double checked_area(const SceneObject& object) {
   const std::string name = "object '" + object.name + "'";
   if (object.mesh.num_triangles() == 0) throw InvalidInput(name + " has no triangles");
-  if (!object.mesh.has_uvs()) throw InvalidInput(name + " has no UVs; unwrap it, or let the scene do so (\"atlas\": {\"uvs\": \"unwrap\"})");
+  if (!object.mesh.has_uvs())
+    throw InvalidInput(name + " has no UVs; unwrap it, or let the scene do so (\"atlas\": {\"uvs\": \"unwrap\"})");
   for (const Triangle& corners : object.mesh.uv_triangles) {
     for (const int corner : corners) {
       const Vec2& uv = object.mesh.uvs[static_cast<std::size_t>(corner)];
@@ -70,10 +72,12 @@ Layout lay_out(const std::vector<double>& areas, int gutter, int resolution) {
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return areas[a] > areas[b]; });
   const double largest = std::sqrt(areas[order.front()]);
   for (int side = resolution; side >= 1; --side) {
-    for (std::size_t i = 0; i < n; ++i) layout.sides[i] = std::max(1, static_cast<int>(side * std::sqrt(areas[i]) / largest));
+    for (std::size_t i = 0; i < n; ++i)
+      layout.sides[i] = std::max(1, static_cast<int>(side * std::sqrt(areas[i]) / largest));
     if (place_in_rows(layout.sides, order, gutter, resolution, layout.corners)) return layout;
   }
-  throw InvalidInput(std::to_string(n) + " objects do not fit into an atlas of " + std::to_string(resolution) + " texels; raise its resolution");
+  throw InvalidInput(std::to_string(n) + " objects do not fit into an atlas of " + std::to_string(resolution) +
+                     " texels; raise its resolution");
 }
 
 void append(Mesh& to, const Mesh& from, const Layout& layout, std::size_t object, int resolution) {
@@ -124,16 +128,19 @@ void place_objects(SceneMesh& scene_mesh, const Scene& scene) {
   for (const SceneObject& object : scene.objects) {
     const Eigen::Matrix3d rotation = rotation_of(object.rotate_deg);
     const Mesh own = with_normals(object.mesh);
-    if (position + own.positions.size() > scene_mesh.mesh.positions.size() || normal + own.normals.size() > scene_mesh.mesh.normals.size()) {
+    if (position + own.positions.size() > scene_mesh.mesh.positions.size() ||
+        normal + own.normals.size() > scene_mesh.mesh.normals.size()) {
       throw InvalidInput("the scene has other objects than when its atlas was made");
     }
-    for (const Vec3& p : own.positions) scene_mesh.mesh.positions[position++] = rotation * (p * object.scale) + object.translate_mm;
+    for (const Vec3& p : own.positions)
+      scene_mesh.mesh.positions[position++] = rotation * (p * object.scale) + object.translate_mm;
     for (const Vec3& n : own.normals) scene_mesh.mesh.normals[normal++] = rotation * n;
   }
   for (const Vec3& p : scene_mesh.mesh.positions) {
     if (!(p.cwiseAbs().maxCoeff() <= kFarthest)) throw InvalidInput("an object lies more than 1000 km from the origin");
   }
-  if (position != scene_mesh.mesh.positions.size()) throw InvalidInput("the scene has other objects than when its atlas was made");
+  if (position != scene_mesh.mesh.positions.size())
+    throw InvalidInput("the scene has other objects than when its atlas was made");
 }
 
 }  // namespace patinate::simulation

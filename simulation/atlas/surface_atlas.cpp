@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/atlas/uv_layout.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/atlas/uv_layout.h"
 
 namespace patinate::simulation {
 
@@ -15,17 +15,21 @@ SurfacePoint middle_of(int triangle) { return {.triangle = triangle, .b1 = 1.0 /
 
 void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
   if (map.num_covered() == 0) throw InvalidInput("no texel of the atlas is covered; raise its resolution");
-  const auto overlaps = [](const TexelMap& of) { return static_cast<double>(of.num_overlapping()) > kMostOverlap * static_cast<double>(of.num_covered()); };
+  const auto overlaps = [](const TexelMap& of) {
+    return static_cast<double>(of.num_overlapping()) > kMostOverlap * static_cast<double>(of.num_covered());
+  };
   if (!overlaps(map)) return;
   // Which object it is: each alone on a grid of its own.
   std::string names;
   for (std::size_t i = 0; i < scene_mesh.mesh.surfaces.size(); ++i) {
     const std::string& name = scene_mesh.mesh.surfaces[i].node;
-    const TexelMap alone(select_surfaces(scene_mesh.mesh, name, ""), std::min(map.width(), 1024), std::min(map.height(), 1024));
+    const TexelMap alone(select_surfaces(scene_mesh.mesh, name, ""), std::min(map.width(), 1024),
+                         std::min(map.height(), 1024));
     if (overlaps(alone)) names += (names.empty() ? "'" : ", '") + name + "'";
   }
-  throw InvalidInput("the UVs of object " + (names.empty() ? std::string("(several together)") : names) +
-                     " overlap: places would share their texels; let the scene unwrap it (\"atlas\": {\"uvs\": \"unwrap\"})");
+  throw InvalidInput(
+      "the UVs of object " + (names.empty() ? std::string("(several together)") : names) +
+      " overlap: places would share their texels; let the scene unwrap it (\"atlas\": {\"uvs\": \"unwrap\"})");
 }
 
 }  // namespace
@@ -47,26 +51,28 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
   const auto index_of = [&](TexelId t) {
     return t < 0 ? kNoTexel : grid_.index(static_cast<int>(t % map.width()), static_cast<int>(t / map.width()));
   };
-  parallel_for(static_cast<std::int64_t>(num_triangles), 4096, control.part(0.5, 0.6), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; ++i) {
-      const auto t = static_cast<std::size_t>(i);
-      const Eigen::Matrix<double, 3, 2> step = map.mm_per_texel(static_cast<int>(i));
-      step_[t] = step.cast<float>();
-      weight_per_texel[t] = kMedianWeight * step.col(0).cross(step.col(1)).norm() / median_area;
-      const double weight = std::round(weight_per_texel[t]);
-      weight_[t] = static_cast<std::uint16_t>(weight >= 1.0 ? std::min<double>(weight, kMaxWeight) : 1.0);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vec2& uv = map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[t][k])];
-        corner_texels_[t][2 * k] = static_cast<float>(uv.x() * map.width() - 0.5);
-        corner_texels_[t][2 * k + 1] = static_cast<float>((1.0 - uv.y()) * map.height() - 0.5);
-      }
-      const TexelId texel = map.texel_of(middle_of(static_cast<int>(i)));
-      fallback_[t] = index_of(texel);
-      if (texel >= 0) chart_[t] = map.chart(texel);
-    }
-  });
+  parallel_for(static_cast<std::int64_t>(num_triangles), 4096, control.part(0.5, 0.6),
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (std::int64_t i = begin; i < end; ++i) {
+                   const auto t = static_cast<std::size_t>(i);
+                   const Eigen::Matrix<double, 3, 2> step = map.mm_per_texel(static_cast<int>(i));
+                   step_[t] = step.cast<float>();
+                   weight_per_texel[t] = kMedianWeight * step.col(0).cross(step.col(1)).norm() / median_area;
+                   const double weight = std::round(weight_per_texel[t]);
+                   weight_[t] = static_cast<std::uint16_t>(weight >= 1.0 ? std::min<double>(weight, kMaxWeight) : 1.0);
+                   for (std::size_t k = 0; k < 3; ++k) {
+                     const Vec2& uv = map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[t][k])];
+                     corner_texels_[t][2 * k] = static_cast<float>(uv.x() * map.width() - 0.5);
+                     corner_texels_[t][2 * k + 1] = static_cast<float>((1.0 - uv.y()) * map.height() - 0.5);
+                   }
+                   const TexelId texel = map.texel_of(middle_of(static_cast<int>(i)));
+                   fallback_[t] = index_of(texel);
+                   if (texel >= 0) chart_[t] = map.chart(texel);
+                 }
+               });
   triangle_.assign(grid_.num_texels(), -1);
-  std::vector<std::vector<std::pair<TexelIndex, std::array<TexelIndex, 4>>>> rows(static_cast<std::size_t>(map.height()));
+  std::vector<std::vector<std::pair<TexelIndex, std::array<TexelIndex, 4>>>> rows(
+      static_cast<std::size_t>(map.height()));
   parallel_for(map.height(), 16, control.part(0.6, 0.9), [&](std::int64_t begin, std::int64_t end) {
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < map.width(); ++x) {
@@ -110,7 +116,9 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
 
 void SurfaceAtlas::make_links() {
   // Over a seam, border texels name some that do not name them, and some that are on no border.
-  const auto contains = [](const std::vector<TexelIndex>& sorted, TexelIndex t) { return std::binary_search(sorted.begin(), sorted.end(), t); };
+  const auto contains = [](const std::vector<TexelIndex>& sorted, TexelIndex t) {
+    return std::binary_search(sorted.begin(), sorted.end(), t);
+  };
   linked_ = border_;
   for (std::size_t i = 0; i < border_.size(); ++i) {
     for (const TexelIndex n : border_neighbors_[i]) {
@@ -126,8 +134,10 @@ void SurfaceAtlas::make_links() {
     for (const TexelIndex n : neighbors(t)) {
       if (n == kNoTexel) continue;
       named.emplace_back(t, n);
-      if (contains(linked_, n)) named.emplace_back(n, t);
-      else named.emplace_back(t, n);  // it names t too
+      if (contains(linked_, n))
+        named.emplace_back(n, t);
+      else
+        named.emplace_back(t, n);  // it names t too
     }
   }
   std::sort(named.begin(), named.end());
@@ -136,8 +146,10 @@ void SurfaceAtlas::make_links() {
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
     while (next != named.end() && next->first < t) ++next;
     for (; next != named.end() && next->first == t; ++next) {
-      if (links_.size() > first_link_.back() && links_.back().texel == next->second) ++links_.back().count;
-      else links_.push_back({next->second, 1});
+      if (links_.size() > first_link_.back() && links_.back().texel == next->second)
+        ++links_.back().count;
+      else
+        links_.push_back({next->second, 1});
     }
   }
   first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
@@ -171,7 +183,8 @@ TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const
 
 std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {
   const auto found = std::lower_bound(border_.begin(), border_.end(), t);
-  if (found != border_.end() && *found == t) return border_neighbors_[static_cast<std::size_t>(found - border_.begin())];
+  if (found != border_.end() && *found == t)
+    return border_neighbors_[static_cast<std::size_t>(found - border_.begin())];
   const int x = grid_.x(t), y = grid_.y(t);
   return {grid_.index(x + 1, y), grid_.index(x - 1, y), grid_.index(x, y + 1), grid_.index(x, y - 1)};
 }
@@ -183,7 +196,8 @@ std::span<const SurfaceAtlas::Link> SurfaceAtlas::links(TexelIndex t, std::array
     return std::span(links_).subspan(first_link_[i], first_link_[i + 1] - first_link_[i]);
   }
   const int x = grid_.x(t), y = grid_.y(t);
-  plain = {Link{grid_.index(x + 1, y), 2}, Link{grid_.index(x - 1, y), 2}, Link{grid_.index(x, y + 1), 2}, Link{grid_.index(x, y - 1), 2}};
+  plain = {Link{grid_.index(x + 1, y), 2}, Link{grid_.index(x - 1, y), 2}, Link{grid_.index(x, y + 1), 2},
+           Link{grid_.index(x, y - 1), 2}};
   return plain;
 }
 

@@ -1,5 +1,5 @@
-// Area weights of texels: the surface that texel_of() gives to each, so that even rain wets texels at a chart's edge, of which the chart
-// may own half a cell or one and a half, as it does those inside.
+// Area weights of texels: the surface that texel_of() gives to each, so that even rain wets texels at a chart's edge,
+// of which the chart may own half a cell or one and a half, as it does those inside.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
@@ -12,9 +12,9 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr double kFraction = 1024.0;            // sums are in parts of a weight's unit, so that their order does not matter
-constexpr std::uint32_t kEnough = 1u << 31;     // beyond this a sum ends at kMaxWeight anyway
-constexpr int kSamples = 16;                    // along a cell's side, where its own texel is not of the chart
+constexpr double kFraction = 1024.0;  // sums are in parts of a weight's unit, so that their order does not matter
+constexpr std::uint32_t kEnough = 1u << 31;  // beyond this a sum ends at kMaxWeight anyway
+constexpr int kSamples = 16;                 // along a cell's side, where its own texel is not of the chart
 
 /// A convex polygon: a triangle cut by the four sides of a cell.
 struct Polygon {
@@ -64,7 +64,9 @@ std::array<double, 2> span_at(const Polygon& triangle, double y) {
   return {lo, hi};
 }
 
-int cell_of(double coordinate, int size) { return std::clamp(static_cast<int>(std::floor(coordinate + 0.5)), 0, size - 1); }
+int cell_of(double coordinate, int size) {
+  return std::clamp(static_cast<int>(std::floor(coordinate + 0.5)), 0, size - 1);
+}
 
 }  // namespace
 
@@ -74,13 +76,15 @@ void SurfaceAtlas::weigh_texels(std::span<const double> weight_per_texel, const 
     if (texel == kNoTexel) return;
     const std::atomic_ref<std::uint32_t> sum(sums[texel]);
     if (sum.load(std::memory_order_relaxed) > kEnough) return;
-    sum.fetch_add(static_cast<std::uint32_t>(std::lround(kFraction * std::min<double>(weight, kMaxWeight))), std::memory_order_relaxed);
+    sum.fetch_add(static_cast<std::uint32_t>(std::lround(kFraction * std::min<double>(weight, kMaxWeight))),
+                  std::memory_order_relaxed);
   };
   const auto weigh = [&](int triangle) {
     const auto t = static_cast<std::size_t>(triangle);
     const double per_texel = weight_per_texel[t];
     Polygon corners;
-    for (std::size_t k = 0; k < 3; ++k) corners.add({static_cast<double>(corner_texels_[t][2 * k]), static_cast<double>(corner_texels_[t][2 * k + 1])});
+    for (std::size_t k = 0; k < 3; ++k)
+      corners.add({static_cast<double>(corner_texels_[t][2 * k]), static_cast<double>(corner_texels_[t][2 * k + 1])});
     const auto [min_y, max_y] = std::minmax({corners.corners[0].y(), corners.corners[1].y(), corners.corners[2].y()});
     // A cell of which this is all that the triangle has.
     const auto give_part = [&](int x, int y, const Polygon& part) {
@@ -104,7 +108,9 @@ void SurfaceAtlas::weigh_texels(std::span<const double> weight_per_texel, const 
         for (int i = 0; i < kSamples; ++i) {
           const double px = x - 0.5 + (i + 0.5) / kSamples;
           if (px < inside[0] || px > inside[1]) continue;
-          const auto distance = [&](TexelIndex n) { return (grid_.x(n) - px) * (grid_.x(n) - px) + (grid_.y(n) - py) * (grid_.y(n) - py); };
+          const auto distance = [&](TexelIndex n) {
+            return (grid_.x(n) - px) * (grid_.x(n) - px) + (grid_.y(n) - py) * (grid_.y(n) - py);
+          };
           std::size_t best = 0;
           for (std::size_t n = 1; n < num_near; ++n) {
             if (distance(near[n]) < distance(near[best])) best = n;
@@ -132,8 +138,10 @@ void SurfaceAtlas::weigh_texels(std::span<const double> weight_per_texel, const 
       const std::array<double, 2> above = span_at(corners, y - 0.5), below = span_at(corners, y + 0.5);
       const double whole_from = std::max(above[0], below[0]), whole_to = std::min(above[1], below[1]);
       for (int x = cell_of(min_x, grid_.width); x <= cell_of(max_x, grid_.width); ++x) {
-        if (x - 0.5 >= whole_from && x + 0.5 <= whole_to && shows_chart_of(grid_.index(x, y), triangle)) give(grid_.index(x, y), per_texel);
-        else give_part(x, y, cut(cut(row, 0, -1.0, x - 0.5), 0, 1.0, x + 0.5));
+        if (x - 0.5 >= whole_from && x + 0.5 <= whole_to && shows_chart_of(grid_.index(x, y), triangle))
+          give(grid_.index(x, y), per_texel);
+        else
+          give_part(x, y, cut(cut(row, 0, -1.0, x - 0.5), 0, 1.0, x + 0.5));
       }
     }
   };

@@ -17,8 +17,11 @@ double sample(const ImageF& map, double x, double y, int channel) {
   const int x0 = static_cast<int>(cx), y0 = static_cast<int>(cy);
   const int x1 = std::min(x0 + 1, map.width() - 1), y1 = std::min(y0 + 1, map.height() - 1);
   const double fx = cx - x0, fy = cy - y0;
-  const auto at = [&](int px, int py) { return static_cast<double>(map.at(px, py, std::min(channel, map.channels() - 1))); };
-  const double value = (1.0 - fy) * ((1.0 - fx) * at(x0, y0) + fx * at(x1, y0)) + fy * ((1.0 - fx) * at(x0, y1) + fx * at(x1, y1));
+  const auto at = [&](int px, int py) {
+    return static_cast<double>(map.at(px, py, std::min(channel, map.channels() - 1)));
+  };
+  const double value =
+      (1.0 - fy) * ((1.0 - fx) * at(x0, y0) + fx * at(x1, y0)) + fy * ((1.0 - fx) * at(x0, y1) + fx * at(x1, y1));
   return std::isfinite(value) ? value : 0.0;
 }
 
@@ -34,11 +37,13 @@ struct MapPlace {
 
 MapPlace place_of(const TileGrid& grid, const std::array<double, 3>& square, int x, int y) {
   const double top = 1.0 - square[1] - square[2];
-  return {.u = ((x + 0.5) - square[0] * grid.width) / (square[2] * grid.width), .v = ((y + 0.5) - top * grid.height) / (square[2] * grid.height)};
+  return {.u = ((x + 0.5) - square[0] * grid.width) / (square[2] * grid.width),
+          .v = ((y + 0.5) - top * grid.height) / (square[2] * grid.height)};
 }
 
 std::uint32_t specular_code(double specular) {
-  return static_cast<std::uint32_t>(std::lround(255.0 * std::clamp(std::isfinite(specular) ? specular : 0.0, 0.0, 1.0)));
+  return static_cast<std::uint32_t>(
+      std::lround(255.0 * std::clamp(std::isfinite(specular) ? specular : 0.0, 0.0, 1.0)));
 }
 
 std::uint32_t packed(const std::array<std::uint8_t, 3>& rgb, std::uint32_t specular) {
@@ -51,7 +56,9 @@ void unpack(std::uint32_t code, std::size_t l, BaseTile& tile) {
   tile.specular[l] = static_cast<std::int32_t>(((code >> 24) * kOne + 127) / 255);
 }
 
-bool has_color_map(const SceneObject& object) { return !object.color_map.empty() || !object.specular_map.empty() || !object.preset.color.image.empty(); }
+bool has_color_map(const SceneObject& object) {
+  return !object.color_map.empty() || !object.specular_map.empty() || !object.preset.color.image.empty();
+}
 
 /// Code of a texel of an object with a map.
 std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, int y) {
@@ -59,16 +66,23 @@ std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, i
   if (!object.color_map.empty()) {
     for (int c = 0; c < 3; ++c) color[c] = place.sample(object.color_map, c);
   } else if (const ImageF& picture = object.preset.color.image; !picture.empty()) {
-    for (int c = 0; c < 3; ++c) color[c] = static_cast<double>(picture.at(x % picture.width(), y % picture.height(), std::min(c, picture.channels() - 1)));
+    for (int c = 0; c < 3; ++c)
+      color[c] = static_cast<double>(
+          picture.at(x % picture.width(), y % picture.height(), std::min(c, picture.channels() - 1)));
   }
-  return packed(srgb8_of(color), specular_code(object.specular_map.empty() ? object.preset.specular : place.sample(object.specular_map, 0)));
+  return packed(srgb8_of(color), specular_code(object.specular_map.empty() ? object.preset.specular
+                                                                           : place.sample(object.specular_map, 0)));
 }
 
 }  // namespace
 
-BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm, const RunControl& control)
-    : surface_(&surface), tile_object_(surface.grid().num_tiles(), kNone), plain_(scene.objects.size()),
-      codes_(surface.grid().num_pages()), heights_(surface.grid().num_pages()) {
+BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm,
+                     const RunControl& control)
+    : surface_(&surface),
+      tile_object_(surface.grid().num_tiles(), kNone),
+      plain_(scene.objects.size()),
+      codes_(surface.grid().num_pages()),
+      heights_(surface.grid().num_pages()) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Preset& preset = scene.objects[i].preset;
     const std::uint32_t code = packed(srgb8_of(preset.color.color), specular_code(preset.specular));
@@ -76,7 +90,8 @@ BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const Surf
     has_heights_ = has_heights_ || !scene.objects[i].height_map.empty();
   }
   parallel_for(surface.grid().num_pages(), 4, control, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t page = begin; page < end; ++page) fill_page(static_cast<std::uint32_t>(page), scene, scene_mesh, quanta_per_mm);
+    for (std::int64_t page = begin; page < end; ++page)
+      fill_page(static_cast<std::uint32_t>(page), scene, scene_mesh, quanta_per_mm);
   });
 }
 

@@ -13,12 +13,14 @@
 
 namespace patinate::simulation::composition {
 
-/// Original colors, specular values and heights. Maps are sampled bilinearly at texel centers (a map with the object's own size in
-/// the atlas: copied), pictures of presets repeated by texels; colors become sRGB codes, specular values codes of 8 bit.
-/// Memory: 4 bytes a texel for pages (64 x 64) with color or specular maps, 4 for those with height maps.
+/// Original colors, specular values and heights. Maps are sampled bilinearly at texel centers (a map with the object's
+/// own size in the atlas: copied), pictures of presets repeated by texels; colors become sRGB codes, specular values
+/// codes of 8 bit. Memory: 4 bytes a texel for pages (64 x 64) with color or specular maps, 4 for those with height
+/// maps.
 class BaseLayer {
  public:
-  BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm, const RunControl& control = {});
+  BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm,
+            const RunControl& control = {});
 
   /// The only object of a tile; kSeveral or kNone otherwise.
   static constexpr std::uint16_t kSeveral = 0xFFFE;

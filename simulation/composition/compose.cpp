@@ -4,8 +4,8 @@
 #include <cstring>
 #include <iterator>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 #include "simulation/composition/composer_state.h"
 
 namespace patinate::simulation {
@@ -41,7 +41,8 @@ bool has_relief(const std::vector<QuantizedLook>& looks) {
   return std::any_of(looks.begin(), looks.end(), [](const QuantizedLook& look) { return look.height != 0; });
 }
 
-std::int32_t slope_at_border(const BorderTexel& texel, const std::array<std::int32_t, 4>& weights, const std::vector<std::int32_t>& heights) {
+std::int32_t slope_at_border(const BorderTexel& texel, const std::array<std::int32_t, 4>& weights,
+                             const std::vector<std::int32_t>& heights) {
   std::int64_t sum = kBorderHalf;
   for (std::size_t k = 0; k < 4; ++k) {
     const std::int32_t step = std::clamp(heights[texel.neighbor[k]] - heights[texel.texel], -kMaxStep, kMaxStep);
@@ -52,8 +53,8 @@ std::int32_t slope_at_border(const BorderTexel& texel, const std::array<std::int
 
 }  // namespace
 
-Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas, ColorForm color_form,
-                       const RunControl& control)
+Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas,
+                       ColorForm color_form, const RunControl& control)
     : surface(&surface_atlas),
       quanta_per_mm(kHeightQuanta / surface_atlas.median_texel_size_mm()),
       base(scene, scene_mesh, surface_atlas, quanta_per_mm, control.part(0.0, 0.7)),
@@ -97,7 +98,8 @@ void Composer::State::read_originals(const MaterialAtlas& atlas) {
   for (std::size_t object = 0; object < texel_of_object.size(); ++object) {
     for (std::size_t m = 0; m < looks.size(); ++m) {
       const TexelIndex t = texel_of_object[object];
-      originals[object * looks.size() + m].fill(t == kNoTexel ? std::uint16_t{0} : atlas.original(static_cast<int>(m), t));
+      originals[object * looks.size() + m].fill(t == kNoTexel ? std::uint16_t{0}
+                                                              : atlas.original(static_cast<int>(m), t));
     }
   }
 }
@@ -116,7 +118,8 @@ void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
     if (object != BaseLayer::kSeveral) {
       original = originals[object * looks.size() + m].data();
     } else {
-      for (std::uint32_t l = 0; l < kTile; ++l) original_buffer[m][l] = atlas.original(static_cast<int>(m), task.first_texel + l);
+      for (std::uint32_t l = 0; l < kTile; ++l)
+        original_buffer[m][l] = atlas.original(static_cast<int>(m), task.first_texel + l);
     }
     if (!differ(amount.data(), original)) continue;
     const auto k = static_cast<std::size_t>(task.num_materials++);
@@ -146,7 +149,8 @@ void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
     std::int32_t* old = &heights[task.first_texel];
     const unsigned edges = changed_edges(old, out_heights);
     // As words: signed and unsigned may stand for one another.
-    const bool is_changed = kernels->replace(reinterpret_cast<std::uint32_t*>(old), reinterpret_cast<const std::uint32_t*>(out_heights), kTile);
+    const bool is_changed = kernels->replace(reinterpret_cast<std::uint32_t*>(old),
+                                             reinterpret_cast<const std::uint32_t*>(out_heights), kTile);
     if (is_changed) changed |= kHeightsChanged | edges * kEdge;
   }
   flags[tile] = static_cast<std::uint8_t>(changed);
@@ -155,9 +159,13 @@ void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
 void Composer::State::slopes_of(TileIndex tile, SlopeTile& slopes) const {
   const std::array<TileIndex, 4> beside = tiles_beside(surface->grid(), tile);
   const auto heights_of = [&](TileIndex other) { return heights.data() + std::size_t{other} * kTile; };
-  const NormalTask task{.here = heights_of(tile), .right = heights_of(beside[0]), .left = heights_of(beside[1]),
-                        .below = heights_of(beside[2]), .above = heights_of(beside[3]),
-                        .triangle = surface->triangles().data() + std::size_t{tile} * kTile, .frame = frames.frames().data()};
+  const NormalTask task{.here = heights_of(tile),
+                        .right = heights_of(beside[0]),
+                        .left = heights_of(beside[1]),
+                        .below = heights_of(beside[2]),
+                        .above = heights_of(beside[3]),
+                        .triangle = surface->triangles().data() + std::size_t{tile} * kTile,
+                        .frame = frames.frames().data()};
   kernels->slopes(task, slopes);
   for (const BorderTexel& texel : frames.border(tile)) {
     slopes.along_t[texel.texel % kTile] = slope_at_border(texel, texel.along_t, heights);
@@ -210,7 +218,8 @@ std::vector<TileIndex> Composer::State::tiles_around(const std::vector<TileIndex
   return around;
 }
 
-Composer::Composer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, ColorForm form, const RunControl& control)
+Composer::Composer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, ColorForm form,
+                   const RunControl& control)
     : state_(std::make_unique<State>(scene, scene_mesh, surface, form, control)) {}
 Composer::~Composer() = default;
 Composer::Composer(Composer&&) noexcept = default;
@@ -218,7 +227,8 @@ Composer& Composer::operator=(Composer&&) noexcept = default;
 
 void Composer::set_looks(const std::vector<MaterialLook>& looks) {
   if (looks.size() != state_->looks.size()) {
-    throw InvalidInput(std::to_string(looks.size()) + " looks were given for " + std::to_string(state_->looks.size()) + " materials");
+    throw InvalidInput(std::to_string(looks.size()) + " looks were given for " + std::to_string(state_->looks.size()) +
+                       " materials");
   }
   state_->set_looks(looks);
 }
@@ -229,11 +239,13 @@ void Composer::set_form(ColorForm form) {
 }
 
 void Composer::use(InstructionSet set) {
-  if (!has_instruction_set(set)) throw InvalidInput("this machine lacks " + std::string(kInstructionSetNames[static_cast<std::size_t>(set)]));
+  if (!has_instruction_set(set))
+    throw InvalidInput("this machine lacks " + std::string(kInstructionSetNames[static_cast<std::size_t>(set)]));
   state_->kernels = &composition::kernels(set);
 }
 
-std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty, const RunControl& control) {
+std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
+                                         const RunControl& control) {
   State& s = *state_;
   if (&atlas.surface() != s.surface || atlas.num_materials() != static_cast<int>(s.looks.size())) {
     throw InvalidInput("the atlas is not that of the composer");
@@ -258,7 +270,8 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
   try {
     for_each(first, control.part(0.0, 0.6), [&](TileIndex tile) { s.compose_tile(atlas, tile); });
     const bool is_dense = first.size() * kDense > s.covered_tiles.size();
-    const std::vector<TileIndex> around = is_dense || s.heights.empty() ? std::vector<TileIndex>() : s.tiles_around(first);
+    const std::vector<TileIndex> around =
+        is_dense || s.heights.empty() ? std::vector<TileIndex>() : s.tiles_around(first);
     if (is_dense && !s.heights.empty()) {
       for_each(s.covered_tiles, control.part(0.6, 1.0), [&](TileIndex tile) {
         if (s.needs_normals(tile)) s.compose_normals(tile);

@@ -1,5 +1,5 @@
-// Included by compose_kernel_baseline.cpp, _avx2.cpp and _avx512.cpp inside a namespace of their own. Plain loops over 64 texels that
-// compilers turn into vector code; nothing of the standard library, whose copies the linker would mix.
+// Included by compose_kernel_baseline.cpp, _avx2.cpp and _avx512.cpp inside a namespace of their own. Plain loops over
+// 64 texels that compilers turn into vector code; nothing of the standard library, whose copies the linker would mix.
 
 using u8 = std::uint8_t;
 using u16 = std::uint16_t;
@@ -30,7 +30,8 @@ void fill_noise(u32 first_texel, u32 key, i32* xi) {
 inline u32 varied(i32 variation, i32 xi) { return static_cast<u32>(32768 + ((variation * xi + 16384) >> 15)); }
 
 template <bool kVaries>
-void add_weights(const QuantizedLook& look, const u16* amount, const u16* original, const i32* xi, u16* weight, u32* total) {
+void add_weights(const QuantizedLook& look, const u16* amount, const u16* original, const i32* xi, u16* weight,
+                 u32* total) {
   const u32 strength = look.strength, limit = look.limit;
   const i32 variation = look.variation;
   for (int l = 0; l < kTile; ++l) {
@@ -55,7 +56,8 @@ void add_scaled(i32 factor, i32 shift, i32 variation, const u16* amount, const u
   }
 }
 
-void add_any(bool varies, i32 factor, i32 shift, i32 variation, const u16* amount, const u16* original, const i32* xi, i32* sum) {
+void add_any(bool varies, i32 factor, i32 shift, i32 variation, const u16* amount, const u16* original, const i32* xi,
+             i32* sum) {
   if (varies) {
     add_scaled<true>(factor, shift, variation, amount, original, xi, sum);
   } else {
@@ -63,8 +65,8 @@ void add_any(bool varies, i32 factor, i32 shift, i32 variation, const u16* amoun
   }
 }
 
-// What weights are multiplied by (1 = 65536): total weight a <= 1: 1, or a in the published form; a > 1: (2^30 + a / 2) / a. The
-// quotient by floats is off by at most 1, and then put right.
+// What weights are multiplied by (1 = 65536): total weight a <= 1: 1, or a in the published form; a > 1: (2^30 + a / 2)
+// / a. The quotient by floats is off by at most 1, and then put right.
 void fill_scale(const u32* total, bool is_published_form, u32* scale) {
   for (int l = 0; l < kTile; ++l) {
     const i32 over = static_cast<i32>(total[l] > kOne ? total[l] : kOne);
@@ -111,11 +113,15 @@ void compose_tile(const ComposeTask& task, u32* rgba, i32* height) {
     const QuantizedLook& look = *task.look[k];
     const u16* amount = task.amount[k];
     const u16* original = task.original[k];
-    if ((look.variation | look.specular_variation | look.height_variation) != 0) fill_noise(task.first_texel, look.noise_key, xi);
+    if ((look.variation | look.specular_variation | look.height_variation) != 0)
+      fill_noise(task.first_texel, look.noise_key, xi);
     if (look.strength != 0 && look.variation != 0) add_weights<true>(look, amount, original, xi, weight[k], total);
     if (look.strength != 0 && look.variation == 0) add_weights<false>(look, amount, original, xi, weight[k], total);
-    if (look.specular != 0) add_any(look.specular_variation != 0, look.specular, 13, look.specular_variation, amount, original, xi, specular);
-    if (look.height != 0) add_any(look.height_variation != 0, look.height, look.height_shift, look.height_variation, amount, original, xi, height);
+    if (look.specular != 0)
+      add_any(look.specular_variation != 0, look.specular, 13, look.specular_variation, amount, original, xi, specular);
+    if (look.height != 0)
+      add_any(look.height_variation != 0, look.height, look.height_shift, look.height_variation, amount, original, xi,
+              height);
   }
   for (int l = 0; l < kTile; ++l) height[l] = within(height[l], -kMaxHeight, kMaxHeight);
   alignas(64) u32 scale[kTile];
@@ -126,10 +132,12 @@ void compose_tile(const ComposeTask& task, u32* rgba, i32* height) {
   alignas(64) u16 index[3][kTile];
   for (int c = 0; c < 3; ++c) blend(task, weight, total, c, index[c]);
   alignas(64) u32 top[kTile];
-  for (int l = 0; l < kTile; ++l) top[l] = static_cast<u32>((within(specular[l], 0, static_cast<i32>(kOne)) * 255 + 8192) >> 14) << 24;
+  for (int l = 0; l < kTile; ++l)
+    top[l] = static_cast<u32>((within(specular[l], 0, static_cast<i32>(kOne)) * 255 + 8192) >> 14) << 24;
   const u8* srgb = task.srgb;
   const auto pack = [&](int l) {
-    rgba[l] = top[l] | static_cast<u32>(srgb[index[0][l]]) | static_cast<u32>(srgb[index[1][l]]) << 8 | static_cast<u32>(srgb[index[2][l]]) << 16;
+    rgba[l] = top[l] | static_cast<u32>(srgb[index[0][l]]) | static_cast<u32>(srgb[index[1][l]]) << 8 |
+              static_cast<u32>(srgb[index[2][l]]) << 16;
   };
   for (int l = 0; l < kTile; l += 4) {
     pack(l);
@@ -178,7 +186,8 @@ void encode_normals(const SlopeTile& slopes, u8* normal) {
     const float twice = static_cast<float>(2 * length);
     normal[l] = static_cast<u8>(static_cast<i32>(static_cast<float>(255 * (length + x) + length) / twice));
     normal[kTile + l] = static_cast<u8>(static_cast<i32>(static_cast<float>(255 * (length + y) + length) / twice));
-    normal[2 * kTile + l] = static_cast<u8>(static_cast<i32>(static_cast<float>(255 * (length + kSlopeOne) + length) / twice));
+    normal[2 * kTile + l] =
+        static_cast<u8>(static_cast<i32>(static_cast<float>(255 * (length + kSlopeOne) + length) / twice));
   }
 }
 

@@ -33,7 +33,9 @@ Image<T> filled(const SurfaceAtlas& surface, int channels, const Write& write) {
 std::span<const std::uint32_t> Composer::codes() const { return state_->codes; }
 std::span<const std::uint8_t> Composer::normals() const { return state_->normals; }
 
-double Composer::height_mm(TexelIndex t) const { return state_->heights.empty() ? 0.0 : state_->heights[t] / state_->quanta_per_mm; }
+double Composer::height_mm(TexelIndex t) const {
+  return state_->heights.empty() ? 0.0 : state_->heights[t] / state_->quanta_per_mm;
+}
 
 std::array<double, 2> Composer::slopes(TexelIndex t) const {
   if (state_->heights.empty()) return {0.0, 0.0};
@@ -43,7 +45,8 @@ std::array<double, 2> Composer::slopes(TexelIndex t) const {
   return {slopes.along_t[t % kTile] / one, slopes.along_b[t % kTile] / one};
 }
 
-Vec3 Composer::perturbed_normal(TexelIndex t, const Vec3& normal, const Eigen::Matrix<double, 3, 2>& mm_per_texel) const {
+Vec3 Composer::perturbed_normal(TexelIndex t, const Vec3& normal,
+                                const Eigen::Matrix<double, 3, 2>& mm_per_texel) const {
   const composition::TexelFrame frame = composition::texel_frame(mm_per_texel);
   const std::array<double, 2> slope = slopes(t);
   return (normal - slope[0] * frame.t - slope[1] * frame.b).normalized();
@@ -65,8 +68,9 @@ ImageF Composer::color_linear() const {
 }
 
 ImageU8 Composer::specular8() const {
-  return filled<std::uint8_t>(*state_->surface, 1,
-                              [&](TexelIndex t, std::span<std::uint8_t> out) { out[0] = static_cast<std::uint8_t>(state_->codes[t] >> 24); });
+  return filled<std::uint8_t>(*state_->surface, 1, [&](TexelIndex t, std::span<std::uint8_t> out) {
+    out[0] = static_cast<std::uint8_t>(state_->codes[t] >> 24);
+  });
 }
 
 ImageU8 Composer::normal8() const {
@@ -77,12 +81,14 @@ ImageU8 Composer::normal8() const {
 }
 
 ImageF Composer::height_mm() const {
-  return filled<float>(*state_->surface, 1, [&](TexelIndex t, std::span<float> out) { out[0] = static_cast<float>(height_mm(t)); });
+  return filled<float>(*state_->surface, 1,
+                       [&](TexelIndex t, std::span<float> out) { out[0] = static_cast<float>(height_mm(t)); });
 }
 
 std::size_t Composer::memory() const {
   const State& s = *state_;
-  return s.codes.size() * 4 + s.heights.size() * 4 + s.normals.size() + s.flags.size() + s.base.memory() + s.frames.memory();
+  return s.codes.size() * 4 + s.heights.size() * 4 + s.normals.size() + s.flags.size() + s.base.memory() +
+         s.frames.memory();
 }
 
 }  // namespace patinate::simulation

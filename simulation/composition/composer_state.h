@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "simulation/composition/base_layer.h"
 #include "patinate/simulation/compose.h"
+#include "simulation/composition/base_layer.h"
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/height_frames.h"
 #include "simulation/composition/quantized_look.h"
@@ -14,7 +14,8 @@
 namespace patinate::simulation {
 
 struct Composer::State {
-  State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas, ColorForm color_form, const RunControl& control);
+  State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas, ColorForm color_form,
+        const RunControl& control);
 
   void set_looks(const std::vector<MaterialLook>& looks);
   /// Amounts of new texels, by object and material, from any texel of the object.
@@ -51,7 +52,7 @@ struct Composer::State {
   std::vector<std::uint32_t> codes;
   std::vector<std::int32_t> heights;  ///< Empty while everything is flat.
   std::vector<std::uint8_t> normals;
-  std::vector<std::uint8_t> flags;    ///< By tile; 0 between calls, as the next.
+  std::vector<std::uint8_t> flags;  ///< By tile; 0 between calls, as the next.
   std::vector<std::uint8_t> normal_flags;
 };
 

@@ -12,7 +12,8 @@ namespace patinate::simulation::composition {
 
 namespace {
 
-constexpr double kLeastSpread = 0.05;  // texel steps, squared: what neighbors nearer together than that say of a slope is noise
+constexpr double kLeastSpread =
+    0.05;  // texel steps, squared: what neighbors nearer together than that say of a slope is noise
 constexpr std::int32_t kWeightOne = 4096;
 constexpr double kMaxBorderWeight = 1 << 27;
 
@@ -40,7 +41,10 @@ Frame quantized(const Eigen::Matrix2d& m) {
   const auto mantissa = [&](double value) {
     return static_cast<std::int16_t>(std::clamp<double>(std::round(std::ldexp(value, shift)), -16383, 16383));
   };
-  return {.t = mantissa(m(0, 0)), .bt = mantissa(m(1, 0)), .b = mantissa(-m(1, 1)), .shift = static_cast<std::int16_t>(shift)};
+  return {.t = mantissa(m(0, 0)),
+          .bt = mantissa(m(1, 0)),
+          .b = mantissa(-m(1, 1)),
+          .shift = static_cast<std::int16_t>(shift)};
 }
 
 BorderTexel border_texel(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, TexelIndex t) {
@@ -51,7 +55,8 @@ BorderTexel border_texel(const SceneMesh& scene_mesh, const SurfaceAtlas& surfac
   for (std::size_t k = 0; k < 4; ++k) {
     if (result.neighbor[k] == kNoTexel) result.neighbor[k] = t;
     const auto rounded = [&](int row) {
-      return static_cast<std::int32_t>(std::lround(std::clamp(weights(row, static_cast<int>(k)) * kWeightOne, -kMaxBorderWeight, kMaxBorderWeight)));
+      return static_cast<std::int32_t>(
+          std::lround(std::clamp(weights(row, static_cast<int>(k)) * kWeightOne, -kMaxBorderWeight, kMaxBorderWeight)));
     };
     result.along_t[k] = rounded(0);
     result.along_b[k] = rounded(1);
@@ -88,7 +93,8 @@ std::array<Vec2, 4> neighbor_steps(const SceneMesh& scene_mesh, const SurfaceAtl
     if (around[k] == kNoTexel) continue;
     const Vec3 way = texel_position(scene_mesh, surface, around[k]) - here;
     const Vec2 flat(way.dot(frame.t), way.dot(frame.b));
-    if (const double length = flat.norm(); length > 1e-3 * way.norm()) steps[k] = from_mm * (flat * (way.norm() / length));
+    if (const double length = flat.norm(); length > 1e-3 * way.norm())
+      steps[k] = from_mm * (flat * (way.norm() / length));
   }
   return steps;
 }
@@ -127,9 +133,11 @@ HeightFrames::HeightFrames(const SceneMesh& scene_mesh, const SurfaceAtlas& surf
   });
   const std::span<const TexelIndex> border = surface.border();
   border_.resize(border.size());
-  parallel_for(static_cast<std::int64_t>(border.size()), 4096, control.part(0.3, 1.0), [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) border_[i] = border_texel(scene_mesh, surface, border[i]);
-  });
+  parallel_for(static_cast<std::int64_t>(border.size()), 4096, control.part(0.3, 1.0),
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                   border_[i] = border_texel(scene_mesh, surface, border[i]);
+               });
   const std::size_t num_tiles = surface.grid().num_tiles();
   border_begin_.assign(num_tiles + 1, 0);
   std::vector<std::pair<TileIndex, TileIndex>> uses;  // tile whose heights are used, tile that uses them
@@ -139,7 +147,8 @@ HeightFrames::HeightFrames(const SceneMesh& scene_mesh, const SurfaceAtlas& surf
     const std::array<TileIndex, 4> beside = tiles_beside(surface.grid(), tile);
     for (const TexelIndex n : texel.neighbor) {
       const TileIndex other = TileGrid::tile_of(n);
-      if (other != tile && std::find(beside.begin(), beside.end(), other) == beside.end()) uses.emplace_back(other, tile);
+      if (other != tile && std::find(beside.begin(), beside.end(), other) == beside.end())
+        uses.emplace_back(other, tile);
     }
   }
   for (std::size_t i = 0; i < num_tiles; ++i) border_begin_[i + 1] += border_begin_[i];
@@ -162,7 +171,8 @@ std::span<const TileIndex> HeightFrames::dependents(TileIndex tile) const {
 }
 
 std::size_t HeightFrames::memory() const {
-  return frames_.size() * sizeof(Frame) + border_.size() * sizeof(BorderTexel) + (border_begin_.size() + dependents_begin_.size() + dependents_.size()) * 4;
+  return frames_.size() * sizeof(Frame) + border_.size() * sizeof(BorderTexel) +
+         (border_begin_.size() + dependents_begin_.size() + dependents_.size()) * 4;
 }
 
 }  // namespace patinate::simulation::composition

@@ -12,29 +12,30 @@
 
 namespace patinate::simulation::composition {
 
-/// Tangents of a triangle as glTF has them: T along +u, B in the triangle at right angles to T, on the side of +v; and one texel step to
-/// the right and down in them. Mirrored charts have a B to the other side; slopes do not care.
+/// Tangents of a triangle as glTF has them: T along +u, B in the triangle at right angles to T, on the side of +v; and
+/// one texel step to the right and down in them. Mirrored charts have a B to the other side; slopes do not care.
 struct TexelFrame {
   Vec3 t{1, 0, 0};
   Vec3 b{0, 1, 0};
-  Eigen::Matrix2d step;      ///< Columns: right and down, in (T, B), mm.
+  Eigen::Matrix2d step;  ///< Columns: right and down, in (T, B), mm.
   bool is_degenerate = true;
 };
 [[nodiscard]] TexelFrame texel_frame(const Eigen::Matrix<double, 3, 2>& mm_per_texel);
 
-/// How texels on a border find their slopes: from the differences to their four neighbors, each at its real place: its direction in the
-/// tangent plane, its distance through space. Exact where height is linear.
+/// How texels on a border find their slopes: from the differences to their four neighbors, each at its real place: its
+/// direction in the tangent plane, its distance through space. Exact where height is linear.
 struct BorderTexel {
   TexelIndex texel = 0;
-  std::array<TexelIndex, 4> neighbor{};  ///< Itself where the surface ends.
-  std::array<std::int32_t, 4> along_t{}; ///< Slope (1 = kSlopeOne) by height quantum, 1 = 4096.
+  std::array<TexelIndex, 4> neighbor{};   ///< Itself where the surface ends.
+  std::array<std::int32_t, 4> along_t{};  ///< Slope (1 = kSlopeOne) by height quantum, 1 = 4096.
   std::array<std::int32_t, 4> along_b{};
 };
 
 /// Places of a texel's neighbors in its frame, in steps of a texel; (0, 0) where there is none.
-[[nodiscard]] std::array<Vec2, 4> neighbor_steps(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, TexelIndex t);
-/// Weights of the four height differences in d height / d texel step (right, down): of the plane that fits best; 0 along what no neighbor tells.
-/// For those beside: 1/2, -1/2, 1/2, -1/2.
+[[nodiscard]] std::array<Vec2, 4> neighbor_steps(const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
+                                                 TexelIndex t);
+/// Weights of the four height differences in d height / d texel step (right, down): of the plane that fits best; 0
+/// along what no neighbor tells. For those beside: 1/2, -1/2, 1/2, -1/2.
 [[nodiscard]] Eigen::Matrix<double, 2, 4> gradient_weights(const std::array<Vec2, 4>& steps);
 
 /// Everything that slopes need besides heights. Memory: 8 bytes a triangle, 4 a tile, 52 for each texel on a border.
@@ -53,7 +54,7 @@ class HeightFrames {
  private:
   std::vector<Frame> frames_;
   std::vector<BorderTexel> border_;
-  std::vector<std::uint32_t> border_begin_;     ///< By tile, one more.
+  std::vector<std::uint32_t> border_begin_;  ///< By tile, one more.
   std::vector<TileIndex> dependents_;
   std::vector<std::uint32_t> dependents_begin_;
 };

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 
 namespace patinate::simulation::composition {
@@ -17,7 +17,8 @@ constexpr double kMaxHeightChange = 1 << 26;         // quanta by amount 1
 
 void check_range(const char* name, double value, double low, double high) {
   if (value >= low && value <= high) return;
-  throw InvalidInput(std::string("the ") + name + " of a look is " + number_text(value) + "; use [" + number_text(low) + ", " + number_text(high) + "]");
+  throw InvalidInput(std::string("the ") + name + " of a look is " + number_text(value) + "; use [" + number_text(low) +
+                     ", " + number_text(high) + "]");
 }
 
 std::int32_t share(double value) { return static_cast<std::int32_t>(std::lround(value * 32768.0)); }
@@ -28,7 +29,8 @@ const std::array<std::uint16_t, 256>& linear16_of_srgb8() {
   static const std::array<std::uint16_t, 256> table = [] {
     std::array<std::uint16_t, 256> t{};
     for (std::size_t c = 0; c < t.size(); ++c) {
-      t[c] = static_cast<std::uint16_t>(std::lround(65535.0 * static_cast<double>(linear_from_srgb(static_cast<float>(c) / 255.0f))));
+      t[c] = static_cast<std::uint16_t>(
+          std::lround(65535.0 * static_cast<double>(linear_from_srgb(static_cast<float>(c) / 255.0f))));
     }
     return t;
   }();
@@ -62,7 +64,8 @@ void Picture::read_tile(int x0, int y0, std::uint16_t* out) const {
   for (std::size_t c = 0; c < 3; ++c) {
     for (int l = 0; l < kTile; ++l) {
       const int x = (x0 + l % 8) % width, y = (y0 + l / 8) % height;
-      *out++ = planes[c * plane + static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+      *out++ = planes[c * plane + static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                      static_cast<std::size_t>(x)];
     }
   }
 }
@@ -108,6 +111,8 @@ QuantizedLook quantize(const MaterialLook& look, double quanta_per_mm, std::uint
   return out;
 }
 
-std::uint32_t noise_key(int index) { return philox4x32({static_cast<std::uint32_t>(index), 0, 0, 0}, {kNoisePurpose, 0})[0]; }
+std::uint32_t noise_key(int index) {
+  return philox4x32({static_cast<std::uint32_t>(index), 0, 0, 0}, {kNoisePurpose, 0})[0];
+}
 
 }  // namespace patinate::simulation::composition

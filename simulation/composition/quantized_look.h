@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "patinate/image/image.h"
-#include "simulation/composition/compose_kernel.h"
 #include "patinate/simulation/scene.h"
+#include "simulation/composition/compose_kernel.h"
 
 namespace patinate::simulation::composition {
 
 /// Linear values of the 256 sRGB codes, 1 = 65535.
 [[nodiscard]] const std::array<std::uint16_t, 256>& linear16_of_srgb8();
-/// sRGB codes of linear values of 16 bit, by value >> kSrgbShift. Gives every code back: srgb8[linear16[c] >> kSrgbShift] = c.
+/// sRGB codes of linear values of 16 bit, by value >> kSrgbShift. Gives every code back: srgb8[linear16[c] >>
+/// kSrgbShift] = c.
 [[nodiscard]] const std::array<std::uint8_t, kSrgbSize>& srgb8_of_linear16();
 /// The sRGB codes of a linear color, of which all colors are composed; 0 for what is not finite.
 [[nodiscard]] std::array<std::uint8_t, 3> srgb8_of(const Vec3& linear);

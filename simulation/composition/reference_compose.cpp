@@ -17,7 +17,8 @@ constexpr double kMostSlope = 16.0;
 
 /// Linear value of the nearest sRGB code.
 double coded(double linear) {
-  return static_cast<double>(linear_from_srgb(static_cast<float>(srgb8_from_linear(static_cast<float>(linear))) / 255.0f));
+  return static_cast<double>(
+      linear_from_srgb(static_cast<float>(srgb8_from_linear(static_cast<float>(linear))) / 255.0f));
 }
 
 double bilinear(const ImageF& map, double u, double v, int channel) {
@@ -35,15 +36,18 @@ double bilinear(const ImageF& map, double u, double v, int channel) {
 
 double picture_value(const ColorSource& source, int x, int y, int channel) {
   if (source.image.empty()) return coded(source.color[channel]);
-  return coded(static_cast<double>(source.image.at(x % source.image.width(), y % source.image.height(), std::min(channel, source.image.channels() - 1))));
+  return coded(static_cast<double>(source.image.at(x % source.image.width(), y % source.image.height(),
+                                                   std::min(channel, source.image.channels() - 1))));
 }
 
-ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>& square, const TileGrid& grid, int x, int y) {
+ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>& square, const TileGrid& grid, int x,
+                         int y) {
   const double u = ((x + 0.5) / grid.width - square[0]) / square[2];
   const double v = ((y + 0.5) / grid.height - (1.0 - square[1] - square[2])) / square[2];
   ReferenceTexel texel;
   for (int c = 0; c < 3; ++c) {
-    texel.color[c] = object.color_map.empty() ? picture_value(object.preset.color, x, y, c) : coded(bilinear(object.color_map, u, v, c));
+    texel.color[c] = object.color_map.empty() ? picture_value(object.preset.color, x, y, c)
+                                              : coded(bilinear(object.color_map, u, v, c));
   }
   const double specular = object.specular_map.empty() ? object.preset.specular : bilinear(object.specular_map, u, v, 0);
   texel.specular = std::round(255.0 * std::clamp(specular, 0.0, 1.0)) / 255.0;
@@ -57,9 +61,11 @@ void age(ReferenceTexel& texel, const Scene& scene, const MaterialAtlas& atlas, 
   Vec3 sum = Vec3::Zero();
   for (int m = 0; m < atlas.num_materials(); ++m) {
     const MaterialLook& look = scene.looks[static_cast<std::size_t>(m)];
-    const double delta = (static_cast<double>(atlas.amount(m, t)) - static_cast<double>(atlas.original(m, t))) / kAmountOne;
+    const double delta =
+        (static_cast<double>(atlas.amount(m, t)) - static_cast<double>(atlas.original(m, t))) / kAmountOne;
     const double xi = composition::noise(t, composition::noise_key(m)) / 32768.0;
-    const double w = std::min(kMostWeight, std::min(kMostWeight, std::max(0.0, delta) * look.strength) * (1.0 + look.variation * xi));
+    const double w = std::min(
+        kMostWeight, std::min(kMostWeight, std::max(0.0, delta) * look.strength) * (1.0 + look.variation * xi));
     total += w;
     for (int c = 0; c < 3; ++c) sum[c] += w * picture_value(look.color, grid.x(t), grid.y(t), c);
     texel.specular += delta * look.specular * (1.0 + look.specular_variation * xi);
@@ -72,7 +78,8 @@ void age(ReferenceTexel& texel, const Scene& scene, const MaterialAtlas& atlas, 
 
 }  // namespace
 
-std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMesh& scene_mesh, const MaterialAtlas& atlas, ColorForm form) {
+std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMesh& scene_mesh,
+                                              const MaterialAtlas& atlas, ColorForm form) {
   const SurfaceAtlas& surface = atlas.surface();
   const TileGrid& grid = surface.grid();
   std::vector<ReferenceTexel> texels(grid.num_texels());
@@ -84,7 +91,8 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
   }
   for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;
-    const composition::TexelFrame frame = composition::texel_frame(surface.mm_per_texel(surface.triangle(t)).cast<double>());
+    const composition::TexelFrame frame =
+        composition::texel_frame(surface.mm_per_texel(surface.triangle(t)).cast<double>());
     if (frame.is_degenerate) continue;
     const std::array<TexelIndex, 4> around = surface.neighbors(t);
     Eigen::Vector4d difference = Eigen::Vector4d::Zero();

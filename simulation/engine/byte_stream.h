@@ -20,14 +20,14 @@ static_assert(std::endian::native == std::endian::little);
 class ByteWriter {
  public:
   template <class T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void value(const T& v) {
     const auto* bytes = reinterpret_cast<const std::byte*>(&v);
     bytes_.insert(bytes_.end(), bytes, bytes + sizeof(T));
   }
   /// With its length. T has no padding.
   template <class T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void array(std::span<const T> values) {
     value(static_cast<std::uint64_t>(values.size()));
     const auto bytes = std::as_bytes(values);
@@ -51,12 +51,10 @@ class ByteReader {
   explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes) {}
 
   template <class T>
-    requires std::is_trivially_copyable_v<T>
-  void value(T& v) {
-    std::memcpy(&v, take(sizeof(T)).data(), sizeof(T));
-  }
+  requires std::is_trivially_copyable_v<T>
+  void value(T& v) { std::memcpy(&v, take(sizeof(T)).data(), sizeof(T)); }
   template <class T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   [[nodiscard]] T value() {
     T v;
     value(v);
@@ -71,7 +69,7 @@ class ByteReader {
   }
   /// Into an array of the same length. @throws InvalidInput
   template <class T, std::size_t N>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void fill(std::span<T, N> values) {
     if (value<std::uint64_t>() != values.size()) fail();
     if (!values.empty()) std::memcpy(values.data(), take(values.size_bytes()).data(), values.size_bytes());

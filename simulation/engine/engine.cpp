@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "simulation/engine/engine_state.h"
 
 namespace patinate::simulation {
@@ -28,9 +28,12 @@ class Stopwatch {
 
 CargoEnd cargo_end(DeathReason reason) {
   switch (reason) {
-    case DeathReason::Absorbed: return CargoEnd::Absorbed;
-    case DeathReason::Rested: return CargoEnd::Rested;
-    case DeathReason::Left: break;
+    case DeathReason::Absorbed:
+      return CargoEnd::Absorbed;
+    case DeathReason::Rested:
+      return CargoEnd::Rested;
+    case DeathReason::Left:
+      break;
   }
   return CargoEnd::Left;
 }
@@ -72,7 +75,8 @@ std::vector<std::array<std::uint16_t, kMaxMaterials>> originals_of(const Scene& 
   std::vector<std::array<std::uint16_t, kMaxMaterials>> originals;
   for (const SceneObject& object : scene.objects) {
     std::array<std::uint16_t, kMaxMaterials> quanta{};
-    for (std::size_t m = 0; m < scene.materials.size(); ++m) quanta[m] = static_cast<std::uint16_t>(std::lround(object.preset.amounts[m] * kAmountOne));
+    for (std::size_t m = 0; m < scene.materials.size(); ++m)
+      quanta[m] = static_cast<std::uint16_t>(std::lround(object.preset.amounts[m] * kAmountOne));
     originals.push_back(quanta);
   }
   return originals;
@@ -134,8 +138,11 @@ double Simulation::texel_size_mm() const { return state_->surface.median_texel_s
 
 std::size_t Simulation::memory() const {
   const State& s = *state_;
-  constexpr std::size_t kGammaton = sizeof(GammatonState) + 1 + 2 + 4 + 4 + 2 * sizeof(double) + 2 * sizeof(Vec3) + sizeof(s.cargo.mass[0]);
-  return s.atlas.memory() + s.composer.memory() + std::size_t{s.surface.grid().num_texels()} * (sizeof(std::int32_t) + sizeof(std::uint16_t)) + s.gammatons.size() * kGammaton;
+  constexpr std::size_t kGammaton =
+      sizeof(GammatonState) + 1 + 2 + 4 + 4 + 2 * sizeof(double) + 2 * sizeof(Vec3) + sizeof(s.cargo.mass[0]);
+  return s.atlas.memory() + s.composer.memory() +
+         std::size_t{s.surface.grid().num_texels()} * (sizeof(std::int32_t) + sizeof(std::uint16_t)) +
+         s.gammatons.size() * kGammaton;
 }
 
 std::string Simulation::audit(const RunControl& control) const {
@@ -174,7 +181,8 @@ void Simulation::step(const RunControl& control) {
   ExchangeReport report;
   {
     const Stopwatch watch(s.times.exchange);
-    report = s.exchanger.exchange(s.trace.contacts, s.scene.exchange, s.iteration, s.cargo, s.atlas, s.maps.get(), control);
+    report =
+        s.exchanger.exchange(s.trace.contacts, s.scene.exchange, s.iteration, s.cargo, s.atlas, s.maps.get(), control);
     s.ledger.add(report);
     s.mark(report.dirty_tiles);
   }
@@ -232,26 +240,32 @@ ImageF image_of(const SurfaceAtlas& surface, Value&& value) {
 }  // namespace
 
 ImageF Simulation::amounts(int material) const {
-  return image_of(state_->surface, [&](TexelIndex t) { return double{static_cast<double>(state_->atlas.amount(material, t))} / kAmountOne; });
+  return image_of(state_->surface, [&](TexelIndex t) {
+    return double{static_cast<double>(state_->atlas.amount(material, t))} / kAmountOne;
+  });
 }
 
 ImageF Simulation::original_amounts(int material) const {
-  return image_of(state_->surface, [&](TexelIndex t) { return static_cast<double>(state_->atlas.original(material, t)) / kAmountOne; });
+  return image_of(state_->surface,
+                  [&](TexelIndex t) { return static_cast<double>(state_->atlas.original(material, t)) / kAmountOne; });
 }
 
 void Simulation::set_amounts(int material, const ImageF& amounts) {
   State& s = *state_;
   const TileGrid& grid = s.surface.grid();
   if (amounts.width() != grid.width || amounts.height() != grid.height) {
-    throw InvalidInput("the amounts are " + size_text(amounts.width(), amounts.height()) + " texels; the atlas has " + size_text(grid.width, grid.height));
+    throw InvalidInput("the amounts are " + size_text(amounts.width(), amounts.height()) + " texels; the atlas has " +
+                       size_text(grid.width, grid.height));
   }
   for (const float a : amounts.values()) {
-    if (!(a >= 0.0f && a < 4.0f)) throw InvalidInput("an amount is " + number_text(static_cast<double>(a)) + "; use [0, 4)");
+    if (!(a >= 0.0f && a < 4.0f))
+      throw InvalidInput("an amount is " + number_text(static_cast<double>(a)) + "; use [0, 4)");
   }
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
       const TexelIndex t = grid.index(x, y);
-      const auto quanta = static_cast<std::uint16_t>(std::min<long>(kMaxAmount, std::lround(static_cast<double>(amounts.at(x, y)) * kAmountOne)));
+      const auto quanta = static_cast<std::uint16_t>(
+          std::min<long>(kMaxAmount, std::lround(static_cast<double>(amounts.at(x, y)) * kAmountOne)));
       if (!s.surface.is_covered(t) || s.atlas.amount(material, t) == quanta) continue;
       s.atlas.writable_tile(material, TileGrid::tile_of(t))[t % TileGrid::kTileTexels] = quanta;
       s.changed_in[TileGrid::tile_of(t)] = static_cast<std::int32_t>(s.iteration);
@@ -268,7 +282,8 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
     return image_of(s.surface, [&](TexelIndex t) { return static_cast<double>(values->value(t)) * scale; });
   };
   if (name == "hits") return {name, paged(maps.hits(), 1.0), "1"};
-  if (name == "last_hit") return {name, paged(maps.choice().last_hit ? maps.last_hit() : nullptr, s.scene.time_per_iteration), "time"};
+  if (name == "last_hit")
+    return {name, paged(maps.choice().last_hit ? maps.last_hit() : nullptr, s.scene.time_per_iteration), "time"};
   if (name == "residence") return {name, paged(maps.residence(), s.scene.time_per_iteration), "time"};
   for (std::size_t m = 0; m < s.scene.materials.size(); ++m) {
     const auto material = static_cast<int>(m);
@@ -277,7 +292,12 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
     const auto* values = maps.deposited(material);
     if (!values) break;
     // Mass over area: an amount.
-    return {name, image_of(s.surface, [&](TexelIndex t) { return static_cast<double>(values->value(t)) / (double{kAmountOne} * s.surface.weight(t)); }), "amount"};
+    return {name,
+            image_of(s.surface,
+                     [&](TexelIndex t) {
+                       return static_cast<double>(values->value(t)) / (double{kAmountOne} * s.surface.weight(t));
+                     }),
+            "amount"};
   }
   throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
 }

@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "simulation/engine/engine_state.h"
 
 namespace patinate::simulation {
@@ -28,7 +28,8 @@ void change_rule(const SceneEvent& event, std::vector<Rule>& rules) {
   Rule* rule = find_named(rules, event.target);
   if (!rule && !change.begins) throw InvalidInput("the scene has no rule called '" + event.target + "'");
   if (!rule) {
-    if (rules.size() >= kMaxRules) throw InvalidInput("the scene has " + std::to_string(rules.size()) + " rules; more cannot come to it");
+    if (rules.size() >= kMaxRules)
+      throw InvalidInput("the scene has " + std::to_string(rules.size()) + " rules; more cannot come to it");
     rules.push_back(*change.begins);
     return;
   }
@@ -50,13 +51,18 @@ bool apply_event(const SceneEvent& event, Scene& scene) {
       }
       object_named(scene, event.target).translate_mm = event.value;
       return true;
-    case Op::Turn: object_named(scene, event.target).rotate_deg = event.value; return true;
-    case Op::Scale: object_named(scene, event.target).scale = event.value[0]; return true;
+    case Op::Turn:
+      object_named(scene, event.target).rotate_deg = event.value;
+      return true;
+    case Op::Scale:
+      object_named(scene, event.target).scale = event.value[0];
+      return true;
     case Op::Emitter: {
       Emitter* emitter = find_named(scene.emitters, event.target);
       if (!emitter || !event.emitter) throw InvalidInput("the scene has no emitter called '" + event.target + "'");
       if (emitter->gammatons != event.emitter->gammatons || emitter->name != event.emitter->name) {
-        throw InvalidInput("an emitter keeps its name and its number of gammatons: the streams of the others would shift");
+        throw InvalidInput(
+            "an emitter keeps its name and its number of gammatons: the streams of the others would shift");
       }
       *emitter = *event.emitter;
       return false;
@@ -67,7 +73,9 @@ bool apply_event(const SceneEvent& event, Scene& scene) {
       emitter->is_on = event.value[0] != 0.0;
       return false;
     }
-    case Op::Ratio: scene.exchange.ratio = event.value[0]; return false;
+    case Op::Ratio:
+      scene.exchange.ratio = event.value[0];
+      return false;
     case Op::Rate: {
       const auto found = std::find(scene.materials.begin(), scene.materials.end(), event.target);
       if (found == scene.materials.end()) throw InvalidInput("the scene has no material called '" + event.target + "'");
@@ -77,8 +85,11 @@ bool apply_event(const SceneEvent& event, Scene& scene) {
     case Op::Behavior:
       if (event.behavior) scene.behavior = *event.behavior;
       return false;
-    case Op::Rule: change_rule(event, scene.rules); return false;
-    case Op::Paint: return false;  // changes no scene: Simulation::paint()
+    case Op::Rule:
+      change_rule(event, scene.rules);
+      return false;
+    case Op::Paint:
+      return false;  // changes no scene: Simulation::paint()
   }
   return false;
 }

@@ -36,9 +36,11 @@ class SwitchedOn {
 }  // namespace
 
 std::size_t Simulation::State::brush_index(const std::string& emitter) const {
-  const auto found = std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == emitter; });
+  const auto found =
+      std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const Emitter& e) { return e.name == emitter; });
   if (found == scene.emitters.end()) throw InvalidInput("the scene has no emitter called '" + emitter + "'");
-  if (found->shape == EmitterShape::Sky) throw InvalidInput("the emitter '" + emitter + "' is the whole sky; only one that stands somewhere can paint");
+  if (found->shape == EmitterShape::Sky)
+    throw InvalidInput("the emitter '" + emitter + "' is the whole sky; only one that stands somewhere can paint");
   return static_cast<std::size_t>(found - scene.emitters.begin());
 }
 
@@ -60,7 +62,8 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
   const std::int64_t key = kPaintKey + s.num_paint_steps;
   s.tracer.trace(s.gammatons, s.scene, key, s.trace, control, moving);
   s.begin_lives_and_end_them();
-  const ExchangeReport report = s.exchanger.exchange(s.trace.contacts, s.scene.exchange, {s.iteration, key}, s.cargo, s.atlas, s.maps.get(), control);
+  const ExchangeReport report = s.exchanger.exchange(s.trace.contacts, s.scene.exchange, {s.iteration, key}, s.cargo,
+                                                     s.atlas, s.maps.get(), control);
   s.ledger.add(report);
   s.mark(report.dirty_tiles);
   s.rules->wake(report.dirty_tiles);  // they age what is there, once time goes on

@@ -21,7 +21,8 @@ std::vector<std::string> parameter_names(std::span<const Rule> rules, std::span<
 }
 
 /// Slope from the triangles, everything else as the control map of that name, in [0, 1].
-std::vector<SurfaceParameter> make_parameters(std::span<const std::string> names, const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
+std::vector<SurfaceParameter> make_parameters(std::span<const std::string> names, const Scene& scene,
+                                              const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
                                               const RunControl& control) {
   std::vector<SurfaceParameter> parameters;
   if (names.empty()) return parameters;
@@ -44,8 +45,9 @@ std::vector<SurfaceParameter> make_parameters(std::span<const std::string> names
 std::unique_ptr<RuleEngine> Simulation::State::make_rules(const RunControl& control) const {
   RunControl quiet = control;
   quiet.on_progress = {};
-  return std::make_unique<RuleEngine>(scene.rules, scene.materials, surface, scene.time_per_iteration, scene.seed,
-                                      make_parameters(parameter_names(scene.rules, scene.materials), scene, scene_mesh, surface, quiet));
+  return std::make_unique<RuleEngine>(
+      scene.rules, scene.materials, surface, scene.time_per_iteration, scene.seed,
+      make_parameters(parameter_names(scene.rules, scene.materials), scene, scene_mesh, surface, quiet));
 }
 
 void Simulation::State::set_rules(std::span<const Rule> changed) {

@@ -30,7 +30,9 @@ void write_scene(ByteWriter& out, const Scene& scene) {
     out.value(static_cast<std::uint8_t>(e.is_on));
   }
   const Behavior& b = scene.behavior;
-  for (const double x : {b.bounce, b.floating, b.absorb, b.deceleration_bounce, b.deceleration_float, scene.exchange.ratio}) out.value(x);
+  for (const double x :
+       {b.bounce, b.floating, b.absorb, b.deceleration_bounce, b.deceleration_float, scene.exchange.ratio})
+    out.value(x);
   for (const double x : scene.exchange.rates) out.value(x);
   out.value(static_cast<std::uint64_t>(scene.rules.size()));
   for (const Rule& rule : scene.rules) {
@@ -70,7 +72,8 @@ std::size_t read_scene_values(ByteReader& in, Scene& scene) {
   if (num_emitters < 1 || num_emitters > scene.emitters.size()) throw InvalidInput("the snapshot is of another scene");
   for (Emitter& e : std::span(scene.emitters).first(static_cast<std::size_t>(num_emitters))) {
     const auto shape = in.value<std::int32_t>();
-    if (shape < 0 || shape >= static_cast<std::int32_t>(kEmitterShapeNames.size())) throw InvalidInput("the snapshot is damaged");
+    if (shape < 0 || shape >= static_cast<std::int32_t>(kEmitterShapeNames.size()))
+      throw InvalidInput("the snapshot is damaged");
     e.shape = static_cast<EmitterShape>(shape);
     vector(e.position_mm);
     vector(e.direction);
@@ -79,7 +82,9 @@ std::size_t read_scene_values(ByteReader& in, Scene& scene) {
     e.is_on = in.value<std::uint8_t>() != 0;
   }
   Behavior& b = scene.behavior;
-  for (double* x : {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio}) in.value(*x);
+  for (double* x :
+       {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio})
+    in.value(*x);
   for (double& x : scene.exchange.rates) in.value(x);
   scene.rules = read_rules(in);
   return static_cast<std::size_t>(num_emitters);
@@ -100,7 +105,8 @@ void read_atlas(ByteReader& in, MaterialAtlas& atlas) {
     for (std::uint32_t p = 0; p < atlas.surface().grid().num_pages(); ++p) {
       if (in.value<std::uint8_t>() == 0) continue;
       const std::span<std::uint16_t> first = atlas.writable_tile(m, p * TileGrid::kPageTiles);
-      in.fill(std::span<std::uint16_t>(first.data(), TileGrid::kPageTexels));  // the tiles of a page lie one after another
+      in.fill(
+          std::span<std::uint16_t>(first.data(), TileGrid::kPageTexels));  // the tiles of a page lie one after another
     }
   }
 }
@@ -119,7 +125,8 @@ void for_each_map(Maps& maps, F&& f) {
 void write_ledger(ByteWriter& out, const MassLedger& ledger) {
   for (int m = 0; m < kMaxMaterials; ++m) {
     const MassAccount& a = ledger.account(m);
-    for (const MassSum* sum : {&a.emitted, &a.on_surfaces, &a.carried, &a.left, &a.absorbed, &a.rested, &a.made, &a.used}) {
+    for (const MassSum* sum :
+         {&a.emitted, &a.on_surfaces, &a.carried, &a.left, &a.absorbed, &a.rested, &a.made, &a.used}) {
       out.value(sum->high());
       out.value(sum->low());
     }
@@ -139,18 +146,21 @@ void read_ledger(ByteReader& in, MassLedger& ledger) {
 
 /// What a gammaton may name is there. @throws InvalidInput
 void check_gammatons(const Gammatons& g, std::size_t num, const Scene& scene, int num_triangles) {
-  bool is_right = g.state.size() == num && g.is_front.size() == num && g.emitter.size() == num && g.num_births.size() == num &&
-                  g.triangle.size() == num && g.b1.size() == num && g.b2.size() == num && g.position.size() == num && g.velocity.size() == num;
+  bool is_right = g.state.size() == num && g.is_front.size() == num && g.emitter.size() == num &&
+                  g.num_births.size() == num && g.triangle.size() == num && g.b1.size() == num && g.b2.size() == num &&
+                  g.position.size() == num && g.velocity.size() == num;
   for (std::size_t i = 0; is_right && i < num; ++i) {
     const bool has_place = g.state[i] == GammatonState::Floating || g.state[i] == GammatonState::InContact;
-    is_right = g.state[i] <= GammatonState::InContact && g.emitter[i] < scene.emitters.size() && g.triangle[i] >= (has_place ? 0 : -1) &&
-               g.triangle[i] < num_triangles && g.b1[i] >= 0.0 && g.b2[i] >= 0.0 && g.b1[i] + g.b2[i] <= 1.0 + 1e-9 && g.position[i].allFinite() &&
+    is_right = g.state[i] <= GammatonState::InContact && g.emitter[i] < scene.emitters.size() &&
+               g.triangle[i] >= (has_place ? 0 : -1) && g.triangle[i] < num_triangles && g.b1[i] >= 0.0 &&
+               g.b2[i] >= 0.0 && g.b1[i] + g.b2[i] <= 1.0 + 1e-9 && g.position[i].allFinite() &&
                g.velocity[i].allFinite();
   }
   if (!is_right) throw InvalidInput("the snapshot is damaged, or of another scene");
 }
 
-/// Gammatons of emitters that the snapshot does not have: they wait, as in any scene whose last emitters are off from the start.
+/// Gammatons of emitters that the snapshot does not have: they wait, as in any scene whose last emitters are off from
+/// the start.
 void add_waiting(const Scene& scene, Gammatons& gammatons) {
   const std::size_t known = gammatons.size();
   Gammatons all = make_gammatons(scene);
@@ -176,7 +186,8 @@ std::vector<std::byte> Simulation::snapshot() const {
   out.value(static_cast<std::uint64_t>(s.next_event));
   write_scene(out, s.scene);
   write_atlas(out, s.atlas);
-  Gammatons& gammatons = const_cast<Gammatons&>(s.gammatons);  // for_each_array gives both readers and writers their arrays
+  Gammatons& gammatons =
+      const_cast<Gammatons&>(s.gammatons);  // for_each_array gives both readers and writers their arrays
   gammatons.for_each_array([&](const char*, const auto& array) {
     if constexpr (std::is_same_v<decltype(array), const std::vector<Vec3>&>) {
       out.array(std::span<const double>(array.empty() ? nullptr : array.front().data(), 3 * array.size()));
@@ -207,7 +218,8 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   if (magic != kMagic && magic != kMagicBeforePaint) throw InvalidInput("the snapshot is of another version or scene");
   expect(static_cast<std::int32_t>(s.scene.resolution));
   expect(static_cast<std::int32_t>(s.scene.materials.size()));
-  if (bytes.size() < sizeof(magic) || !std::equal(bytes.end() - sizeof(magic), bytes.end(), std::as_bytes(std::span(&magic, 1)).begin())) {
+  if (bytes.size() < sizeof(magic) ||
+      !std::equal(bytes.end() - sizeof(magic), bytes.end(), std::as_bytes(std::span(&magic, 1)).begin())) {
     throw InvalidInput("the snapshot is cut short");
   }
   const auto iteration = in.value<std::int64_t>();
@@ -216,7 +228,8 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   Scene scene = s.scene;
   const std::size_t num_emitters = read_scene_values(in, scene);
   check_scene(scene);
-  if (iteration < 0 || num_paint_steps < 0 || next_event > scene.events.size()) throw InvalidInput("the snapshot is damaged, or of another scene");
+  if (iteration < 0 || num_paint_steps < 0 || next_event > scene.events.size())
+    throw InvalidInput("the snapshot is damaged, or of another scene");
   MaterialAtlas atlas(s.surface, s.atlas.num_materials(), originals_of(s.scene));
   read_atlas(in, atlas);
   Gammatons gammatons;
@@ -224,7 +237,8 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     if constexpr (std::is_same_v<decltype(array), std::vector<Vec3>&>) {
       std::vector<double> numbers;
       in.array(numbers);
-      for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) array.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+      for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
+        array.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
     } else {
       in.array(array);
     }

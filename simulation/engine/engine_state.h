@@ -67,7 +67,7 @@ struct Simulation::State {
   std::vector<std::int32_t> changed_in;  ///< By tile: the last iteration that changed it; -1 = none.
   std::int64_t iteration = 0;
   std::int64_t num_paint_steps = 0;
-  std::int64_t composed_at = -1;         ///< Tiles changed in this iteration or later are not composed yet.
+  std::int64_t composed_at = -1;          ///< Tiles changed in this iteration or later are not composed yet.
   std::vector<TileIndex> composed_tiles;  ///< By the last compose().
   std::size_t next_event = 0;
   std::vector<std::string> notes;

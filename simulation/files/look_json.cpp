@@ -47,7 +47,8 @@ Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_o
   if (json.has("composition")) {
     JsonReader composition = json.member("composition");
     for (std::size_t i = 0; i < context.materials.size(); ++i) {
-      if (composition.has(context.materials[i])) preset.amounts[i] = composition.member(context.materials[i]).number(between(0, 3));
+      if (composition.has(context.materials[i]))
+        preset.amounts[i] = composition.member(context.materials[i]).number(between(0, 3));
     }
     if (!may_have_others) composition.finish();
   }

@@ -8,10 +8,10 @@
 #include <set>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/geometry/mesh_files.h"
+#include "patinate/core/error.h"
 #include "simulation/rules/rule_io.h"
 
 namespace patinate::simulation {
@@ -28,14 +28,16 @@ void visit_member(Json& object, const char* key, const std::function<void(Json& 
 std::string plain_name(const fs::path& file) {
   std::string name = file.filename().string();
   std::replace_if(
-      name.begin(), name.end(), [](unsigned char c) { return !(std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-') || c > 127; }, '_');
+      name.begin(), name.end(),
+      [](unsigned char c) { return !(std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-') || c > 127; }, '_');
   if (name.empty() || name.front() == '.') name.insert(0, "_");
   return name;
 }
 
 /// A path that stays below the folder that it starts from.
 bool stays_below(const fs::path& path) {
-  return path.is_relative() && !path.empty() && std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+  return path.is_relative() && !path.empty() &&
+         std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
 class CopyPlanner {
@@ -78,12 +80,16 @@ class CopyPlanner {
     }
     // What names files of its own is in a folder with them, where its names still hold.
     const fs::path inside = buffers.empty() ? fs::path() : fs::path(free_name(plain_name(file.stem()), ""));
-    const fs::path to = inside / (buffers.empty() ? free_name(plain_name(file.stem()), plain_name(file).substr(plain_name(file.stem()).size())) : plain_name(file));
+    const fs::path to = inside / (buffers.empty() ? free_name(plain_name(file.stem()),
+                                                              plain_name(file).substr(plain_name(file.stem()).size()))
+                                                  : plain_name(file));
     copy_.files.push_back({file, to, key});
     for (const std::string& buffer : buffers) {
       const fs::path place = inside / fs::path(buffer).lexically_normal();
-      const bool is_there = std::any_of(copy_.files.begin(), copy_.files.end(), [&](const SceneCopy::File& f) { return f.to == place; });
-      if (!is_there) copy_.files.push_back({file.parent_path() / buffer, place, hash_file(file.parent_path() / buffer)});
+      const bool is_there =
+          std::any_of(copy_.files.begin(), copy_.files.end(), [&](const SceneCopy::File& f) { return f.to == place; });
+      if (!is_there)
+        copy_.files.push_back({file.parent_path() / buffer, place, hash_file(file.parent_path() / buffer)});
     }
     if (buffers.empty()) places_by_key_[key + plain_name(file)] = to;
     return to;
@@ -154,7 +160,8 @@ void write_scene_copy(const SceneCopy& copy, const fs::path& folder) {
         throw CannotComplete(to.string() + ": cannot be copied from " + file.from.string() + "; " + error.message());
       }
     });
-    if (hash_file(to) != file.key) throw CannotComplete(file.from.string() + ": has changed since the simulation began; run it again");
+    if (hash_file(to) != file.key)
+      throw CannotComplete(file.from.string() + ": has changed since the simulation began; run it again");
   }
   write_atomically(folder / copy.name, copy.text);
 }

@@ -12,7 +12,8 @@
 
 namespace patinate::simulation {
 
-/// Calls `visit` with every path of a scene file that has been read: meshes, pictures (looks, presets, maps of objects), files of rules.
+/// Calls `visit` with every path of a scene file that has been read: meshes, pictures (looks, presets, maps of
+/// objects), files of rules.
 void for_each_scene_path(Json& root, const std::function<void(Json& path)>& visit);
 /// A path of a file in `from` as one in `to` says it; what is no relative path stays. Both absolute.
 void move_scene_path(Json& path, const std::filesystem::path& from, const std::filesystem::path& to);
@@ -24,19 +25,25 @@ struct SceneCopy {
     std::filesystem::path to;  ///< Below the copy's folder.
     std::string key;           ///< Of its bytes.
   };
-  std::filesystem::path name;         ///< Of the scene file in the copy's folder: as it was called.
-  std::string text;                   ///< Of the scene file; its paths lead to `files`.
+  std::filesystem::path name;  ///< Of the scene file in the copy's folder: as it was called.
+  std::string text;            ///< Of the scene file; its paths lead to `files`.
   std::vector<File> files;
-  std::vector<std::string> left_out;  ///< What is not copied and stays where it is: too large, or named by a glTF in a way that no copy can keep.
+  std::vector<std::string> left_out;  ///< What is not copied and stays where it is: too large, or named by a glTF in a
+                                      ///< way that no copy can keep.
 };
 
-inline constexpr std::uint64_t kMostSceneBytes = std::uint64_t{1} << 30;  ///< Of all files of a copy; what would pass it is left out.
+inline constexpr std::uint64_t kMostSceneBytes = std::uint64_t{1}
+                                                 << 30;  ///< Of all files of a copy; what would pass it is left out.
 
-/// Names depend on the scene alone, not on where its files lie. @param scene  The scene file, read before without an error.
-/// @param root  Its content. @param folder  Where the copy will stand; what is left out is named from there. @throws IoError
-[[nodiscard]] SceneCopy plan_scene_copy(const std::filesystem::path& scene, const Json& root, const std::filesystem::path& folder,
+/// Names depend on the scene alone, not on where its files lie. @param scene  The scene file, read before without an
+/// error.
+/// @param root  Its content. @param folder  Where the copy will stand; what is left out is named from there. @throws
+/// IoError
+[[nodiscard]] SceneCopy plan_scene_copy(const std::filesystem::path& scene, const Json& root,
+                                        const std::filesystem::path& folder,
                                         std::uint64_t most_bytes = kMostSceneBytes);
-/// Makes the folder and writes it. @throws CannotComplete, also where a file is not as it was when the copy was planned.
+/// Makes the folder and writes it. @throws CannotComplete, also where a file is not as it was when the copy was
+/// planned.
 void write_scene_copy(const SceneCopy& copy, const std::filesystem::path& folder);
 
 }  // namespace patinate::simulation

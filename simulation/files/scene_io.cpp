@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "patinate/atlas/atlas_choice.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "libcommon/history/history_times.h"
+#include "patinate/atlas/atlas_choice.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
-#include "simulation/rules/rule_io.h"
 #include "simulation/files/scene_json.h"
+#include "simulation/rules/rule_io.h"
 #include "simulation/tracing/scene_checks.h"
 
 namespace patinate::simulation {
@@ -37,7 +37,8 @@ std::vector<std::string> read_names(const JsonReader& json) {
 }
 
 /// Members of an object, by name.
-std::vector<std::pair<std::string, JsonReader>> read_members(JsonReader& parent, const Json& root, std::string_view key) {
+std::vector<std::pair<std::string, JsonReader>> read_members(JsonReader& parent, const Json& root,
+                                                             std::string_view key) {
   std::vector<std::pair<std::string, JsonReader>> members;
   if (!parent.has(key)) return members;
   JsonReader object = parent.member(key);
@@ -65,7 +66,9 @@ std::vector<MaterialLook> read_looks(JsonReader& json, const Json& root, const S
     if (is_known[i]) continue;
     std::string known;
     for (const auto& [name, look] : library) known += (known.empty() ? "" : ", ") + name;
-    json.member("materials").fail("for '" + context.materials[i] + "' a member of \"appearance\": only " + known + " look like something by themselves");
+    json.member("materials")
+        .fail("for '" + context.materials[i] + "' a member of \"appearance\": only " + known +
+              " look like something by themselves");
   }
   return looks;
 }
@@ -84,7 +87,8 @@ T asset(std::mutex& mutex, std::map<std::string, T>& assets, const std::string& 
 
 class ObjectReader {
  public:
-  ObjectReader(SceneFile& file, const SceneContext& context, std::map<std::string, Preset> presets, AtlasMethod method, SceneAssets& assets)
+  ObjectReader(SceneFile& file, const SceneContext& context, std::map<std::string, Preset> presets, AtlasMethod method,
+               SceneAssets& assets)
       : file_(file), context_(context), presets_(std::move(presets)), method_(method), assets_(assets) {}
 
   [[nodiscard]] SceneObject read(JsonReader json, const RunControl& control) {
@@ -122,17 +126,21 @@ class ObjectReader {
     file_.inputs.emplace_back("mesh of " + name, path);
     const std::string node = json.has("node") ? json.member("node").string() : "";
     const std::string material = json.has("material") ? json.member("material").string() : "";
-    const std::string key = path.string() + "|" + node + "|" + material + "|" + std::to_string(static_cast<int>(method_)) + "|" + std::to_string(file_.scene.resolution) + "|" +
-                            number_text(context_.mm_per_unit);
-    return asset(assets_.mutex, assets_.meshes, key, [&] { return laid_out_mesh(path, name, node, material, control); });
+    const std::string key = path.string() + "|" + node + "|" + material + "|" +
+                            std::to_string(static_cast<int>(method_)) + "|" + std::to_string(file_.scene.resolution) +
+                            "|" + number_text(context_.mm_per_unit);
+    return asset(assets_.mutex, assets_.meshes, key,
+                 [&] { return laid_out_mesh(path, name, node, material, control); });
   }
 
-  [[nodiscard]] Mesh laid_out_mesh(const fs::path& path, const std::string& name, const std::string& node, const std::string& material, const RunControl& control) {
+  [[nodiscard]] Mesh laid_out_mesh(const fs::path& path, const std::string& name, const std::string& node,
+                                   const std::string& material, const RunControl& control) {
     try {
       Mesh mesh = read_mesh(path);
       if (!node.empty() || !material.empty()) mesh = select_surfaces(mesh, node, material);
       RepairedMesh repaired = repair_mesh(std::move(mesh));
-      if (const std::string text = repaired.repairs.text(); !text.empty()) file_.notes.push_back(path.string() + ": " + text);
+      if (const std::string text = repaired.repairs.text(); !text.empty())
+        file_.notes.push_back(path.string() + ": " + text);
       mesh = with_normals(std::move(repaired.mesh));
       const bool is_gltf = path.extension() == ".gltf" || path.extension() == ".glb";  // in m, by its standard
       scale_mesh(mesh, is_gltf ? 1000.0 : context_.mm_per_unit);
@@ -162,7 +170,8 @@ class ObjectReader {
 
 AtlasMethod read_atlas(JsonReader json, Scene& scene) {
   int method = 0;
-  if (json.has("resolution")) scene.resolution = static_cast<int>(json.member("resolution").integer(between(16, 16384)));
+  if (json.has("resolution"))
+    scene.resolution = static_cast<int>(json.member("resolution").integer(between(16, 16384)));
   if (json.has("uvs")) method = json.member("uvs").choice(kAtlasMethodNames);
   json.finish();
   return static_cast<AtlasMethod>(method);
@@ -173,16 +182,19 @@ void read_time(JsonReader json, SceneFile& file) {
   if (json.has("per_iteration")) {
     const JsonReader time = json.member("per_iteration");
     file.scene.time_per_iteration = time.number(between(0, 1e9));
-    if (file.scene.time_per_iteration > 0.0 && file.scene.time_per_iteration < kLeastTimeStep) time.fail("0, for none, or at least 1e-12");
+    if (file.scene.time_per_iteration > 0.0 && file.scene.time_per_iteration < kLeastTimeStep)
+      time.fail("0, for none, or at least 1e-12");
   }
   if (json.has("contact")) file.scene.exchange.contact = json.member("contact").number(between(0, 1e6));
   json.finish();
 }
 
-/// Steps of a two-hundredth of the largest object; drops cling round edges of up to 30 degrees and more where they are rounded.
+/// Steps of a two-hundredth of the largest object; drops cling round edges of up to 30 degrees and more where they are
+/// rounded.
 TracingOptions tracing_of_size(const Scene& scene) {
   double size = 0.0;
-  for (const SceneObject& object : scene.objects) size = std::max(size, object.scale * bounding_box(object.mesh).diagonal());
+  for (const SceneObject& object : scene.objects)
+    size = std::max(size, object.scale * bounding_box(object.mesh).diagonal());
   TracingOptions t;
   t.reach_mm = size / 200.0;
   t.epsilon_mm = 0.4 * t.reach_mm;
@@ -200,7 +212,8 @@ void read_run(JsonReader json, SceneFile& file) {
     for (const JsonReader& element : json.member("controls").elements(100)) {
       const std::string name = element.string();
       if (std::find(names.begin(), names.end(), name) == names.end()) {
-        element.fail("a parameter map: hits, last_hit, residence, MATERIAL.deposited or MATERIAL.final" + did_you_mean(name, names));
+        element.fail("a parameter map: hits, last_hit, residence, MATERIAL.deposited or MATERIAL.final" +
+                     did_you_mean(name, names));
       }
       if (!is_file_name(name)) element.fail("a parameter map whose material is named with " + file_name_text());
       file.controls.push_back(name);
@@ -238,7 +251,8 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   context.read_picture = [&file, &assets](const JsonReader& reader, int num_channels) {
     const fs::path picture = reader.path();
     file.inputs.emplace_back(reader.pointer(), picture);
-    return asset(assets.mutex, assets.pictures, std::to_string(num_channels) + picture.string(), [&] { return num_channels == 3 ? read_color(picture) : read_gray(picture); });
+    return asset(assets.mutex, assets.pictures, std::to_string(num_channels) + picture.string(),
+                 [&] { return num_channels == 3 ? read_color(picture) : read_gray(picture); });
   };
   if (json.has("gravity")) {
     const std::vector<double> g = json.member("gravity").numbers(3);
@@ -255,10 +269,12 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   const std::vector<JsonReader> elements = object_list.elements(kMaxObjects);
   for (std::size_t i = 0; i < elements.size(); ++i) {
     const double n = static_cast<double>(elements.size());
-    scene.objects.push_back(objects.read(elements[i], control.part(static_cast<double>(i) / n, static_cast<double>(i + 1) / n)));
+    scene.objects.push_back(
+        objects.read(elements[i], control.part(static_cast<double>(i) / n, static_cast<double>(i + 1) / n)));
   }
   const JsonReader emitter_list = json.member("emitters");
-  for (const JsonReader& emitter : emitter_list.elements(1000)) scene.emitters.push_back(read_emitter(emitter, context));
+  for (const JsonReader& emitter : emitter_list.elements(1000))
+    scene.emitters.push_back(read_emitter(emitter, context));
   if (scene.emitters.empty()) emitter_list.fail("at least one emitter: without, nothing would happen");
   if (json.has("behavior")) scene.behavior = read_behavior(json.member("behavior"));
   scene.tracing = tracing_of_size(scene);
@@ -272,8 +288,10 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
     }
   }
   if (json.has("events")) scene.events = read_events(json.member("events"), context, scene);
-  if (json.has("run")) read_run(json.member("run"), file);
-  else file.history_every = std::max<std::int64_t>(1, file.iterations / 10);
+  if (json.has("run"))
+    read_run(json.member("run"), file);
+  else
+    file.history_every = std::max<std::int64_t>(1, file.iterations / 10);
   json.finish();
   try {
     check_scene(scene);

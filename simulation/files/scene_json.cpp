@@ -23,7 +23,8 @@ Vec3 read_direction(const JsonReader& json) {
 }
 
 /// In the order of SceneEvent::Op; a stroke stands for several events.
-constexpr std::array<std::string_view, 11> kOpNames{"move", "turn", "scale", "emitter", "ratio", "rate", "behavior", "switch", "rule", "paint", "stroke"};
+constexpr std::array<std::string_view, 11> kOpNames{"move",     "turn",   "scale", "emitter", "ratio", "rate",
+                                                    "behavior", "switch", "rule",  "paint",   "stroke"};
 constexpr int kStroke = 10;
 constexpr std::int64_t kLongestStroke = 1'000'000;
 constexpr std::size_t kMostPoints = 100'000;
@@ -34,11 +35,14 @@ std::vector<std::string> names_of(const auto& items) {
   return names;
 }
 
-void check_target(const JsonReader& json, const std::string& name, const std::vector<std::string>& names, const std::string& kind) {
-  if (std::find(names.begin(), names.end(), name) == names.end()) json.fail("the name of " + kind + did_you_mean(name, names));
+void check_target(const JsonReader& json, const std::string& name, const std::vector<std::string>& names,
+                  const std::string& kind) {
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    json.fail("the name of " + kind + did_you_mean(name, names));
 }
 
-/// A brush's way: on at the first point, one point every `every` iterations and even steps between them, off after the last.
+/// A brush's way: on at the first point, one point every `every` iterations and even steps between them, off after the
+/// last.
 void read_stroke(JsonReader json, const SceneContext& context, const Scene& scene, std::vector<SceneEvent>& events) {
   SceneEvent event;
   event.iteration = json.member("iteration").integer(at_least(0));
@@ -47,9 +51,11 @@ void read_stroke(JsonReader json, const SceneContext& context, const Scene& scen
   check_target(json.member("target"), event.target, names_of(scene.emitters), "an emitter");
   const std::int64_t every = json.has("every") ? json.member("every").integer(between(1, 1e6)) : 1;
   std::vector<Vec3> points;
-  for (const JsonReader& point : json.member("points").elements(kMostPoints)) points.push_back(read_vector(point) * context.mm_per_unit);
+  for (const JsonReader& point : json.member("points").elements(kMostPoints))
+    points.push_back(read_vector(point) * context.mm_per_unit);
   if (points.empty()) json.member("points").fail("at least one position");
-  if (static_cast<std::int64_t>(points.size()) * every > kLongestStroke) json.fail("at most " + std::to_string(kLongestStroke) + " iterations");
+  if (static_cast<std::int64_t>(points.size()) * every > kLongestStroke)
+    json.fail("at most " + std::to_string(kLongestStroke) + " iterations");
   json.finish();
   event.op = SceneEvent::Op::Switch;
   event.value = Vec3(1, 0, 0);
@@ -113,10 +119,12 @@ SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene&
     case Op::Emitter:
       event.emitter = read_emitter(json.member("emitter"), context);
       event.target = event.emitter->name;
-      check_target(json.member("emitter").member("name"), event.target, emitters, "an emitter of the scene (with gammatons 1 and \"on\": false it can wait for its time)");
+      check_target(json.member("emitter").member("name"), event.target, emitters,
+                   "an emitter of the scene (with gammatons 1 and \"on\": false it can wait for its time)");
       for (const Emitter& e : scene.emitters) {
         if (e.name == event.target && e.gammatons != event.emitter->gammatons) {
-          json.member("emitter").fail("the same number of gammatons as before (" + std::to_string(e.gammatons) + "): the streams of the others would shift");
+          json.member("emitter").fail("the same number of gammatons as before (" + std::to_string(e.gammatons) +
+                                      "): the streams of the others would shift");
         }
       }
       break;
@@ -125,13 +133,17 @@ SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene&
       check_target(json.member("target"), event.target, emitters, "an emitter");
       event.value[0] = json.member("on").boolean() ? 1.0 : 0.0;
       break;
-    case Op::Ratio: event.value[0] = json.member("ratio").number(between(0, 1)); break;
+    case Op::Ratio:
+      event.value[0] = json.member("ratio").number(between(0, 1));
+      break;
     case Op::Rate:
       event.target = json.member("target").string();
       (void)material_index(json.member("target"), event.target, context.materials);
       event.value[0] = json.member("rate").number(between(0, 1));
       break;
-    case Op::Behavior: event.behavior = read_behavior(json.member("behavior")); break;
+    case Op::Behavior:
+      event.behavior = read_behavior(json.member("behavior"));
+      break;
     case Op::Paint:
       event.target = json.member("target").string();
       check_target(json.member("target"), event.target, emitters, "an emitter");
@@ -154,11 +166,16 @@ void check_changed_rules(const std::vector<std::pair<JsonReader, SceneEvent>>& c
   }
   for (const auto& [place, change] : changes) {
     const auto& event = change;
-    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(), [&](const Rule& rule) { return rule.name == event.target; }) ||
+    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(),
+                                      [&](const Rule& rule) { return rule.name == event.target; }) ||
                           std::any_of(changes.begin(), changes.end(), [&](const auto& other) {
-                            return other.second.rule->begins && other.second.target == event.target && other.second.iteration <= event.iteration;
+                            return other.second.rule->begins && other.second.target == event.target &&
+                                   other.second.iteration <= event.iteration;
                           });
-    if (!is_there) JsonReader(place).member("target").fail("the name of a rule of the scene, a built-in one, or a new one with \"driver\" and \"makes\" or \"uses\"" + did_you_mean(event.target, names));
+    if (!is_there)
+      JsonReader(place).member("target").fail(
+          "the name of a rule of the scene, a built-in one, or a new one with \"driver\" and \"makes\" or \"uses\"" +
+          did_you_mean(event.target, names));
   }
 }
 
@@ -185,12 +202,15 @@ Emitter read_emitter(JsonReader json, const SceneContext& context) {
   Emitter e;
   e.name = json.member("name").string();
   e.shape = static_cast<EmitterShape>(json.member("shape").choice(kEmitterShapeNames));
-  if (e.shape != EmitterShape::Sky) e.position_mm = read_vector(json.member("position")) * context.mm_per_unit;
-  else if (json.has("position")) json.member("position").fail("nothing: a sky has no position");
+  if (e.shape != EmitterShape::Sky)
+    e.position_mm = read_vector(json.member("position")) * context.mm_per_unit;
+  else if (json.has("position"))
+    json.member("position").fail("nothing: a sky has no position");
   if (json.has("direction")) e.direction = read_direction(json.member("direction"));
   if (json.has("size")) {
     const JsonReader size = json.member("size");
-    if (size.is_number()) e.size_mm = {size.number(at_least(0)) * context.mm_per_unit, 0.0};
+    if (size.is_number())
+      e.size_mm = {size.number(at_least(0)) * context.mm_per_unit, 0.0};
     else {
       const std::vector<double> two = size.numbers(2, at_least(0));
       e.size_mm = {two[0] * context.mm_per_unit, two[1] * context.mm_per_unit};
@@ -273,7 +293,8 @@ std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& 
     if (events.back().op == SceneEvent::Op::Rule) rule_changes.emplace_back(element, events.back());
   }
   check_changed_rules(rule_changes, scene);
-  std::stable_sort(events.begin(), events.end(), [](const SceneEvent& a, const SceneEvent& b) { return a.iteration < b.iteration; });
+  std::stable_sort(events.begin(), events.end(),
+                   [](const SceneEvent& a, const SceneEvent& b) { return a.iteration < b.iteration; });
   return events;
 }
 

@@ -21,9 +21,11 @@ struct SceneContext {
 };
 
 /// Index of a material. @throws IoError with a did-you-mean.
-[[nodiscard]] int material_index(const JsonReader& json, const std::string& name, const std::vector<std::string>& materials);
+[[nodiscard]] int material_index(const JsonReader& json, const std::string& name,
+                                 const std::vector<std::string>& materials);
 /// {"water": 0.8, ...}: what is not named is 0.
-[[nodiscard]] MaterialValues read_material_values(JsonReader json, const std::vector<std::string>& materials, const Range& range);
+[[nodiscard]] MaterialValues read_material_values(JsonReader json, const std::vector<std::string>& materials,
+                                                  const Range& range);
 
 /// A path or [r, g, b].
 [[nodiscard]] ColorSource read_color_source(const JsonReader& json, const SceneContext& context);
@@ -43,6 +45,7 @@ struct SceneContext {
 [[nodiscard]] TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t);
 [[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context);
 /// "events", by iteration. @param scene  With its objects, emitters and rules.
-[[nodiscard]] std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context, const Scene& scene);
+[[nodiscard]] std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context,
+                                                  const Scene& scene);
 
 }  // namespace patinate::simulation

@@ -13,7 +13,8 @@ SimulationOptions with_maps(SimulationOptions options, const SceneFile& file) {
 
 }  // namespace
 
-AgedFrames::AgedFrames(const SceneFile& file, SimulationOptions options, const RunControl& control) : simulation_(file.scene, with_maps(std::move(options), file), control.part(0.0, 0.1)) {
+AgedFrames::AgedFrames(const SceneFile& file, SimulationOptions options, const RunControl& control)
+    : simulation_(file.scene, with_maps(std::move(options), file), control.part(0.0, 0.1)) {
   RunControl quiet = control;
   quiet.on_progress = {};
   const auto num_materials = static_cast<int>(file.scene.materials.size());

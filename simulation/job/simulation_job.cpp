@@ -4,17 +4,17 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_files.h"
-#include "patinate/history/history.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/job/job_record.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 #include "simulation/files/scene_files.h"
 #include "simulation/job/simulation_output.h"
 #include "simulation/transport/ledger_json.h"
@@ -25,12 +25,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 2;        ///< Raised when the same scene gives other amounts.
+constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same scene gives other amounts.
 const fs::path kSceneFolder = "scene";
 constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
 
-/// Everything that the items of one job share: the running simulation goes from item to item in memory, and a file stands in for it
-/// after a kill.
+/// Everything that the items of one job share: the running simulation goes from item to item in memory, and a file
+/// stands in for it after a kill.
 struct SimulationWork {
   SceneFile file;
   SceneCopy copy;
@@ -53,7 +53,8 @@ struct SimulationWork {
       } catch (const InvalidInput&) {  // half-written or foreign: from the start, which takes longer and gives the same
         simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
       }
-      if (simulation->iteration() > end) simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
+      if (simulation->iteration() > end)
+        simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
     }
     return *simulation;
   }
@@ -118,12 +119,14 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
     quiet.on_progress = {};
     while (simulation.iteration() < end) {
       simulation.step(quiet);
-      control.report(0.1 + 0.8 * static_cast<double>(simulation.iteration() - first) / static_cast<double>(end - first));
+      control.report(0.1 +
+                     0.8 * static_cast<double>(simulation.iteration() - first) / static_cast<double>(end - first));
     }
     simulation.apply_due(quiet);  // a stroke takes no time: it is in the picture of its iteration
     if (has_frame) {
       HistoryWriter writer(folder / "history", history_manifest(*work, simulation));
-      writer.write_frame(frame_index(work->file, end), work->file.frame_time(end), simulation.compose(quiet).color_linear());
+      writer.write_frame(frame_index(work->file, end), work->file.frame_time(end),
+                         simulation.compose(quiet).color_linear());
     }
     work->save(folder);
     control.report(1.0);
@@ -132,7 +135,7 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
 }
 
 Json counters_json(const TraceCounters& c) {
-  return {{"emitted", c.emitted}, {"absorbed", c.absorbed}, {"left", c.left},         {"rested", c.rested},
+  return {{"emitted", c.emitted}, {"absorbed", c.absorbed}, {"left", c.left},        {"rested", c.rested},
           {"alive", c.alive},     {"segments", c.segments}, {"contacts", c.contacts}};
 }
 
@@ -166,7 +169,8 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
   quiet.on_progress = {};
   while (simulation.iteration() < file.iterations) simulation.step(quiet);  // only when a checkpoint was lost
   simulation.apply_due(quiet);
-  if (const std::string wrong = simulation.audit(quiet); !wrong.empty()) throw CannotComplete("the books do not balance: " + wrong);
+  if (const std::string wrong = simulation.audit(quiet); !wrong.empty())
+    throw CannotComplete("the books do not balance: " + wrong);
   write_atlas_file(folder, simulation);
   write_state_file(folder, simulation);
   control.report(0.4);
@@ -213,7 +217,8 @@ JobInputs simulation_inputs(const SceneFile& file, const SimulationOptions& opti
   for (const auto& [role, path] : file.inputs) {
     inputs.add_file(role, path, folder_of(file.file));
     if (!role.starts_with("mesh of ")) continue;
-    for (const std::string& buffer : mesh_buffer_files(path)) inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
+    for (const std::string& buffer : mesh_buffer_files(path))
+      inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
   }
   inputs.add_value("--iterations", std::to_string(file.iterations));
   inputs.add_value("--history-every", std::to_string(file.history_every));
@@ -258,7 +263,8 @@ std::string changed_files(const SimulationManifest& manifest) {
   for (const auto& [name, key] : manifest.scene_files) {
     const fs::path file = manifest.scene.parent_path() / name;
     std::error_code error;
-    if (!fs::is_regular_file(file, error) || hash_file(file) != key) names += (names.empty() ? "" : ", ") + (kSceneFolder / name).generic_string();
+    if (!fs::is_regular_file(file, error) || hash_file(file) != key)
+      names += (names.empty() ? "" : ", ") + (kSceneFolder / name).generic_string();
   }
   return names;
 }

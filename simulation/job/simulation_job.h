@@ -15,16 +15,20 @@
 
 namespace patinate::simulation {
 
-/// The folder of formats.md: simulation.json, scene/ (the scene with what it names), state.bin, atlas.exr, color.png, normal.png, height.exr, specular.png, model.glb, controls/, history/.
-/// Items are stretches of iterations that end at frames of the history (and after 200 iterations at the latest); what is done in one
-/// lies in a checkpoint, so that a killed run loses at most one stretch.
-[[nodiscard]] JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const std::filesystem::path& output);
+/// The folder of formats.md: simulation.json, scene/ (the scene with what it names), state.bin, atlas.exr, color.png,
+/// normal.png, height.exr, specular.png, model.glb, controls/, history/. Items are stretches of iterations that end at
+/// frames of the history (and after 200 iterations at the latest); what is done in one lies in a checkpoint, so that a
+/// killed run loses at most one stretch.
+[[nodiscard]] JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options,
+                                      const std::filesystem::path& output);
 
 /// What `simulation.json` says about a finished folder.
 struct SimulationManifest {
   std::string name;
-  std::filesystem::path scene;  ///< The scene file: the folder's own; in folders of earlier versions the one that the user gave.
-  std::vector<std::pair<std::string, std::string>> scene_files;  ///< Files of the folder's own scene, from its folder, and keys of their bytes; empty when it has none.
+  std::filesystem::path
+      scene;  ///< The scene file: the folder's own; in folders of earlier versions the one that the user gave.
+  std::vector<std::pair<std::string, std::string>> scene_files;  ///< Files of the folder's own scene, from its folder,
+                                                                 ///< and keys of their bytes; empty when it has none.
   std::int64_t iterations = 0;
   double time = 0.0;
   std::string time_unit;
@@ -40,8 +44,8 @@ struct SimulationManifest {
 };
 /// @param path  A simulation folder, or its simulation.json. @throws IoError
 [[nodiscard]] SimulationManifest read_simulation_manifest(const std::filesystem::path& path);
-/// What of a finished folder's inputs is not as it was ("scene.json", "urn/mesh.obj"), "" if all is; lengths of the run do not count.
-/// Of a folder that holds its scene, what of that is not as it was written.
+/// What of a finished folder's inputs is not as it was ("scene.json", "urn/mesh.obj"), "" if all is; lengths of the run
+/// do not count. Of a folder that holds its scene, what of that is not as it was written.
 /// @param path  The folder, or its simulation.json. @param scene  Its scene file, read again.
 [[nodiscard]] std::string changed_inputs(const std::filesystem::path& path, const SceneFile& scene);
 

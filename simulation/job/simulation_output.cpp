@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/glb.h"
 
@@ -39,8 +39,8 @@ double high_value(const ImageF& values, const ImageU8& coverage) {
 
 }  // namespace
 
-void write_composed_files(const fs::path& folder, const std::string& name, Simulation& simulation, const std::string& key,
-                          const RunControl& control) {
+void write_composed_files(const fs::path& folder, const std::string& name, Simulation& simulation,
+                          const std::string& key, const RunControl& control) {
   const Composer& look = simulation.compose(control.part(0.0, 0.4));
   write_codes(folder / "color.png", look.color_srgb8());
   write_codes(folder / "specular.png", look.specular8());
@@ -50,8 +50,8 @@ void write_composed_files(const fs::path& folder, const std::string& name, Simul
   GlbVariant variant{.name = "aged", .base_colors = {look.color_linear()}};
   variant.normals = {look.normal8()};
   variant.speculars = {look.specular8()};
-  write_glb(folder / "model.glb", simulation.mesh(), {variant}, {.name = name, .meters_per_unit = 0.001, .roughness = 0.8, .key = key},
-            control.part(0.7, 1.0));
+  write_glb(folder / "model.glb", simulation.mesh(), {variant},
+            {.name = name, .meters_per_unit = 0.001, .roughness = 0.8, .key = key}, control.part(0.7, 1.0));
 }
 
 void write_atlas_file(const fs::path& folder, const Simulation& simulation) {
@@ -74,7 +74,8 @@ void read_atlas_file(const fs::path& folder, Simulation& simulation) {
   const ImageF image = read_channels(file, atlas_channels(simulation));
   const int side = simulation.scene().resolution;
   if (image.width() != side || image.height() != side) {
-    throw IoError(file.string(), "is " + size_text(image.width(), image.height()) + " texels; the scene's atlas has " + size_text(side, side));
+    throw IoError(file.string(), "is " + size_text(image.width(), image.height()) + " texels; the scene's atlas has " +
+                                     size_text(side, side));
   }
   const int n = static_cast<int>(simulation.scene().materials.size());
   for (int m = 0; m < n; ++m) {
@@ -106,7 +107,8 @@ ParameterControl parameter_control(const Simulation& simulation, const std::stri
   ParameterMap map = simulation.parameter_map(name);
   ParameterControl control{.name = name, .values = std::move(map.values), .low = 0.0, .high = 1.0, .unit = map.unit};
   control.high = high_value(control.values, simulation.coverage());
-  for (float& v : control.values.values()) v = std::clamp(static_cast<float>(static_cast<double>(v) / control.high), 0.0f, 1.0f);
+  for (float& v : control.values.values())
+    v = std::clamp(static_cast<float>(static_cast<double>(v) / control.high), 0.0f, 1.0f);
   return control;
 }
 

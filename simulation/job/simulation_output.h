@@ -13,13 +13,14 @@ namespace patinate::simulation {
 
 /// color.png, specular.png, normal.png, height.exr (mm) and model.glb, as `simulation` is composed now.
 /// @throws CannotComplete
-void write_composed_files(const std::filesystem::path& folder, const std::string& name, Simulation& simulation, const std::string& key,
-                          const RunControl& control = {});
-/// atlas.exr: channels amount.MATERIAL and original.MATERIAL, float, 1 = kAmountOne quanta; every quantum is told apart.
+void write_composed_files(const std::filesystem::path& folder, const std::string& name, Simulation& simulation,
+                          const std::string& key, const RunControl& control = {});
+/// atlas.exr: channels amount.MATERIAL and original.MATERIAL, float, 1 = kAmountOne quanta; every quantum is told
+/// apart.
 void write_atlas_file(const std::filesystem::path& folder, const Simulation& simulation);
 
-/// A parameter map as a control: [0, 1], with what 0 and 1 stand for. Counts end at the 99.5th percentile of the covered texels, so that
-/// single texels do not flatten the rest.
+/// A parameter map as a control: [0, 1], with what 0 and 1 stand for. Counts end at the 99.5th percentile of the
+/// covered texels, so that single texels do not flatten the rest.
 struct ParameterControl {
   std::string name;
   ImageF values;  ///< H x W x 1 in [0, 1].

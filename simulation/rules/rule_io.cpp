@@ -4,8 +4,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "simulation/rules/rule_assets.h"
 #include "simulation/rules/rules.h"
 
@@ -65,9 +65,11 @@ RuleAsset read_asset(JsonReader& json) {
     if (std::find(names.begin(), names.end(), name) != names.end()) return built_in_rule(name);
     std::string list;
     for (const std::string& each : names) list += each + ", ";
-    at.fail("a built-in rule (" + list.substr(0, list.size() - 2) + ") or the path of a .json file" + did_you_mean(name, names));
+    at.fail("a built-in rule (" + list.substr(0, list.size() - 2) + ") or the path of a .json file" +
+            did_you_mean(name, names));
   };
-  if (json.is_string()) return is_rule_path(json.string()) ? load_rule(json.path()) : built_in_or_fail(json, json.string());
+  if (json.is_string())
+    return is_rule_path(json.string()) ? load_rule(json.path()) : built_in_or_fail(json, json.string());
   if (!json.is_object()) json.fail("the name of a rule, a path, or an object");
   RuleAsset asset;
   if (json.has("file")) {
@@ -112,7 +114,8 @@ std::vector<std::string> built_in_rule_names() {
 
 RuleAsset built_in_rule(const std::string& name) {
   for (const BuiltIn& rule : kBuiltIns) {
-    if (rule.name == name) return read_rule(JsonReader("built-in rule " + name, Json::parse(*rule.text, nullptr, true, true)));
+    if (rule.name == name)
+      return read_rule(JsonReader("built-in rule " + name, Json::parse(*rule.text, nullptr, true, true)));
   }
   throw InvalidInput("there is no built-in rule `" + name + "`" + did_you_mean(name, built_in_rule_names()));
 }
@@ -124,11 +127,13 @@ RuleAsset load_rule(const std::filesystem::path& path) {
 
 Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials) {
   Rule rule{.name = asset.name, .driver = asset.driver, .alpha = asset.alpha};
-  const auto resolve = [&](const std::vector<std::pair<std::string, double>>& shares, MaterialValues& out, const std::string& verb) {
+  const auto resolve = [&](const std::vector<std::pair<std::string, double>>& shares, MaterialValues& out,
+                           const std::string& verb) {
     for (const auto& [name, share] : shares) {
       const auto found = std::find(materials.begin(), materials.end(), name);
       if (found == materials.end()) {
-        throw InvalidInput("rule '" + asset.name + "' " + verb + " `" + name + "`, which is none of the scene's materials" + did_you_mean(name, materials));
+        throw InvalidInput("rule '" + asset.name + "' " + verb + " `" + name +
+                           "`, which is none of the scene's materials" + did_you_mean(name, materials));
       }
       out[static_cast<std::size_t>(found - materials.begin())] = share;
     }
@@ -150,17 +155,22 @@ std::optional<std::filesystem::path> rule_path(const JsonReader& json) {
   return members.has("file") ? std::optional(members.member("file").path()) : std::nullopt;
 }
 
-RuleChange read_rule_change(JsonReader& json, const std::string& target, std::span<const std::string> materials, std::span<const Rule> rules) {
+RuleChange read_rule_change(JsonReader& json, const std::string& target, std::span<const std::string> materials,
+                            std::span<const Rule> rules) {
   RuleAsset given{.name = target, .about = {}, .driver = {}, .alpha = 0.1, .makes = {}, .uses = {}};
   read_fields(json, given);
-  const Rule rule = at_place(json, [&] { return resolve_rule(given.driver.empty() ? RuleAsset{given.name, {}, "0", given.alpha, given.makes, given.uses} : given, materials); });
+  const Rule rule = at_place(json, [&] {
+    return resolve_rule(
+        given.driver.empty() ? RuleAsset{given.name, {}, "0", given.alpha, given.makes, given.uses} : given, materials);
+  });
   RuleChange change;
   if (json.has("driver")) change.driver = rule.driver;
   if (json.has("alpha")) change.alpha = rule.alpha;
   if (json.has("makes")) change.makes = rule.makes;
   if (json.has("uses")) change.uses = rule.uses;
   const auto num_known = std::count_if(rules.begin(), rules.end(), [&](const Rule& r) { return r.name == target; });
-  if (num_known > 1) json.member("target").fail("a name that one rule has: " + std::to_string(num_known) + " are called so");
+  if (num_known > 1)
+    json.member("target").fail("a name that one rule has: " + std::to_string(num_known) + " are called so");
   const bool is_empty = !change.driver && !change.alpha && !change.makes && !change.uses;
   if (num_known == 1) {
     if (is_empty) json.fail("any of \"alpha\", \"driver\", \"makes\", \"uses\"");

@@ -35,23 +35,26 @@ struct RuleAsset {
 [[nodiscard]] bool is_rule_path(const std::string& text);
 
 /// For a scene with these materials. A material that the scene calls like a surface parameter is the material.
-/// @throws InvalidInput for a material that the scene does not have, or a driver that cannot be read; with a did-you-mean.
+/// @throws InvalidInput for a material that the scene does not have, or a driver that cannot be read; with a
+/// did-you-mean.
 [[nodiscard]] Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials);
 
-/// An element of a scene's "rules": the name of a built-in rule, the path of a file (".json", relative to the scene's folder), or an
-/// object: {"name": BUILT-IN or "file": PATH} with any of "driver", "alpha", "makes", "uses" in place of its own, or all of a new rule.
+/// An element of a scene's "rules": the name of a built-in rule, the path of a file (".json", relative to the scene's
+/// folder), or an object: {"name": BUILT-IN or "file": PATH} with any of "driver", "alpha", "makes", "uses" in place of
+/// its own, or all of a new rule.
 /// @throws IoError with the scene's file and the JSON pointer.
 [[nodiscard]] Rule read_scene_rule(JsonReader json, std::span<const std::string> materials);
 
 /// The file of such an element; nothing for a built-in or a new rule.
 [[nodiscard]] std::optional<std::filesystem::path> rule_path(const JsonReader& json);
 
-/// Members "alpha", "driver", "makes", "uses" of an event that changes rule `target`. Where the scene has no rule of that name, it begins: a
-/// built-in one with what is given, or a new one of "driver" and "makes" or "uses".
+/// Members "alpha", "driver", "makes", "uses" of an event that changes rule `target`. Where the scene has no rule of
+/// that name, it begins: a built-in one with what is given, or a new one of "driver" and "makes" or "uses".
 /// @param json  Its other members are read by who calls.
 /// @param rules  The scene's; a rule that events alone bring is in none of them.
 /// @throws IoError with the scene's file and the JSON pointer.
-[[nodiscard]] RuleChange read_rule_change(JsonReader& json, const std::string& target, std::span<const std::string> materials, std::span<const Rule> rules);
+[[nodiscard]] RuleChange read_rule_change(JsonReader& json, const std::string& target,
+                                          std::span<const std::string> materials, std::span<const Rule> rules);
 
 /// Built-in rules whose materials the scene has, in alphabetical order.
 [[nodiscard]] std::vector<RuleAsset> built_in_rules_for(std::span<const std::string> materials);

@@ -20,7 +20,7 @@ struct KernelRule {
   const float* driver = nullptr;   ///< Of 64 texels; negative counts as 0.
   const float* covered = nullptr;  ///< 1 or 0 for each texel.
   int num_makes = 0;
-  int num_terms = 0;               ///< Uses follow the makes.
+  int num_terms = 0;  ///< Uses follow the makes.
   RuleTerm terms[kMaxRuleTerms];
   std::uint32_t first_texel = 0;   ///< Random numbers belong to texels,
   std::uint32_t keys[2] = {0, 0};  ///< and to (seed, rule, time).

@@ -5,11 +5,11 @@
 #include <bit>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/expression_program.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "simulation/rules/rule_kernel.h"
 #include "simulation/rules/tile_facts.h"
 
@@ -41,7 +41,10 @@ std::vector<std::string> known_names(std::span<const std::string> materials) {
 Expression driver_of(const Rule& rule, std::span<const std::string> materials) {
   const std::vector<std::string> names = known_names(materials);
   try {
-    return parse_expression(rule.driver, {.subject = "rule '" + rule.name + "': driver", .name = "material or parameter", .names = names, .has_files = false});
+    return parse_expression(rule.driver, {.subject = "rule '" + rule.name + "': driver",
+                                          .name = "material or parameter",
+                                          .names = names,
+                                          .has_files = false});
   } catch (const UsageError& e) {
     throw InvalidInput(e.what());
   }
@@ -60,7 +63,7 @@ struct alignas(64) BlockOf64 {
 
 /// What one thread works with; which thread it is shows in no result.
 struct Worker {
-  std::vector<BlockOf64> slots;                     ///< Materials, parameters, then the programs' own.
+  std::vector<BlockOf64> slots;                      ///< Materials, parameters, then the programs' own.
   std::vector<std::array<std::int32_t, 64>> quanta;  ///< By material.
   std::array<std::array<std::int32_t, 64>, kMaxRuleTerms> changes{};
   std::array<std::int64_t, kMaxMaterials> made{};
@@ -70,7 +73,8 @@ struct Worker {
 void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out) {
   const std::size_t first = std::size_t{tile} * TileGrid::kTileTexels;
   const auto decode = [&](const auto& codes, float step) {
-    for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i) out[i] = parameter.low + static_cast<float>(codes[first + i]) * step;
+    for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i)
+      out[i] = parameter.low + static_cast<float>(codes[first + i]) * step;
   };
   const float range = parameter.high - parameter.low;
   if (const auto* bytes = std::get_if<std::vector<std::uint8_t>>(&parameter.values)) {
@@ -88,7 +92,8 @@ void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* ou
 std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials) {
   std::vector<std::string> out;
   for (const ExpressionName& name : driver_of(rule, materials).names) {
-    if (name.text != "age" && std::find(materials.begin(), materials.end(), name.text) == materials.end()) out.push_back(name.text);
+    if (name.text != "age" && std::find(materials.begin(), materials.end(), name.text) == materials.end())
+      out.push_back(name.text);
   }
   return out;
 }
@@ -98,14 +103,18 @@ namespace {
 /// All rules, and which slot is whose.
 struct CompiledRules {
   std::vector<CompiledRule> rules;
-  std::vector<int> materials;  ///< Those that occur in a rule: slots 0, 1, ... Slots of the parameters follow, then age.
+  std::vector<int>
+      materials;  ///< Those that occur in a rule: slots 0, 1, ... Slots of the parameters follow, then age.
   int num_slots = 0;
   bool uses_age = false;
 
-  [[nodiscard]] int slot_of_material(int material) const { return static_cast<int>(std::find(materials.begin(), materials.end(), material) - materials.begin()); }
+  [[nodiscard]] int slot_of_material(int material) const {
+    return static_cast<int>(std::find(materials.begin(), materials.end(), material) - materials.begin());
+  }
 };
 
-CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::string> names, std::span<const SurfaceParameter> parameters) {
+CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::string> names,
+                            std::span<const SurfaceParameter> parameters) {
   CompiledRules out;
   std::vector<Expression> drivers;
   std::array<bool, kMaxMaterials> occurs{};
@@ -117,7 +126,8 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
         occurs[m] = true;
       } else if (name.text == "age") {
         out.uses_age = true;
-      } else if (std::none_of(parameters.begin(), parameters.end(), [&](const SurfaceParameter& p) { return p.name == name.text; })) {
+      } else if (std::none_of(parameters.begin(), parameters.end(),
+                              [&](const SurfaceParameter& p) { return p.name == name.text; })) {
         throw InvalidInput("rule '" + rule.name + "' asks for `" + name.text + "`, of which there is no map here");
       }
     }
@@ -131,7 +141,8 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
     const auto m = std::find(names.begin(), names.end(), name.text) - names.begin();
     if (m < static_cast<std::ptrdiff_t>(names.size())) return out.slot_of_material(static_cast<int>(m));
     if (name.text == "age") return age_slot;
-    const auto p = std::find_if(parameters.begin(), parameters.end(), [&](const SurfaceParameter& q) { return q.name == name.text; });
+    const auto p = std::find_if(parameters.begin(), parameters.end(),
+                                [&](const SurfaceParameter& q) { return q.name == name.text; });
     return static_cast<int>(out.materials.size()) + static_cast<int>(p - parameters.begin());
   };
   out.num_slots = age_slot + 1;
@@ -142,7 +153,9 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
     out.num_slots = std::max(out.num_slots, rule.driver.num_slots);
     const auto add_terms = [&](const MaterialValues& shares) {
       for (std::size_t m = 0; m < names.size(); ++m) {
-        if (shares[m] > 0.0) rule.form.terms[rule.form.num_terms++] = {out.slot_of_material(static_cast<int>(m)), static_cast<float>(shares[m])};
+        if (shares[m] > 0.0)
+          rule.form.terms[rule.form.num_terms++] = {out.slot_of_material(static_cast<int>(m)),
+                                                    static_cast<float>(shares[m])};
       }
     };
     add_terms(all[r].makes);
@@ -170,7 +183,8 @@ struct RuleEngine::State : CompiledRules {
   [[nodiscard]] int age_slot() const { return static_cast<int>(materials.size() + parameters.size()); }
   [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
   void load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
-  /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor guesses.
+  /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor
+  /// guesses.
   void prefetch(TileIndex tile, const MaterialAtlas& atlas) const {
     for (const int material : materials) {
       const std::uint16_t* stored = atlas.tile(material, tile).data();
@@ -182,11 +196,14 @@ struct RuleEngine::State : CompiledRules {
 };
 
 RuleEngine::RuleEngine(std::span<const Rule> rules, std::span<const std::string> materials, const SurfaceAtlas& surface,
-                       double time_per_iteration, std::uint64_t seed, std::vector<SurfaceParameter> parameters, InstructionSet set)
+                       double time_per_iteration, std::uint64_t seed, std::vector<SurfaceParameter> parameters,
+                       InstructionSet set)
     : state_(std::make_unique<State>()) {
   State& s = *state_;
-  if (!has_instruction_set(set)) throw InvalidInput("rules: this machine lacks " + std::string(kInstructionSetNames[static_cast<std::size_t>(set)]));
-  if (!(time_per_iteration >= 0.0)) throw InvalidInput("rules: the time of an iteration is " + number_text(time_per_iteration) + "; use 0 or more");
+  if (!has_instruction_set(set))
+    throw InvalidInput("rules: this machine lacks " + std::string(kInstructionSetNames[static_cast<std::size_t>(set)]));
+  if (!(time_per_iteration >= 0.0))
+    throw InvalidInput("rules: the time of an iteration is " + number_text(time_per_iteration) + "; use 0 or more");
   s.set = set;
   s.kernel = &kernel_of(set);
   s.time_per_iteration = time_per_iteration;
@@ -199,7 +216,8 @@ RuleEngine::~RuleEngine() = default;
 RuleEngine::RuleEngine(RuleEngine&&) noexcept = default;
 RuleEngine& RuleEngine::operator=(RuleEngine&&) noexcept = default;
 
-void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::string> materials, std::vector<SurfaceParameter> more_parameters) {
+void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::string> materials,
+                           std::vector<SurfaceParameter> more_parameters) {
   State& s = *state_;
   std::vector<SurfaceParameter> parameters = s.parameters;
   for (SurfaceParameter& parameter : more_parameters) parameters.push_back(std::move(parameter));
@@ -210,12 +228,14 @@ void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::str
 }
 
 bool RuleEngine::has_parameter(std::string_view name) const {
-  return std::any_of(state_->parameters.begin(), state_->parameters.end(), [&](const SurfaceParameter& p) { return p.name == name; });
+  return std::any_of(state_->parameters.begin(), state_->parameters.end(),
+                     [&](const SurfaceParameter& p) { return p.name == name; });
 }
 
 void RuleEngine::wake(std::span<const TileIndex> tiles) {
   if (state_->awake.empty()) return;
-  for (const TileIndex tile : tiles) state_->awake[tile / TileGrid::kPageTiles] |= std::uint64_t{1} << tile % TileGrid::kPageTiles;
+  for (const TileIndex tile : tiles)
+    state_->awake[tile / TileGrid::kPageTiles] |= std::uint64_t{1} << tile % TileGrid::kPageTiles;
 }
 
 std::int64_t RuleEngine::num_awake() const {
@@ -243,7 +263,8 @@ void RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas, Worker&
     }
     kernel->load(stored, worker.quanta[k].data(), worker.slots[k].values.data());
   }
-  for (std::size_t p = 0; p < parameters.size(); ++p) load_parameter(parameters[p], tile, worker.slots[materials.size() + p].values.data());
+  for (std::size_t p = 0; p < parameters.size(); ++p)
+    load_parameter(parameters[p], tile, worker.slots[materials.size() + p].values.data());
 }
 
 /// @returns whether some rule has an extent there.
@@ -269,7 +290,8 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
       const auto slot = static_cast<std::size_t>(form.terms[k].material);
       has_changed[slot] = true;
       const auto m = static_cast<std::size_t>(materials[slot]);
-      (k < form.num_makes ? worker.made : worker.used)[m] += kernel->weigh(worker.changes[static_cast<std::size_t>(k)].data(), weights.data());
+      (k < form.num_makes ? worker.made : worker.used)[m] +=
+          kernel->weigh(worker.changes[static_cast<std::size_t>(k)].data(), weights.data());
     }
   }
   for (std::size_t k = 0; k < materials.size(); ++k) {
@@ -286,12 +308,14 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   const auto phase = static_cast<int>((kEpoch - iteration % kEpoch) % kEpoch);  // tiles that are due: tile % kEpoch
   const std::int64_t span = std::min<std::int64_t>(kEpoch, iteration + 1);
   const double time = static_cast<double>(span) * s.time_per_iteration;
-  const double age = (static_cast<double>(iteration + 1) - 0.5 * static_cast<double>(span)) * s.time_per_iteration;  // the middle of that time
+  const double age = (static_cast<double>(iteration + 1) - 0.5 * static_cast<double>(span)) *
+                     s.time_per_iteration;  // the middle of that time
   for (std::size_t r = 0; r < s.rules.size(); ++r) {
     KernelRule& form = s.rules[r].form;
     form.scale = static_cast<float>(s.rules[r].alpha * time);
     const auto now = static_cast<std::uint64_t>(iteration);
-    const auto random = philox4x32({static_cast<std::uint32_t>(now), static_cast<std::uint32_t>(now >> 32), static_cast<std::uint32_t>(r), kRulePurpose},
+    const auto random = philox4x32({static_cast<std::uint32_t>(now), static_cast<std::uint32_t>(now >> 32),
+                                    static_cast<std::uint32_t>(r), kRulePurpose},
                                    {static_cast<std::uint32_t>(s.seed), static_cast<std::uint32_t>(s.seed >> 32)});
     form.keys[0] = random[0];
     form.keys[1] = random[1];
@@ -312,7 +336,8 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
       worker.slots.resize(static_cast<std::size_t>(s.num_slots));
       worker.quanta.resize(std::max<std::size_t>(1, s.materials.size()));
       for (const CompiledRule& rule : s.rules) {
-        for (const auto& constant : rule.driver.constants) worker.slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
+        for (const auto& constant : rule.driver.constants)
+          worker.slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
       }
     }
     worker.slots[static_cast<std::size_t>(s.age_slot())].values.fill(static_cast<float>(age));
@@ -320,9 +345,11 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
       const auto c = static_cast<std::size_t>(chunk);
       std::array<TileIndex, kChunkTiles> tiles;
       std::size_t num_tiles = 0;
-      for (auto page = static_cast<std::size_t>(chunk * kChunkPages); page < static_cast<std::size_t>(std::min(num_pages, (chunk + 1) * kChunkPages)); ++page) {
+      for (auto page = static_cast<std::size_t>(chunk * kChunkPages);
+           page < static_cast<std::size_t>(std::min(num_pages, (chunk + 1) * kChunkPages)); ++page) {
         for (std::uint64_t due = s.awake[page] & kEveryEighth << phase; due != 0; due &= due - 1) {
-          tiles[num_tiles++] = static_cast<TileIndex>(page) * TileGrid::kPageTiles + static_cast<std::uint32_t>(std::countr_zero(due));
+          tiles[num_tiles++] =
+              static_cast<TileIndex>(page) * TileGrid::kPageTiles + static_cast<std::uint32_t>(std::countr_zero(due));
         }
       }
       for (std::size_t i = 0; i < num_tiles; ++i) {
@@ -338,7 +365,8 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   });
   std::size_t num_dirty = 0;
   for (std::size_t c = 0; c < static_cast<std::size_t>(num_chunks); ++c) {
-    std::copy_n(s.dirty.begin() + static_cast<std::ptrdiff_t>(c * kChunkTiles), s.num_dirty[c], s.dirty.begin() + static_cast<std::ptrdiff_t>(num_dirty));
+    std::copy_n(s.dirty.begin() + static_cast<std::ptrdiff_t>(c * kChunkTiles), s.num_dirty[c],
+                s.dirty.begin() + static_cast<std::ptrdiff_t>(num_dirty));
     num_dirty += s.num_dirty[c];
   }
   report.dirty_tiles = std::span<const TileIndex>(s.dirty).first(num_dirty);

@@ -1,14 +1,16 @@
 /// \file
 /// Aging: rules turn what lies on a texel into something else while gammatons run [Guenther et al. 2012, sec. 4.3].
 ///
-/// In dt a rule has the extent x = alpha * driver * dt; of each material it makes x * makes[i]. What it uses falls as if the rule took it
-/// in proportion to what is left: A (1 - exp(-x u / A)), so that nothing is overdrawn and evaporation (driver = what it uses) is exact
-/// for any split of dt; x is then cut down to what the scarcest material gave, so that as much is made as was used.
-/// Amounts stay integers: each change is rounded to whole quanta with a random number of (seed, texel, time, rule), right in the mean.
+/// In dt a rule has the extent x = alpha * driver * dt; of each material it makes x * makes[i]. What it uses falls as
+/// if the rule took it in proportion to what is left: A (1 - exp(-x u / A)), so that nothing is overdrawn and
+/// evaporation (driver = what it uses) is exact for any split of dt; x is then cut down to what the scarcest material
+/// gave, so that as much is made as was used. Amounts stay integers: each change is rounded to whole quanta with a
+/// random number of (seed, texel, time, rule), right in the mean.
 ///
-/// Time goes in epochs of kEpoch iterations: tile t is aged at the iterations i with (i + t) mod kEpoch = 0, by all the time since it was
-/// aged last. An eighth of the work is done in each iteration, and nothing depends on when one looks: after iteration i every tile is
-/// aged up to some iteration in (i - kEpoch, i], the same ones whenever and however often a run is viewed, saved or resumed.
+/// Time goes in epochs of kEpoch iterations: tile t is aged at the iterations i with (i + t) mod kEpoch = 0, by all the
+/// time since it was aged last. An eighth of the work is done in each iteration, and nothing depends on when one looks:
+/// after iteration i every tile is aged up to some iteration in (i - kEpoch, i], the same ones whenever and however
+/// often a run is viewed, saved or resumed.
 #pragma once
 
 #include <array>
@@ -22,8 +24,8 @@
 #include "libcommon/core/instruction_set.h"
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/material_atlas.h"
-#include "simulation/rules/surface_parameter.h"
 #include "patinate/simulation/scene.h"
+#include "simulation/rules/surface_parameter.h"
 
 namespace patinate::simulation {
 
@@ -34,7 +36,8 @@ struct RuleReport {
   std::array<std::int64_t, kMaxMaterials> used{};
 };
 
-/// Names that a rule's driver asks for beyond the materials: the parameters that RuleEngine must be given, "age" left out.
+/// Names that a rule's driver asks for beyond the materials: the parameters that RuleEngine must be given, "age" left
+/// out.
 /// @throws InvalidInput for a driver that cannot be read, with position and did-you-mean.
 [[nodiscard]] std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials);
 
@@ -47,22 +50,28 @@ class RuleEngine {
   /// @param time_per_iteration  In the unit of the rules' alphas.
   /// @param parameters          What drivers ask for; parameters_of().
   /// @param set                 Results do not depend on it.
-  /// @throws InvalidInput for a driver that cannot be read or asks for a parameter that is not given; for an instruction set that is not there.
-  RuleEngine(std::span<const Rule> rules, std::span<const std::string> materials, const SurfaceAtlas& surface, double time_per_iteration,
-             std::uint64_t seed, std::vector<SurfaceParameter> parameters = {}, InstructionSet set = instruction_set());
+  /// @throws InvalidInput for a driver that cannot be read or asks for a parameter that is not given; for an
+  /// instruction set that is not there.
+  RuleEngine(std::span<const Rule> rules, std::span<const std::string> materials, const SurfaceAtlas& surface,
+             double time_per_iteration, std::uint64_t seed, std::vector<SurfaceParameter> parameters = {},
+             InstructionSet set = instruction_set());
   ~RuleEngine();
   RuleEngine(RuleEngine&&) noexcept;
   RuleEngine& operator=(RuleEngine&&) noexcept;
 
-  /// Other rules from the next step on, with all tiles awake. A tile that was not due since is aged by the new ones for all the time since
-  /// it was, at most kEpoch - 1 iterations: what a change means depends only on the iteration that it comes before.
-  /// @param more_parameters  What the drivers ask for and has_parameter() denies. @throws InvalidInput as the constructor; nothing is changed then.
-  void set_rules(std::span<const Rule> rules, std::span<const std::string> materials, std::vector<SurfaceParameter> more_parameters = {});
+  /// Other rules from the next step on, with all tiles awake. A tile that was not due since is aged by the new ones for
+  /// all the time since it was, at most kEpoch - 1 iterations: what a change means depends only on the iteration that
+  /// it comes before.
+  /// @param more_parameters  What the drivers ask for and has_parameter() denies. @throws InvalidInput as the
+  /// constructor; nothing is changed then.
+  void set_rules(std::span<const Rule> rules, std::span<const std::string> materials,
+                 std::vector<SurfaceParameter> more_parameters = {});
   [[nodiscard]] bool has_parameter(std::string_view name) const;
 
-  /// Amounts of these tiles were changed by others (ExchangeReport::dirty_tiles), so that rules may have something to do there. At first
-  /// all tiles are awake; one falls asleep when no rule has an extent at any of its texels, and never while a driver asks for the age.
-  /// Sleep saves time and changes no result: a run may be resumed with all tiles awake.
+  /// Amounts of these tiles were changed by others (ExchangeReport::dirty_tiles), so that rules may have something to
+  /// do there. At first all tiles are awake; one falls asleep when no rule has an extent at any of its texels, and
+  /// never while a driver asks for the age. Sleep saves time and changes no result: a run may be resumed with all tiles
+  /// awake.
   void wake(std::span<const TileIndex> tiles);
   [[nodiscard]] std::int64_t num_awake() const;
 

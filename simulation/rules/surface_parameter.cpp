@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::simulation {
 
@@ -13,7 +13,9 @@ SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas
   const Mesh& mesh = scene_mesh.mesh;
   std::vector<std::uint8_t> of_triangle(mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto p = [&](std::size_t k) -> const Vec3& { return mesh.positions[static_cast<std::size_t>(mesh.triangles[i][k])]; };
+    const auto p = [&](std::size_t k) -> const Vec3& {
+      return mesh.positions[static_cast<std::size_t>(mesh.triangles[i][k])];
+    };
     const Vec3 across = (p(1) - p(0)).cross(p(2) - p(0));
     const double length = across.norm();
     const double slope = length > 0.0 ? (1.0 - across.dot(up) / length) / 2.0 : 0.0;
@@ -29,13 +31,15 @@ SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas
 SurfaceParameter map_parameter(std::string name, const ImageF& map, const SurfaceAtlas& surface) {
   const TileGrid& grid = surface.grid();
   if (map.width() != grid.width || map.height() != grid.height || map.channels() != 1) {
-    throw InvalidInput("the map of `" + name + "` is " + size_text(map.width(), map.height()) + "; the atlas is " + size_text(grid.width, grid.height));
+    throw InvalidInput("the map of `" + name + "` is " + size_text(map.width(), map.height()) + "; the atlas is " +
+                       size_text(grid.width, grid.height));
   }
   std::vector<std::uint16_t> values(grid.num_texels());
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
       const double value = static_cast<double>(map.at(x, y));
-      if (surface.is_covered(grid.index(x, y)) && value > 0.0) values[grid.index(x, y)] = static_cast<std::uint16_t>(std::floor(std::min(value, 1.0) * 65535.0 + 0.5));
+      if (surface.is_covered(grid.index(x, y)) && value > 0.0)
+        values[grid.index(x, y)] = static_cast<std::uint16_t>(std::floor(std::min(value, 1.0) * 65535.0 + 0.5));
     }
   }
   return {.name = std::move(name), .values = std::move(values)};

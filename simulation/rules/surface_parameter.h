@@ -13,22 +13,29 @@
 
 namespace patinate::simulation {
 
-/// Names that a driver may use. "age" is the scene's time at that moment; the others are parameters that a caller provides.
-inline constexpr std::array<std::string_view, 5> kSurfaceParameterNames{"accessibility", "slope", "height", "exposure", "age"};
+/// Names that a driver may use. "age" is the scene's time at that moment; the others are parameters that a caller
+/// provides.
+inline constexpr std::array<std::string_view, 5> kSurfaceParameterNames{"accessibility", "slope", "height", "exposure",
+                                                                        "age"};
 
-/// One value for each texel, in tile order (TileGrid::index), coded to save memory: low + (high - low) * code / 255 (or / 65535).
+/// One value for each texel, in tile order (TileGrid::index), coded to save memory: low + (high - low) * code / 255 (or
+/// / 65535).
 struct SurfaceParameter {
   std::string name;  ///< One of kSurfaceParameterNames, not "age".
-  std::variant<std::vector<std::uint8_t>, std::vector<std::uint16_t>, std::vector<float>> values;  ///< Floats: finite; as they are.
-  float low = 0.0F;   ///< Of codes.
+  std::variant<std::vector<std::uint8_t>, std::vector<std::uint16_t>, std::vector<float>>
+      values;        ///< Floats: finite; as they are.
+  float low = 0.0F;  ///< Of codes.
   float high = 1.0F;
 };
 
-/// How far a place is from level ground: (1 - n . up) / 2; 0 = level, 0.5 = a wall, 1 = a ceiling. One value a triangle.
+/// How far a place is from level ground: (1 - n . up) / 2; 0 = level, 0.5 = a wall, 1 = a ceiling. One value a
+/// triangle.
 /// @param up  Unit; against gravity.
-[[nodiscard]] SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const Vec3& up);
+[[nodiscard]] SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
+                                               const Vec3& up);
 
-/// A map of the atlas (row by row, as wide and high as the grid) in [0, 1] as a parameter of 16-bit codes; what is not covered is 0.
+/// A map of the atlas (row by row, as wide and high as the grid) in [0, 1] as a parameter of 16-bit codes; what is not
+/// covered is 0.
 /// @throws InvalidInput if its size is not the grid's.
 [[nodiscard]] SurfaceParameter map_parameter(std::string name, const ImageF& map, const SurfaceAtlas& surface);
 

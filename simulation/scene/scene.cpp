@@ -4,14 +4,15 @@
 #include <cmath>
 #include <set>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::simulation {
 
 namespace {
 
-constexpr double kFarthest = 1e9;  // mm: a thousand kilometers; beyond, floats and products of lengths lose their meaning
+constexpr double kFarthest =
+    1e9;  // mm: a thousand kilometers; beyond, floats and products of lengths lose their meaning
 
 void check(bool is_right, const std::string& what, double found, const std::string& range) {
   if (!is_right) throw InvalidInput(what + " is " + number_text(found) + "; use " + range);
@@ -21,7 +22,9 @@ void check_range(const std::string& what, double value, double low, double high)
   check(value >= low && value <= high, what, value, "[" + number_text(low) + ", " + number_text(high) + "]");
 }
 
-void check_positive(const std::string& what, double value) { check(value > 0.0 && std::isfinite(value), what, value, "more than 0"); }
+void check_positive(const std::string& what, double value) {
+  check(value > 0.0 && std::isfinite(value), what, value, "more than 0");
+}
 
 void check_finite(const std::string& what, const Vec3& value) {
   if (!value.allFinite()) throw InvalidInput(what + " is not finite");
@@ -32,7 +35,8 @@ void check_names(const Items& items, const std::string& kind) {
   std::set<std::string> names;
   for (const auto& item : items) {
     if (item.name.empty()) throw InvalidInput("an " + kind + " has no name");
-    if (!names.insert(item.name).second) throw InvalidInput("two " + kind + "s are called '" + item.name + "'; names are unique");
+    if (!names.insert(item.name).second)
+      throw InvalidInput("two " + kind + "s are called '" + item.name + "'; names are unique");
   }
 }
 
@@ -41,7 +45,8 @@ void check_materials(const Scene& scene) {
   if (n < 1 || n > kMaxMaterials) {
     throw InvalidInput("the scene has " + std::to_string(n) + " materials; use 1 to " + std::to_string(kMaxMaterials));
   }
-  if (std::set<std::string>(scene.materials.begin(), scene.materials.end()).size() != n) throw InvalidInput("two materials have one name");
+  if (std::set<std::string>(scene.materials.begin(), scene.materials.end()).size() != n)
+    throw InvalidInput("two materials have one name");
   if (scene.looks.size() != n) throw InvalidInput("there is not one look for each material");
   for (std::size_t i = 0; i < n; ++i) {
     const MaterialLook& look = scene.looks[i];
@@ -59,7 +64,8 @@ void check_emitter(const Emitter& emitter, const Scene& scene) {
   const std::string of = " of emitter '" + emitter.name + "'";
   for (const double x : emitter.position_mm) check_range("the position (mm)" + of, x, -kFarthest, kFarthest);
   check_finite("the direction" + of, emitter.direction);
-  check(std::abs(emitter.direction.norm() - 1.0) < 1e-6, "the length of the direction" + of, emitter.direction.norm(), "a direction that is not 0");
+  check(std::abs(emitter.direction.norm() - 1.0) < 1e-6, "the length of the direction" + of, emitter.direction.norm(),
+        "a direction that is not 0");
   for (const double size : emitter.size_mm) check_range("the size" + of, size, 0.0, 1e9);
   check_range("the spread" + of, emitter.spread_deg, 0.0, 180.0);
   check_range("the speed (mm/s)" + of, emitter.speed_mm_s, 1e-9, kFarthest);
@@ -87,7 +93,8 @@ void check_objects(const Scene& scene) {
 
 void check_behavior(const Behavior& b) {
   for (const double p : {b.bounce, b.floating, b.absorb}) check_range("a probability of the behavior", p, 0.0, 1.0);
-  check(std::abs(b.bounce + b.floating + b.absorb - 1.0) < 1e-9, "bounce + float + absorb", b.bounce + b.floating + b.absorb, "1");
+  check(std::abs(b.bounce + b.floating + b.absorb - 1.0) < 1e-9, "bounce + float + absorb",
+        b.bounce + b.floating + b.absorb, "1");
   check_range("deceleration_bounce", b.deceleration_bounce, 0.0, 1.0);
   check_range("deceleration_float", b.deceleration_float, 0.0, 1.0);
 }

@@ -9,11 +9,14 @@ namespace {
 
 constexpr int kBins = 16;
 constexpr int kLanes = 4;
-constexpr int kMaxSahDepth = 40;  // deeper ones are halved, so that no mesh makes a chain that overflows a traversal's stack
+constexpr int kMaxSahDepth =
+    40;  // deeper ones are halved, so that no mesh makes a chain that overflows a traversal's stack
 
 struct FloatBox {
-  std::array<float, 3> low{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
-  std::array<float, 3> high{-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
+  std::array<float, 3> low{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
+                           std::numeric_limits<float>::infinity()};
+  std::array<float, 3> high{-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+                            -std::numeric_limits<float>::infinity()};
 
   void add(const FloatBox& other) {
     for (std::size_t a = 0; a < 3; ++a) {
@@ -68,9 +71,13 @@ class Builder {
     int bin = 0;  ///< First bin of the right part.
   };
 
-  [[nodiscard]] const FloatBox& box_at(int i) const { return boxes_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])]; }
+  [[nodiscard]] const FloatBox& box_at(int i) const {
+    return boxes_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])];
+  }
 
-  static int bin_of(float value, float low, float scale) { return std::clamp(static_cast<int>((value - low) * scale), 0, kBins - 1); }
+  static int bin_of(float value, float low, float scale) {
+    return std::clamp(static_cast<int>((value - low) * scale), 0, kBins - 1);
+  }
 
   [[nodiscard]] Split best_split(int begin, int end, const FloatBox& middles) const {
     Split best;
@@ -91,7 +98,8 @@ class Builder {
       for (std::size_t b = kBins - 1; b > 0; --b) {
         box.add(bins[b]);
         count += counts[b];
-        right_cost[b] = count > 0 ? box.half_area() * static_cast<float>(count) : std::numeric_limits<float>::infinity();
+        right_cost[b] =
+            count > 0 ? box.half_area() * static_cast<float>(count) : std::numeric_limits<float>::infinity();
       }
       box = {};
       count = 0;
@@ -157,7 +165,8 @@ class Builder {
       const auto l = static_cast<std::size_t>(lane);
       block.triangle[l] = is_used ? triangle : -1;
       for (std::size_t corner = 0; corner < 3; ++corner) {
-        for (std::size_t axis = 0; axis < 3; ++axis) block.corner[corner][axis][l] = triangles_[static_cast<std::size_t>(triangle)][corner][axis];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          block.corner[corner][axis][l] = triangles_[static_cast<std::size_t>(triangle)][corner][axis];
       }
     }
     bvh.blocks.push_back(block);

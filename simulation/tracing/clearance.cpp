@@ -38,16 +38,21 @@ Polygon cut(const Polygon& polygon, Value&& value) {
   return left;
 }
 
-constexpr double kInside = 0.5e-6;  // half of what moved_inside() keeps from edges: walls that stand on an edge do not cut
-constexpr double kLowest = 1e-3;    // of the height: what lies in the triangle's own plane is not above it
+constexpr double kInside =
+    0.5e-6;  // half of what moved_inside() keeps from edges: walls that stand on an edge do not cut
+constexpr double kLowest = 1e-3;  // of the height: what lies in the triangle's own plane is not above it
 
 }  // namespace
 
 Clearance::Clearance(const RayTracer& rays, const TriangleFrames& frames, int num_triangles, double height_mm)
-    : rays_(&rays), frames_(&frames), height_(height_mm), known_(std::make_unique<std::atomic<std::uint8_t>[]>(static_cast<std::size_t>(num_triangles) * 2)) {}
+    : rays_(&rays),
+      frames_(&frames),
+      height_(height_mm),
+      known_(std::make_unique<std::atomic<std::uint8_t>[]>(static_cast<std::size_t>(num_triangles) * 2)) {}
 
 bool Clearance::find(int triangle, bool is_front) const {
-  const Vec3 a = frames_->corner(triangle, 0), e1 = frames_->corner(triangle, 1) - a, e2 = frames_->corner(triangle, 2) - a;
+  const Vec3 a = frames_->corner(triangle, 0), e1 = frames_->corner(triangle, 1) - a,
+             e2 = frames_->corner(triangle, 2) - a;
   const Vec3 area = e1.cross(e2);
   const double square = area.squaredNorm();
   if (!(square > 0.0)) return false;

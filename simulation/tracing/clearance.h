@@ -11,8 +11,8 @@
 
 namespace patinate::simulation {
 
-/// Whether the prism that stands on one side of a triangle, `height` high, is cut by no other triangle. Found when first asked for; whoever
-/// asks, and when, the answer is the same. Thread-safe.
+/// Whether the prism that stands on one side of a triangle, `height` high, is cut by no other triangle. Found when
+/// first asked for; whoever asks, and when, the answer is the same. Thread-safe.
 class Clearance {
  public:
   /// @param rays, frames  Outlive it.

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "simulation/tracing/random_direction.h"
 
 namespace patinate::simulation {
@@ -54,7 +54,8 @@ void place_sky(PlacedEmitter& placed, double spread_deg, const Box& box, const V
   placed.shape = EmitterShape::Rectangle;
   placed.half_u = half_extent(placed.u) + 0.5 * (high.x() - low.x()) + least;
   placed.half_v = half_extent(placed.v) + 0.5 * (high.y() - low.y()) + least;
-  placed.center = box.center() - above * d - 0.5 * (low.x() + high.x()) * placed.u - 0.5 * (low.y() + high.y()) * placed.v;
+  placed.center =
+      box.center() - above * d - 0.5 * (low.x() + high.x()) * placed.u - 0.5 * (low.y() + high.y()) * placed.v;
 }
 
 Vec3 nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
@@ -76,11 +77,13 @@ Vec3 nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
   return best;
 }
 
-void place_on_surface(PlacedEmitter& placed, const Emitter& emitter, const SceneMesh& scene_mesh, const RayTracer& tracer) {
+void place_on_surface(PlacedEmitter& placed, const Emitter& emitter, const SceneMesh& scene_mesh,
+                      const RayTracer& tracer) {
   const NearestOnMesh nearest = nearest_on_mesh(scene_mesh.mesh, emitter.position_mm);
   if (nearest.triangle < 0) throw InvalidInput("emitter '" + emitter.name + "' sits on a surface, and there is none");
   Vec3 normal = area_vector(scene_mesh.mesh, nearest.triangle).normalized();
-  if (!normal.allFinite()) throw InvalidInput("emitter '" + emitter.name + "' sits on a triangle without area; move it");
+  if (!normal.allFinite())
+    throw InvalidInput("emitter '" + emitter.name + "' sits on a triangle without area; move it");
   if (signed_volume(scene_mesh, scene_mesh.object[static_cast<std::size_t>(nearest.triangle)]) < 0.0) normal = -normal;
   double distance = emitter.distance_mm;
   const double skin = 1e-6 * bounding_box(scene_mesh.mesh).diagonal();
@@ -101,7 +104,9 @@ double signed_volume(const SceneMesh& scene_mesh, int object) {
   double six_volumes = 0.0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (scene_mesh.object[t] != object) continue;
-    const auto p = [&](std::size_t k) { return Vec3(mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])] - origin); };
+    const auto p = [&](std::size_t k) {
+      return Vec3(mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])] - origin);
+    };
     six_volumes += p(0).dot(p(1).cross(p(2)));
   }
   return six_volumes / 6.0;
@@ -123,8 +128,10 @@ NearestOnMesh nearest_on_mesh(const Mesh& mesh, const Vec3& p) {
   return best;
 }
 
-PlacedEmitter place_emitter(const Emitter& emitter, const SceneMesh& scene_mesh, const RayTracer& tracer, const Vec3& gravity_mm_s2) {
-  PlacedEmitter placed{.shape = emitter.shape, .center = emitter.position_mm, .direction = emitter.direction.normalized()};
+PlacedEmitter place_emitter(const Emitter& emitter, const SceneMesh& scene_mesh, const RayTracer& tracer,
+                            const Vec3& gravity_mm_s2) {
+  PlacedEmitter placed{
+      .shape = emitter.shape, .center = emitter.position_mm, .direction = emitter.direction.normalized()};
   placed.spread_cosine = portable_sine_cosine(emitter.spread_deg / 360.0).cosine;
   placed.speed = emitter.speed_mm_s;
   set_frame(placed);
@@ -159,10 +166,12 @@ Birth make_birth(const PlacedEmitter& emitter, std::uint64_t seed, std::uint32_t
       break;
     }
     case EmitterShape::Point:
-    case EmitterShape::Surface: break;
+    case EmitterShape::Surface:
+      break;
   }
   const std::uint32_t a = random.next_u32();
-  return {.position = position, .velocity = emitter.speed * cone_direction(axis, emitter.spread_cosine, a, random.next_u32())};
+  return {.position = position,
+          .velocity = emitter.speed * cone_direction(axis, emitter.spread_cosine, a, random.next_u32())};
 }
 
 }  // namespace patinate::simulation

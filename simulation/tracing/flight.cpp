@@ -69,8 +69,15 @@ void touch(const MotionScene& scene, Gammaton& g, const TriangleHit& hit, double
 
 }  // namespace
 
-MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames, const FreeSpace& free_space, Clearance& clearance) {
-  return {.rays = rays, .frames = frames, .free_space = free_space, .clearance = clearance, .options = scene.tracing, .gravity = scene.gravity_mm_s2, .skin = 1e-9 * rays.box().diagonal(),
+MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames,
+                         const FreeSpace& free_space, Clearance& clearance) {
+  return {.rays = rays,
+          .frames = frames,
+          .free_space = free_space,
+          .clearance = clearance,
+          .options = scene.tracing,
+          .gravity = scene.gravity_mm_s2,
+          .skin = 1e-9 * rays.box().diagonal(),
           .rest_cosine = portable_sine_cosine(scene.tracing.rest_slope_deg / 360.0).cosine};
 }
 

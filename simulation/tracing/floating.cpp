@@ -34,11 +34,12 @@ void touch(const MotionScene& scene, Gammaton& g, const TriangleHit& hit, const 
 
 /// How far a floating gammaton gets along the tangent plane, and which way.
 struct Step {
-  Vec3 ahead{0, 0, 0};  ///< Unit; 0 when nothing moves it.
+  Vec3 ahead{0, 0, 0};                       ///< Unit; 0 when nothing moves it.
   Vec3 velocity{0, 0, 0}, gravity{0, 0, 0};  ///< Tangential.
 };
 
-/// The direction in which it is after about `length`: as long as that takes, and no longer than gravity alone would need.
+/// The direction in which it is after about `length`: as long as that takes, and no longer than gravity alone would
+/// need.
 Step step_of(const MotionScene& scene, const Gammaton& g, const Vec3& n, double length) {
   Step step{.velocity = g.velocity - g.velocity.dot(n) * n, .gravity = scene.gravity - scene.gravity.dot(n) * n};
   const double speed = std::sqrt(step.velocity.squaredNorm()), pull = std::sqrt(step.gravity.squaredNorm());
@@ -58,7 +59,8 @@ Step step_of(const MotionScene& scene, const Gammaton& g, const Vec3& n, double 
 bool stays_above(const MotionScene& scene, Gammaton& g, const Step& step, double length) {
   const Vec2 change = scene.frames.weights_of(g.at.triangle, length * step.ahead);
   const SurfacePlace there{.triangle = g.at.triangle, .b1 = g.at.b1 + change.x(), .b2 = g.at.b2 + change.y()};
-  if (!(there.b1 >= kLeastWeight && there.b2 >= kLeastWeight && there.b1 + there.b2 <= 1.0 - kLeastWeight)) return false;
+  if (!(there.b1 >= kLeastWeight && there.b2 >= kLeastWeight && there.b1 + there.b2 <= 1.0 - kLeastWeight))
+    return false;
   if (!scene.clearance.is_clear(g.at.triangle, g.is_front)) return false;
   g.at = there;
   return true;
@@ -105,7 +107,8 @@ PieceEnd float_on(const MotionScene& scene, Gammaton& g, std::uint32_t random, s
       const Vec3 normal = g.is_front ? scene.frames.normal(round.triangle) : Vec3(-scene.frames.normal(round.triangle));
       const double square = step.velocity.squaredNorm() + 2.0 * scene.gravity.dot(g.position - p);  // what it falls by
       const double speed = std::sqrt(step.velocity.squaredNorm());
-      g.velocity = std::sqrt(std::max(0.0, square)) * turned(speed > 0.0 ? Vec3(step.velocity / speed) : step.ahead, n, normal);
+      g.velocity =
+          std::sqrt(std::max(0.0, square)) * turned(speed > 0.0 ? Vec3(step.velocity / speed) : step.ahead, n, normal);
       return PieceEnd::Contact;
     }
   }

@@ -9,13 +9,16 @@ namespace {
 constexpr int kMostCells = 64;
 constexpr int kFar = 255;
 
-/// Distances in the maximum norm, half of them: over neighbors that come before a cell, in the given order [Rosenfeld and Pfaltz 1966].
+/// Distances in the maximum norm, half of them: over neighbors that come before a cell, in the given order [Rosenfeld
+/// and Pfaltz 1966].
 void spread(std::vector<std::uint8_t>& distance, const std::array<int, 3>& size, int step) {
   const auto first = [&](int n) { return step > 0 ? 0 : n - 1; };
   for (int z = first(size[2]); z >= 0 && z < size[2]; z += step) {
     for (int y = first(size[1]); y >= 0 && y < size[1]; y += step) {
       for (int x = first(size[0]); x >= 0 && x < size[0]; x += step) {
-        const auto index = [&](int i, int j, int k) { return static_cast<std::size_t>((k * size[1] + j) * size[0] + i); };
+        const auto index = [&](int i, int j, int k) {
+          return static_cast<std::size_t>((k * size[1] + j) * size[0] + i);
+        };
         int least = distance[index(x, y, z)];
         for (int k = -1; k <= 1; ++k) {
           for (int j = -1; j <= 1; ++j) {
@@ -43,23 +46,29 @@ FreeSpace::FreeSpace(const RayTracer& rays) {
   low_ = box.low - Vec3::Constant(margin);
   cell_ = extent.maxCoeff() / kMostCells;
   inverse_cell_ = 1.0 / cell_;
-  for (std::size_t a = 0; a < 3; ++a) size_[a] = std::max(1, static_cast<int>(std::ceil(extent[static_cast<Eigen::Index>(a)] * inverse_cell_)));
+  for (std::size_t a = 0; a < 3; ++a)
+    size_[a] = std::max(1, static_cast<int>(std::ceil(extent[static_cast<Eigen::Index>(a)] * inverse_cell_)));
   // Distances to the nearest cell with a triangle's box in it, in the maximum norm: one axis after the other.
-  std::vector<std::uint8_t> distance(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]), kFar);
+  std::vector<std::uint8_t> distance(
+      static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]),
+      kFar);
   for (const TriangleBlock& block : rays.blocks()) {
     for (std::size_t lane = 0; lane < 4; ++lane) {
       std::array<int, 3> from{}, to{};
       for (std::size_t a = 0; a < 3; ++a) {
         const auto& c = block.corner;
         const double origin = rays.center()[static_cast<Eigen::Index>(a)] - low_[static_cast<Eigen::Index>(a)];
-        const double lowest = static_cast<double>(std::min({c[0][a][lane], c[1][a][lane], c[2][a][lane]})) + origin - 0.25 * margin;
-        const double highest = static_cast<double>(std::max({c[0][a][lane], c[1][a][lane], c[2][a][lane]})) + origin + 0.25 * margin;
+        const double lowest =
+            static_cast<double>(std::min({c[0][a][lane], c[1][a][lane], c[2][a][lane]})) + origin - 0.25 * margin;
+        const double highest =
+            static_cast<double>(std::max({c[0][a][lane], c[1][a][lane], c[2][a][lane]})) + origin + 0.25 * margin;
         from[a] = std::clamp(static_cast<int>(lowest * inverse_cell_), 0, size_[a] - 1);
         to[a] = std::clamp(static_cast<int>(highest * inverse_cell_), 0, size_[a] - 1);
       }
       for (int z = from[2]; z <= to[2]; ++z) {
         for (int y = from[1]; y <= to[1]; ++y) {
-          for (int x = from[0]; x <= to[0]; ++x) distance[static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x)] = 0;
+          for (int x = from[0]; x <= to[0]; ++x)
+            distance[static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x)] = 0;
         }
       }
     }
@@ -68,7 +77,8 @@ FreeSpace::FreeSpace(const RayTracer& rays) {
   spread(distance, size_, -1);
   // A neighbor at distance 1 may touch: empty all around are one less.
   empty_.resize(distance.size());
-  for (std::size_t i = 0; i < distance.size(); ++i) empty_[i] = distance[i] > 0 ? static_cast<std::uint8_t>(distance[i] - 1) : std::uint8_t{0};
+  for (std::size_t i = 0; i < distance.size(); ++i)
+    empty_[i] = distance[i] > 0 ? static_cast<std::uint8_t>(distance[i] - 1) : std::uint8_t{0};
 }
 
 }  // namespace patinate::simulation

@@ -13,10 +13,12 @@ enum class GammatonState : std::uint8_t {
   Waiting,    ///< Not there: not born yet, or dead. Born by the next trace() if its emitter is on.
   Flying,     ///< A free particle: position and velocity count.
   Floating,   ///< Held to a triangle: triangle, b1, b2, is_front and velocity (tangential) count; position follows.
-  InContact,  ///< Between trace() and respond(): has hit triangle, b1, b2 on the side is_front, with the velocity of its arrival.
+  InContact,  ///< Between trace() and respond(): has hit triangle, b1, b2 on the side is_front, with the velocity of
+              ///< its arrival.
 };
 
-/// All arrays have one value for each gammaton, and together are the whole state (a checkpoint saves them and nothing else).
+/// All arrays have one value for each gammaton, and together are the whole state (a checkpoint saves them and nothing
+/// else).
 struct Gammatons {
   std::vector<GammatonState> state;
   std::vector<std::uint8_t> is_front;     ///< Side of the triangle that it is on; 1 where the triangle's normal points.
@@ -25,8 +27,8 @@ struct Gammatons {
   std::vector<std::int32_t> triangle;     ///< Last one touched; -1 before.
   std::vector<double> b1;                 ///< Barycentric weights of its corners 1 and 2.
   std::vector<double> b2;
-  std::vector<Vec3> position;             ///< mm, world.
-  std::vector<Vec3> velocity;             ///< mm/s, world.
+  std::vector<Vec3> position;  ///< mm, world.
+  std::vector<Vec3> velocity;  ///< mm/s, world.
 
   [[nodiscard]] std::size_t size() const { return state.size(); }
 
@@ -62,9 +64,9 @@ struct TraceCounters {
   std::int64_t contacts = 0;  ///< Hits, with or without a texel.
   std::int64_t emitted = 0;
   std::int64_t absorbed = 0;
-  std::int64_t left = 0;      ///< Flew out of the scene.
+  std::int64_t left = 0;  ///< Flew out of the scene.
   std::int64_t rested = 0;
-  std::int64_t alive = 0;     ///< Under way after the last call.
+  std::int64_t alive = 0;  ///< Under way after the last call.
   /// Sums, `alive` too: of parts of one call. Over calls `alive` is that of the last one.
   TraceCounters& operator+=(const TraceCounters& other) {
     segments += other.segments;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "simulation/tracing/emitter.h"
 #include "simulation/tracing/pieces.h"
 #include "simulation/tracing/place_order.h"
@@ -69,9 +69,15 @@ void note(const Told& told, std::size_t i, bool is_alive, TraceResult& part) {
   if (!told.has_died) return;
   part.died.push_back({.gammaton = gammaton, .reason = told.reason});
   switch (told.reason) {
-    case DeathReason::Absorbed: ++part.counters.absorbed; break;
-    case DeathReason::Left: ++part.counters.left; break;
-    case DeathReason::Rested: ++part.counters.rested; break;
+    case DeathReason::Absorbed:
+      ++part.counters.absorbed;
+      break;
+    case DeathReason::Left:
+      ++part.counters.left;
+      break;
+    case DeathReason::Rested:
+      ++part.counters.rested;
+      break;
   }
 }
 
@@ -85,10 +91,12 @@ void join(const std::vector<TraceResult>& parts, TraceResult& result) {
   }
 }
 
-/// Calls move(i, told, counters) for every gammaton of a range, neighbors on the surface one after the other, and lists what is told by gammaton.
-/// Texels of contacts are looked up in a loop of their own, where the waiting for memory of many overlaps.
+/// Calls move(i, told, counters) for every gammaton of a range, neighbors on the surface one after the other, and lists
+/// what is told by gammaton. Texels of contacts are looked up in a loop of their own, where the waiting for memory of
+/// many overlaps.
 template <class Move>
-void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control, const GammatonRange& moving, TraceResult& result, Move&& move) {
+void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control,
+             const GammatonRange& moving, TraceResult& result, Move&& move) {
   constexpr std::size_t kAhead = 12;  // gammatons; memory's latency over the time that one needs
   const std::int64_t first = moving.begin, n = std::min(moving.end, static_cast<std::int64_t>(all.size())) - first;
   const std::int64_t chunk = chunk_of(n);
@@ -123,8 +131,10 @@ void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surf
 
 Gammatons make_gammatons(const Scene& scene) {
   std::size_t n = 0;
-  for (const Emitter& emitter : scene.emitters) n += static_cast<std::size_t>(std::max<std::int64_t>(0, emitter.gammatons));
-  if (n > kMostGammatons) throw InvalidInput("the emitters have " + std::to_string(n) + " gammatons together; use at most 10^8");
+  for (const Emitter& emitter : scene.emitters)
+    n += static_cast<std::size_t>(std::max<std::int64_t>(0, emitter.gammatons));
+  if (n > kMostGammatons)
+    throw InvalidInput("the emitters have " + std::to_string(n) + " gammatons together; use at most 10^8");
   Gammatons all;
   all.state.assign(n, GammatonState::Waiting);
   all.is_front.assign(n, 1);
@@ -135,13 +145,16 @@ Gammatons make_gammatons(const Scene& scene) {
   all.position.assign(n, Vec3::Zero());
   all.velocity.assign(n, Vec3::Zero());
   for (std::size_t k = 0; k < scene.emitters.size(); ++k) {
-    all.emitter.insert(all.emitter.end(), static_cast<std::size_t>(std::max<std::int64_t>(0, scene.emitters[k].gammatons)), static_cast<std::uint16_t>(k));
+    all.emitter.insert(all.emitter.end(),
+                       static_cast<std::size_t>(std::max<std::int64_t>(0, scene.emitters[k].gammatons)),
+                       static_cast<std::uint16_t>(k));
   }
   return all;
 }
 
 struct GammatonTracer::Impl {
-  Impl(const SceneMesh& scene_mesh, const SurfaceAtlas& atlas) : mesh(&scene_mesh), surface(&atlas), rays(scene_mesh.mesh), frames(scene_mesh, rays), free_space(rays) {}
+  Impl(const SceneMesh& scene_mesh, const SurfaceAtlas& atlas)
+      : mesh(&scene_mesh), surface(&atlas), rays(scene_mesh.mesh), frames(scene_mesh, rays), free_space(rays) {}
 
   /// Places those emitters that are new or changed.
   void place(const Scene& scene) {
@@ -178,71 +191,98 @@ struct GammatonTracer::Impl {
   Vec3 gravity{0, 0, 0};
 };
 
-GammatonTracer::GammatonTracer(const SceneMesh& scene_mesh, const SurfaceAtlas& surface) : impl_(std::make_unique<Impl>(scene_mesh, surface)) {}
+GammatonTracer::GammatonTracer(const SceneMesh& scene_mesh, const SurfaceAtlas& surface)
+    : impl_(std::make_unique<Impl>(scene_mesh, surface)) {}
 GammatonTracer::~GammatonTracer() = default;
 GammatonTracer::GammatonTracer(GammatonTracer&&) noexcept = default;
 GammatonTracer& GammatonTracer::operator=(GammatonTracer&&) noexcept = default;
 
-void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) { impl_ = std::make_unique<Impl>(scene_mesh, *impl_->surface); }
+void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) {
+  impl_ = std::make_unique<Impl>(scene_mesh, *impl_->surface);
+}
 
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
 
-void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control, const GammatonRange& moving) {
+void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
+                           const RunControl& control, const GammatonRange& moving) {
   const auto most = std::max_element(all.emitter.begin(), all.emitter.end());
-  if (most != all.emitter.end() && *most >= scene.emitters.size()) throw InvalidInput("there are gammatons of emitters that the scene does not have");
-  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
+  if (most != all.emitter.end() && *most >= scene.emitters.size())
+    throw InvalidInput("there are gammatons of emitters that the scene does not have");
+  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed),
+                                         static_cast<std::uint32_t>(scene.seed >> 32)};
   const auto when = static_cast<std::uint64_t>(iteration);
   impl_->place(scene);
   const MotionScene motion = impl_->motion(scene);
-  for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
-    if (all.state[i] == GammatonState::Waiting && !scene.emitters[all.emitter[i]].is_on) return;
-    Gammaton g = take(all, i);
-    if (g.state == GammatonState::Waiting) {
-      const Birth birth = make_birth(impl_->placed[all.emitter[i]], scene.seed, static_cast<std::uint32_t>(i), all.num_births[i]++);
-      g = {.state = GammatonState::Flying, .is_front = true, .at = {}, .position = birth.position, .velocity = birth.velocity};
-      told.is_born = true;
-    }
-    std::int64_t num_pieces = 0;
-    PieceEnd piece = PieceEnd::Flying;
-    if (g.state == GammatonState::Floating) {
-      const std::uint32_t random = philox4x32({static_cast<std::uint32_t>(when >> 32), kStridePurpose, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)}, key)[0];
-      piece = float_on(motion, g, random, num_pieces);
-    }
-    while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
-      piece = fly(motion, g);
-      ++num_pieces;
-    }
-    counters.segments += num_pieces;
-    switch (piece) {
-      case PieceEnd::Contact:
-        ++counters.contacts;
-        told.is_contact = true;
-        break;
-      case PieceEnd::Left: bury(g, told, DeathReason::Left); break;
-      case PieceEnd::Rested: bury(g, told, DeathReason::Rested); break;
-      case PieceEnd::Flying: break;
-    }
-    put(all, i, g);
-  });
+  for_all(
+      all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
+        if (all.state[i] == GammatonState::Waiting && !scene.emitters[all.emitter[i]].is_on) return;
+        Gammaton g = take(all, i);
+        if (g.state == GammatonState::Waiting) {
+          const Birth birth =
+              make_birth(impl_->placed[all.emitter[i]], scene.seed, static_cast<std::uint32_t>(i), all.num_births[i]++);
+          g = {.state = GammatonState::Flying,
+               .is_front = true,
+               .at = {},
+               .position = birth.position,
+               .velocity = birth.velocity};
+          told.is_born = true;
+        }
+        std::int64_t num_pieces = 0;
+        PieceEnd piece = PieceEnd::Flying;
+        if (g.state == GammatonState::Floating) {
+          const std::uint32_t random = philox4x32({static_cast<std::uint32_t>(when >> 32), kStridePurpose,
+                                                   static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)},
+                                                  key)[0];
+          piece = float_on(motion, g, random, num_pieces);
+        }
+        while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
+          piece = fly(motion, g);
+          ++num_pieces;
+        }
+        counters.segments += num_pieces;
+        switch (piece) {
+          case PieceEnd::Contact:
+            ++counters.contacts;
+            told.is_contact = true;
+            break;
+          case PieceEnd::Left:
+            bury(g, told, DeathReason::Left);
+            break;
+          case PieceEnd::Rested:
+            bury(g, told, DeathReason::Rested);
+            break;
+          case PieceEnd::Flying:
+            break;
+        }
+        put(all, i, g);
+      });
 }
 
-void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals,
-                             const RunControl& control, const GammatonRange& moving) {
+void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
+                             const SurfaceNormals* normals, const RunControl& control, const GammatonRange& moving) {
   const MotionScene motion = impl_->motion(scene);
-  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed), static_cast<std::uint32_t>(scene.seed >> 32)};
+  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed),
+                                         static_cast<std::uint32_t>(scene.seed >> 32)};
   const auto when = static_cast<std::uint64_t>(iteration);
   for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters&) {
     if (all.state[i] != GammatonState::InContact) return;
     Gammaton g = take(all, i);
     const auto words = [&](std::uint32_t attempt) {
-      return philox4x32({attempt | static_cast<std::uint32_t>(when >> 32) << 8, kResponsePurpose, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)}, key);
+      return philox4x32({attempt | static_cast<std::uint32_t>(when >> 32) << 8, kResponsePurpose,
+                         static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)},
+                        key);
     };
     Vec3 normal = impl_->frames.shading_normal(g.at);
     if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
     switch (respond_to_contact(motion, scene.behavior, g, normal, words)) {
-      case Outcome::Alive: break;
-      case Outcome::Absorbed: bury(g, told, DeathReason::Absorbed); break;
-      case Outcome::Rested: bury(g, told, DeathReason::Rested); break;
+      case Outcome::Alive:
+        break;
+      case Outcome::Absorbed:
+        bury(g, told, DeathReason::Absorbed);
+        break;
+      case Outcome::Rested:
+        bury(g, told, DeathReason::Rested);
+        break;
     }
     put(all, i, g);
   });

@@ -1,5 +1,6 @@
 /// \file
-/// How gammatons move and what they do where they hit [Guenther et al. 2012, sec. 4.1]: docs/algorithms/gammaton_tracing.md.
+/// How gammatons move and what they do where they hit [Guenther et al. 2012, sec. 4.1]:
+/// docs/algorithms/gammaton_tracing.md.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,8 @@
 #include <vector>
 
 #include "patinate/core/run_control.h"
-#include "patinate/simulation/surface_atlas.h"
 #include "patinate/simulation/scene.h"
+#include "patinate/simulation/surface_atlas.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/cargo.h"
 
@@ -19,10 +20,11 @@ class RayTracer;
 
 /// Of one call.
 struct TraceResult {
-  std::vector<Contact> contacts;      ///< By gammaton. A hit that has no texel makes none.
-  std::vector<std::uint32_t> born;    ///< By gammaton.
-  std::vector<Death> died;            ///< By gammaton; a death is told before the same gammaton's next birth, which is the next call's.
-  TraceCounters counters;             ///< Of this call; `alive` after it, among those that move.
+  std::vector<Contact> contacts;    ///< By gammaton. A hit that has no texel makes none.
+  std::vector<std::uint32_t> born;  ///< By gammaton.
+  std::vector<Death>
+      died;  ///< By gammaton; a death is told before the same gammaton's next birth, which is the next call's.
+  TraceCounters counters;  ///< Of this call; `alive` after it, among those that move.
 };
 
 /// Those gammatons that move; all others stay where they are, as they are.
@@ -35,12 +37,13 @@ struct GammatonRange {
 class SurfaceNormals {
  public:
   virtual ~SurfaceNormals() = default;
-  /// @param shading_normal  The mesh's, unit, on the triangle's front. @returns unit. Called by several threads at once.
+  /// @param shading_normal  The mesh's, unit, on the triangle's front. @returns unit. Called by several threads at
+  /// once.
   [[nodiscard]] virtual Vec3 normal(int triangle, double b1, double b2, const Vec3& shading_normal) const = 0;
 };
 
-/// One iteration is trace(), then what happens at the contacts, then respond(). Behavior, emitters, options and gravity are those of the
-/// scene at each call. Equal bits for any number of threads, on every machine.
+/// One iteration is trace(), then what happens at the contacts, then respond(). Behavior, emitters, options and gravity
+/// are those of the scene at each call. Equal bits for any number of threads, on every machine.
 class GammatonTracer {
  public:
   /// @param surface  Outlives the tracer. Where `scene_mesh` is inside out or open, gammatons hit both sides alike.
@@ -53,15 +56,17 @@ class GammatonTracer {
   void set_mesh(const SceneMesh& scene_mesh);
   [[nodiscard]] const RayTracer& rays() const;
 
-  /// Births of those that wait and whose emitters are on; then each flies or floats for at most TracingOptions::max_segments straight
-  /// pieces, until it hits something (InContact) or has left for good.
+  /// Births of those that wait and whose emitters are on; then each flies or floats for at most
+  /// TracingOptions::max_segments straight pieces, until it hits something (InContact) or has left for good.
   /// @param gammatons  From make_gammatons() with as many emitters as the scene has.
   /// @throws InvalidInput if a Surface emitter has no surface, or gammatons name emitters that are not there.
-  void trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const RunControl& control = {}, const GammatonRange& moving = {});
+  void trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
+             const RunControl& control = {}, const GammatonRange& moving = {});
   /// Those in contact bounce, float on, come to rest or are absorbed.
   /// @param normals  nullptr: the mesh's.
-  void respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result, const SurfaceNormals* normals = nullptr,
-               const RunControl& control = {}, const GammatonRange& moving = {});
+  void respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
+               const SurfaceNormals* normals = nullptr, const RunControl& control = {},
+               const GammatonRange& moving = {});
 
  private:
   struct Impl;

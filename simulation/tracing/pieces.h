@@ -18,11 +18,12 @@ struct MotionScene {
   const FreeSpace& free_space;
   Clearance& clearance;  ///< Of epsilon.
   TracingOptions options;
-  Vec3 gravity{0, 0, 0};  ///< mm/s^2.
-  double skin = 0.0;      ///< mm: what starts on a surface starts this far from it.
+  Vec3 gravity{0, 0, 0};     ///< mm/s^2.
+  double skin = 0.0;         ///< mm: what starts on a surface starts this far from it.
   double rest_cosine = 1.0;  ///< Of rest_slope.
 };
-[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames, const FreeSpace& free_space, Clearance& clearance);
+[[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames,
+                                       const FreeSpace& free_space, Clearance& clearance);
 
 /// A gammaton taken out of its arrays.
 struct Gammaton {
@@ -35,20 +36,21 @@ struct Gammaton {
 
 enum class PieceEnd { Flying, Contact, Left, Rested };
 
-/// One piece of flight: exact at its end, x + v t + g t^2 / 2 and v + g t. In free space it is as long as that is known to reach; near
-/// triangles so short that its chord is nowhere farther than epsilon from the way, and a hit of the chord is moved along the parabola onto
-/// the triangle's plane if it is then still in the triangle. Outside of the box of all triangles one piece leads to its border, or Left
-/// when it will never be there.
+/// One piece of flight: exact at its end, x + v t + g t^2 / 2 and v + g t. In free space it is as long as that is known
+/// to reach; near triangles so short that its chord is nowhere farther than epsilon from the way, and a hit of the
+/// chord is moved along the parabola onto the triangle's plane if it is then still in the triangle. Outside of the box
+/// of all triangles one piece leads to its border, or Left when it will never be there.
 [[nodiscard]] PieceEnd fly(const MotionScene& scene, Gammaton& gammaton);
 
-/// A floating gammaton's way to its next contact, about epsilon / pull ahead on a flat surface: it hovers at epsilon times [0.5, 1), so
-/// that those who come one after another do not step into each other's footprints (halfway to what is nearer above), moves along the tangent plane under gravity's tangential part, and sinks by `pull` per length. Where it finds nothing within
-/// `reach` it looks back to where it came from, below the surface there: round an edge. Flying when nothing is there either.
-/// A way that stays above one triangle with nothing else above it needs no ray; without `clearance` in use the same is found by rays.
+/// A floating gammaton's way to its next contact, about epsilon / pull ahead on a flat surface: it hovers at epsilon
+/// times [0.5, 1), so that those who come one after another do not step into each other's footprints (halfway to what
+/// is nearer above), moves along the tangent plane under gravity's tangential part, and sinks by `pull` per length.
+/// Where it finds nothing within `reach` it looks back to where it came from, below the surface there: round an edge.
+/// Flying when nothing is there either. A way that stays above one triangle with nothing else above it needs no ray;
+/// without `clearance` in use the same is found by rays.
 /// @param random      Uniform over its range: says how high it hovers.
 /// @param num_pieces  Pieces are added: one, or two when it has looked back.
-[[nodiscard]] PieceEnd float_on(const MotionScene& scene, Gammaton& gammaton, std::uint32_t random, std::int64_t& num_pieces);
-
-
+[[nodiscard]] PieceEnd float_on(const MotionScene& scene, Gammaton& gammaton, std::uint32_t random,
+                                std::int64_t& num_pieces);
 
 }  // namespace patinate::simulation

@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kStackSize = 512;  // 3 a level; Builder keeps trees below 40 + 31 levels
 
-/// A ray in the form that blocks need: permuted so that its direction's largest part comes third, sheared onto that axis.
+/// A ray in the form that blocks need: permuted so that its direction's largest part comes third, sheared onto that
+/// axis.
 struct Shear {
   std::array<std::size_t, 3> axis{};  ///< kx, ky, kz.
   double x = 0.0, y = 0.0, z = 0.0;
@@ -26,16 +27,22 @@ Shear shear_of(const Vec3& d) {
   std::size_t x = (z + 1) % 3, y = (z + 2) % 3;
   const double inverse = 1.0 / d[static_cast<Eigen::Index>(z)];
   if (inverse < 0.0) std::swap(x, y);  // keeps the winding
-  return {.axis = {x, y, z}, .x = d[static_cast<Eigen::Index>(x)] * inverse, .y = d[static_cast<Eigen::Index>(y)] * inverse, .z = inverse};
+  return {.axis = {x, y, z},
+          .x = d[static_cast<Eigen::Index>(x)] * inverse,
+          .y = d[static_cast<Eigen::Index>(y)] * inverse,
+          .z = inverse};
 }
 
 /// One triangle, in double. Signs of u, v, w are right or zero, since rounding keeps the order of the two products.
-bool hits(const TriangleBlock& block, std::size_t lane, const Vec3& origin, const Shear& s, double min_distance, TriangleHit& best) {
+bool hits(const TriangleBlock& block, std::size_t lane, const Vec3& origin, const Shear& s, double min_distance,
+          TriangleHit& best) {
   std::array<double, 3> x, y, z;
   for (std::size_t c = 0; c < 3; ++c) {
     z[c] = static_cast<double>(block.corner[c][s.axis[2]][lane]) - origin[static_cast<Eigen::Index>(s.axis[2])];
-    x[c] = static_cast<double>(block.corner[c][s.axis[0]][lane]) - origin[static_cast<Eigen::Index>(s.axis[0])] - s.x * z[c];
-    y[c] = static_cast<double>(block.corner[c][s.axis[1]][lane]) - origin[static_cast<Eigen::Index>(s.axis[1])] - s.y * z[c];
+    x[c] = static_cast<double>(block.corner[c][s.axis[0]][lane]) - origin[static_cast<Eigen::Index>(s.axis[0])] -
+           s.x * z[c];
+    y[c] = static_cast<double>(block.corner[c][s.axis[1]][lane]) - origin[static_cast<Eigen::Index>(s.axis[1])] -
+           s.y * z[c];
   }
   const double u = x[2] * y[1] - y[2] * x[1];
   const double v = x[0] * y[2] - y[0] * x[2];
@@ -45,7 +52,9 @@ bool hits(const TriangleBlock& block, std::size_t lane, const Vec3& origin, cons
   if (det == 0.0) return false;
   const double distance = s.z * (u * z[0] + v * z[1] + w * z[2]) / det;
   const int triangle = block.triangle[lane];
-  if (!(distance > min_distance) || distance > best.distance || (distance == best.distance && best.triangle >= 0 && triangle >= best.triangle)) return false;
+  if (!(distance > min_distance) || distance > best.distance ||
+      (distance == best.distance && best.triangle >= 0 && triangle >= best.triangle))
+    return false;
   best = {.triangle = triangle, .b1 = v / det, .b2 = w / det, .distance = distance, .is_front = det > 0.0};
   return true;
 }
@@ -85,13 +94,14 @@ RayTracer::RayTracer(const Mesh& mesh) {
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3 p = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][c])] - center_;
       for (std::size_t a = 0; a < 3; ++a) triangles[t][c][a] = static_cast<float>(p[static_cast<Eigen::Index>(a)]);
-      const Vec3 rounded(static_cast<double>(triangles[t][c][0]), static_cast<double>(triangles[t][c][1]), static_cast<double>(triangles[t][c][2]));
+      const Vec3 rounded(static_cast<double>(triangles[t][c][0]), static_cast<double>(triangles[t][c][1]),
+                         static_cast<double>(triangles[t][c][2]));
       box_.low = box_.low.cwiseMin(rounded + center_);
       box_.high = box_.high.cwiseMax(rounded + center_);
     }
   }
-  // Coordinates relative to the middle are below half the diagonal; a difference of two of them, sheared by at most 1, is off by less
-  // than 16 roundings of that.
+  // Coordinates relative to the middle are below half the diagonal; a difference of two of them, sheared by at most 1,
+  // is off by less than 16 roundings of that.
   slack_ = std::max(static_cast<float>(0.5 * box_.diagonal() * 16.0 * 0x1.0p-24), std::numeric_limits<float>::min());
   low_ = box_.low - center_ - Vec3::Constant(2.0 * static_cast<double>(slack_));
   high_ = box_.high - center_ + Vec3::Constant(2.0 * static_cast<double>(slack_));
@@ -100,7 +110,8 @@ RayTracer::RayTracer(const Mesh& mesh) {
   blocks_ = std::move(bvh.blocks);
 }
 
-TriangleHit RayTracer::first_hit_of_all(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const {
+TriangleHit RayTracer::first_hit_of_all(const Vec3& origin, const Vec3& direction, double min_distance,
+                                        double max_distance) const {
   TriangleHit best{.distance = max_distance};
   if (!is_usable(origin, direction)) return {};
   const Shear shear = shear_of(direction);
@@ -130,7 +141,8 @@ bool RayTracer::none_in_box(const Box& box, const std::function<bool(int)>& stop
       bool meets = n.bounds[0][0][lane] <= n.bounds[1][0][lane];
       for (std::size_t a = 0; a < 3; ++a) {
         const auto axis = static_cast<Eigen::Index>(a);
-        meets = meets && static_cast<double>(n.bounds[0][a][lane]) <= high[axis] && static_cast<double>(n.bounds[1][a][lane]) >= low[axis];
+        meets = meets && static_cast<double>(n.bounds[0][a][lane]) <= high[axis] &&
+                static_cast<double>(n.bounds[1][a][lane]) >= low[axis];
       }
       if (meets) stack.push_back(n.child[lane]);
     }
@@ -138,7 +150,8 @@ bool RayTracer::none_in_box(const Box& box, const std::function<bool(int)>& stop
   return true;
 }
 
-TriangleHit RayTracer::first_hit(const Vec3& origin, const Vec3& direction, double min_distance, double max_distance) const {
+TriangleHit RayTracer::first_hit(const Vec3& origin, const Vec3& direction, double min_distance,
+                                 double max_distance) const {
   if (nodes_.empty() || !is_usable(origin, direction)) return {};
   const Vec3 o = origin - center_;
   double begin = min_distance, end = max_distance;

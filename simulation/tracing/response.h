@@ -28,14 +28,16 @@ inline int levelness(const MotionScene& scene, const Vec3& normal) {
 
 }  // namespace response_detail
 
-/// Bounce: the velocity is reflected about `normal`, turned within a Phong lobe, again and again until it leaves the triangle (after
-/// kMostTries mirrored up), and slowed down. Float: the same, projected into the triangle's plane; on ground that hangs, within rest_slope
-/// of level, it drips off as soon as it does not run downhill. Whatever is slower than rest_speed on nearly level ground rests.
+/// Bounce: the velocity is reflected about `normal`, turned within a Phong lobe, again and again until it leaves the
+/// triangle (after kMostTries mirrored up), and slowed down. Float: the same, projected into the triangle's plane; on
+/// ground that hangs, within rest_slope of level, it drips off as soon as it does not run downhill. Whatever is slower
+/// than rest_speed on nearly level ground rests.
 /// @param gammaton      In contact; Flying or Floating after it.
 /// @param front_normal  To reflect about, unit, for the triangle's front.
 /// @param words         words(k): four random words, other ones for each k.
 template <class Words>
-[[nodiscard]] Outcome respond_to_contact(const MotionScene& scene, const Behavior& behavior, Gammaton& g, const Vec3& front_normal, Words&& words) {
+[[nodiscard]] Outcome respond_to_contact(const MotionScene& scene, const Behavior& behavior, Gammaton& g,
+                                         const Vec3& front_normal, Words&& words) {
   using response_detail::kMostTries;
   const double side = g.is_front ? 1.0 : -1.0;
   const Vec3 ground = side * scene.frames.normal(g.at.triangle);
@@ -61,7 +63,8 @@ template <class Words>
     g.state = GammatonState::Flying;
     g.position = scene.frames.point(g.at) + scene.skin * ground;
   } else {
-    const Vec3 chosen = speed > 0.0 ? lobe_direction(heading, scene.options.lobe_exponent_float, first[1], first[2]) : ground;
+    const Vec3 chosen =
+        speed > 0.0 ? lobe_direction(heading, scene.options.lobe_exponent_float, first[1], first[2]) : ground;
     Vec3 along = chosen - chosen.dot(ground) * ground;
     const double length = std::sqrt(along.squaredNorm());
     if (!scene.options.tangential_slowdown && length > 1e-9) along /= length;

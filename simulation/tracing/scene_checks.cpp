@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "patinate/core/error.h"
 #include "libcommon/geometry/topology.h"
+#include "patinate/core/error.h"
 #include "simulation/tracing/emitter.h"
 
 namespace patinate::simulation {
@@ -13,8 +13,8 @@ namespace {
 constexpr std::uint32_t kBirthsLookedAt = 32;
 
 /// Directions without symmetry, so that grids and axes are not met edge-on.
-const std::array<Vec3, 5> kDirections{Vec3(0.267, 0.805, 0.529), Vec3(-0.712, 0.341, 0.613), Vec3(0.493, -0.671, 0.554), Vec3(0.173, 0.247, -0.953),
-                                      Vec3(-0.481, -0.539, -0.691)};
+const std::array<Vec3, 5> kDirections{Vec3(0.267, 0.805, 0.529), Vec3(-0.712, 0.341, 0.613), Vec3(0.493, -0.671, 0.554),
+                                      Vec3(0.173, 0.247, -0.953), Vec3(-0.481, -0.539, -0.691)};
 
 Mesh part_of(const SceneMesh& scene_mesh, int object) {
   return select_surfaces(scene_mesh.mesh, scene_mesh.mesh.surfaces[static_cast<std::size_t>(object)].node, "");
@@ -28,10 +28,14 @@ std::vector<std::string> describe_meshes(const SceneMesh& scene_mesh) {
     const std::string name = "object '" + scene_mesh.mesh.surfaces[i].node + "'";
     const MeshTopology topology = mesh_topology(part_of(scene_mesh, static_cast<int>(i)));
     if (!topology.is_closed()) {
-      lines.push_back(name + " is open (" + std::to_string(topology.num_boundary_loops) + " holes, " + std::to_string(topology.num_nonmanifold_triangles) +
-                      " triangles too many at an edge): gammatons may get behind its surface, and age both sides as one");
+      lines.push_back(
+          name + " is open (" + std::to_string(topology.num_boundary_loops) + " holes, " +
+          std::to_string(topology.num_nonmanifold_triangles) +
+          " triangles too many at an edge): gammatons may get behind its surface, and age both sides as one");
     } else if (signed_volume(scene_mesh, static_cast<int>(i)) < 0.0) {
-      lines.push_back(name + " is inside out (its normals point inward): it ages as it should, but its normal map would be wrong; turn its triangles");
+      lines.push_back(name +
+                      " is inside out (its normals point inward): it ages as it should, but its normal map would be "
+                      "wrong; turn its triangles");
     }
   }
   return lines;
@@ -67,7 +71,8 @@ void check_emitters(const Scene& scene, const SceneMesh& scene_mesh, const RayTr
       for (const int object : closed) {
         if (!is_inside(scene_mesh, tracer, object, p)) continue;
         throw InvalidInput("emitter '" + emitter.name + "' lies " + (n > 1 ? "in part " : "") + "inside object '" +
-                           scene_mesh.mesh.surfaces[static_cast<std::size_t>(object)].node + "': its gammatons could not get out; move it");
+                           scene_mesh.mesh.surfaces[static_cast<std::size_t>(object)].node +
+                           "': its gammatons could not get out; move it");
       }
     }
   }

@@ -6,7 +6,9 @@ namespace patinate::simulation {
 
 TriangleFrames::TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tracer) : center_(tracer.center()) {
   const Mesh& mesh = scene_mesh.mesh;
-  const auto narrow = [](const Vec3& v) { return Float3{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())}; };
+  const auto narrow = [](const Vec3& v) {
+    return Float3{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+  };
   frames_.reserve(mesh.triangles.size());
   corner_normals_.reserve(mesh.normals.empty() ? 0 : mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -26,13 +28,15 @@ TriangleFrames::TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tra
     frames_.push_back(frame);
     if (mesh.normals.empty()) continue;
     std::array<Float3, 3> normals{};
-    for (std::size_t k = 0; k < 3; ++k) normals[k] = narrow(mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])]);
+    for (std::size_t k = 0; k < 3; ++k)
+      normals[k] = narrow(mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])]);
     corner_normals_.push_back(normals);
   }
 }
 
 Vec3 TriangleFrames::point(const SurfacePlace& at) const {
-  return (1.0 - at.b1 - at.b2) * corner(at.triangle, 0) + at.b1 * corner(at.triangle, 1) + at.b2 * corner(at.triangle, 2);
+  return (1.0 - at.b1 - at.b2) * corner(at.triangle, 0) + at.b1 * corner(at.triangle, 1) +
+         at.b2 * corner(at.triangle, 2);
 }
 
 Vec3 TriangleFrames::shading_normal(const SurfacePlace& at) const {

@@ -17,7 +17,8 @@ struct SurfacePlace {
   double b1 = 0.0, b2 = 0.0;
 };
 
-/// Of each triangle as RayTracer has it (corners rounded to float), in plain floats. 72 bytes a triangle, and 36 for normals.
+/// Of each triangle as RayTracer has it (corners rounded to float), in plain floats. 72 bytes a triangle, and 36 for
+/// normals.
 class TriangleFrames {
  public:
   TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tracer);
@@ -45,7 +46,9 @@ class TriangleFrames {
     return {step.dot(wide(f.gradient_1)), step.dot(wide(f.gradient_2))};
   }
   /// Signed distance from the triangle's plane, along its normal.
-  [[nodiscard]] double height(int triangle, const Vec3& p) const { return (p - corner(triangle, 0)).dot(normal(triangle)); }
+  [[nodiscard]] double height(int triangle, const Vec3& p) const {
+    return (p - corner(triangle, 0)).dot(normal(triangle));
+  }
   [[nodiscard]] Vec3 corner(int triangle, std::size_t k) const {
     return wide(frames_[static_cast<std::size_t>(triangle)].corner[k]) + center_;
   }
@@ -58,7 +61,9 @@ class TriangleFrames {
     Float3 gradient_1;  ///< Of b1, per mm.
     Float3 gradient_2;
   };
-  static Vec3 wide(const Float3& v) { return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])}; }
+  static Vec3 wide(const Float3& v) {
+    return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+  }
 
   Vec3 center_;
   std::vector<TriangleFrame> frames_;

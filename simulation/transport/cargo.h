@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "patinate/simulation/tile_grid.h"
 #include "patinate/simulation/scene.h"
+#include "patinate/simulation/tile_grid.h"
 
 namespace patinate::simulation {
 
@@ -19,8 +19,8 @@ struct Contact {
   friend bool operator==(const Contact&, const Contact&) = default;
 };
 
-/// Mass quanta that each gammaton carries of each material. An amount 1 carried is as much as amount 1 on a texel of median size:
-/// kAmountOne * SurfaceAtlas::kMedianWeight quanta.
+/// Mass quanta that each gammaton carries of each material. An amount 1 carried is as much as amount 1 on a texel of
+/// median size: kAmountOne * SurfaceAtlas::kMedianWeight quanta.
 struct Cargo {
   std::vector<std::array<std::uint32_t, kMaxMaterials>> mass;  ///< By gammaton.
 };

@@ -11,14 +11,15 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::size_t kFew = 32768;        ///< Below, one thread sorts faster than two begin to.
+constexpr std::size_t kFew = 32768;         ///< Below, one thread sorts faster than two begin to.
 constexpr std::size_t kSectionKeys = 1024;  ///< Of few: about 100 us of work.
 constexpr std::int64_t kChunk = 32768;      ///< Of many, for counting.
 constexpr int kTileBits = 6;
 constexpr int kTexelShift = 32;  ///< Of a key.
 constexpr int kMaxDigit = 11;
 
-/// Sorts by `bits` bits from `low`, stably, in as few passes of at most 11 bits as there can be. @returns whichever holds the result.
+/// Sorts by `bits` bits from `low`, stably, in as few passes of at most 11 bits as there can be. @returns whichever
+/// holds the result.
 std::span<ContactKey> radix_sort(std::span<ContactKey> keys, std::span<ContactKey> other, int low, int bits) {
   const int passes = (bits + kMaxDigit - 1) / kMaxDigit;
   for (int pass = 0; pass < passes; ++pass) {
@@ -66,7 +67,8 @@ void ContactSort::cut(std::span<ContactKey> keys, std::uint32_t num_texels, cons
   });
   std::uint32_t sum = 0;
   for (std::size_t s = 0; s < num; ++s) {
-    for (std::size_t c = 0; c < static_cast<std::size_t>(num_chunks); ++c) sum += std::exchange(counts_[c * num + s], sum);
+    for (std::size_t c = 0; c < static_cast<std::size_t>(num_chunks); ++c)
+      sum += std::exchange(counts_[c * num + s], sum);
     ends_.push_back(sum);
   }
   parallel_for(n, kChunk, control, [&](std::int64_t begin, std::int64_t end) {

@@ -19,8 +19,9 @@ class ContactSort {
   /// What one section needs besides the keys; one for each thread.
   using Scratch = std::vector<ContactKey>;
 
-  /// Cuts `keys` into sections by texel: none shares an 8 x 8 tile with another, and each has only texels beyond those before it.
-  /// Sections depend on the keys alone. Few keys (up to 32768) are sorted at once; of more, each section has to be by sort_section().
+  /// Cuts `keys` into sections by texel: none shares an 8 x 8 tile with another, and each has only texels beyond those
+  /// before it. Sections depend on the keys alone. Few keys (up to 32768) are sorted at once; of more, each section has
+  /// to be by sort_section().
   /// @param keys       In the order of their carriers.
   /// @param num_texels  All texels are below; <= 2^30.
   void cut(std::span<ContactKey> keys, std::uint32_t num_texels, const RunControl& control = {});
@@ -32,8 +33,8 @@ class ContactSort {
   [[nodiscard]] std::span<const ContactKey> sort_section(std::int64_t section, Scratch& scratch);
 
  private:
-  std::vector<ContactKey> other_;       ///< As many as keys: by section when there are many.
-  std::vector<std::uint32_t> counts_;   ///< Of chunks, by section.
+  std::vector<ContactKey> other_;      ///< As many as keys: by section when there are many.
+  std::vector<std::uint32_t> counts_;  ///< Of chunks, by section.
   std::vector<std::size_t> ends_;
   std::span<ContactKey> sorted_;
   int section_bits_ = 0;  ///< Texel bits that are left to sort in a section; 0 = sorted.

@@ -33,7 +33,8 @@ struct Piece {
 class ShareTable {
  public:
   void reset(const ExchangeOptions& options, std::span<const int> active) {
-    const bool is_same = !keys_.empty() && options.ratio == options_.ratio && options.contact == options_.contact && options.rates == options_.rates;
+    const bool is_same = !keys_.empty() && options.ratio == options_.ratio && options.contact == options_.contact &&
+                         options.rates == options_.rates;
     if (is_same && std::equal(active.begin(), active.end(), active_.begin(), active_.end())) return;
     options_ = options;
     active_.assign(active.begin(), active.end());
@@ -48,8 +49,8 @@ class ShareTable {
     if (keys_[slot] != key) {
       keys_[slot] = key;
       for (std::size_t a = 0; a < active_.size(); ++a) {
-        found[a] = transfer_shares(options_.ratio, options_.rates[static_cast<std::size_t>(active_[a])], options_.contact, weight,
-                                   static_cast<double>(share) / Splat::kWhole);
+        found[a] = transfer_shares(options_.ratio, options_.rates[static_cast<std::size_t>(active_[a])],
+                                   options_.contact, weight, static_cast<double>(share) / Splat::kWhole);
       }
     }
     return found;
@@ -84,10 +85,12 @@ struct Call {
 
 constexpr std::size_t kBatch = 16;
 
-/// What some contacts need, read for all of them before the first is worked on: memory is far away, and waits for many at once.
+/// What some contacts need, read for all of them before the first is worked on: memory is far away, and waits for many
+/// at once.
 struct Batch {
   std::array<std::uint32_t, kBatch> weight;
-  std::array<std::array<const std::uint16_t*, kMaxMaterials>, kBatch> stored;  ///< By active material: the tile's; null: the originals.
+  std::array<std::array<const std::uint16_t*, kMaxMaterials>, kBatch>
+      stored;  ///< By active material: the tile's; null: the originals.
   std::array<Masses, kBatch> randoms;
 };
 
@@ -111,14 +114,16 @@ void prepare(const Call& call, std::span<const ContactKey> keys, Batch& batch) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto carrier = static_cast<std::uint32_t>(keys[i]);
     const bool is_whole = call.pieces.empty();
-    batch.randoms[i] = transfer_randoms(call.seed, is_whole ? carrier : call.pieces[carrier].gammaton, call.time.random_key,
-                                        is_whole ? 0 : call.pieces[carrier].number, static_cast<int>(call.active.size()));
+    batch.randoms[i] =
+        transfer_randoms(call.seed, is_whole ? carrier : call.pieces[carrier].gammaton, call.time.random_key,
+                         is_whole ? 0 : call.pieces[carrier].number, static_cast<int>(call.active.size()));
   }
 }
 
 /// What a gammaton, or a piece of one, may hold: all pieces together no more than their gammaton may.
 [[nodiscard]] std::uint32_t limit_of(const Call& call, const Piece* piece, std::size_t material) {
-  return piece ? piece->mass[material] + (kMaxMass - call.cargo.mass[piece->gammaton][material]) / piece->num_parts : kMaxMass;
+  return piece ? piece->mass[material] + (kMaxMass - call.cargo.mass[piece->gammaton][material]) / piece->num_parts
+               : kMaxMass;
 }
 
 /// Exchanges one section's contacts. @returns how many dirty tiles it wrote to `dirty`.
@@ -143,9 +148,11 @@ std::size_t exchange_section(const Call& call, std::span<const ContactKey> keys,
       // A page that was not there may have been made since.
       const std::uint16_t* stored = batch.stored[b][a] ? batch.stored[b][a] : call.atlas.tile(material, tile).data();
       const std::uint32_t amount = stored ? stored[in_tile] : call.atlas.original(material, texel);
-      const std::int32_t quanta = transfer_quanta(shares[a], amount, weight, mass[m], batch.randoms[b][a], limit_of(call, piece, m));
+      const std::int32_t quanta =
+          transfer_quanta(shares[a], amount, weight, mass[m], batch.randoms[b][a], limit_of(call, piece, m));
       if (quanta == 0) continue;
-      call.atlas.writable_tile(material, tile)[in_tile] = static_cast<std::uint16_t>(static_cast<std::int32_t>(amount) - quanta);
+      call.atlas.writable_tile(material, tile)[in_tile] =
+          static_cast<std::uint16_t>(static_cast<std::int32_t>(amount) - quanta);
       if (quanta > 0) {
         mass[m] += static_cast<std::uint32_t>(quanta) * weight;
         worker.picked_up[m] += std::int64_t{quanta} * weight;
@@ -161,8 +168,9 @@ std::size_t exchange_section(const Call& call, std::span<const ContactKey> keys,
   return num_dirty;
 }
 
-/// Deals a gammaton's cargo out to its pieces: whole quanta of its middle texel, as many to each as its share says in the mean, and
-/// what is less than one to the middle. Amounts that are less than a quantum for every part still find their way that way.
+/// Deals a gammaton's cargo out to its pieces: whole quanta of its middle texel, as many to each as its share says in
+/// the mean, and what is less than one to the middle. Amounts that are less than a quantum for every part still find
+/// their way that way.
 void deal(const Call& call, std::uint32_t gammaton, std::uint32_t middle_weight, std::span<Piece> pieces) {
   const Masses randoms =
       transfer_randoms(call.seed, gammaton, call.time.random_key, kDealPiece, static_cast<int>(call.active.size()));
@@ -201,13 +209,15 @@ struct Exchanger::State {
 };
 
 /// Fills pieces (cargo included) and keys.
-void Exchanger::State::cut_splats(std::span<const Contact> contacts, int width, const Call& call, const RunControl& control) {
+void Exchanger::State::cut_splats(std::span<const Contact> contacts, int width, const Call& call,
+                                  const RunControl& control) {
   const auto n = static_cast<std::int64_t>(contacts.size());
   const SurfaceAtlas& surface = call.atlas.surface();
   splats.resize(contacts.size());
   first_piece.resize(contacts.size() + 1);
   parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) splats[i] = splat_of(surface, contacts[i].texel, width);
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      splats[i] = splat_of(surface, contacts[i].texel, width);
   });
   std::size_t sum = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -222,26 +232,29 @@ void Exchanger::State::cut_splats(std::span<const Contact> contacts, int width, 
       const auto num_parts = static_cast<std::uint32_t>(splats[i].num_parts);
       for (std::uint32_t k = 0; k < num_parts; ++k) {
         const SplatPart& part = splats[i].parts[k];
-        pieces[first_piece[i] + k] = {.gammaton = contacts[i].gammaton, .number = k, .num_parts = num_parts, .share = part.share, .mass = {}};
+        pieces[first_piece[i] + k] = {
+            .gammaton = contacts[i].gammaton, .number = k, .num_parts = num_parts, .share = part.share, .mass = {}};
         keys[first_piece[i] + k] = ContactKey{part.texel} << 32 | (first_piece[i] + k);
       }
-      deal(call, contacts[i].gammaton, surface.weight(contacts[i].texel), std::span(pieces).subspan(first_piece[i], num_parts));
+      deal(call, contacts[i].gammaton, surface.weight(contacts[i].texel),
+           std::span(pieces).subspan(first_piece[i], num_parts));
     }
   });
 }
 
 /// Sums the pieces' cargo up again.
 void Exchanger::State::join_pieces(std::span<const Contact> contacts, const Call& call, const RunControl& control) {
-  parallel_for(static_cast<std::int64_t>(contacts.size()), kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      for (const int material : call.active) {
-        const auto m = static_cast<std::size_t>(material);
-        std::uint32_t sum = 0;
-        for (std::size_t p = first_piece[i]; p < first_piece[i + 1]; ++p) sum += pieces[p].mass[m];
-        call.cargo.mass[contacts[i].gammaton][m] = sum;
-      }
-    }
-  });
+  parallel_for(static_cast<std::int64_t>(contacts.size()), kSplatChunk, control,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                   for (const int material : call.active) {
+                     const auto m = static_cast<std::size_t>(material);
+                     std::uint32_t sum = 0;
+                     for (std::size_t p = first_piece[i]; p < first_piece[i + 1]; ++p) sum += pieces[p].mass[m];
+                     call.cargo.mass[contacts[i].gammaton][m] = sum;
+                   }
+                 }
+               });
 }
 
 Exchanger::Exchanger(int num_materials, std::uint64_t seed) : state_(std::make_unique<State>()) {
@@ -252,8 +265,8 @@ Exchanger::~Exchanger() = default;
 Exchanger::Exchanger(Exchanger&&) noexcept = default;
 Exchanger& Exchanger::operator=(Exchanger&&) noexcept = default;
 
-ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time, Cargo& cargo,
-                                   MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {
+ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time,
+                                   Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {
   State& s = *state_;
   RunControl threads;  // a part of an exchange is no state to stop in
   threads.num_threads = control.num_threads;
@@ -268,21 +281,28 @@ ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const Exch
   for (int m = 0; m < s.num_materials; ++m) {
     if (options.rates[static_cast<std::size_t>(m)] > 0.0 && options.contact > 0.0) active_materials[num_active++] = m;
   }
-  Call call{.seed = s.seed, .time = time, .active = std::span(active_materials).first(num_active), .cargo = cargo, .atlas = atlas,
-            .maps = maps, .pieces = {}};
+  Call call{.seed = s.seed,
+            .time = time,
+            .active = std::span(active_materials).first(num_active),
+            .cargo = cargo,
+            .atlas = atlas,
+            .maps = maps,
+            .pieces = {}};
   if (options.splat_texels > 1) {
     s.cut_splats(contacts, options.splat_texels, call, threads);
     call.pieces = s.pieces;
   } else {
     s.keys.resize(contacts.size());
-    for (std::size_t i = 0; i < contacts.size(); ++i) s.keys[i] = ContactKey{contacts[i].texel} << 32 | contacts[i].gammaton;
+    for (std::size_t i = 0; i < contacts.size(); ++i)
+      s.keys[i] = ContactKey{contacts[i].texel} << 32 | contacts[i].gammaton;
   }
   s.sort.cut(s.keys, atlas.surface().grid().num_texels(), threads);
 
   const std::int64_t num_sections = s.sort.num_sections();
   s.dirty.resize(s.keys.size());
   s.num_dirty.assign(static_cast<std::size_t>(num_sections), 0);
-  const std::int64_t num_workers = std::clamp<std::int64_t>(thread_count(threads), 1, std::max<std::int64_t>(1, num_sections));
+  const std::int64_t num_workers =
+      std::clamp<std::int64_t>(thread_count(threads), 1, std::max<std::int64_t>(1, num_sections));
   if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
   std::atomic<std::int64_t> next{0};
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
@@ -290,7 +310,8 @@ ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const Exch
     worker.table.reset(options, call.active);
     for (std::int64_t section = next++; section < num_sections; section = next++) {
       const std::span<const ContactKey> keys = s.sort.sort_section(section, worker.scratch);
-      s.num_dirty[static_cast<std::size_t>(section)] = exchange_section(call, keys, worker, s.dirty.data() + s.sort.begin_of(section));
+      s.num_dirty[static_cast<std::size_t>(section)] =
+          exchange_section(call, keys, worker, s.dirty.data() + s.sort.begin_of(section));
     }
   });
   if (options.splat_texels > 1) s.join_pieces(contacts, call, threads);

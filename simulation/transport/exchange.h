@@ -1,5 +1,6 @@
 /// \file
-/// Material goes from gammatons to texels and back, for all contacts of an iteration at once. One contact is transfer.h's.
+/// Material goes from gammatons to texels and back, for all contacts of an iteration at once. One contact is
+/// transfer.h's.
 #pragma once
 
 #include <array>
@@ -15,7 +16,8 @@
 
 namespace patinate::simulation {
 
-/// When an exchange happens. Steps of a brush alone (Simulation::paint) share their iteration, and have random numbers of their own.
+/// When an exchange happens. Steps of a brush alone (Simulation::paint) share their iteration, and have random numbers
+/// of their own.
 struct ExchangeTime {
   ExchangeTime(std::int64_t given) : iteration(given), random_key(given) {}  // NOLINT: an iteration is one
   ExchangeTime(std::int64_t given, std::int64_t key) : iteration(given), random_key(key) {}
@@ -39,17 +41,19 @@ class Exchanger {
   Exchanger(Exchanger&&) noexcept;
   Exchanger& operator=(Exchanger&&) noexcept;
 
-  /// Every contact moves whole quanta between its gammaton's cargo and its texel: transfer_quanta() with transfer_randoms() of
-  /// (seed, gammaton, time.random_key). Contacts of one texel follow each other by gammaton. A splat wider than one texel is cut into parts
-  /// (splat.h) that exchange on their own; the cargo is dealt out to them in whole quanta, in the mean by their shares.
-  /// Mass is conserved exactly: what the cargo loses is what the texels win.
-  /// Same bits for any number of threads, order of contacts and instruction set.
-  /// @param contacts  Each gammaton at most once; covered texels of `atlas`; in the order of gammatons if it is to be fast.
+  /// Every contact moves whole quanta between its gammaton's cargo and its texel: transfer_quanta() with
+  /// transfer_randoms() of (seed, gammaton, time.random_key). Contacts of one texel follow each other by gammaton. A
+  /// splat wider than one texel is cut into parts (splat.h) that exchange on their own; the cargo is dealt out to them
+  /// in whole quanta, in the mean by their shares. Mass is conserved exactly: what the cargo loses is what the texels
+  /// win. Same bits for any number of threads, order of contacts and instruction set.
+  /// @param contacts  Each gammaton at most once; covered texels of `atlas`; in the order of gammatons if it is to be
+  /// fast.
   /// @param options   Taken as checked (check_scene()).
   /// @param maps      Recorded too, unless null.
   /// @param control   Threads; an exchange that has begun is finished whatever `stop` says.
-  ExchangeReport exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time, Cargo& cargo,
-                          MaterialAtlas& atlas, ParameterMaps* maps = nullptr, const RunControl& control = {});
+  ExchangeReport exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time,
+                          Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps = nullptr,
+                          const RunControl& control = {});
 
  private:
   struct State;

@@ -70,7 +70,8 @@ MassSum MassAccount::imbalance() const {
 
 std::array<std::uint32_t, kMaxMaterials> MassLedger::cargo_of(const MaterialValues& carries) {
   std::array<std::uint32_t, kMaxMaterials> load{};
-  for (std::size_t m = 0; m < kMaxMaterials; ++m) load[m] = static_cast<std::uint32_t>(std::floor(carries[m] * kMassOne + 0.5));
+  for (std::size_t m = 0; m < kMaxMaterials; ++m)
+    load[m] = static_cast<std::uint32_t>(std::floor(carries[m] * kMassOne + 0.5));
   return load;
 }
 
@@ -98,7 +99,8 @@ void MassLedger::add(const ExchangeReport& report) {
   }
 }
 
-void MassLedger::add_rules(const std::array<std::int64_t, kMaxMaterials>& made, const std::array<std::int64_t, kMaxMaterials>& used) {
+void MassLedger::add_rules(const std::array<std::int64_t, kMaxMaterials>& made,
+                           const std::array<std::int64_t, kMaxMaterials>& used) {
   for (std::size_t m = 0; m < kMaxMaterials; ++m) {
     accounts_[m].made += made[m];
     accounts_[m].used += used[m];
@@ -107,11 +109,12 @@ void MassLedger::add_rules(const std::array<std::int64_t, kMaxMaterials>& made, 
 }
 
 bool MassLedger::balances() const {
-  return std::all_of(accounts_.begin(), accounts_.end(), [](const MassAccount& a) { return a.imbalance() == MassSum{}; });
+  return std::all_of(accounts_.begin(), accounts_.end(),
+                     [](const MassAccount& a) { return a.imbalance() == MassSum{}; });
 }
 
-std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo, std::span<const std::string> materials,
-                  const RunControl& control) {
+std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo,
+                  std::span<const std::string> materials, const RunControl& control) {
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const auto material = static_cast<int>(m);
     const MassAccount& account = ledger.account(material);

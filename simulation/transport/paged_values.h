@@ -1,5 +1,6 @@
 /// \file
-/// A value for each texel in tile order, in pages of 64 x 64 texels that are made when first written, like those of MaterialAtlas.
+/// A value for each texel in tile order, in pages of 64 x 64 texels that are made when first written, like those of
+/// MaterialAtlas.
 #pragma once
 
 #include <array>

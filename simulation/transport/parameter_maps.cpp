@@ -12,7 +12,8 @@ ParameterMaps::ParameterMaps(const TileGrid& grid, const ParameterMapChoice& cho
   }
 }
 
-void ParameterMaps::record(TexelIndex texel, std::int64_t iteration, bool is_middle, const std::array<std::uint32_t, kMaxMaterials>& dropped) {
+void ParameterMaps::record(TexelIndex texel, std::int64_t iteration, bool is_middle,
+                           const std::array<std::uint32_t, kMaxMaterials>& dropped) {
   if (hits_ && is_middle) ++hits_->at(texel);
   if (last_hit_) {
     std::uint32_t& last = last_hit_->at(texel);

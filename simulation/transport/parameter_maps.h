@@ -15,7 +15,8 @@ namespace patinate::simulation {
 struct ParameterMapChoice {
   bool hits = false;       ///< Contacts ever (of a wide splat: at its middle).
   bool last_hit = false;   ///< 1 + the last iteration with a contact; 0 = never.
-  bool residence = false;  ///< Iterations in which something was there, however much: times time_per_iteration, the "time of wetness".
+  bool residence = false;  ///< Iterations in which something was there, however much: times time_per_iteration, the
+                           ///< "time of wetness".
   std::array<bool, kMaxMaterials> deposited{};  ///< Mass ever dropped there, whatever happened to it since.
 };
 
@@ -25,16 +26,20 @@ class ParameterMaps {
   ParameterMaps(const TileGrid& grid, const ParameterMapChoice& choice);
 
   [[nodiscard]] const ParameterMapChoice& choice() const { return choice_; }
-  /// What one contact leaves. Texels of different tiles may be recorded by several threads at once; those of one tile in a fixed order.
+  /// What one contact leaves. Texels of different tiles may be recorded by several threads at once; those of one tile
+  /// in a fixed order.
   /// @param is_middle  Whether this is the middle of the gammaton's splat.
   /// @param dropped    Mass by material that went to the texel.
-  void record(TexelIndex texel, std::int64_t iteration, bool is_middle, const std::array<std::uint32_t, kMaxMaterials>& dropped);
+  void record(TexelIndex texel, std::int64_t iteration, bool is_middle,
+              const std::array<std::uint32_t, kMaxMaterials>& dropped);
 
   [[nodiscard]] PagedValues<std::uint32_t>* hits() const { return hits_.get(); }
   /// There when last_hit or residence is asked for.
   [[nodiscard]] PagedValues<std::uint32_t>* last_hit() const { return last_hit_.get(); }
   [[nodiscard]] PagedValues<std::uint32_t>* residence() const { return residence_.get(); }
-  [[nodiscard]] PagedValues<std::uint64_t>* deposited(int material) const { return deposited_[static_cast<std::size_t>(material)].get(); }
+  [[nodiscard]] PagedValues<std::uint64_t>* deposited(int material) const {
+    return deposited_[static_cast<std::size_t>(material)].get();
+  }
   /// Bytes of all pages.
   [[nodiscard]] std::size_t memory() const;
 

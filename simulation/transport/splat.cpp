@@ -29,11 +29,13 @@ std::uint32_t& add(Splat& splat, TexelIndex texel, std::uint32_t share) {
   return part.share += share;
 }
 
-/// What one step of the walk takes over a link, of `share`. A link lets through what one between whole texels does, whatever the chart's edge
-/// leaves of them: as much mass each way where texels hold mass in proportion to their areas, so that even rain stays even.
+/// What one step of the walk takes over a link, of `share`. A link lets through what one between whole texels does,
+/// whatever the chart's edge leaves of them: as much mass each way where texels hold mass in proportion to their areas,
+/// so that even rain stays even.
 std::uint32_t step_over(const SurfaceAtlas& surface, const SplatPart& from, const SurfaceAtlas::Link& link) {
   const std::uint32_t weight = surface.weight(from.texel), other = surface.weight(link.texel);
-  const std::uint32_t whole = surface.weight_of_triangle(surface.triangle(from.texel)) + surface.weight_of_triangle(surface.triangle(link.texel));
+  const std::uint32_t whole = surface.weight_of_triangle(surface.triangle(from.texel)) +
+                              surface.weight_of_triangle(surface.triangle(link.texel));
   const std::uint32_t twice = std::min(whole, 4 * std::min(weight, other));  // no more than a small one has
   return static_cast<std::uint32_t>(std::uint64_t{from.share} * link.count * twice / (std::uint64_t{32} * weight));
 }

@@ -17,14 +17,16 @@ TransferShares transfer_shares(double ratio, double rate, double contact, std::u
   return {.up = rising / lambda * gone, .down = ratio / lambda * gone / static_cast<double>(weight)};
 }
 
-std::array<std::uint32_t, kMaxMaterials> transfer_randoms(std::uint64_t seed, std::uint32_t gammaton, std::int64_t iteration,
-                                                          std::uint32_t piece, int num_materials) {
+std::array<std::uint32_t, kMaxMaterials> transfer_randoms(std::uint64_t seed, std::uint32_t gammaton,
+                                                          std::int64_t iteration, std::uint32_t piece,
+                                                          int num_materials) {
   std::array<std::uint32_t, kMaxMaterials> out{};
-  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(seed) ^ kTransferPurpose, static_cast<std::uint32_t>(seed >> 32)};
+  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(seed) ^ kTransferPurpose,
+                                         static_cast<std::uint32_t>(seed >> 32)};
   const auto time = static_cast<std::uint64_t>(iteration);
   for (std::uint32_t block = 0; static_cast<int>(4 * block) < num_materials; ++block) {
-    const std::array<std::uint32_t, 4> four =
-        philox4x32({static_cast<std::uint32_t>(time), gammaton, piece << 1 | block, static_cast<std::uint32_t>(time >> 32)}, key);
+    const std::array<std::uint32_t, 4> four = philox4x32(
+        {static_cast<std::uint32_t>(time), gammaton, piece << 1 | block, static_cast<std::uint32_t>(time >> 32)}, key);
     for (std::size_t i = 0; i < 4; ++i) out[4 * block + i] = four[i];
   }
   return out;

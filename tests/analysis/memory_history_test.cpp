@@ -1,13 +1,14 @@
 // Histories that never were a folder: what is said of them is what is said of the same history on disk, to the bit.
+#include "patinate/history/memory_history.h"
+
 #include <gtest/gtest.h>
 
 #include <memory>
 
 #include "analysis/compare/sections.h"
-#include "patinate/analysis/factorization.h"
 #include "analysis/fit/fit_objective.h"
 #include "analysis/statistics/history_statistics.h"
-#include "patinate/history/memory_history.h"
+#include "patinate/analysis/factorization.h"
 #include "tests/analysis/fit/fit_model.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
@@ -54,21 +55,24 @@ TEST(MemoryHistoryAnalysis, ComparesAsFoldersDo) {
   const Both a, b(slower);
   const CompareOptions options{.num_resamples = 20};
   const ComparedPair memory = load_pair(TextureSeries(a.memory), TextureSeries(b.memory), options);
-  const ComparedPair disk = load_pair(open_series(a.folder.path()).series, open_series(b.folder.path()).series, options);
+  const ComparedPair disk =
+      load_pair(open_series(a.folder.path()).series, open_series(b.folder.path()).series, options);
   EXPECT_EQ(memory.a.rgb, disk.a.rgb);
   expect_equal(look_section(memory), look_section(disk));
   expect_equal(places_section(memory, options), places_section(disk, options));
   expect_equal(colors_section(memory, options), colors_section(disk, options));
   expect_equal(controls_section(memory, options), controls_section(disk, options));
   expect_equal(structure_section(memory, options), structure_section(disk, options));
-  EXPECT_GT(colors_section(memory, options).figures.at(0).value.value(), 0.5) << "the two differ, so that equal figures say something";
+  EXPECT_GT(colors_section(memory, options).figures.at(0).value.value(), 0.5)
+      << "the two differ, so that equal figures say something";
 }
 
 TEST(MemoryHistoryAnalysis, ComparesThroughAnAtlas) {
   const Both a;
   ImageF turned(kSide, kSide, 2);  // The history mirrored.
   for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) turned.at(x, y, 0) = static_cast<float>(kSide - 1 - x), turned.at(x, y, 1) = static_cast<float>(y);
+    for (int x = 0; x < kSide; ++x)
+      turned.at(x, y, 0) = static_cast<float>(kSide - 1 - x), turned.at(x, y, 1) = static_cast<float>(y);
   }
   const TextureSeries series(a.memory, {.name = "a wall", .coordinates = turned, .texel_mm = 0.5});
   EXPECT_EQ(series.name(), "test on a wall");
@@ -98,7 +102,12 @@ TEST(MemoryHistoryAnalysis, FactorizesAsFoldersDo) {
 TEST(MemoryHistoryAnalysis, IsFittedAsAFolderIs) {
   const Both both;
   const AgedSurface frames = testing_support::green_plate(testing_support::kGreenTruth);
-  const SurfaceOutline outline{.name = frames.name, .width = frames.mask.width(), .height = frames.mask.height(), .time_unit = frames.time_unit, .times = frames.times, .control_names = {"x"}};
+  const SurfaceOutline outline{.name = frames.name,
+                               .width = frames.mask.width(),
+                               .height = frames.mask.height(),
+                               .time_unit = frames.time_unit,
+                               .times = frames.times,
+                               .control_names = {"x"}};
   const std::vector<FitTerm> terms{{FitFigure::ColorDistribution}, {FitFigure::MeanColor}, {FitFigure::ColorByControl}};
   const ObjectiveOptions options{.clock = Clock::Span};
   const ObjectiveValue memory = FitObjective(TextureSeries(both.memory), outline, terms, options)(frames);
@@ -110,7 +119,8 @@ TEST(MemoryHistoryAnalysis, IsFittedAsAFolderIs) {
 
 TEST(MemoryHistoryAnalysis, HasTheStatisticsOfTheFolder) {
   const Both both;
-  const HistoryStatistics memory = history_statistics(TextureSeries(both.memory), {}, 0, 5.0), disk = history_statistics(open_series(both.folder.path()).series, {}, 0, 5.0);
+  const HistoryStatistics memory = history_statistics(TextureSeries(both.memory), {}, 0, 5.0),
+                          disk = history_statistics(open_series(both.folder.path()).series, {}, 0, 5.0);
   EXPECT_EQ(memory.times, disk.times);
   EXPECT_EQ(memory.mean_lab, disk.mean_lab);
   EXPECT_EQ(memory.covered, disk.covered);

@@ -1,4 +1,5 @@
-// Prints how exact registration and unlighting are, from how far off scans find each other, and what all that takes; no test, no threshold.
+// Prints how exact registration and unlighting are, from how far off scans find each other, and what all that takes; no
+// test, no threshold.
 //     build/release/bin/capture_benchmark [PART...]
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // Which control explains where an object aged? The artist-made hydrant has a clean and an aged twin on one atlas:
 //     PATINATE_DATA=... build/release/bin/control_study OUT_FOLDER [MAP.exr ...]
-// prints the tables of docs/studies/hydrant.md and docs/algorithms/accessibility.md and writes the pictures (JPEG). Maps of a simulation of
-// the hydrant (controls/rust.final.exr, 1024 x 1024) get rows of their own.
+// prints the tables of docs/studies/hydrant.md and docs/algorithms/accessibility.md and writes the pictures (JPEG).
+// Maps of a simulation of the hydrant (controls/rust.final.exr, 1024 x 1024) get rows of their own.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,14 +14,14 @@
 #include <utility>
 #include <vector>
 
+#include "libcommon/core/random.h"
+#include "libcommon/metrics/correlation.h"
+#include "libcommon/output/contact_strip.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
-#include "libcommon/core/random.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/metrics/correlation.h"
-#include "libcommon/output/contact_strip.h"
 #include "patinate/output/render.h"
 #include "tests/support/test_data.h"
 
@@ -29,11 +29,11 @@ namespace patinate {
 namespace {
 
 constexpr int kSize = 1024;
-constexpr int kBlock = 64;       // Texels; blocks are drawn anew for the confidence intervals.
+constexpr int kBlock = 64;  // Texels; blocks are drawn anew for the confidence intervals.
 constexpr int kResamples = 120;
-constexpr int kStride = 4;       // Every fourth texel of both axes is looked at: neighbors say the same.
-constexpr double kRed = 25.0;    // CIE a* of the clean twin's red paint.
-constexpr double kOpen = 0.3;    // Least share of free rays of what can be seen from outside.
+constexpr int kStride = 4;     // Every fourth texel of both axes is looked at: neighbors say the same.
+constexpr double kRed = 25.0;  // CIE a* of the clean twin's red paint.
+constexpr double kOpen = 0.3;  // Least share of free rays of what can be seen from outside.
 
 /// CIE 1976 L*a*b* of linear Rec.709 under D65.
 Vec3 lab(const ImageF& image, int x, int y) {
@@ -50,7 +50,8 @@ Vec3 lab(const ImageF& image, int x, int y) {
 ImageF color_change(const ImageF& clean, const ImageF& aged) {
   ImageF out(clean.width(), clean.height());
   for (int y = 0; y < out.height(); ++y) {
-    for (int x = 0; x < out.width(); ++x) out.at(x, y) = static_cast<float>((lab(clean, x, y) - lab(aged, x, y)).norm());
+    for (int x = 0; x < out.width(); ++x)
+      out.at(x, y) = static_cast<float>((lab(clean, x, y) - lab(aged, x, y)).norm());
   }
   return out;
 }
@@ -214,7 +215,8 @@ std::vector<Trial> trials() {
           {"exposure * height", "exposure*height"}};
 }
 
-void hydrant(const std::filesystem::path& data, const std::filesystem::path& out, const std::vector<std::string>& given_maps) {
+void hydrant(const std::filesystem::path& data, const std::filesystem::path& out,
+             const std::vector<std::string>& given_maps) {
   const std::filesystem::path textures = data / "textures";
   const Scene scene = load(data / "fire_hydrant_1k.gltf", "fire_hydrant");
   const TexelMap& map = *scene.map;
@@ -228,15 +230,17 @@ void hydrant(const std::filesystem::path& data, const std::filesystem::path& out
   const ImageF rougher = arm("G"), metal = arm("B");
   const std::array<std::vector<double>, 3> aging{at_texels(change, s), at_texels(rougher, s), at_texels(metal, s)};
   const std::vector<double> all_change = at_texels(change, all);
-  std::printf("hydrant: %zu texels in %zu blocks, of which %zu in %zu blocks are red paint that shows\n", all.texels.size(),
-              all.blocks.size(), s.texels.size(), s.blocks.size());
-  std::printf("%-32s%26s%26s%26s%26s\n", "control", "all: color (dE)", "paint: color (dE)", "paint: rougher", "paint: more metal");
+  std::printf("hydrant: %zu texels in %zu blocks, of which %zu in %zu blocks are red paint that shows\n",
+              all.texels.size(), all.blocks.size(), s.texels.size(), s.blocks.size());
+  std::printf("%-32s%26s%26s%26s%26s\n", "control", "all: color (dE)", "paint: color (dE)", "paint: rougher",
+              "paint: more metal");
   ControlKindOptions options;
   options.distance_from = "creases";
   std::map<std::string, ControlMap> maps;
   std::vector<std::pair<double, std::string>> order;
   const auto print = [](const Interval& c) { std::printf("    %5.2f [%5.2f, %5.2f]", c.rho, c.low, c.high); };
-  const auto row = [&](const std::string& label, const std::vector<double>& values, const std::vector<double>& all_values) {
+  const auto row = [&](const std::string& label, const std::vector<double>& values,
+                       const std::vector<double>& all_values) {
     std::printf("%-32s", label.c_str());
     print(correlate(all_values, all_change, all));
     for (const auto& a : aging) print(correlate(values, a, s));
@@ -244,7 +248,8 @@ void hydrant(const std::filesystem::path& data, const std::filesystem::path& out
     std::fflush(stdout);
   };
   std::vector<Trial> all_trials = trials();
-  for (const std::string& path : given_maps) all_trials.push_back({std::filesystem::path(path).filename().string(), '"' + path + '"'});
+  for (const std::string& path : given_maps)
+    all_trials.push_back({std::filesystem::path(path).filename().string(), '"' + path + '"'});
   for (const Trial& trial : all_trials) {
     ControlMap control = make_control_expression(trial.expression, map, options);
     const std::vector<double> values = at_texels(control.values, s);

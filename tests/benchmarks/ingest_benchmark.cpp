@@ -31,16 +31,21 @@ void write_photographs(const fs::path& folder, int count) {
     const double age = static_cast<double>(i) / count;
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) {
-        const auto grain = static_cast<int>((static_cast<unsigned>(x) * 73856093u ^ static_cast<unsigned>(y) * 19349663u) >> 8 & 31u);
+        const auto grain =
+            static_cast<int>((static_cast<unsigned>(x) * 73856093u ^ static_cast<unsigned>(y) * 19349663u) >> 8 & 31u);
         const double aged = 1.0 / (1.0 + std::exp(40.0 * (static_cast<double>(x) / kSide - age)));
-        for (int c = 0; c < 3; ++c) photo.at(x, y, c) = static_cast<std::uint8_t>(200 - 30 * c - static_cast<int>(90.0 * aged) + grain / 2);
+        for (int c = 0; c < 3; ++c)
+          photo.at(x, y, c) = static_cast<std::uint8_t>(200 - 30 * c - static_cast<int>(90.0 * aged) + grain / 2);
       }
     }
     char name[32];
     std::snprintf(name, sizeof(name), "%04d.png", i);
     write_codes(folder / "frames" / name, photo);
   }
-  save_json(folder / "capture.json", Json{{"format", "patinate.capture"}, {"version", 1}, {"name", "benchmark"}, {"kind", "fixed"},
+  save_json(folder / "capture.json", Json{{"format", "patinate.capture"},
+                                          {"version", 1},
+                                          {"name", "benchmark"},
+                                          {"kind", "fixed"},
                                           {"frames", {{"pattern", "frames/*.png"}, {"interval", 1}}}});
 }
 
@@ -72,8 +77,10 @@ int main() {
     write_photographs(folder.path(), count);
     double peak = 0.0;
     const double s = benchmarks::seconds([&] { peak = peak_memory_mb([&] { ingest(folder.path()); }); });
-    std::printf("ingest of %d photographs of 1024 x 1024: %.1f s, %.1f ms each; peak memory %.0f MB", count, s, 1e3 * s / count, peak);
-    if (first_rate > 0.0) std::printf("; against 100: time each %.2f, memory %.2f", s / count / first_rate, peak / first_peak);
+    std::printf("ingest of %d photographs of 1024 x 1024: %.1f s, %.1f ms each; peak memory %.0f MB", count, s,
+                1e3 * s / count, peak);
+    if (first_rate > 0.0)
+      std::printf("; against 100: time each %.2f, memory %.2f", s / count / first_rate, peak / first_peak);
     std::printf("\n");
     std::fflush(stdout);
     first_rate = s / count;

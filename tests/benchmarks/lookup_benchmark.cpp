@@ -1,5 +1,6 @@
-// Lookups of a 4k atlas, at one time and with a time of its own at every texel, against copies and plain gathers of the same bytes; and a 16k
-// atlas written in strips, with the memory that took. `lookup_benchmark --write TRANSFER IMAGE` is what the last part runs.
+// Lookups of a 4k atlas, at one time and with a time of its own at every texel, against copies and plain gathers of the
+// same bytes; and a 16k atlas written in strips, with the memory that took. `lookup_benchmark --write TRANSFER IMAGE`
+// is what the last part runs.
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -10,18 +11,18 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "patinate/core/json.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/json.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
+#include "patinate/transfer/time_map.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/lookup/texture_files.h"
-#include "patinate/transfer/time_map.h"
-#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
+#include "transfer/lookup/texture_files.h"
 
 namespace patinate {
 namespace {
@@ -29,7 +30,8 @@ namespace {
 constexpr int kAtlas = 4096, kSource = 512;
 constexpr double kTexels = 1.0 * kAtlas * kAtlas;
 
-/// Patches of 32 x 32 texels, each a piece of the source in its order, as transfers are; each fourth column of patches is no chart.
+/// Patches of 32 x 32 texels, each a piece of the source in its order, as transfers are; each fourth column of patches
+/// is no chart.
 ImageF patches(int side, bool has_gutters) {
   ImageF coordinates(side, side, 2, -1.0f);
   for (int y = 0; y < side; ++y) {
@@ -51,7 +53,8 @@ RunControl with_threads(int num_threads) {
 
 /// A gather with nothing around it. @param out  Of texels x channels.
 template <class T>
-void plain_gather(const Image<T>& source, const transfer::PackedCoordinates& indices, Image<T>& out, const RunControl& control) {
+void plain_gather(const Image<T>& source, const transfer::PackedCoordinates& indices, Image<T>& out,
+                  const RunControl& control) {
   parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       const auto row = indices.row(y);
@@ -73,17 +76,20 @@ void compare_gathers(const char* name, const Image<T>& source, const transfer::P
     const RunControl control = with_threads(threads);
     const double copied = benchmarks::median_of_five([&] {
       parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
-        std::memcpy(copy.row(static_cast<int>(begin)).data(), out.row(static_cast<int>(begin)).data(), static_cast<std::size_t>(end - begin) * out.row(0).size_bytes());
+        std::memcpy(copy.row(static_cast<int>(begin)).data(), out.row(static_cast<int>(begin)).data(),
+                    static_cast<std::size_t>(end - begin) * out.row(0).size_bytes());
       });
     });
     const double plain = benchmarks::median_of_five([&] { plain_gather(source, indices, out, control); });
     const double lookup = benchmarks::median_of_five([&] {
       parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
-        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) transfer::gather_packed(source, indices.row(y), T{}, out.row(y));
+        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+          transfer::gather_packed(source, indices.row(y), T{}, out.row(y));
       });
     });
-    std::printf("4k, %s, %d thread%s, G texels/s: copy %.2f, plain gather %.2f, lookup %.2f (%.0f ms)\n", name, threads, threads == 1 ? "" : "s",
-                1e-9 * kTexels / copied, 1e-9 * kTexels / plain, 1e-9 * kTexels / lookup, 1e3 * lookup);
+    std::printf("4k, %s, %d thread%s, G texels/s: copy %.2f, plain gather %.2f, lookup %.2f (%.0f ms)\n", name, threads,
+                threads == 1 ? "" : "s", 1e-9 * kTexels / copied, 1e-9 * kTexels / plain, 1e-9 * kTexels / lookup,
+                1e3 * lookup);
   }
 }
 
@@ -98,26 +104,35 @@ void compare_speed() {
   ImageF out;
   for (int threads : {1, 2}) {
     const RunControl control = with_threads(threads);
-    const double simple = benchmarks::median_of_five([&] { out = transfer::gather(frame, coordinates, 0.0f, control); });
-    const double image = benchmarks::median_of_five([&] { out = transfer::gather_packed(frame, indices, 0.0f, control); });
+    const double simple =
+        benchmarks::median_of_five([&] { out = transfer::gather(frame, coordinates, 0.0f, control); });
+    const double image =
+        benchmarks::median_of_five([&] { out = transfer::gather_packed(frame, indices, 0.0f, control); });
     const double blended = benchmarks::median_of_five([&] {
       ImageF between = frame;
-      for (std::size_t i = 0; i < between.values().size(); ++i) between.data()[i] = 0.7f * between.data()[i] + 0.3f * next.data()[i];
+      for (std::size_t i = 0; i < between.values().size(); ++i)
+        between.data()[i] = 0.7f * between.data()[i] + 0.3f * next.data()[i];
       const ImageU8 texture = transfer::gather_packed(srgb8_from_linear(between), indices, 0, control);
     });
-    std::printf("4k, %d thread%s, into a new image: from float coordinates %.0f ms, packed %.0f ms; between two frames as 8-bit codes %.0f ms (%.2f G texels/s)\n",
-                threads, threads == 1 ? "" : "s", 1e3 * simple, 1e3 * image, 1e3 * blended, 1e-9 * kTexels / blended);
+    std::printf(
+        "4k, %d thread%s, into a new image: from float coordinates %.0f ms, packed %.0f ms; between two frames as "
+        "8-bit codes %.0f ms (%.2f G texels/s)\n",
+        threads, threads == 1 ? "" : "s", 1e3 * simple, 1e3 * image, 1e3 * blended, 1e-9 * kTexels / blended);
     for (int num_frames : {4, 32}) {
       ImageF times(kAtlas, kAtlas);
       for (int y = 0; y < kAtlas; ++y) {
-        for (int x = 0; x < kAtlas; ++x) times.at(x, y) = static_cast<float>((num_frames - 1.0) * (x + y) / (2.0 * kAtlas));
+        for (int x = 0; x < kAtlas; ++x)
+          times.at(x, y) = static_cast<float>((num_frames - 1.0) * (x + y) / (2.0 * kAtlas));
       }
-      const double mapped = benchmarks::median_of_five([&] { out = transfer::gather_at_times(history, indices, times, Between::Blend, control); });
+      const double mapped = benchmarks::median_of_five(
+          [&] { out = transfer::gather_at_times(history, indices, times, Between::Blend, control); });
       const double frames = benchmarks::median_of_five([&] {
         for (int f = 0; f < num_frames; ++f) (void)history.read_frame(f);
       });
-      std::printf("4k, %d thread%s, time map over %d frames: %.0f ms, of which reading frames %.0f ms; speed without it %.2f of a plain lookup into a new image\n",
-                  threads, threads == 1 ? "" : "s", num_frames, 1e3 * mapped, 1e3 * frames, simple / (mapped - frames));
+      std::printf(
+          "4k, %d thread%s, time map over %d frames: %.0f ms, of which reading frames %.0f ms; speed without it %.2f "
+          "of a plain lookup into a new image\n",
+          threads, threads == 1 ? "" : "s", num_frames, 1e3 * mapped, 1e3 * frames, simple / (mapped - frames));
     }
   }
 }
@@ -137,7 +152,8 @@ void write_transfer(const std::filesystem::path& folder, int side) {
   Json json = load_json(folder / "transfer/transfer.json");
   json["width"] = json["height"] = side;
   save_json(folder / "transfer/transfer.json", json);
-  write_exr(folder / "transfer/coordinates.exr", patches(side, true), {transfer::kCoordinateChannels[0], transfer::kCoordinateChannels[1]}, ExrDepth::Float);
+  write_exr(folder / "transfer/coordinates.exr", patches(side, true),
+            {transfer::kCoordinateChannels[0], transfer::kCoordinateChannels[1]}, ExrDepth::Float);
 }
 
 /// Of this program alone: what getrusage() says begins with the memory of the one that started it.
@@ -155,7 +171,8 @@ int write_image(const std::filesystem::path& transfer_path, const std::filesyste
   const transfer::TransferFolder transfer(transfer_path);
   const std::vector<transfer::TextureFile> textures{{{image}, transfer.history().sample(0.5)}};
   const double seconds = benchmarks::seconds([&] { transfer::TextureWriter(transfer).write(textures); });
-  std::printf("%s: %.1f s, at most %.0f MB in memory, %.0f of them the program before it began\n", image.filename().c_str(), seconds, peak_mb(), before);
+  std::printf("%s: %.1f s, at most %.0f MB in memory, %.0f of them the program before it began\n",
+              image.filename().c_str(), seconds, peak_mb(), before);
   return 0;
 }
 

@@ -2,9 +2,9 @@
 //     build/release/bin/mode_filter_benchmark
 #include <cstdio>
 
+#include "libcommon/image/filters.h"
 #include "patinate/capture/mode_filter.h"
 #include "patinate/datasets/crackle.h"
-#include "libcommon/image/filters.h"
 #include "tests/benchmarks/timing.h"
 
 int main() {
@@ -22,7 +22,7 @@ int main() {
     const double mode_s = benchmarks::median_of_five([&] { out = capture::mode_filter(photo, {}, filter); });
     const double blur_s = benchmarks::median_of_five([&] { out = gaussian_blur(photo, sigma); });
     if (first == 0.0) first = mode_s;
-    std::printf("mode filter, 1 Mpx, sigma %2.0f px: %4.0f ms; %.2f of sigma 5; %.1f times a Gaussian blur\n", sigma, 1e3 * mode_s,
-                mode_s / first, mode_s / blur_s);
+    std::printf("mode filter, 1 Mpx, sigma %2.0f px: %4.0f ms; %.2f of sigma 5; %.1f times a Gaussian blur\n", sigma,
+                1e3 * mode_s, mode_s / first, mode_s / blur_s);
   }
 }

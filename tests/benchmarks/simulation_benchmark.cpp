@@ -12,9 +12,12 @@ struct Part {
   void (*run)();
 };
 
-constexpr std::array kParts{Part{"rays", patinate::benchmarks::rays}, Part{"gammatons", patinate::benchmarks::gammatons},
-                            Part{"exchange", patinate::benchmarks::exchange}, Part{"rules", patinate::benchmarks::rules},
-                            Part{"composition", patinate::benchmarks::composition}, Part{"iteration", patinate::benchmarks::iteration},
+constexpr std::array kParts{Part{"rays", patinate::benchmarks::rays},
+                            Part{"gammatons", patinate::benchmarks::gammatons},
+                            Part{"exchange", patinate::benchmarks::exchange},
+                            Part{"rules", patinate::benchmarks::rules},
+                            Part{"composition", patinate::benchmarks::composition},
+                            Part{"iteration", patinate::benchmarks::iteration},
                             Part{"books", patinate::benchmarks::books}};
 
 }  // namespace

@@ -18,8 +18,10 @@ void books() {
     const double time = seconds([&] {
       for (int i = 0; i < kIterations; ++i) simulation.step(control);
     });
-    const std::string wrong = simulation.ledger().balances() ? simulation.audit(control) : "the ledger does not balance";
-    std::printf("  ratio %.2f: %lld contacts, %.0f s: %s\n", ratio, static_cast<long long>(simulation.counters().contacts), time,
+    const std::string wrong =
+        simulation.ledger().balances() ? simulation.audit(control) : "the ledger does not balance";
+    std::printf("  ratio %.2f: %lld contacts, %.0f s: %s\n", ratio,
+                static_cast<long long>(simulation.counters().contacts), time,
                 wrong.empty() ? "0 quanta lost" : wrong.c_str());
   }
 }

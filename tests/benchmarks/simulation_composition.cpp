@@ -19,9 +19,18 @@ simulation::Scene aged_plane(int resolution) {
   scene.materials = {"water", "dirt", "metal", "wood", "organic", "rust", "stone"};
   scene.looks.resize(7);
   scene.looks[0] = {.color = {{0.02, 0.02, 0.02}, {}}, .strength = 0.35, .variation = 0.1, .specular = 0.5};
-  scene.looks[1] = {.color = {{0.085, 0.062, 0.04}, {}}, .variation = 0.35, .specular = -0.35, .height_mm = 0.08, .height_variation = 0.5};
-  scene.looks[5] = {.color = {{0.2, 0.06, 0.02}, {}}, .strength = 1.2, .variation = 0.45, .specular = -0.6, .specular_variation = 0.3,
-                    .height_mm = 0.25, .height_variation = 0.6};
+  scene.looks[1] = {.color = {{0.085, 0.062, 0.04}, {}},
+                    .variation = 0.35,
+                    .specular = -0.35,
+                    .height_mm = 0.08,
+                    .height_variation = 0.5};
+  scene.looks[5] = {.color = {{0.2, 0.06, 0.02}, {}},
+                    .strength = 1.2,
+                    .variation = 0.45,
+                    .specular = -0.6,
+                    .specular_variation = 0.3,
+                    .height_mm = 0.25,
+                    .height_variation = 0.6};
   simulation::SceneObject object;
   object.name = "plane";
   object.mesh = testing_support::unit_plane(1000.0, resolution / 16);  // two triangles for 256 texels
@@ -38,7 +47,8 @@ void set_amounts(simulation::MaterialAtlas& atlas, double phase) {
       const std::span<std::uint16_t> amounts = atlas.writable_tile(m, tile);
       for (std::uint32_t i = 0; i < 64; ++i) {
         const simulation::TexelIndex t = tile * 64 + i;
-        amounts[i] = static_cast<std::uint16_t>(4000.0 * (1.0 + std::sin(0.05 * grid.x(t) + m) * std::cos(0.03 * grid.y(t) + phase)));
+        amounts[i] = static_cast<std::uint16_t>(
+            4000.0 * (1.0 + std::sin(0.05 * grid.x(t) + m) * std::cos(0.03 * grid.y(t) + phase)));
       }
     }
   }
@@ -84,11 +94,12 @@ void one_resolution(int resolution, double goal_ms) {
     double bump = 0.0;
     const double tenth = median_of_five([&] {
       bump += 1.0;
-      for (const simulation::TileIndex tile : dirty) atlas.writable_tile(5, tile)[0] = static_cast<std::uint16_t>(100.0 * bump);
+      for (const simulation::TileIndex tile : dirty)
+        atlas.writable_tile(5, tile)[0] = static_cast<std::uint16_t>(100.0 * bump);
       (void)composer.compose(atlas, dirty, two_threads());
     });
-    std::printf(" %s %.2f ms, colors only %.2f, a tenth of the tiles %.2f;", kInstructionSetNames[static_cast<std::size_t>(set)].data(),
-                1e3 * dense, 1e3 * color, 1e3 * tenth);
+    std::printf(" %s %.2f ms, colors only %.2f, a tenth of the tiles %.2f;",
+                kInstructionSetNames[static_cast<std::size_t>(set)].data(), 1e3 * dense, 1e3 * color, 1e3 * tenth);
     if (set == InstructionSet::Avx512) std::printf(" %.0f MB", static_cast<double>(composer.memory()) / 1e6);
   }
   std::printf(" goal %.1f ms%s\n", goal_ms, resolution == 1024 ? ", paper 5.9 ms (GTX 560 Ti)" : "");
@@ -97,7 +108,8 @@ void one_resolution(int resolution, double goal_ms) {
 }  // namespace
 
 void composition() {
-  std::printf("everything again with normals after a post-control moved, %d threads, 3 of 7 materials everywhere:\n", kThreads);
+  std::printf("everything again with normals after a post-control moved, %d threads, 3 of 7 materials everywhere:\n",
+              kThreads);
   one_resolution(1024, 1.5);
   one_resolution(2048, 5.0);
   one_resolution(4096, 20.0);

@@ -6,8 +6,8 @@
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/ray_scene.h"
+#include "patinate/geometry/mesh_io.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "tests/benchmarks/simulation_parts.h"
@@ -29,7 +29,9 @@ Mesh bumpy_torus(int n) {
   });
 }
 
-Vec3 random_vector(RandomStream& random) { return {random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5}; }
+Vec3 random_vector(RandomStream& random) {
+  return {random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
+}
 
 simulation::Scene scene_of(Mesh mesh, std::string name) {
   simulation::Scene scene;
@@ -57,7 +59,8 @@ void measure(const simulation::Scene& made, std::int64_t n) {
   simulation::Gammatons gammatons = simulation::make_gammatons(scene);
   simulation::TraceResult traced, responded;
   std::int64_t iteration = 0;
-  const auto step = [&](int num_threads, double& trace_s, double& respond_s, std::int64_t& segments, std::int64_t& contacts) {
+  const auto step = [&](int num_threads, double& trace_s, double& respond_s, std::int64_t& segments,
+                        std::int64_t& contacts) {
     RunControl control;
     control.num_threads = num_threads;
     trace_s += seconds([&] { tracer.trace(gammatons, scene, iteration, traced, control); });
@@ -74,10 +77,14 @@ void measure(const simulation::Scene& made, std::int64_t n) {
     double trace_s = 0.0, respond_s = 0.0;
     std::int64_t segments = 0, contacts = 0;
     for (int k = 0; k < steps; ++k) step(num_threads, trace_s, respond_s, segments, contacts);
-    std::printf("%-16s %8lld gammatons, %d threads: %6.2f M segments/s, %6.2f M contacts/s; %.2f segments and %.2f contacts a gammaton; trace %.3f ms, respond %.3f ms an iteration\n",
-                scene.objects[0].name.c_str(), static_cast<long long>(n), num_threads, static_cast<double>(segments) / (trace_s + respond_s) * 1e-6,
-                static_cast<double>(contacts) / (trace_s + respond_s) * 1e-6, static_cast<double>(segments) / static_cast<double>(n * steps),
-                static_cast<double>(contacts) / static_cast<double>(n * steps), 1e3 * trace_s / steps, 1e3 * respond_s / steps);
+    std::printf(
+        "%-16s %8lld gammatons, %d threads: %6.2f M segments/s, %6.2f M contacts/s; %.2f segments and %.2f contacts a "
+        "gammaton; trace %.3f ms, respond %.3f ms an iteration\n",
+        scene.objects[0].name.c_str(), static_cast<long long>(n), num_threads,
+        static_cast<double>(segments) / (trace_s + respond_s) * 1e-6,
+        static_cast<double>(contacts) / (trace_s + respond_s) * 1e-6,
+        static_cast<double>(segments) / static_cast<double>(n * steps),
+        static_cast<double>(contacts) / static_cast<double>(n * steps), 1e3 * trace_s / steps, 1e3 * respond_s / steps);
   }
 }
 
@@ -100,27 +107,34 @@ void rays() {
       if (reach < 1e30) {  // short rays start on the surface
         for (int i = 0; i < kRays; ++i) {
           const auto t = static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(mesh.num_triangles())));
-          origins[static_cast<std::size_t>(i)] = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][0])] + random_vector(random);
+          origins[static_cast<std::size_t>(i)] =
+              mesh.positions[static_cast<std::size_t>(mesh.triangles[t][0])] + random_vector(random);
         }
       }
       std::int64_t hits = 0, their_hits = 0;
       const double a = median_of_five([&] {
         hits = 0;
-        for (std::size_t i = 0; i < origins.size(); ++i) hits += ours.first_hit(origins[i], directions[i], 0.0, reach).triangle >= 0 ? 1 : 0;
+        for (std::size_t i = 0; i < origins.size(); ++i)
+          hits += ours.first_hit(origins[i], directions[i], 0.0, reach).triangle >= 0 ? 1 : 0;
       });
       const double b = median_of_five([&] {
         their_hits = 0;
-        for (std::size_t i = 0; i < origins.size(); ++i) their_hits += embree.first_hit(origins[i], directions[i], 0.0, reach) ? 1 : 0;
+        for (std::size_t i = 0; i < origins.size(); ++i)
+          their_hits += embree.first_hit(origins[i], directions[i], 0.0, reach) ? 1 : 0;
       });
-      std::printf("%d triangles, rays of %s: ours %.2f M/s, Embree %.2f M/s, ratio %.2f; hits %lld and %lld; built in %.0f ms\n", mesh.num_triangles(),
-                  reach > 1e9 ? "any length" : "5 mm", kRays / a * 1e-6, kRays / b * 1e-6, b / a, static_cast<long long>(hits), static_cast<long long>(their_hits), 1e3 * build);
+      std::printf(
+          "%d triangles, rays of %s: ours %.2f M/s, Embree %.2f M/s, ratio %.2f; hits %lld and %lld; built in %.0f "
+          "ms\n",
+          mesh.num_triangles(), reach > 1e9 ? "any length" : "5 mm", kRays / a * 1e-6, kRays / b * 1e-6, b / a,
+          static_cast<long long>(hits), static_cast<long long>(their_hits), 1e3 * build);
     }
   }
 }
 
 void gammatons() {
   const char* data = std::getenv("PATINATE_DATA");
-  const std::filesystem::path hydrant = std::filesystem::path(data == nullptr ? "" : data) / "meshes/fire_hydrant/fire_hydrant_1k.gltf";
+  const std::filesystem::path hydrant =
+      std::filesystem::path(data == nullptr ? "" : data) / "meshes/fire_hydrant/fire_hydrant_1k.gltf";
   std::vector<simulation::Scene> scenes{scene_of(bumpy_torus(187), "torus")};
   if (std::filesystem::exists(hydrant)) {
     Mesh mesh = read_mesh(hydrant);

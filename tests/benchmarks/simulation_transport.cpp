@@ -33,7 +33,9 @@ World plane_of(int resolution) {
   scene.objects.push_back(std::move(object));
   World world;
   world.surface = std::make_unique<simulation::SurfaceAtlas>(simulation::make_scene_mesh(scene), resolution);
-  world.atlas = std::make_unique<simulation::MaterialAtlas>(*world.surface, static_cast<int>(kMaterials.size()), std::vector<std::array<std::uint16_t, simulation::kMaxMaterials>>{{0, simulation::kAmountOne}});
+  world.atlas = std::make_unique<simulation::MaterialAtlas>(
+      *world.surface, static_cast<int>(kMaterials.size()),
+      std::vector<std::array<std::uint16_t, simulation::kMaxMaterials>>{{0, simulation::kAmountOne}});
   return world;
 }
 
@@ -69,7 +71,10 @@ double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
   cargo.mass.assign(n, {simulation::kAmountOne * 256, 0, 0, simulation::kAmountOne * 64});
   simulation::Exchanger exchanger(static_cast<int>(kMaterials.size()), 1);
   const simulation::ExchangeOptions options{.ratio = 0.5, .rates = {0.3, 0.0, 0.0, 0.1}, .splat_texels = splat};
-  const auto run = [&](int i) { (void)exchanger.exchange(contacts[static_cast<std::size_t>(i % 8)], options, i, cargo, *world.atlas, nullptr, threads(num_threads)); };
+  const auto run = [&](int i) {
+    (void)exchanger.exchange(contacts[static_cast<std::size_t>(i % 8)], options, i, cargo, *world.atlas, nullptr,
+                             threads(num_threads));
+  };
   for (int i = 0; i < 8; ++i) run(i);
   return median_ms(n > 100'000 ? 7 : 41, run);
 }
@@ -77,7 +82,8 @@ double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
 /// Sorting alone.
 double sort_ms(World& world, std::uint32_t n, int num_threads) {
   std::vector<simulation::ContactKey> keys;
-  for (const simulation::Contact& contact : contacts_on(world, n, 3)) keys.push_back(simulation::ContactKey{contact.texel} << 32 | contact.gammaton);
+  for (const simulation::Contact& contact : contacts_on(world, n, 3))
+    keys.push_back(simulation::ContactKey{contact.texel} << 32 | contact.gammaton);
   simulation::ContactSort sort;
   simulation::ContactSort::Scratch scratch;
   std::vector<simulation::ContactKey> work;
@@ -85,9 +91,10 @@ double sort_ms(World& world, std::uint32_t n, int num_threads) {
   for (int i = 0; i < 9; ++i) {
     work = keys;
     times.push_back(1e3 * seconds([&] {
-      sort.cut(work, world.surface->grid().num_texels(), threads(num_threads));
-      for (std::int64_t section = 0; section < sort.num_sections(); ++section) (void)sort.sort_section(section, scratch);
-    }));
+                      sort.cut(work, world.surface->grid().num_texels(), threads(num_threads));
+                      for (std::int64_t section = 0; section < sort.num_sections(); ++section)
+                        (void)sort.sort_section(section, scratch);
+                    }));
   }
   std::sort(times.begin(), times.end());
   return times[4];
@@ -97,7 +104,8 @@ double rules_ms(World& world, double wet, int num_threads, InstructionSet set) {
   RandomStream random(2, 0);
   for (simulation::TileIndex tile = 0; tile < world.surface->grid().num_tiles(); ++tile) {
     const bool is_wet = random.uniform() < wet;
-    for (std::uint16_t& amount : world.atlas->writable_tile(0, tile)) amount = static_cast<std::uint16_t>(is_wet ? 2000 + random.below(9000) : 0);
+    for (std::uint16_t& amount : world.atlas->writable_tile(0, tile))
+      amount = static_cast<std::uint16_t>(is_wet ? 2000 + random.below(9000) : 0);
   }
   std::vector<simulation::Rule> three(3);
   three[0] = {.name = "rust", .driver = "min(water, metal)", .alpha = 0.1, .makes = {0, 0, 1.0}};
@@ -115,13 +123,17 @@ void exchange() {
   for (const int resolution : {1024, 2048, 4096}) {
     World world = plane_of(resolution);
     for (const std::uint32_t n : {5'000u, 100'000u, 1'000'000u}) {
-      std::printf("  %4d^2, %7u gammatons                    %9.3f  %9.3f\n", resolution, n, exchange_ms(world, n, 1, 1), exchange_ms(world, n, 1, 2));
+      std::printf("  %4d^2, %7u gammatons                    %9.3f  %9.3f\n", resolution, n,
+                  exchange_ms(world, n, 1, 1), exchange_ms(world, n, 1, 2));
     }
     for (const std::uint32_t n : {5'000u, 1'000'000u}) {
-      std::printf("  %4d^2, %7u contacts, sorting alone      %9.3f  %9.3f\n", resolution, n, sort_ms(world, n, 1), sort_ms(world, n, 2));
+      std::printf("  %4d^2, %7u contacts, sorting alone      %9.3f  %9.3f\n", resolution, n, sort_ms(world, n, 1),
+                  sort_ms(world, n, 2));
     }
-    std::printf("  %4d^2, %7u gammatons, splat of 3        %9.3f  %9.3f\n", resolution, 5000u, exchange_ms(world, 5000, 3, 1), exchange_ms(world, 5000, 3, 2));
-    std::printf("  %4d^2, %7u gammatons, splat of 5        %9.3f  %9.3f\n", resolution, 5000u, exchange_ms(world, 5000, 5, 1), exchange_ms(world, 5000, 5, 2));
+    std::printf("  %4d^2, %7u gammatons, splat of 3        %9.3f  %9.3f\n", resolution, 5000u,
+                exchange_ms(world, 5000, 3, 1), exchange_ms(world, 5000, 3, 2));
+    std::printf("  %4d^2, %7u gammatons, splat of 5        %9.3f  %9.3f\n", resolution, 5000u,
+                exchange_ms(world, 5000, 5, 1), exchange_ms(world, 5000, 5, 2));
   }
 }
 
@@ -133,11 +145,12 @@ void rules() {
       for (std::size_t i = 0; i < kInstructionSetNames.size(); ++i) {
         const auto set = static_cast<InstructionSet>(i);
         if (!has_instruction_set(set)) {
-          std::printf("  %4d^2, %2.0f %% wet, %-8s  skipped: not on this machine\n", resolution, wet * 100, kInstructionSetNames[i].data());
+          std::printf("  %4d^2, %2.0f %% wet, %-8s  skipped: not on this machine\n", resolution, wet * 100,
+                      kInstructionSetNames[i].data());
           continue;
         }
-        std::printf("  %4d^2, %2.0f %% wet, %-8s                  %9.3f  %9.3f\n", resolution, wet * 100, kInstructionSetNames[i].data(), rules_ms(world, wet, 1, set),
-                    rules_ms(world, wet, 2, set));
+        std::printf("  %4d^2, %2.0f %% wet, %-8s                  %9.3f  %9.3f\n", resolution, wet * 100,
+                    kInstructionSetNames[i].data(), rules_ms(world, wet, 1, set), rules_ms(world, wet, 2, set));
       }
     }
   }

@@ -1,4 +1,5 @@
-// What the studio's server costs: updates/s from simulation step to message, and memory, by atlas size. A client that acknowledges at once.
+// What the studio's server costs: updates/s from simulation step to message, and memory, by atlas size. A client that
+// acknowledges at once.
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -73,17 +74,24 @@ void run(int resolution, int num_gammatons) {
     seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
   const simulation::SimulationTimes& after = engine.simulation().times();
-  const double stepping = after.trace + after.exchange + after.respond + after.rules - before.trace - before.exchange - before.respond - before.rules;
+  const double stepping = after.trace + after.exchange + after.respond + after.rules - before.trace - before.exchange -
+                          before.respond - before.rules;
   const double n = static_cast<double>(peer->num_updates - updates);
   const double all_tiles = static_cast<double>(resolution) * resolution / 64.0;
-  std::printf("%5d^2 %6d gammatons: %6.1f updates/s (%6.1f iterations/s), %4.1f %% of tiles each, %5.1f MB/s; step %5.2f ms, compose and send %5.2f ms; %4.0f MB\n", resolution, num_gammatons,
-              n / seconds, static_cast<double>(engine.simulation().iteration() - iterations) / seconds, 100.0 * static_cast<double>(peer->num_tiles - tiles) / n / all_tiles,
-              static_cast<double>(peer->num_bytes - bytes) / seconds / 1e6, 1e3 * stepping / n, 1e3 * (seconds - stepping) / n, resident_mb());
+  std::printf(
+      "%5d^2 %6d gammatons: %6.1f updates/s (%6.1f iterations/s), %4.1f %% of tiles each, %5.1f MB/s; step %5.2f ms, "
+      "compose and send %5.2f ms; %4.0f MB\n",
+      resolution, num_gammatons, n / seconds,
+      static_cast<double>(engine.simulation().iteration() - iterations) / seconds,
+      100.0 * static_cast<double>(peer->num_tiles - tiles) / n / all_tiles,
+      static_cast<double>(peer->num_bytes - bytes) / seconds / 1e6, 1e3 * stepping / n, 1e3 * (seconds - stepping) / n,
+      resident_mb());
 }
 
 }  // namespace
 }  // namespace patinate
 
 int main() {
-  for (const auto& [resolution, num_gammatons] : {std::pair{1024, 2000}, {1024, 5000}, {2048, 5000}, {2048, 20000}}) patinate::run(resolution, num_gammatons);
+  for (const auto& [resolution, num_gammatons] : {std::pair{1024, 2000}, {1024, 5000}, {2048, 5000}, {2048, 20000}})
+    patinate::run(resolution, num_gammatons);
 }

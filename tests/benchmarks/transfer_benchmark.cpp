@@ -1,4 +1,5 @@
-// Prints what transfer costs and how its methods compare; no test, no threshold. Run it in a release build on a quiet machine:
+// Prints what transfer costs and how its methods compare; no test, no threshold. Run it in a release build on a quiet
+// machine:
 //     build/release/bin/transfer_benchmark
 // Medians of five runs; figures are ratios wherever there are two ways of doing the same work.
 #include <cstdio>
@@ -10,13 +11,13 @@
 #include <vector>
 
 #include "patinate/history/history.h"
+#include "patinate/transfer/transfer.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/exemplar/appearance_cache.h"
-#include "patinate/transfer/transfer_reader.h"
-#include "patinate/transfer/transfer.h"
 
 namespace patinate {
 namespace {
@@ -40,10 +41,16 @@ struct Setting {
     }
     controls.push_back({"x", "gradient", guide, {}, 1.0, transfer::ControlMapping::Rank});
   }
-  [[nodiscard]] transfer::TransferResult run(transfer::TransferMethod method, const transfer::AppearanceSource& appearance = {}) const {
+  [[nodiscard]] transfer::TransferResult run(transfer::TransferMethod method,
+                                             const transfer::AppearanceSource& appearance = {}) const {
     transfer::TransferOptions options;
     options.method = method;
-    return transfer::transfer({.history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = controls, .appearance = appearance}, options);
+    return transfer::transfer({.history = history,
+                               .map = map,
+                               .texel_size_mm = map->median_texel_size_mm(),
+                               .controls = controls,
+                               .appearance = appearance},
+                              options);
   }
   void forget() const { std::filesystem::remove_all(folder / transfer::kCacheFolder); }
 };
@@ -53,12 +60,15 @@ void compare_methods() {
   transfer::TransferResult reference, fast;
   const double reference_s = seconds([&] { reference = setting.run(transfer::TransferMethod::Reference); });
   const double fast_s = median_of_five([&] { fast = setting.run(transfer::TransferMethod::Fast); });
-  std::printf("384 x 384 atlas, 256 x 256 x 12 history (%lld texels)\n", static_cast<long long>(setting.map->num_covered()));
+  std::printf("384 x 384 atlas, 256 x 256 x 12 history (%lld texels)\n",
+              static_cast<long long>(setting.map->num_covered()));
   for (const auto& [name, result, s] : {std::tuple{"reference", &reference, reference_s}, {"fast", &fast, fast_s}}) {
     std::printf("  %-10s %8.2f s  energy %.5f  control error %.4f  coherent pairs %.3f  source used %.3f\n", name, s,
-                result->energy.energy, result->energy.control_error_mean, result->energy.coherent_share, result->energy.used_share);
+                result->energy.energy, result->energy.control_error_mean, result->energy.coherent_share,
+                result->energy.used_share);
   }
-  std::printf("  fast / reference: energy %.3f, time 1 / %.1f\n", fast.energy.energy / reference.energy.energy, reference_s / fast_s);
+  std::printf("  fast / reference: energy %.3f, time 1 / %.1f\n", fast.energy.energy / reference.energy.energy,
+              reference_s / fast_s);
 }
 
 void long_history() {
@@ -75,8 +85,10 @@ void photograph() {
   const double source_s = median_of_five([&] { (void)small.run(transfer::TransferMethod::Fast); });
   const double s = median_of_five([&] { (void)large.run(transfer::TransferMethod::Fast); });
   const auto texels = static_cast<double>(large.map->num_covered());
-  std::printf("one 512 x 512 photograph onto %.0f texels: fast %.2f s, %.2f of them reading and analyzing the photograph; %.0f k texels/s, %.0f k without that\n", texels, s, source_s,
-              1e-3 * texels / s, 1e-3 * texels / (s - source_s));
+  std::printf(
+      "one 512 x 512 photograph onto %.0f texels: fast %.2f s, %.2f of them reading and analyzing the photograph; %.0f "
+      "k texels/s, %.0f k without that\n",
+      texels, s, source_s, 1e-3 * texels / s, 1e-3 * texels / (s - source_s));
 }
 
 /// What the analysis that is kept beside a history saves: by itself, and of a whole transfer onto few texels.
@@ -90,23 +102,32 @@ void kept_analysis(int num_frames) {
     });
   };
   const auto analyze = [&] { (void)transfer::cached_appearance_space(*setting.history, kLevels); };
-  const auto run = [&] { (void)setting.run(transfer::TransferMethod::Fast, transfer::appearance_source(*setting.history, {.cache = true})); };
+  const auto run = [&] {
+    (void)setting.run(transfer::TransferMethod::Fast, transfer::appearance_source(*setting.history, {.cache = true}));
+  };
   const double without_s = median_of_five([&] { (void)transfer::build_appearance_space(*setting.history, kLevels); });
   const double first_s = first(analyze), second_s = median_of_five(analyze);
   const double first_transfer_s = first(run), second_transfer_s = median_of_five(run);
-  std::printf("512 x 512 x %d: analysis %.0f ms without a cache, %.0f the first time, %.0f the second (ratio %.3f); transfer onto %lld texels %.2f s, then %.2f s (ratio %.2f)\n", num_frames, 1e3 * without_s,
-              1e3 * first_s, 1e3 * second_s, second_s / first_s, static_cast<long long>(setting.map->num_covered()), first_transfer_s, second_transfer_s, second_transfer_s / first_transfer_s);
+  std::printf(
+      "512 x 512 x %d: analysis %.0f ms without a cache, %.0f the first time, %.0f the second (ratio %.3f); transfer "
+      "onto %lld texels %.2f s, then %.2f s (ratio %.2f)\n",
+      num_frames, 1e3 * without_s, 1e3 * first_s, 1e3 * second_s, second_s / first_s,
+      static_cast<long long>(setting.map->num_covered()), first_transfer_s, second_transfer_s,
+      second_transfer_s / first_transfer_s);
 }
 
 void lookup_against_copy() {
   const Setting setting(512, 1, 2048);
   const ImageF frame = setting.history->read_frame(0);
-  const ImageF coordinates = transfer::coordinate_image(setting.run(transfer::TransferMethod::Fast).coordinates, 2048, 2048, 512);
+  const ImageF coordinates =
+      transfer::coordinate_image(setting.run(transfer::TransferMethod::Fast).coordinates, 2048, 2048, 512);
   ImageF copy(2048, 2048, 3);
   const ImageF original(2048, 2048, 3, 0.5f);
-  const double copy_s = median_of_five([&] { std::memcpy(copy.data(), original.data(), original.values().size_bytes()); });
+  const double copy_s =
+      median_of_five([&] { std::memcpy(copy.data(), original.data(), original.values().size_bytes()); });
   const double gather_s = median_of_five([&] { copy = transfer::gather(frame, coordinates); });
-  std::printf("2k lookup: %.1f ms; a plain copy of the same bytes: %.1f ms; ratio %.2f\n", 1e3 * gather_s, 1e3 * copy_s, gather_s / copy_s);
+  std::printf("2k lookup: %.1f ms; a plain copy of the same bytes: %.1f ms; ratio %.2f\n", 1e3 * gather_s, 1e3 * copy_s,
+              gather_s / copy_s);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Prints what unwrapping costs and how good its atlases are; no test, no threshold. Run it in a release build on a quiet machine:
+// Prints what unwrapping costs and how good its atlases are; no test, no threshold. Run it in a release build on a
+// quiet machine:
 //     PATINATE_DATA=... build/release/bin/unwrap_benchmark [MESH...]
 // Medians of five runs, processor time; the ratio is over what Embree takes to build the mesh's ray scene.
 #include <algorithm>
@@ -10,11 +11,11 @@
 #include <functional>
 #include <string>
 
-#include "patinate/datasets/sculpture.h"
+#include "libcommon/geometry/ray_scene.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/atlas/unwrap.h"
+#include "patinate/datasets/sculpture.h"
 #include "patinate/geometry/mesh_io.h"
-#include "libcommon/geometry/ray_scene.h"
 
 namespace patinate {
 namespace {
@@ -38,12 +39,14 @@ void print_row(const std::string& name, Mesh mesh) {
   one_thread.num_threads = 1;
   const double s = median_of_five([&] { r = unwrap(mesh, {}, one_thread); });
   const double scene_s = median_of_five([&] { const RayScene scene(mesh); });
-  std::printf("| %-14s | %7d | %5d | %.3f | %.3f / %.3f / %.2f | %.3f / %.3f / %.2f | %.3f | %.2f | %.0f |", name.c_str(), mesh.num_triangles(),
-              r.num_charts, r.packing, r.stretch.median, r.stretch.p95, r.stretch.max, r.angle_stretch.median, r.angle_stretch.p95,
-              r.angle_stretch.max, r.l2_stretch, s, s / scene_s);
+  std::printf("| %-14s | %7d | %5d | %.3f | %.3f / %.3f / %.2f | %.3f / %.3f / %.2f | %.3f | %.2f | %.0f |",
+              name.c_str(), mesh.num_triangles(), r.num_charts, r.packing, r.stretch.median, r.stretch.p95,
+              r.stretch.max, r.angle_stretch.median, r.angle_stretch.p95, r.angle_stretch.max, r.l2_stretch, s,
+              s / scene_s);
   for (int size : {1024, 2048}) {
     const TexelMap map(r.mesh, size, size);
-    std::printf(" %.3f, %lld |", static_cast<double>(map.num_covered()) / static_cast<double>(map.num_texels()), static_cast<long long>(map.num_overlapping()));
+    std::printf(" %.3f, %lld |", static_cast<double>(map.num_covered()) / static_cast<double>(map.num_texels()),
+                static_cast<long long>(map.num_overlapping()));
   }
   std::printf("\n");
 }
@@ -58,7 +61,9 @@ Mesh refined_to(const Mesh& mesh, int num_triangles) {
 
 int main(int argc, char** argv) {
   using namespace patinate;
-  std::printf("| mesh | triangles | charts | packing | stretch median / p95 / max | angle median / p95 / max | L2 | time, s | over ray scene | covered, overlaps at 1024 | at 2048 |\n");
+  std::printf(
+      "| mesh | triangles | charts | packing | stretch median / p95 / max | angle median / p95 / max | L2 | time, s | "
+      "over ray scene | covered, overlaps at 1024 | at 2048 |\n");
   std::printf("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (int i = 1; i < argc; ++i) print_row(std::filesystem::path(argv[i]).stem().string(), read_mesh(argv[i]));
   if (argc > 1) return 0;

@@ -10,7 +10,8 @@ Mesh any_mesh(ByteSource& source) {
     return std::isfinite(v) ? static_cast<double>(v) : 0.0;
   };
   Mesh mesh;
-  const int num_positions = source.integer(1, 12), num_uvs = source.integer(1, 12), num_triangles = source.integer(1, 24);
+  const int num_positions = source.integer(1, 12), num_uvs = source.integer(1, 12),
+            num_triangles = source.integer(1, 24);
   for (int i = 0; i < num_positions; ++i) {
     const double x = finite(), y = finite(), z = finite();
     mesh.positions.emplace_back(x, y, z);

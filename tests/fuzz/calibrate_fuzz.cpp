@@ -12,5 +12,6 @@ PATINATE_FUZZ_TARGET(calibrate) {
   const std::filesystem::path file = fuzz::fuzz_file("description.json", bytes.subspan(1));
   const Json content = load_json(file);
   const capture::CalibrationOutput output = capture::calibrate(kind, JsonReader(file.string(), content));
-  for (const Light& light : output.lights) fuzz::require(light.position.allFinite() && light.direction.allFinite(), "lights stand somewhere");
+  for (const Light& light : output.lights)
+    fuzz::require(light.position.allFinite() && light.direction.allFinite(), "lights stand somewhere");
 }

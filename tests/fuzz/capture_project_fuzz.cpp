@@ -10,7 +10,8 @@ namespace {
 /// Two photographs beside the project, so that a good project is good.
 void make_photographs() {
   static const bool is_made = [] {
-    for (const char* name : {"2020-05-28.png", "2020-05-29.png"}) write_codes(fuzz::fuzz_folder() / name, ImageU8(5, 4, 3));
+    for (const char* name : {"2020-05-28.png", "2020-05-29.png"})
+      write_codes(fuzz::fuzz_folder() / name, ImageU8(5, 4, 3));
     return true;
   }();
   (void)is_made;
@@ -24,7 +25,8 @@ PATINATE_FUZZ_TARGET(capture_project) {
   if (capture::is_relit_capture(file)) {
     const capture::RelitProject relit = capture::read_relit_project(file);
     fuzz::require(!relit.steps.empty() && relit.reference < relit.steps.size(), "a project has a step");
-    for (const capture::RelitStep& step : relit.steps) fuzz::require(step.ready || step.photos.size() == relit.lights.size(), "a step has one photograph a light");
+    for (const capture::RelitStep& step : relit.steps)
+      fuzz::require(step.ready || step.photos.size() == relit.lights.size(), "a step has one photograph a light");
     return;
   }
   const capture::CaptureProject project = capture::read_capture_project(file);

@@ -1,7 +1,7 @@
 #include "tests/fuzz/cloud_checks.h"
 
-#include "patinate/geometry/point_cloud_io.h"
 #include "libcommon/geometry/scan_mesh.h"
+#include "patinate/geometry/point_cloud_io.h"
 
 namespace patinate::fuzz {
 
@@ -16,7 +16,9 @@ void read_and_check_cloud(const std::string& name, Bytes bytes) {
     for (const int corner : t) require(corner >= 0 && corner < n, "corners are points");
   }
   if (cloud.grid) {
-    require(cloud.grid->cell.size() == static_cast<std::size_t>(cloud.grid->width) * static_cast<std::size_t>(cloud.grid->height), "a cell for every place");
+    require(cloud.grid->cell.size() ==
+                static_cast<std::size_t>(cloud.grid->width) * static_cast<std::size_t>(cloud.grid->height),
+            "a cell for every place");
     for (const int cell : cloud.grid->cell) require(cell >= -1 && cell < n, "cells are points or empty");
   }
   (void)mesh_of_scan(cloud);

@@ -14,5 +14,6 @@ PATINATE_FUZZ_TARGET(config) {
   const auto file = fuzz::fuzz_file("run.toml", bytes);
   const std::vector<std::string> words{"-o", "x"};
   (void)filter.line.parse(words, [&] { cli::supply_config(filter.line, "filter", file, commands); });
-  fuzz::require(filter.options.sigma > 0.0 && filter.options.bins >= 2 && filter.options.bins <= 64, "options keep to their ranges");
+  fuzz::require(filter.options.sigma > 0.0 && filter.options.bins >= 2 && filter.options.bins <= 64,
+                "options keep to their ranges");
 }

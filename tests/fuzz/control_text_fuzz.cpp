@@ -1,11 +1,11 @@
-#include "patinate/controls/control_expression.h"
-#include "libcommon/core/text.h"
-#include "tests/fuzz/fuzz_target.h"
-#include "patinate/transfer/control_spec.h"
-
 #include <cmath>
 #include <string>
 #include <vector>
+
+#include "libcommon/core/text.h"
+#include "patinate/controls/control_expression.h"
+#include "patinate/transfer/control_spec.h"
+#include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;
 
@@ -23,7 +23,8 @@ void evaluate(const std::string& text) {
     m.values.at(1, 0) = 1.0f;
     return m;
   });
-  for (int x = 0; x < 3; ++x) fuzz::require(map.values.at(x, 0) >= 0.0f && map.values.at(x, 0) <= 1.0f, "values lie in [0, 1]");
+  for (int x = 0; x < 3; ++x)
+    fuzz::require(map.values.at(x, 0) >= 0.0f && map.values.at(x, 0) <= 1.0f, "values lie in [0, 1]");
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include <cstring>
 
-#include "patinate/core/error.h"
 #include "libcommon/image/decoder_wire.h"
+#include "patinate/core/error.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

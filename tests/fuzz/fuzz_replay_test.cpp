@@ -1,5 +1,5 @@
-// Replays the committed corpus through every fuzz target: as it is, cut off at many lengths, and with bits and bytes damaged.
-// A target that crashes ends this program; what must hold is in the targets.
+// Replays the committed corpus through every fuzz target: as it is, cut off at many lengths, and with bits and bytes
+// damaged. A target that crashes ends this program; what must hold is in the targets.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,8 @@ class Fuzz : public testing::TestWithParam<std::string> {
   }
   [[nodiscard]] std::vector<std::string> corpus() const {
     std::vector<std::string> texts;
-    for (const fs::path& file : list_files(fs::path(PATINATE_FUZZ_CORPUS) / GetParam(), "*")) texts.push_back(read_file(file));
+    for (const fs::path& file : list_files(fs::path(PATINATE_FUZZ_CORPUS) / GetParam(), "*"))
+      texts.push_back(read_file(file));
     return texts;
   }
 };
@@ -63,7 +64,8 @@ std::vector<std::string> target_names() {
   return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(Targets, Fuzz, testing::ValuesIn(target_names()), [](const auto& target) { return target.param; });
+INSTANTIATE_TEST_SUITE_P(Targets, Fuzz, testing::ValuesIn(target_names()),
+                         [](const auto& target) { return target.param; });
 
 }  // namespace
 }  // namespace patinate

@@ -1,5 +1,6 @@
 /// \file
-/// A fuzz target is a function of bytes that must end: normally, or with an Error of ours that says something on one line.
+/// A fuzz target is a function of bytes that must end: normally, or with an Error of ours that says something on one
+/// line.
 ///
 ///     PATINATE_FUZZ_TARGET(obj) { (void)read_mesh(fuzz_file("obj", bytes)); }
 #pragma once
@@ -52,17 +53,17 @@ struct Registration {
 }  // namespace patinate::fuzz
 
 #ifdef PATINATE_LIBFUZZER
-#define PATINATE_FUZZ_TARGET(name)                                                          \
-  static void fuzz_##name(patinate::fuzz::Bytes bytes);                                     \
-  extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);        \
-  extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {       \
-    patinate::fuzz::run(fuzz_##name, {data, size});                                         \
-    return 0;                                                                               \
-  }                                                                                         \
+#define PATINATE_FUZZ_TARGET(name)                                                    \
+  static void fuzz_##name(patinate::fuzz::Bytes bytes);                               \
+  extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);  \
+  extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) { \
+    patinate::fuzz::run(fuzz_##name, {data, size});                                   \
+    return 0;                                                                         \
+  }                                                                                   \
   static void fuzz_##name([[maybe_unused]] patinate::fuzz::Bytes bytes)
 #else
-#define PATINATE_FUZZ_TARGET(name)                                                          \
-  static void fuzz_##name(patinate::fuzz::Bytes bytes);                                     \
-  static const patinate::fuzz::Registration registration_of_##name(#name, fuzz_##name);     \
+#define PATINATE_FUZZ_TARGET(name)                                                      \
+  static void fuzz_##name(patinate::fuzz::Bytes bytes);                                 \
+  static const patinate::fuzz::Registration registration_of_##name(#name, fuzz_##name); \
   static void fuzz_##name([[maybe_unused]] patinate::fuzz::Bytes bytes)
 #endif

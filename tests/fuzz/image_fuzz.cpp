@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "patinate/core/error.h"
 #include "libcommon/image/image_decoder.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -16,7 +16,8 @@ PATINATE_FUZZ_TARGET(image) {
   const auto file = fuzz::fuzz_file(kNames[bytes[0] % kNames.size()], bytes.subspan(1));
   const ImageInfo info = probe_image(file);
   fuzz::require(info.width > 0 && info.height > 0, "an image has a size");
-  const auto num_values = static_cast<std::uint64_t>(info.width) * static_cast<std::uint64_t>(info.height) * info.channels.size();
+  const auto num_values =
+      static_cast<std::uint64_t>(info.width) * static_cast<std::uint64_t>(info.height) * info.channels.size();
   if (num_values > kMaxImageValues) {
     bool is_refused = false;
     try {

@@ -28,7 +28,8 @@ void check(const Mesh& mesh) {
     require(list->empty() || list->size() == mesh.triangles.size(), "lists are as long as triangles");
   }
   require(mesh.triangle_surface.size() == mesh.triangles.size(), "every triangle has a surface");
-  for (int s : mesh.triangle_surface) require(s >= 0 && s < static_cast<int>(mesh.surfaces.size()), "surfaces are known");
+  for (int s : mesh.triangle_surface)
+    require(s >= 0 && s < static_cast<int>(mesh.surfaces.size()), "surfaces are known");
   check_finite(mesh.positions, "positions are finite");
   check_finite(mesh.uvs, "UVs are finite");
   check_finite(mesh.normals, "normals are finite");

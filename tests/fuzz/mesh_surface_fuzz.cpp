@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "libcommon/atlas/direction_field.h"
-#include "patinate/atlas/texel_map.h"
 #include "libcommon/atlas/texel_neighborhood.h"
+#include "patinate/atlas/texel_map.h"
 #include "tests/fuzz/any_mesh.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -19,7 +19,8 @@ PATINATE_FUZZ_TARGET(mesh_surface) {
   const TexelMap map(mesh, 16, 16, control);
   const std::vector<Vec2> offsets{{0.1, 0}, {0, 0.3}, {-2, 1}, {8, -7}};
   std::vector<TexelNeighbor> out(offsets.size());
-  const auto frames = std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, Vec3(0, 1, 0), control));
+  const auto frames =
+      std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, Vec3(0, 1, 0), control));
   for (const FlowFrame& f : *frames) fuzz::require(f.allFinite(), "frames are numbers");
   const TexelNeighborhood neighborhood(map, offsets, frames, 1.0, control);
   TexelNeighborhood::Cursor cursor(neighborhood);
@@ -30,7 +31,8 @@ PATINATE_FUZZ_TARGET(mesh_surface) {
     for (std::size_t k = 0; k < out.size(); ++k) {
       const TexelId n = out[k].texel;
       fuzz::require(n == -1 || (n >= 0 && n < map.num_texels() && map.is_covered(n)), "neighbors are covered texels");
-      fuzz::require(stored[k].texel == n || stored[k].texel == -1, "stored and walked neighbors are the same, or too far away");
+      fuzz::require(stored[k].texel == n || stored[k].texel == -1,
+                    "stored and walked neighbors are the same, or too far away");
     }
     fuzz::require(map.position_mm(t).allFinite() && map.normal(t).allFinite(), "texels have a place and a normal");
   }

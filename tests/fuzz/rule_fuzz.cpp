@@ -26,7 +26,8 @@ simulation::SurfaceAtlas triangle_surface() {
 
 /// Whatever a rule says, amounts change by what it reports.
 PATINATE_FUZZ_TARGET(rule) {
-  const std::vector<simulation::Rule> rules{simulation::resolve_rule(simulation::load_rule(fuzz::fuzz_file("rule.json", bytes)), kMaterials)};
+  const std::vector<simulation::Rule> rules{
+      simulation::resolve_rule(simulation::load_rule(fuzz::fuzz_file("rule.json", bytes)), kMaterials)};
   static const simulation::SurfaceAtlas surface = triangle_surface();
   simulation::MaterialAtlas atlas(surface, static_cast<int>(kMaterials.size()), {{9000, 16384, 65535, 1, 0}});
   std::vector<simulation::SurfaceParameter> parameters;
@@ -42,7 +43,8 @@ PATINATE_FUZZ_TARGET(rule) {
     const simulation::RuleReport report = engine.step(i, atlas, control);
     for (std::size_t m = 0; m < kMaterials.size(); ++m) {
       fuzz::require(report.made[m] >= 0 && report.used[m] >= 0, "what is made and used is not below 0");
-      fuzz::require(atlas.mass(static_cast<int>(m), control) == before[m] + report.made[m] - report.used[m], "amounts change by what is reported");
+      fuzz::require(atlas.mass(static_cast<int>(m), control) == before[m] + report.made[m] - report.used[m],
+                    "amounts change by what is reported");
     }
   }
 }

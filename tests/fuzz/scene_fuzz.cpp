@@ -30,5 +30,6 @@ PATINATE_FUZZ_TARGET(scene) {
   const simulation::SceneFile file = simulation::read_scene(fuzz::fuzz_file("scene.json", bytes));
   fuzz::require(!file.scene.objects.empty() && !file.scene.emitters.empty(), "a scene has objects and emitters");
   fuzz::require(file.iterations >= 1 && file.history_every >= 1, "a scene runs");
-  for (const simulation::Emitter& e : file.scene.emitters) fuzz::require(std::abs(e.direction.norm() - 1.0) < 1e-6, "directions are unit");
+  for (const simulation::Emitter& e : file.scene.emitters)
+    fuzz::require(std::abs(e.direction.norm() - 1.0) < 1e-6, "directions are unit");
 }

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/timelapse/repair.h"
 #include "capture/stability/survey.h"
+#include "capture/timelapse/repair.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;
@@ -14,6 +14,8 @@ PATINATE_FUZZ_TARGET(survey) {
   fuzz::require(report.masked_share >= 0.0 && report.masked_share <= 1.0, "a share lies in [0, 1]");
   const Json json = load_json(file);
   std::vector<capture::FramePair> pairs;
-  for (const JsonReader& pair : JsonReader(file.string(), json).member("pairs").elements()) pairs.push_back(capture::pair_from_json(pair));
-  for (const capture::FrameFinding& finding : capture::judge_frames(pairs, 64, 48)) fuzz::require(!capture::finding_text(finding).empty(), "a finding has a text");
+  for (const JsonReader& pair : JsonReader(file.string(), json).member("pairs").elements())
+    pairs.push_back(capture::pair_from_json(pair));
+  for (const capture::FrameFinding& finding : capture::judge_frames(pairs, 64, 48))
+    fuzz::require(!capture::finding_text(finding).empty(), "a finding has a text");
 }

@@ -1,5 +1,5 @@
-#include "tests/fuzz/fuzz_target.h"
 #include "patinate/transfer/transfer_io.h"
+#include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;
 

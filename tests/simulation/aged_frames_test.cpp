@@ -46,7 +46,8 @@ TEST(AgedFrames, AnotherLookIsThatOfASimulationWithItAndTheFirstOneComesBack) {
   other[0].color.color = Vec3(0.0, 0.0, 0.5);
   SceneFile changed = file;
   changed.scene.looks = other;
-  const std::vector<ImageF> expected = AgedFrames(changed, {}).compose(other), got = aged.compose(other), after = aged.compose(file.scene.looks);
+  const std::vector<ImageF> expected = AgedFrames(changed, {}).compose(other), got = aged.compose(other),
+                            after = aged.compose(file.scene.looks);
   for (std::size_t k = 0; k < before.size(); ++k) {
     EXPECT_EQ(values_of(got[k]), values_of(expected[k]));
     EXPECT_EQ(values_of(after[k]), values_of(before[k]));

@@ -180,11 +180,11 @@ TEST(Simulation, EventsOfTheSceneAreWhatAnArtistWouldDo) {
   run(live, 20);
   EXPECT_EQ(live.atlas().hash(), replayed.atlas().hash());
   EXPECT_TRUE(has(error_of([&] {
-                SceneEvent wrong = move;
-                wrong.target = "plat";
-                live.apply(wrong);
-              }),
-              "no object called 'plat'"));
+                    SceneEvent wrong = move;
+                    wrong.target = "plat";
+                    live.apply(wrong);
+                  }),
+                  "no object called 'plat'"));
 }
 
 SceneEvent rule_event(std::int64_t iteration, const std::string& name, RuleChange change) {
@@ -212,9 +212,10 @@ TEST(Simulation, ChangedRulesAreTheSameAtOnceFromAFileAndAcrossSnapshots) {
   moved.value = Vec3(20, 0, 0);
   moved.iteration = 12;
   Scene written = plate();
-  written.events = {rule_event(11, "rust", {.driver = {}, .alpha = 2.0, .makes = half, .uses = some, .begins = {}}), moved,
-                    rule_event(21, "settling", {.driver = {}, .alpha = {}, .makes = {}, .uses = {}, .begins = settling_rule()}),
-                    rule_event(30, "settling", {.driver = "slope", .alpha = {}, .makes = {}, .uses = {}, .begins = {}})};
+  written.events = {
+      rule_event(11, "rust", {.driver = {}, .alpha = 2.0, .makes = half, .uses = some, .begins = {}}), moved,
+      rule_event(21, "settling", {.driver = {}, .alpha = {}, .makes = {}, .uses = {}, .begins = settling_rule()}),
+      rule_event(30, "settling", {.driver = "slope", .alpha = {}, .makes = {}, .uses = {}, .begins = {}})};
   Simulation replayed(written), live(plate());
   std::vector<std::byte> half_way;
   for (int i = 0; i < 45; ++i) {
@@ -260,15 +261,24 @@ TEST(Simulation, ARuleThatCannotBeIsRefusedAndChangesNothing) {
   Simulation simulation(plate());
   run(simulation, 10);
   const std::vector<std::byte> before = simulation.snapshot();
-  const auto refused = [&](const std::string& name, RuleChange change) { return error_of([&] { simulation.apply(rule_event(0, name, std::move(change))); }); };
-  EXPECT_TRUE(has(refused("rusty", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}}), "no rule called 'rusty'"));
-  EXPECT_TRUE(has(refused("rust", {.driver = "min(water, gold)", .alpha = {}, .makes = {}, .uses = {}, .begins = {}}), "gold"));
-  EXPECT_TRUE(has(refused("rust", {.driver = {}, .alpha = -1.0, .makes = {}, .uses = {}, .begins = {}}), "alpha of rule 'rust'"));
+  const auto refused = [&](const std::string& name, RuleChange change) {
+    return error_of([&] { simulation.apply(rule_event(0, name, std::move(change))); });
+  };
+  EXPECT_TRUE(has(refused("rusty", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}}),
+                  "no rule called 'rusty'"));
+  EXPECT_TRUE(
+      has(refused("rust", {.driver = "min(water, gold)", .alpha = {}, .makes = {}, .uses = {}, .begins = {}}), "gold"));
+  EXPECT_TRUE(has(refused("rust", {.driver = {}, .alpha = -1.0, .makes = {}, .uses = {}, .begins = {}}),
+                  "alpha of rule 'rust'"));
   EXPECT_TRUE(simulation.snapshot() == before);
   Scene twins = plate();
   twins.rules.push_back(rust_rule(0.5));
   Simulation two(twins);
-  EXPECT_TRUE(has(error_of([&] { two.apply(rule_event(0, "rust", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}})); }), "two rules are called 'rust'"));
+  EXPECT_TRUE(has(error_of([&] {
+                    two.apply(
+                        rule_event(0, "rust", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}}));
+                  }),
+                  "two rules are called 'rust'"));
 }
 
 TEST(Simulation, AnEmitterThatIsSwitchedOffEmitsNoMore) {
@@ -313,18 +323,23 @@ TEST(Simulation, HitsAreOneAContact) {
   const ParameterMap hits = simulation.parameter_map("hits");
   for (const float v : hits.values.values()) sum += static_cast<double>(v);
   EXPECT_LE(sum, static_cast<double>(simulation.counters().contacts));
-  EXPECT_GT(sum, 0.95 * static_cast<double>(simulation.counters().contacts));  // a contact beside every texel counts nowhere
+  EXPECT_GT(sum,
+            0.95 * static_cast<double>(simulation.counters().contacts));  // a contact beside every texel counts nowhere
   EXPECT_TRUE(has(error_of([&] { (void)simulation.parameter_map("residence"); }), "was not asked for"));
 }
 
 TEST(Simulation, AParameterMapOfNoKnownNameIsRefusedWithTheKnownOnes) {
-  const auto asked_for = [](const std::string& name) { return error_of([&] { const Simulation simulation(plate(), {.parameter_maps = {"hits", name}}); }); };
+  const auto asked_for = [](const std::string& name) {
+    return error_of([&] { const Simulation simulation(plate(), {.parameter_maps = {"hits", name}}); });
+  };
   for (const std::string& material : plate().materials) {
     EXPECT_EQ(asked_for(material + ".deposited"), "");
     EXPECT_EQ(asked_for(material + ".final"), "");
   }
   for (const std::string name : {"hist", "rust", "rust.deposit", "", "Hits", "lead.deposited"}) {
-    EXPECT_TRUE(has(asked_for(name), "there is no parameter map '" + name + "'; use one of hits, last_hit, residence, ")) << name;
+    EXPECT_TRUE(
+        has(asked_for(name), "there is no parameter map '" + name + "'; use one of hits, last_hit, residence, "))
+        << name;
   }
   EXPECT_TRUE(has(asked_for("rust.deposit"), "; did you mean `rust.deposited`?"));
   Simulation simulation(plate());

@@ -38,13 +38,15 @@ Scene painted_plate() {
 /// Left to right over the middle of the plate, with a rest.
 std::vector<BrushStop> stroke() {
   std::vector<BrushStop> stops;
-  for (double x = -30.0; x <= 30.0; x += 5.0) stops.push_back({.position_mm = Vec3(x, 0, 0), .steps = x == 0.0 ? 4 : 1});
+  for (double x = -30.0; x <= 30.0; x += 5.0)
+    stops.push_back({.position_mm = Vec3(x, 0, 0), .steps = x == 0.0 ? 4 : 1});
   return stops;
 }
 
 void paint(Simulation& simulation, const std::vector<BrushStop>& stops, int num_threads = 0) {
   for (const BrushStop& stop : stops) {
-    for (std::int64_t i = 0; i < stop.steps; ++i) simulation.paint("brush", stop.position_mm, {.on_progress = {}, .stop = {}, .num_threads = num_threads});
+    for (std::int64_t i = 0; i < stop.steps; ++i)
+      simulation.paint("brush", stop.position_mm, {.on_progress = {}, .stop = {}, .num_threads = num_threads});
   }
 }
 
@@ -120,9 +122,11 @@ TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
 }
 
 TEST(Paint, StepsAtOnePlaceRollDiceOfTheirOwn) {
-  // With the same random numbers in every step the same of 70 drops would bounce, and be absorbed, again and again: absorbed ones are born anew, so births tell.
+  // With the same random numbers in every step the same of 70 drops would bounce, and be absorbed, again and again:
+  // absorbed ones are born anew, so births tell.
   Scene scene = painted_plate();
-  scene.behavior = {.bounce = 0.25, .floating = 0.25, .absorb = 0.5, .deceleration_bounce = 0.4, .deceleration_float = 0.3};
+  scene.behavior = {
+      .bounce = 0.25, .floating = 0.25, .absorb = 0.5, .deceleration_bounce = 0.4, .deceleration_float = 0.3};
   Simulation simulation(scene);
   for (int i = 0; i < 40; ++i) simulation.paint("brush", Vec3(0, 0, 0));
   const Gammatons& g = simulation.gammatons();
@@ -150,7 +154,8 @@ TEST(Paint, SnapshotsFromBeforeThereWasPaintingAreRead) {
   Simulation simulation(painted_plate());
   run(simulation, 5);
   const std::vector<std::byte> now = simulation.snapshot();
-  // Magic "PPATSN02" at both ends, and no number of paint steps behind magic, resolution, number of materials and iteration.
+  // Magic "PPATSN02" at both ends, and no number of paint steps behind magic, resolution, number of materials and
+  // iteration.
   std::vector<std::byte> old(now.begin(), now.begin() + 24);
   old.insert(old.end(), now.begin() + 32, now.end());
   for (std::byte* magic : {old.data(), old.data() + old.size() - 8}) std::memcpy(magic, "PPATSN02", 8);
@@ -173,7 +178,8 @@ TEST(Paint, EventsAreReadWithTheirUnitAndRefusedWithAReason) {
   context.materials = scene.materials;
   context.mm_per_unit = 10.0;
   const auto read = [&](const char* points) {
-    const Json events = Json::parse(std::string(R"([{"iteration": 3, "op": "paint", "target": "brush", "points": )") + points + "}]");
+    const Json events =
+        Json::parse(std::string(R"([{"iteration": 3, "op": "paint", "target": "brush", "points": )") + points + "}]");
     return read_events(JsonReader("scene.json", events, "/events"), context, scene);
   };
   const std::vector<SceneEvent> events = read("[[1, 2, 3], [0, 0, 0.5, 12]]");
@@ -182,7 +188,8 @@ TEST(Paint, EventsAreReadWithTheirUnitAndRefusedWithAReason) {
   EXPECT_EQ(events[0].stops[0].position_mm, Vec3(10, 20, 30));
   EXPECT_EQ(events[0].stops[0].steps, 1);
   EXPECT_EQ(events[0].stops[1].steps, 12);
-  for (const char* points : {"[]", "[[1, 2]]", "[[1, 2, 3, 0]]", "[[1, 2, 3, 4, 5]]", "[[1, 2, \"x\"]]", "[[1, 2, 3, 1000000], [1, 2, 3]]", "7"}) {
+  for (const char* points : {"[]", "[[1, 2]]", "[[1, 2, 3, 0]]", "[[1, 2, 3, 4, 5]]", "[[1, 2, \"x\"]]",
+                             "[[1, 2, 3, 1000000], [1, 2, 3]]", "7"}) {
     EXPECT_TRUE(has(error_of([&] { (void)read(points); }), "/events/0/points")) << points;
   }
 }

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::simulation {
@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// scenes/wall.json names a/wall.obj (100 bytes), b/wall.obj (another 100 bytes), c/wall.obj (as a's) and big.png (10,000 bytes).
+/// scenes/wall.json names a/wall.obj (100 bytes), b/wall.obj (another 100 bytes), c/wall.obj (as a's) and big.png
+/// (10,000 bytes).
 class SceneFiles : public ::testing::Test {
  protected:
   SceneFiles() {
@@ -22,7 +23,10 @@ class SceneFiles : public ::testing::Test {
     write_atomically(temp_ / "b/wall.obj", std::string(100, 'b'));
     write_atomically(temp_ / "c/wall.obj", std::string(100, 'a'));
     write_atomically(temp_ / "big.png", std::string(10'000, 'p'));
-    root_ = Json{{"objects", {{{"mesh", "../a/wall.obj"}}, {{"mesh", (temp_ / "b/wall.obj").string()}}, {{"mesh", "../c/wall.obj"}, {"maps", {{"color", "../big.png"}}}}}},
+    root_ = Json{{"objects",
+                  {{{"mesh", "../a/wall.obj"}},
+                   {{"mesh", (temp_ / "b/wall.obj").string()}},
+                   {{"mesh", "../c/wall.obj"}, {"maps", {{"color", "../big.png"}}}}}},
                  {"appearance", {{"dirt", {{"color", {0.1, 0.1, 0.1}}}}}},
                  {"rules", Json::array({"rust"})}};
     save_json(scene(), root_);

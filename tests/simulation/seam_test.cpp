@@ -1,4 +1,5 @@
-// Seams: what lies on both sides of one differs no more than neighbors inside a chart do, under rain that falls on all places alike.
+// Seams: what lies on both sides of one differs no more than neighbors inside a chart do, under rain that falls on all
+// places alike.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,12 +35,15 @@ Scene quilt(int splat_texels) {
   rain.gammatons = 50000;
   rain.carries[0] = 1.0;
   scene.emitters.push_back(rain);
-  scene.behavior = {.bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {
+      .bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.exchange = {.ratio = 1.0, .rates = {0.05}, .splat_texels = splat_texels};
   return scene;
 }
 
-int chart_of(const TileGrid& grid, TexelIndex t) { return grid.y(t) * kCharts / grid.height * kCharts + grid.x(t) * kCharts / grid.width; }
+int chart_of(const TileGrid& grid, TexelIndex t) {
+  return grid.y(t) * kCharts / grid.height * kCharts + grid.x(t) * kCharts / grid.width;
+}
 
 /// Root of the mean square of what differs between neighbors across seams, over that inside charts.
 template <class Value>
@@ -69,11 +73,14 @@ void check_seams(int splat_texels) {
   const ImageU8 colors = composer.color_srgb8();
   const ImageF heights = composer.height_mm();
   const TileGrid& grid = atlas.surface().grid();
-  const double amount = seam_ratio(atlas.surface(), [&](TexelIndex t) { return static_cast<double>(atlas.amount(0, t)); });
-  const double color = seam_ratio(atlas.surface(), [&](TexelIndex t) { return static_cast<double>(colors.at(grid.x(t), grid.y(t), 1)); });
-  const double height = seam_ratio(atlas.surface(), [&](TexelIndex t) { return static_cast<double>(heights.at(grid.x(t), grid.y(t))); });
-  // Texels at a seam are from half to one and a half times as large, and small ones have rarer, heavier hits: sqrt(ln 3) = 1.048 is what
-  // counting alone makes of that; wide splats even it out.
+  const double amount =
+      seam_ratio(atlas.surface(), [&](TexelIndex t) { return static_cast<double>(atlas.amount(0, t)); });
+  const double color = seam_ratio(
+      atlas.surface(), [&](TexelIndex t) { return static_cast<double>(colors.at(grid.x(t), grid.y(t), 1)); });
+  const double height =
+      seam_ratio(atlas.surface(), [&](TexelIndex t) { return static_cast<double>(heights.at(grid.x(t), grid.y(t))); });
+  // Texels at a seam are from half to one and a half times as large, and small ones have rarer, heavier hits: sqrt(ln
+  // 3) = 1.048 is what counting alone makes of that; wide splats even it out.
   EXPECT_LE(amount, kGoal);
   EXPECT_LE(color, kGoal);
   EXPECT_LE(height, kGoal);

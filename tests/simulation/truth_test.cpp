@@ -21,13 +21,20 @@ using testing_support::with_any_uvs;
 /// A ball of 320 facets in parallel rain that stays where it falls. Each facet is a chart of its own.
 Scene ball_in_rain(EmitterShape shape, const Vec3& direction) {
   Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 2)), 512);
-  scene.emitters[0] = {.name = "rain", .shape = shape, .position_mm = -100.0 * direction, .direction = direction, .size_mm = {130, 130}, .gammatons = 50000};
+  scene.emitters[0] = {.name = "rain",
+                       .shape = shape,
+                       .position_mm = -100.0 * direction,
+                       .direction = direction,
+                       .size_mm = {130, 130},
+                       .gammatons = 50000};
   return scene;
 }
 
 TEST(SimulationTruths, HitsOfAFacetGoByItsAreaAndItsCosine) {
   const Vec3 slanted = Vec3(0.5, -1, 0.2).normalized();
-  for (const auto& [shape, direction] : {std::pair{EmitterShape::Rectangle, Vec3(0, -1, 0)}, {EmitterShape::Rectangle, slanted}, {EmitterShape::Sky, slanted}}) {
+  for (const auto& [shape, direction] : {std::pair{EmitterShape::Rectangle, Vec3(0, -1, 0)},
+                                         {EmitterShape::Rectangle, slanted},
+                                         {EmitterShape::Sky, slanted}}) {
     Simulation simulation(ball_in_rain(shape, direction), {.parameter_maps = {"hits"}});
     for (int i = 0; i < 4; ++i) simulation.step();
     const SurfaceAtlas& surface = simulation.atlas().surface();
@@ -35,7 +42,9 @@ TEST(SimulationTruths, HitsOfAFacetGoByItsAreaAndItsCosine) {
     const Mesh& mesh = simulation.mesh();
     std::vector<double> hits(static_cast<std::size_t>(mesh.num_triangles()), 0.0), shadow(hits.size(), 0.0);
     for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
-      if (surface.is_covered(t)) hits[static_cast<std::size_t>(surface.triangle(t))] += static_cast<double>(map.at(surface.grid().x(t), surface.grid().y(t)));
+      if (surface.is_covered(t))
+        hits[static_cast<std::size_t>(surface.triangle(t))] +=
+            static_cast<double>(map.at(surface.grid().x(t), surface.grid().y(t)));
     }
     double total = 0.0, total_shadow = 0.0;
     for (std::size_t t = 0; t < hits.size(); ++t) {
@@ -65,7 +74,8 @@ TEST(SimulationTruths, HitsOfAFacetGoByItsAreaAndItsCosine) {
 }
 
 TEST(SimulationTruths, NoQuantumIsLostInAHundredThousandIterations) {
-  // A few drops on a small plate for very long, with rates from the smallest to all at once; `simulation_benchmark books` does a million.
+  // A few drops on a small plate for very long, with rates from the smallest to all at once; `simulation_benchmark
+  // books` does a million.
   RunControl one_thread;  // there is too little to share
   one_thread.num_threads = 1;
   for (const double ratio : {0.0, 0.37, 0.5, 1.0}) {

@@ -30,7 +30,8 @@ TEST(StudioAssets, PageAsksForNothingThatIsNotInTheProgram) {
 TEST(StudioAssets, LicenseOfThreeJsGoesWithItsCode) {
   if (!studio::has_studio_client()) GTEST_SKIP() << "built without the client";
   const std::string_view script = studio::find_studio_asset("/studio.js")->bytes;
-  EXPECT_NE(script.substr(0, 4000).find("The above copyright notice and this permission notice shall be included"), std::string_view::npos);
+  EXPECT_NE(script.substr(0, 4000).find("The above copyright notice and this permission notice shall be included"),
+            std::string_view::npos);
 }
 
 }  // namespace

@@ -19,6 +19,8 @@ template <class Expected = InvalidInput, class Call>
   return "";
 }
 
-[[nodiscard]] inline bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+[[nodiscard]] inline bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 }  // namespace patinate::testing_support

@@ -44,7 +44,9 @@ struct FilterCommand {
     line.alternatives({"time", "times"});
   }
   /// It and another one without options.
-  [[nodiscard]] std::vector<cli::CommandDeclaration> commands() const { return {line.declaration(), cli::CommandLine("other", "").declaration()}; }
+  [[nodiscard]] std::vector<cli::CommandDeclaration> commands() const {
+    return {line.declaration(), cli::CommandLine("other", "").declaration()};
+  }
 };
 
 }  // namespace patinate::testing_support

@@ -40,7 +40,8 @@ void write_history(const std::filesystem::path& folder, int width, int height, i
   writer.finish();
 }
 
-MemoryHistoryImages half_images(int width, int height, int num_frames, const std::function<float(int, int, int, int)>& color) {
+MemoryHistoryImages half_images(int width, int height, int num_frames,
+                                const std::function<float(int, int, int, int)>& color) {
   constexpr float kSteps = 1024.0f;  // A half float holds ten bits behind its first.
   MemoryHistoryImages images{.name = "test", .origin = "synthetic", .frames = {}};
   for (int f = 0; f < num_frames; ++f) {
@@ -66,8 +67,18 @@ MemoryHistoryImages half_images(int width, int height, int num_frames, const std
 void write_history(const std::filesystem::path& folder, const History& history) {
   const HistoryFacts& facts = history.facts();
   std::filesystem::create_directories(folder);
-  HistoryWriter writer(folder, {.name = facts.name, .origin = facts.origin, .width = facts.width, .height = facts.height, .texel_size_mm = facts.texel_size_mm, .time_unit = facts.time_unit, .frames = {},
-                                .controls = {}, .mask = {}, .maps = {}, .key = "0123456789abcdef", .parts = facts.parts});
+  HistoryWriter writer(folder, {.name = facts.name,
+                                .origin = facts.origin,
+                                .width = facts.width,
+                                .height = facts.height,
+                                .texel_size_mm = facts.texel_size_mm,
+                                .time_unit = facts.time_unit,
+                                .frames = {},
+                                .controls = {},
+                                .mask = {},
+                                .maps = {},
+                                .key = "0123456789abcdef",
+                                .parts = facts.parts});
   for (int i = 0; i < history.num_frames(); ++i) {
     const FrameFacts& frame = facts.frames[static_cast<std::size_t>(i)];
     writer.write_frame(i, frame.time, history.read_frame(i));
@@ -81,14 +92,16 @@ void write_history(const std::filesystem::path& folder, const History& history) 
       writer.add_written_frame_extra(i, name);
     }
   }
-  for (const ControlFacts& c : facts.controls) writer.write_control(c.name, history.read_control(c.name), c.low, c.high, c.unit);
+  for (const ControlFacts& c : facts.controls)
+    writer.write_control(c.name, history.read_control(c.name), c.low, c.high, c.unit);
   if (facts.has_mask) writer.write_mask(history.read_mask());
   for (const std::string& name : facts.maps) {
     HistoryWriter::write_map(folder, name, history.read_map(name));
     writer.add_written_map(name);
   }
   HistoryManifest manifest = writer.manifest();  // Its frames are in the order of the history's: by time.
-  for (std::size_t i = 0; i < manifest.frames.size(); ++i) manifest.frames[i].is_extrapolated = facts.frames[i].is_extrapolated;
+  for (std::size_t i = 0; i < manifest.frames.size(); ++i)
+    manifest.frames[i].is_extrapolated = facts.frames[i].is_extrapolated;
   write_history_manifest(folder / kHistoryManifestFile, manifest);
 }
 
@@ -97,11 +110,15 @@ namespace {
 /// Smooth value noise in [0, 1].
 double noise(double x, double y, std::uint32_t octave) {
   const auto corner = [&](double i, double j) {
-    return RandomStream(5, static_cast<std::uint64_t>(static_cast<std::int64_t>(i) * 4096 + static_cast<std::int64_t>(j)), octave).uniform();
+    return RandomStream(5,
+                        static_cast<std::uint64_t>(static_cast<std::int64_t>(i) * 4096 + static_cast<std::int64_t>(j)),
+                        octave)
+        .uniform();
   };
   const double i = std::floor(x), j = std::floor(y), u = x - i, v = y - j;
   const double su = u * u * (3 - 2 * u), sv = v * v * (3 - 2 * v);
-  return (1 - sv) * ((1 - su) * corner(i, j) + su * corner(i + 1, j)) + sv * ((1 - su) * corner(i, j + 1) + su * corner(i + 1, j + 1));
+  return (1 - sv) * ((1 - su) * corner(i, j) + su * corner(i + 1, j)) +
+         sv * ((1 - su) * corner(i, j + 1) + su * corner(i + 1, j + 1));
 }
 
 }  // namespace

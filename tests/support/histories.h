@@ -10,13 +10,15 @@
 
 namespace patinate::testing_support {
 
-/// Writes a history of `num_frames` frames (times 0, 1, ...) whose color is `color(x, y, frame, channel)` and whose controls "x" and
-/// "y" are the pixel coordinates over [0, size - 1].
+/// Writes a history of `num_frames` frames (times 0, 1, ...) whose color is `color(x, y, frame, channel)` and whose
+/// controls "x" and "y" are the pixel coordinates over [0, size - 1].
 void write_history(const std::filesystem::path& folder, int width, int height, int num_frames,
                    const std::function<float(int x, int y, int frame, int channel)>& color);
 
-/// The same in memory, at times 0, 1, 4, 9, ..., with colors that half floats hold exactly and controls "x" and "y" over [0, 1].
-[[nodiscard]] MemoryHistoryImages half_images(int width, int height, int num_frames, const std::function<float(int x, int y, int frame, int channel)>& color);
+/// The same in memory, at times 0, 1, 4, 9, ..., with colors that half floats hold exactly and controls "x" and "y"
+/// over [0, 1].
+[[nodiscard]] MemoryHistoryImages half_images(int width, int height, int num_frames,
+                                              const std::function<float(int x, int y, int frame, int channel)>& color);
 /// Any history as a folder; controls must have the range [0, 1], so that their values are written as they are.
 void write_history(const std::filesystem::path& folder, const History& history);
 

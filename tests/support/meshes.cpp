@@ -62,7 +62,8 @@ Mesh turned_cells(double side_mm, int n, Shape&& shape) {
       const Vec2 scale = shape(i, j);
       const auto corner = [&](double x_corner, double y_corner) {
         const double x = scale.x() * x_corner, y = scale.y() * y_corner;
-        return Vec2((i + 0.5) / n + half * (x * std::cos(angle) - y * std::sin(angle)), (j + 0.5) / n + half * (x * std::sin(angle) + y * std::cos(angle)));
+        return Vec2((i + 0.5) / n + half * (x * std::cos(angle) - y * std::sin(angle)),
+                    (j + 0.5) / n + half * (x * std::sin(angle) + y * std::cos(angle)));
       };
       const int first = static_cast<int>(mesh.uvs.size());
       mesh.uvs.insert(mesh.uvs.end(), {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)});

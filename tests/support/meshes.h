@@ -10,7 +10,8 @@ namespace patinate::testing_support {
 
 /// Square of `side_mm` in the xy plane, normal +z, laid over the whole atlas: u along x, v along y. `n` x `n` cells.
 [[nodiscard]] Mesh unit_plane(double side_mm, int n = 4);
-/// The same square, its halves x < side/2 and x > side/2 in two charts of the same texel density; the right one is turned by 90 degrees.
+/// The same square, its halves x < side/2 and x > side/2 in two charts of the same texel density; the right one is
+/// turned by 90 degrees.
 [[nodiscard]] Mesh cut_plane(double side_mm, int n = 8);
 
 /// The square as `n` x `n` charts of the same texel density, each turned by an angle of its own.

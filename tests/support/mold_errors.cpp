@@ -6,11 +6,11 @@
 #include <numbers>
 #include <vector>
 
+#include "libcommon/metrics/correlation.h"
 #include "patinate/core/json.h"
 #include "patinate/geometry/rigid_transform.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/metrics/correlation.h"
 
 namespace patinate::testing_support {
 
@@ -33,7 +33,8 @@ double quantile(std::vector<double>& values, double share) {
 RigidTransform transform_of(const Json& rows) {
   Eigen::Matrix4d m;
   for (std::size_t r = 0; r < 4; ++r) {
-    for (std::size_t c = 0; c < 4; ++c) m(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows.at(r).at(c).get<double>();
+    for (std::size_t c = 0; c < 4; ++c)
+      m(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows.at(r).at(c).get<double>();
   }
   return rigid_transform(m);
 }
@@ -43,8 +44,10 @@ RigidTransform transform_of(const Json& rows) {
 MoldErrors mold_errors(const fs::path& data, const fs::path& folder) {
   const HistoryReader history(folder);
   const Json truth = load_json(data / "truth/truth.json"), report = load_json(folder / "relit.json");
-  const ImageU8 object = read_mask(data / "truth/mask.png"), spot = read_mask(data / "truth/lacquered.png"), inside = history.read_mask();
-  const ImageF true_normal = read_channels(data / "truth/normal.exr", {"X", "Y", "Z"}), position = read_channels(data / "truth/position.exr", {"X", "Y", "Z"});
+  const ImageU8 object = read_mask(data / "truth/mask.png"), spot = read_mask(data / "truth/lacquered.png"),
+                inside = history.read_mask();
+  const ImageF true_normal = read_channels(data / "truth/normal.exr", {"X", "Y", "Z"}),
+               position = read_channels(data / "truth/position.exr", {"X", "Y", "Z"});
   std::vector<double> errors, angles;
   double error2 = 0.0, truth2 = 0.0;
   std::int64_t num_object = 0, num_valid = 0;
@@ -57,10 +60,12 @@ MoldErrors mold_errors(const fs::path& data, const fs::path& folder) {
     const Json& step = report.at("steps").at(k);
     if (!step.at("in_history").get<bool>()) continue;
     const Json& known = truth.at("steps").at(step.at("step").get<std::size_t>());
-    const ImageF found = history.read_frame(frame_index), expected = read_channels(data / "truth" / known.at("albedo").get<std::string>(), {"R", "G", "B"});
+    const ImageF found = history.read_frame(frame_index),
+                 expected = read_channels(data / "truth" / known.at("albedo").get<std::string>(), {"R", "G", "B"});
     const ImageU8 valid = history.read_frame_mask(frame_index);
     const std::optional<ImageF> normal = history.read_frame_extra(frame_index, "normal");
-    const RigidTransform off = transform_of(step.at("reference_from_scan")) * transform_of(known.at("reference_from_scan")).inverse();
+    const RigidTransform off =
+        transform_of(step.at("reference_from_scan")) * transform_of(known.at("reference_from_scan")).inverse();
     Vec3 spot_sum = Vec3::Zero();
     int num_spot = 0;
     for (std::int64_t i = 0; i < object.num_pixels(); ++i) {
@@ -73,7 +78,8 @@ MoldErrors mold_errors(const fs::path& data, const fs::path& folder) {
       truth2 += t.squaredNorm();
       for (int c = 0; c < 3; ++c) errors.push_back(std::abs(a[c] - t[c]) / t[c]);
       if (normal && vector_at(*normal, i).norm() > 0.5) {
-        angles.push_back(std::acos(std::clamp(vector_at(*normal, i).dot(vector_at(true_normal, i)), -1.0, 1.0)) * 180.0 / std::numbers::pi);
+        angles.push_back(std::acos(std::clamp(vector_at(*normal, i).dot(vector_at(true_normal, i)), -1.0, 1.0)) *
+                         180.0 / std::numbers::pi);
       }
       if (spot.data()[i] == 0) continue;
       out.pose_mm = std::max(out.pose_mm, (off.apply(vector_at(position, i)) - vector_at(position, i)).norm());
@@ -95,15 +101,18 @@ MoldErrors mold_errors(const fs::path& data, const fs::path& folder) {
   out.normal_median_deg = quantile(angles, 0.5);
   Vec3 mean = Vec3::Zero();
   for (const Vec3& m : spot_means) mean += m / static_cast<double>(spot_means.size());
-  for (const Vec3& m : spot_means) out.spot_drift = std::max(out.spot_drift, ((m - mean).cwiseQuotient(mean)).cwiseAbs().maxCoeff());
+  for (const Vec3& m : spot_means)
+    out.spot_drift = std::max(out.spot_drift, ((m - mean).cwiseQuotient(mean)).cwiseAbs().maxCoeff());
   std::vector<double> deviations;
   for (std::size_t j = 0; j < sums.size(); ++j) {
     if (counts[j] < 2) continue;
-    const Vec3 m = sums[j] / counts[j], variance = (squares[j] / counts[j] - m.cwiseProduct(m)).cwiseMax(0.0) * counts[j] / (counts[j] - 1.0);
+    const Vec3 m = sums[j] / counts[j],
+               variance = (squares[j] / counts[j] - m.cwiseProduct(m)).cwiseMax(0.0) * counts[j] / (counts[j] - 1.0);
     deviations.push_back(variance.cwiseSqrt().cwiseQuotient(m).mean());
   }
   out.spot_texel_drift = quantile(deviations, 0.5);
-  const ImageF accessibility = history.read_control("accessibility"), curvature = read_gray(data / "truth/accessibility.exr");
+  const ImageF accessibility = history.read_control("accessibility"),
+               curvature = read_gray(data / "truth/accessibility.exr");
   std::vector<double> a, b;
   for (std::int64_t i = 0; i < object.num_pixels(); ++i) {
     if (object.data()[i] == 0 || inside.data()[i] == 0) continue;

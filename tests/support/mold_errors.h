@@ -12,12 +12,13 @@ struct MoldErrors {
   double albedo_median = 0.0;  ///< Of |error| / truth.
   double albedo_p95 = 0.0;
   double albedo_worst = 0.0;
-  double valid_share = 0.0;    ///< Of the object's texels.
+  double valid_share = 0.0;        ///< Of the object's texels.
   double normal_median_deg = 0.0;  ///< Of the frames' normals.
   // On the lacquered spot, where nothing changes:
-  double spot_drift = 0.0;     ///< Largest difference of its mean albedo in a frame from that in all frames, over the latter.
+  double spot_drift =
+      0.0;  ///< Largest difference of its mean albedo in a frame from that in all frames, over the latter.
   double spot_texel_drift = 0.0;  ///< Median over its texels of the standard deviation over time, over the mean.
-  double pose_mm = 0.0;        ///< Largest displacement that the poses' errors cause there.
+  double pose_mm = 0.0;           ///< Largest displacement that the poses' errors cause there.
   double accessibility_correlation = 0.0;  ///< Of ranks, with the curvature that the patina followed.
 };
 

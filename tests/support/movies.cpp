@@ -35,7 +35,8 @@ struct Tag {
 
 std::string rationals(const std::vector<double>& values) {
   std::string bytes;
-  for (double v : values) bytes += number(static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(v * 1e6))), 4) + u32(1000000);
+  for (double v : values)
+    bytes += number(static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(v * 1e6))), 4) + u32(1000000);
   return bytes;
 }
 
@@ -62,14 +63,16 @@ std::string tiff(std::vector<Tag> tags, const std::string& pixels) {
 }  // namespace
 
 void write_avi(const std::filesystem::path& file, const std::vector<ImageU8>& frames, int frames_per_second) {
-  const auto width = static_cast<std::size_t>(frames.front().width()), height = static_cast<std::size_t>(frames.front().height());
+  const auto width = static_cast<std::size_t>(frames.front().width()),
+             height = static_cast<std::size_t>(frames.front().height());
   const std::size_t size = 3 * width * height;
   const auto rate = static_cast<std::size_t>(frames_per_second);
-  const std::string header = u32(1000000 / rate) + u32(size * rate) + u32(0) + u32(0x10) + u32(frames.size()) + u32(0) + u32(1) +
-                             u32(size) + u32(width) + u32(height) + std::string(16, '\0');
-  const std::string stream = "vidsDIB " + u32(0) + u32(0) + u32(0) + u32(1) + u32(rate) + u32(0) + u32(frames.size()) + u32(size) +
-                             u32(0xffffffff) + u32(0) + u16(0) + u16(0) + u16(width) + u16(height);
-  const std::string format = u32(40) + u32(width) + u32(height) + u16(1) + u16(24) + u32(0) + u32(size) + std::string(16, '\0');
+  const std::string header = u32(1000000 / rate) + u32(size * rate) + u32(0) + u32(0x10) + u32(frames.size()) + u32(0) +
+                             u32(1) + u32(size) + u32(width) + u32(height) + std::string(16, '\0');
+  const std::string stream = "vidsDIB " + u32(0) + u32(0) + u32(0) + u32(1) + u32(rate) + u32(0) + u32(frames.size()) +
+                             u32(size) + u32(0xffffffff) + u32(0) + u16(0) + u16(0) + u16(width) + u16(height);
+  const std::string format =
+      u32(40) + u32(width) + u32(height) + u16(1) + u16(24) + u32(0) + u32(size) + std::string(16, '\0');
   std::string movie, index;
   for (const ImageU8& frame : frames) {
     std::string pixels;  // Bottom row first, blue first.
@@ -81,14 +84,16 @@ void write_avi(const std::filesystem::path& file, const std::vector<ImageU8>& fr
     index += "00db" + u32(0x10) + u32(4 + movie.size()) + u32(size);
     movie += chunk("00db", pixels);
   }
-  const std::string head = list("hdrl", chunk("avih", header) + list("strl", chunk("strh", stream) + chunk("strf", format)));
+  const std::string head =
+      list("hdrl", chunk("avih", header) + list("strl", chunk("strh", stream) + chunk("strf", format)));
   write_atomically(file, chunk("RIFF", "AVI " + head + list("movi", movie) + chunk("idx1", index)));
 }
 
 bool write_animation(const std::filesystem::path& file, const std::vector<ImageU8>& frames) {
   const auto output = OIIO::ImageOutput::create(file.string());
   if (!output || !output->supports("multiimage")) return false;
-  OIIO::ImageSpec spec(frames.front().width(), frames.front().height(), frames.front().channels(), OIIO::TypeDesc::UINT8);
+  OIIO::ImageSpec spec(frames.front().width(), frames.front().height(), frames.front().channels(),
+                       OIIO::TypeDesc::UINT8);
   const std::vector<OIIO::ImageSpec> specs(frames.size(), spec);
   if (!output->open(file.string(), static_cast<int>(specs.size()), specs.data())) return false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -108,7 +113,8 @@ void write_dng(const std::filesystem::path& file, const ImageF& linear) {
   const auto width = static_cast<std::size_t>(linear.width()), height = static_cast<std::size_t>(linear.height());
   const std::string model("Test camera", 12);
   // Rec.709 RGB from XYZ [IEC 61966-2-1].
-  const std::vector<double> matrix{3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108, 0.0415560, 0.0556434, -0.2040259, 1.0572252};
+  const std::vector<double> matrix{3.2404542, -1.5371385, -0.4985314, -0.9692660, 1.8760108,
+                                   0.0415560, 0.0556434,  -0.2040259, 1.0572252};
   write_atomically(file, tiff({{254, 4, 1, u32(0)},
                                {256, 4, 1, u32(width)},
                                {257, 4, 1, u32(height)},

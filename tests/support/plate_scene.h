@@ -6,7 +6,8 @@
 
 namespace patinate::testing_support {
 
-/// An iron plate of 100 mm in one chart, tilted by 30 degrees, in a rain of 200 drops that leave water; materials water, metal, rust (red-brown). No rule yet.
+/// An iron plate of 100 mm in one chart, tilted by 30 degrees, in a rain of 200 drops that leave water; materials
+/// water, metal, rust (red-brown). No rule yet.
 /// @param resolution  Texels along a side.
 [[nodiscard]] simulation::Scene plate_scene(int resolution);
 

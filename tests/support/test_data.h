@@ -15,7 +15,7 @@ namespace patinate::testing_support {
 }  // namespace patinate::testing_support
 
 /// Skips the test, saying so, when the data is absent; else defines `variable` as its path.
-#define PATINATE_REQUIRE_DATA(variable, name)                                                            \
-  const auto variable##_found = patinate::testing_support::real_data(name);                              \
-  if (!variable##_found) GTEST_SKIP() << "PATINATE_DATA does not hold " << name;                         \
+#define PATINATE_REQUIRE_DATA(variable, name)                                    \
+  const auto variable##_found = patinate::testing_support::real_data(name);      \
+  if (!variable##_found) GTEST_SKIP() << "PATINATE_DATA does not hold " << name; \
   const std::filesystem::path variable = *variable##_found

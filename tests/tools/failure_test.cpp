@@ -54,13 +54,16 @@ TEST(cli::Failure, WordsOfLibrariesBecomeOurs) {
   const auto no_thread = [] { throw std::system_error(EAGAIN, std::generic_category()); };
   const auto bug = [] { (void)std::vector<int>().at(3); };
   EXPECT_EQ(failure_of(wrong_type).code, 3);
-  EXPECT_EQ(failure_of(wrong_type).message, "a JSON file does not hold what it should (type must be string, but is number); is it of another version, or changed by hand?");
+  EXPECT_EQ(failure_of(wrong_type).message,
+            "a JSON file does not hold what it should (type must be string, but is number); is it of another version, "
+            "or changed by hand?");
   EXPECT_EQ(failure_of(no_memory).code, 1);
   EXPECT_EQ(failure_of(too_long).code, 1);
   EXPECT_EQ(failure_of(no_folder).message, "/nowhere/at/all: No such file or directory");
   EXPECT_EQ(failure_of(no_thread).code, 1);
   EXPECT_EQ(failure_of(bug).code, 1);
-  for (const auto& throws : std::vector<std::function<void()>>{wrong_type, too_long, no_memory, no_folder, no_thread, bug}) {
+  for (const auto& throws :
+       std::vector<std::function<void()>>{wrong_type, too_long, no_memory, no_folder, no_thread, bug}) {
     EXPECT_EQ(failure_of(throws).message.find("json.exception"), std::string::npos);
     EXPECT_EQ(failure_of(throws).message.find("_M_default"), std::string::npos);
     EXPECT_EQ(named(throws).rfind("a.file: ", 0), 0u) << named(throws);

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "tests/support/filter_command.h"
 #include "tests/support/temp_folder.h"
 
@@ -43,7 +43,9 @@ std::string complaint(const std::string& toml) {
 
 TEST(ConfigFile, GivesEveryKindOfOption) {
   Filter f;
-  f.run("threads = 3\n[filter]\nsigma = 4.5\nbins = 16\nexact = true\ndirection = [1, 0.5, -1]\nname = [\"a\", \"b\"]\ntimes = [0, 2.5]\n");
+  f.run(
+      "threads = 3\n[filter]\nsigma = 4.5\nbins = 16\nexact = true\ndirection = [1, 0.5, -1]\nname = [\"a\", "
+      "\"b\"]\ntimes = [0, 2.5]\n");
   EXPECT_EQ(f.line.common().threads, 3);
   EXPECT_EQ(f.options.sigma, 4.5);
   EXPECT_EQ(f.options.bins, 16);
@@ -81,13 +83,17 @@ TEST(ConfigFile, GivesWayToAnAlternativeOnTheCommandLine) {
 }
 
 TEST(ConfigFile, ComplainsWithLineKeyAndWhatWasMeant) {
-  EXPECT_EQ(complaint("[filter]\nsigmo = 1\n"), "line 2: filter.sigmo: `filter` has no such option; did you mean `sigma`?");
+  EXPECT_EQ(complaint("[filter]\nsigmo = 1\n"),
+            "line 2: filter.sigmo: `filter` has no such option; did you mean `sigma`?");
   EXPECT_EQ(complaint("\nthraeds = 1\n"), "line 2: thraeds: there is no such option; did you mean `threads`?");
   EXPECT_EQ(complaint("sigma = 1\n"), "line 1: sigma: is no option of every command; write it under [filter]");
   EXPECT_EQ(complaint("[filtre]\n"), "line 1: [filtre]: there is no such command; did you mean `filter`?");
-  EXPECT_EQ(complaint("[filter]\nsigma = \"wide\"\n"), "line 2: filter.sigma: found a value of type string; expected a number");
-  EXPECT_EQ(complaint("[filter]\nbins = 2.5\n"), "line 2: filter.bins: found a value of type floating-point; expected an integer");
-  EXPECT_EQ(complaint("[filter]\nexact = 1\n"), "line 2: filter.exact: found a value of type integer; expected true or false");
+  EXPECT_EQ(complaint("[filter]\nsigma = \"wide\"\n"),
+            "line 2: filter.sigma: found a value of type string; expected a number");
+  EXPECT_EQ(complaint("[filter]\nbins = 2.5\n"),
+            "line 2: filter.bins: found a value of type floating-point; expected an integer");
+  EXPECT_EQ(complaint("[filter]\nexact = 1\n"),
+            "line 2: filter.exact: found a value of type integer; expected true or false");
   EXPECT_EQ(complaint("[filter]\nsigma = -1\n"), "line 2: --sigma: found `-1`; expected a number > 0");
   EXPECT_NE(complaint("[filter\n"), "");
   EXPECT_NE(complaint("a = 1\na = 2\n"), "");

@@ -29,7 +29,8 @@ TEST(AgeMesh, GivesATextureOfTheHistorysColorsAtAnyTime) {
     for (int x = 0; x < 64; ++x) {
       if (aged.coverage.at(x, y) == 0) continue;
       ++num_covered;
-      const int sx = static_cast<int>(aged.coordinates.at(x, y, 0)), sy = static_cast<int>(aged.coordinates.at(x, y, 1));
+      const int sx = static_cast<int>(aged.coordinates.at(x, y, 0)),
+                sy = static_cast<int>(aged.coordinates.at(x, y, 1));
       for (int c = 0; c < 3; ++c) ASSERT_EQ(texture.at(x, y, c), frame.at(sx, sy, c));
     }
   }

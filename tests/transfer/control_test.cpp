@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "patinate/transfer/control_matching.h"
 #include "patinate/transfer/control_spec.h"
 
@@ -54,11 +54,14 @@ ImageF random_image(int size, std::uint64_t item, double power) {
 TEST(MatchControl, RankGivesTheDestinationTheSourcesDistribution) {
   const ImageF destination = random_image(60, 1, 2.0), source = random_image(50, 2, 1.0);
   const ImageF matched = match_control(destination, {}, {}, source, {}, {}, ControlMapping::Rank);
-  std::vector<float> a(matched.values().begin(), matched.values().end()), b(source.values().begin(), source.values().end());
+  std::vector<float> a(matched.values().begin(), matched.values().end()),
+      b(source.values().begin(), source.values().end());
   std::sort(a.begin(), a.end());
   std::sort(b.begin(), b.end());
   for (double q : {0.05, 0.25, 0.5, 0.75, 0.95}) {
-    EXPECT_NEAR(a[static_cast<std::size_t>(q * static_cast<double>(a.size()))], b[static_cast<std::size_t>(q * static_cast<double>(b.size()))], 2e-3) << q;
+    EXPECT_NEAR(a[static_cast<std::size_t>(q * static_cast<double>(a.size()))],
+                b[static_cast<std::size_t>(q * static_cast<double>(b.size()))], 2e-3)
+        << q;
   }
   // Order is kept.
   for (std::size_t i = 1; i < destination.values().size(); ++i) {
@@ -80,11 +83,18 @@ TEST(MatchControl, OntoItselfIsTheIdentity) {
 TEST(MatchControl, PhysicalConvertsBetweenRangesAndRefusesOtherUnits) {
   const ImageF destination(1, 1, 1, 0.5f), source(1, 1, 1, 0.0f);
   // 0.5 of [0, 2] mm is 1 mm, which is 0.25 of [0, 4] mm.
-  const ImageF matched = match_control(destination, {}, {0.0, 2.0, "mm"}, source, {}, {0.0, 4.0, "mm"}, ControlMapping::Physical);
+  const ImageF matched =
+      match_control(destination, {}, {0.0, 2.0, "mm"}, source, {}, {0.0, 4.0, "mm"}, ControlMapping::Physical);
   EXPECT_FLOAT_EQ(matched.at(0, 0), 0.25f);
-  EXPECT_THROW((void)match_control(destination, {}, {0.0, 2.0, "mm"}, source, {}, {0.0, 4.0, "1/mm"}, ControlMapping::Physical), InvalidInput);
-  EXPECT_THROW((void)match_control(destination, {}, {0.0, 1.0, "cosine"}, source, {}, {0.0, 1.0, "relative"}, ControlMapping::Physical), InvalidInput);
-  EXPECT_FLOAT_EQ(match_control(destination, {}, {0.0, 2.0, ""}, source, {}, {0.0, 4.0, "mm"}, ControlMapping::Physical).at(0, 0), 0.25f);
+  EXPECT_THROW(
+      (void)match_control(destination, {}, {0.0, 2.0, "mm"}, source, {}, {0.0, 4.0, "1/mm"}, ControlMapping::Physical),
+      InvalidInput);
+  EXPECT_THROW((void)match_control(destination, {}, {0.0, 1.0, "cosine"}, source, {}, {0.0, 1.0, "relative"},
+                                   ControlMapping::Physical),
+               InvalidInput);
+  EXPECT_FLOAT_EQ(
+      match_control(destination, {}, {0.0, 2.0, ""}, source, {}, {0.0, 4.0, "mm"}, ControlMapping::Physical).at(0, 0),
+      0.25f);
 }
 
 }  // namespace

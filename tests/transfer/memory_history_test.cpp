@@ -1,18 +1,19 @@
 // Histories that never were a folder: every step of a transfer gives what the same history on disk gives, to the bit.
+#include "patinate/history/memory_history.h"
+
 #include <gtest/gtest.h>
 
 #include <memory>
 
-#include "patinate/history/memory_history.h"
+#include "patinate/transfer/age.h"
+#include "patinate/transfer/time_map.h"
+#include "patinate/transfer/transfer_io.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "patinate/transfer/age.h"
 #include "transfer/lookup/packed_lookup.h"
-#include "patinate/transfer/time_map.h"
 #include "transfer/synthesis/map_audit.h"
 #include "transfer/synthesis/transfer_controls.h"
-#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 namespace {
@@ -25,7 +26,8 @@ struct Both {
   std::shared_ptr<const History> memory, disk;
   std::shared_ptr<const TexelMap> map = std::make_shared<TexelMap>(testing_support::cut_plane(kAtlas), kAtlas, kAtlas);
 
-  explicit Both(MemoryHistoryImages images = testing_support::half_images(kSource, kSource, 4, testing_support::blotches)) {
+  explicit Both(MemoryHistoryImages images = testing_support::half_images(kSource, kSource, 4,
+                                                                          testing_support::blotches)) {
     memory = std::make_shared<const MemoryHistory>(std::move(images));
     testing_support::write_history(folder.path(), *memory);
     disk = std::make_shared<const HistoryReader>(folder.path());
@@ -36,7 +38,10 @@ struct Both {
     return values;
   }
   [[nodiscard]] TransferInput input(const std::shared_ptr<const History>& history) const {
-    return {.history = history, .map = map, .texel_size_mm = 1.0, .controls = {{"x", "ramp", ramp(), {}, 1.0, ControlMapping::Rank}}};
+    return {.history = history,
+            .map = map,
+            .texel_size_mm = 1.0,
+            .controls = {{"x", "ramp", ramp(), {}, 1.0, ControlMapping::Rank}}};
   }
 };
 
@@ -44,7 +49,8 @@ TEST(MemoryTransfer, EqualsTheTransferFromAFolder) {
   const Both both;
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
     const TransferOptions options{.method = method, .reference = {.num_passes = 1}};
-    const TransferResult memory = transfer(both.input(both.memory), options), disk = transfer(both.input(both.disk), options);
+    const TransferResult memory = transfer(both.input(both.memory), options),
+                         disk = transfer(both.input(both.disk), options);
     EXPECT_EQ(memory.coordinates, disk.coordinates);
     EXPECT_EQ(memory.matched_controls, disk.matched_controls);
     EXPECT_EQ(memory.energy.energy, disk.energy.energy);
@@ -55,7 +61,10 @@ TEST(MemoryTransfer, EqualsTheTransferFromAFolder) {
 TEST(MemoryTransfer, EqualsTheAudit) {
   const Both both;
   const TransferResult made = transfer(both.input(both.memory));
-  MapToAudit map{.surface = both.map, .coordinates = coordinate_image(made.coordinates, kAtlas, kAtlas, kSource), .pixel_mm = 1.0, .controls = {{"x", both.ramp()}}};
+  MapToAudit map{.surface = both.map,
+                 .coordinates = coordinate_image(made.coordinates, kAtlas, kAtlas, kSource),
+                 .pixel_mm = 1.0,
+                 .controls = {{"x", both.ramp()}}};
   const OptimumAudit memory = audit_map(*both.memory, map, {}, 200, 1), disk = audit_map(*both.disk, map, {}, 200, 1);
   EXPECT_GT(memory.num_audited, 0);
   EXPECT_EQ(memory.energy, disk.energy);
@@ -68,13 +77,15 @@ TEST(MemoryTransfer, EqualsTheLookupAtATimeOfItsOwnPerTexel) {
   ImageF times = both.ramp();
   for (float& t : times.values()) t *= 9.0f;  // From the first frame to the last.
   const PackedCoordinates indices = pack_coordinates(coordinates, kSource);
-  EXPECT_EQ(gather_at_times(*both.memory, indices, times, Between::Blend), gather_at_times(*both.disk, indices, times, Between::Blend));
+  EXPECT_EQ(gather_at_times(*both.memory, indices, times, Between::Blend),
+            gather_at_times(*both.disk, indices, times, Between::Blend));
 }
 
 TEST(MemoryTransfer, AgesAMeshAsTheFolderDoes) {
   const Both both;
   const AgeOptions options{.resolution = 64};
-  const AgedMesh memory = age_mesh(both.memory, testing_support::cut_plane(kAtlas), "x=height", options), disk = age_mesh(both.disk, testing_support::cut_plane(kAtlas), "x=height", options);
+  const AgedMesh memory = age_mesh(both.memory, testing_support::cut_plane(kAtlas), "x=height", options),
+                 disk = age_mesh(both.disk, testing_support::cut_plane(kAtlas), "x=height", options);
   EXPECT_EQ(memory.coordinates, disk.coordinates);
   EXPECT_EQ(memory.texture(2.5), disk.texture(2.5));
 }
@@ -87,12 +98,14 @@ TEST(MemoryTransfer, KnowsThePartsOfALibrary) {
     for (int x = kSource / 2; x < kSource; ++x) which.at(x, y) = 1.0f;
   }
   images.controls.push_back({{.name = kLibraryControl, .unit = kLibraryControlUnit}, which});
-  images.parts = {{.name = "left", .x = 0, .width = kSource / 2, .height = kSource, .key = "l"}, {.name = "right", .x = kSource / 2, .width = kSource / 2, .height = kSource, .key = "r"}};
+  images.parts = {{.name = "left", .x = 0, .width = kSource / 2, .height = kSource, .key = "l"},
+                  {.name = "right", .x = kSource / 2, .width = kSource / 2, .height = kSource, .key = "r"}};
   const Both both(std::move(images));
   ASSERT_EQ(both.disk->facts().parts, both.memory->facts().parts);
   const auto of = [&](const std::shared_ptr<const History>& history) {
     TransferInput input = both.input(history);
-    input.controls.push_back(make_transfer_control(*history, parse_control_spec("history=ramp"), {both.ramp(), 0.0, 1.0, "relative", {}}));
+    input.controls.push_back(
+        make_transfer_control(*history, parse_control_spec("history=ramp"), {both.ramp(), 0.0, 1.0, "relative", {}}));
     return transfer(input);
   };
   const TransferResult memory = of(both.memory);

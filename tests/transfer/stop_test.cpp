@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "libcommon/atlas/direction_field.h"
+#include "patinate/transfer/transfer.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
+#include "transfer/synthesis/audit.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/source_levels.h"
-#include "transfer/synthesis/audit.h"
-#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 namespace {
@@ -51,10 +51,16 @@ TEST(Stop, ATransferEndsAtAnyMomentOfItsProgress) {
       control.num_threads = kThreads;
       control.stop = source.get_token();
       control.on_progress = [&](double done) {
-        if (source.stop_requested()) ++later;
-        else if (done >= moment) source.request_stop();
+        if (source.stop_requested())
+          ++later;
+        else if (done >= moment)
+          source.request_stop();
       };
-      EXPECT_THROW((void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.guide}}, options, control), Canceled) << moment;
+      EXPECT_THROW(
+          (void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.guide}},
+                         options, control),
+          Canceled)
+          << moment;
       EXPECT_LE(later, kThreads) << "begun after the stop at " << moment;
     }
   }
@@ -71,20 +77,36 @@ TEST(Stop, EveryStageOfATransferNoticesIt) {
   const std::vector<ImageF> known{task.history->read_control("x")};
   const ImageU8 mask = task.history->read_mask();
   const AppearanceSpace appearance = build_appearance_space(*task.history, 2);
-  SynthesisLevel level{make_source_level(appearance.levels[0], interleave(known), mask, appearance.variances[0], neighborhood), {}};
+  SynthesisLevel level{
+      make_source_level(appearance.levels[0], interleave(known), mask, appearance.variances[0], neighborhood), {}};
   const SourcePlacement placement = place_source(*task.map, nullptr, 1.0, 0);
-  level.destination = make_destination_level(task.map, interleave(std::vector<ImageF>{task.guide.values}), neighborhood, placement);
+  level.destination =
+      make_destination_level(task.map, interleave(std::vector<ImageF>{task.guide.values}), neighborhood, placement);
   const CoordinateMap coordinates(static_cast<std::size_t>(task.map->num_texels()), level.source.usable.front());
   const std::vector<std::pair<const char*, std::function<void()>>> stages{
       {"appearance", [&] { (void)build_appearance_space(*task.history, 2, {}, stopped); }},
-      {"controls", [&] { (void)match_control(task.guide.values, task.map->coverage(), {}, known[0], mask, {}, ControlMapping::Rank, stopped); }},
+      {"controls",
+       [&] {
+         (void)match_control(task.guide.values, task.map->coverage(), {}, known[0], mask, {}, ControlMapping::Rank,
+                             stopped);
+       }},
       {"levels of controls", [&] { (void)source_control_levels(appearance, known, stopped); }},
       {"texels", [&] { TexelMap(task.map->mesh(), kSide, kSide, stopped); }},
       {"directions", [&] { (void)direction_frames(*task.map, DirectionKind::Gravity, Vec3(0, 1, 0), stopped); }},
-      {"neighbors", [&] { (void)make_destination_level(task.map, level.destination.controls, neighborhood, placement, stopped); }},
-      {"reference", [&] { (void)synthesize_reference(level.source, level.destination, neighborhood, 0.5, weights, 1, {}, stopped); }},
-      {"fast", [&, levels = std::vector<SynthesisLevel>{level}]() mutable { (void)synthesize_multi_level(levels, neighborhood, 0.5, weights, 1, {}, stopped); }},
-      {"energy", [&] { (void)measure_energy(level.source, level.destination, neighborhood, coordinates, 0.5, weights, stopped); }},
+      {"neighbors",
+       [&] { (void)make_destination_level(task.map, level.destination.controls, neighborhood, placement, stopped); }},
+      {"reference",
+       [&] {
+         (void)synthesize_reference(level.source, level.destination, neighborhood, 0.5, weights, 1, {}, stopped);
+       }},
+      {"fast",
+       [&, levels = std::vector<SynthesisLevel>{level}]() mutable {
+         (void)synthesize_multi_level(levels, neighborhood, 0.5, weights, 1, {}, stopped);
+       }},
+      {"energy",
+       [&] {
+         (void)measure_energy(level.source, level.destination, neighborhood, coordinates, 0.5, weights, stopped);
+       }},
       {"audit", [&] { (void)audit_optimum(level, neighborhood, coordinates, 0.5, weights, 10, 1, stopped); }}};
   for (const auto& [name, run] : stages) EXPECT_THROW(run(), Canceled) << name;
 }

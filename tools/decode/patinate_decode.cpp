@@ -1,5 +1,5 @@
-// patinate-decode FILE: decodes the images of one file, so that what goes wrong in a decoder stays in this process. It is started by
-// patinate's own programs and speaks libcommon/image/decoder_wire.h on its standard input and output.
+// patinate-decode FILE: decodes the images of one file, so that what goes wrong in a decoder stays in this process. It
+// is started by patinate's own programs and speaks libcommon/image/decoder_wire.h on its standard input and output.
 #include <fcntl.h>
 #include <unistd.h>
 

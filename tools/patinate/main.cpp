@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/interruption.h"
 #include "tools/patinate/command_line/message_stream.h"

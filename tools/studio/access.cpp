@@ -14,12 +14,14 @@ namespace {
 
 std::string lower(std::string_view text) {
   std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return out;
 }
 
 bool is_port(std::string_view text) {
-  return text.size() <= 5 && !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  return text.size() <= 5 && !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 /// The value of a cookie; "" when there is none of that name.
@@ -28,7 +30,8 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
     std::string_view pair = cookies.substr(0, cookies.find_first_of(";,"));
     cookies.remove_prefix(std::min(cookies.size(), pair.size() + 1));
     pair.remove_prefix(std::min(pair.size(), pair.find_first_not_of(' ')));
-    if (pair.size() > name.size() && pair.substr(0, name.size()) == name && pair[name.size()] == '=') return pair.substr(name.size() + 1);
+    if (pair.size() > name.size() && pair.substr(0, name.size()) == name && pair[name.size()] == '=')
+      return pair.substr(name.size() + 1);
   }
   return {};
 }
@@ -37,7 +40,8 @@ std::string_view cookie_value(std::string_view cookies, std::string_view name) {
 
 std::string random_token() {
   std::array<unsigned char, 16> bytes{};
-  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) throw CannotComplete("the system gives no random numbers for a token");
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+    throw CannotComplete("the system gives no random numbers for a token");
   static constexpr std::string_view kHex = "0123456789abcdef";
   std::string token;
   for (const unsigned char byte : bytes) token += {kHex[byte / 16], kHex[byte % 16]};
@@ -45,7 +49,9 @@ std::string random_token() {
 }
 
 Access::Access(std::string token, int port, const std::vector<std::string>& hosts)
-    : token_(std::move(token)), cookie_name_("patinate-" + std::to_string(port)), hosts_{"127.0.0.1", "localhost", "[::1]"} {
+    : token_(std::move(token)),
+      cookie_name_("patinate-" + std::to_string(port)),
+      hosts_{"127.0.0.1", "localhost", "[::1]"} {
   for (const std::string& host : hosts) hosts_.push_back(lower(host));
 }
 
@@ -54,8 +60,8 @@ std::string Access::cookie() const { return cookie_name_ + "=" + token_ + "; Htt
 bool Access::is_ours(std::string_view host) const {
   const std::string asked = lower(host);
   return std::any_of(hosts_.begin(), hosts_.end(), [&](const std::string& ours) {
-    return asked == ours || (asked.size() > ours.size() && asked.compare(0, ours.size(), ours) == 0 && asked[ours.size()] == ':' &&
-                             is_port(std::string_view(asked).substr(ours.size() + 1)));
+    return asked == ours || (asked.size() > ours.size() && asked.compare(0, ours.size(), ours) == 0 &&
+                             asked[ours.size()] == ':' && is_port(std::string_view(asked).substr(ours.size() + 1)));
   });
 }
 

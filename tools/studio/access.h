@@ -1,6 +1,6 @@
 /// \file
-/// Who may ask the studio: the token, and a Host and Origin that are ours. Other pages in the same browser, and names that a foreign name
-/// server points at this machine, are refused.
+/// Who may ask the studio: the token, and a Host and Origin that are ours. Other pages in the same browser, and names
+/// that a foreign name server points at this machine, are refused.
 #pragma once
 
 #include <string>

@@ -15,12 +15,18 @@ namespace {
 struct FileType {
   std::string_view extension, type;
 };
-constexpr std::array kFileTypes{FileType{".json", "application/json"},         FileType{".csv", "text/csv; charset=utf-8"},
-                                FileType{".html", "text/html; charset=utf-8"}, FileType{".txt", "text/plain; charset=utf-8"},
-                                FileType{".png", "image/png"},                 FileType{".jpg", "image/jpeg"},
-                                FileType{".jpeg", "image/jpeg"},               FileType{".svg", "image/svg+xml"},
-                                FileType{".glb", "model/gltf-binary"},         FileType{".exr", "image/x-exr"},
-                                FileType{".ply", "application/octet-stream"},  FileType{".obj", "text/plain; charset=utf-8"}};
+constexpr std::array kFileTypes{FileType{".json", "application/json"},
+                                FileType{".csv", "text/csv; charset=utf-8"},
+                                FileType{".html", "text/html; charset=utf-8"},
+                                FileType{".txt", "text/plain; charset=utf-8"},
+                                FileType{".png", "image/png"},
+                                FileType{".jpg", "image/jpeg"},
+                                FileType{".jpeg", "image/jpeg"},
+                                FileType{".svg", "image/svg+xml"},
+                                FileType{".glb", "model/gltf-binary"},
+                                FileType{".exr", "image/x-exr"},
+                                FileType{".ply", "application/octet-stream"},
+                                FileType{".obj", "text/plain; charset=utf-8"}};
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 30;
 constexpr int kPreviewWidth = 1024, kMostPreviewWidth = 8192;
 
@@ -37,7 +43,8 @@ HttpResponse answer_places(const Asked& asked, const std::string& version) {
     if (!entry.problem.empty()) json["problem"] = entry.problem;
     places.push_back(std::move(json));
   }
-  return json_response(Json{{"folder", asked.folder.path().string()}, {"version", version}, {"places", std::move(places)}});
+  return json_response(
+      Json{{"folder", asked.folder.path().string()}, {"version", version}, {"places", std::move(places)}});
 }
 
 HttpResponse answer_preview(const Asked& asked) {
@@ -49,11 +56,17 @@ HttpResponse answer_preview(const Asked& asked) {
 HttpResponse answer_file(const Asked& asked) {
   const std::filesystem::path file = asked.file();
   std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  const auto found = std::find_if(kFileTypes.begin(), kFileTypes.end(), [&](const FileType& t) { return t.extension == extension; });
-  if (found == kFileTypes.end()) throw NotFound("files of this kind are not served; there are json, csv, html, png, jpg, svg, glb, exr, ply, obj and txt");
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  const auto found =
+      std::find_if(kFileTypes.begin(), kFileTypes.end(), [&](const FileType& t) { return t.extension == extension; });
+  if (found == kFileTypes.end())
+    throw NotFound(
+        "files of this kind are not served; there are json, csv, html, png, jpg, svg, glb, exr, ply, obj and txt");
   // A page of the folder runs, but as a stranger to the studio: whoever wrote it cannot use the studio's cookie.
-  return {.type = std::string(found->type), .headers = {{"Content-Security-Policy", "sandbox allow-scripts"}}, .body = read_file(file, kMostFileBytes)};
+  return {.type = std::string(found->type),
+          .headers = {{"Content-Security-Policy", "sandbox allow-scripts"}},
+          .body = read_file(file, kMostFileBytes)};
 }
 
 }  // namespace patinate::studio

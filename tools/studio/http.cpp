@@ -47,7 +47,8 @@ RequestTarget parse_target(std::string_view target) {
     rest.remove_prefix(pair.size() < rest.size() ? pair.size() + 1 : rest.size());
     const std::size_t equals = pair.find('=');
     std::string name = decoded(pair.substr(0, equals), true);
-    result.query.try_emplace(std::move(name), equals == std::string_view::npos ? std::string() : decoded(pair.substr(equals + 1), true));
+    result.query.try_emplace(std::move(name),
+                             equals == std::string_view::npos ? std::string() : decoded(pair.substr(equals + 1), true));
   }
   return result;
 }
@@ -56,7 +57,8 @@ std::string percent_encoded(std::string_view text) {
   static constexpr std::string_view kHex = "0123456789ABCDEF", kPlain = "-_.~/";
   std::string out;
   for (const char c : text) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || kPlain.find(c) != std::string_view::npos;
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                          kPlain.find(c) != std::string_view::npos;
     if (is_plain) {
       out += c;
       continue;

@@ -11,9 +11,10 @@
 namespace patinate::studio {
 
 struct HttpRequest {
-  std::string method;                          ///< "GET", "POST"
-  std::string target;                          ///< As sent: "/api/texture?place=copper&time=3".
-  std::map<std::string, std::string> headers;  ///< Names in lower case. Of a name that is sent twice, the values with ", " between.
+  std::string method;  ///< "GET", "POST"
+  std::string target;  ///< As sent: "/api/texture?place=copper&time=3".
+  std::map<std::string, std::string>
+      headers;  ///< Names in lower case. Of a name that is sent twice, the values with ", " between.
   std::string body;
 
   /// "" when it was not sent.
@@ -43,7 +44,8 @@ struct RequestTarget {
   [[nodiscard]] bool has(const std::string& name) const { return query.count(name) != 0; }
 };
 
-/// Percent signs are decoded once, `+` stands for a blank in the query. @throws InvalidInput on a broken escape, a NUL, or no leading `/`.
+/// Percent signs are decoded once, `+` stands for a blank in the query. @throws InvalidInput on a broken escape, a NUL,
+/// or no leading `/`.
 [[nodiscard]] RequestTarget parse_target(std::string_view target);
 /// The inverse, for one value of a query.
 [[nodiscard]] std::string percent_encoded(std::string_view text);

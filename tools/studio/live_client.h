@@ -9,7 +9,8 @@ namespace patinate::studio {
 inline constexpr std::int64_t kMostUnacknowledged = 2;
 
 struct LiveEngine::Client {
-  Client(std::shared_ptr<WebSocketPeer> given, ScreenTile num_tiles) : peer(std::move(given)), surface(num_tiles), relief(num_tiles), overlay(num_tiles) {
+  Client(std::shared_ptr<WebSocketPeer> given, ScreenTile num_tiles)
+      : peer(std::move(given)), surface(num_tiles), relief(num_tiles), overlay(num_tiles) {
     surface.add_all();
     relief.add_all();
   }
@@ -19,13 +20,13 @@ struct LiveEngine::Client {
   DirtyTiles surface, relief, overlay;
   bool wants_surface = true;
   bool wants_relief = true;
-  std::string overlay_name;             ///< "" = none.
+  std::string overlay_name;  ///< "" = none.
   std::int64_t num_gammatons = 0;
-  std::int64_t num_sent = 0;            ///< Updates; the number of the last one.
+  std::int64_t num_sent = 0;  ///< Updates; the number of the last one.
   std::int64_t num_acknowledged = 0;
-  std::int64_t shown_state = -1;        ///< state_number() of the last update.
+  std::int64_t shown_state = -1;  ///< state_number() of the last update.
   bool wants_hash = false;
-  bool wants_status = false;            ///< There is a newer one than it has.
+  bool wants_status = false;  ///< There is a newer one than it has.
   Clock::time_point last_update{};
 };
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "simulation/files/scene_json.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/outside_json.h"
@@ -33,7 +33,8 @@ std::string text_member(const Json& request, const char* key) {
 std::int64_t integer_member(const Json& request, const char* key, std::int64_t low, std::int64_t high) {
   const Json& value = member(request, key);
   if (!value.is_number_integer() || value.get<std::int64_t>() < low || value.get<std::int64_t>() > high) {
-    throw InvalidInput(std::string("/") + key + ": found " + value.dump() + "; expected a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+    throw InvalidInput(std::string("/") + key + ": found " + value.dump() + "; expected a whole number from " +
+                       std::to_string(low) + " to " + std::to_string(high));
   }
   return value.get<std::int64_t>();
 }
@@ -47,7 +48,9 @@ std::vector<Vec3> positions(const Json& request) {
   };
   if (request.contains("position")) add(JsonReader("stroke", request.at("position"), "/position"));
   if (!request.contains("positions")) return way;
-  for (const JsonReader& position : JsonReader("stroke", request.at("positions"), "/positions").elements(kMostPositions)) add(position);
+  for (const JsonReader& position :
+       JsonReader("stroke", request.at("positions"), "/positions").elements(kMostPositions))
+    add(position);
   return way;
 }
 
@@ -57,7 +60,8 @@ std::vector<std::string> texts_member(const Json& request, const char* key) {
   for (const Json& element : list.is_array() ? list : Json::array()) {
     if (element.is_string()) texts.push_back(element.get<std::string>());
   }
-  if (!list.is_array() || texts.size() != list.size()) throw InvalidInput(std::string("/") + key + ": found " + list.dump() + "; expected a list of names");
+  if (!list.is_array() || texts.size() != list.size())
+    throw InvalidInput(std::string("/") + key + ": found " + list.dump() + "; expected a list of names");
   return texts;
 }
 
@@ -88,21 +92,24 @@ struct LiveEngine::Commands {
   }
   static void step(const Call& c) {
     c.engine.refuse_picture();
-    c.engine.num_steps_left_ = c.request.contains("iterations") ? integer_member(c.request, "iterations", 1, 1'000'000) : 1;
+    c.engine.num_steps_left_ =
+        c.request.contains("iterations") ? integer_member(c.request, "iterations", 1, 1'000'000) : 1;
     c.engine.is_running_ = true;
     c.engine.opened_.clear();
   }
   static void reset(const Call& c) {
     c.engine.finish_stroke();
     if (c.engine.record_.num_events() > 0 || c.engine.iteration() > 0) c.engine.remember();
-    c.engine.go_to({.state = c.engine.start_, .events = {}, .slider = c.engine.start_slider_, .picture_of = 0, .opened = ""});
+    c.engine.go_to(
+        {.state = c.engine.start_, .events = {}, .slider = c.engine.start_slider_, .picture_of = 0, .opened = ""});
     c.engine.is_running_ = false;
     c.engine.num_steps_left_ = 0;
   }
   static void event(const Call& c) { c.engine.apply(member(c.request, "event")); }
   static void stroke(const Call& c) {
     const std::string phase = text_member(c.request, "phase");
-    if (phase != "begin" && phase != "move" && phase != "end") throw InvalidInput("/phase: found \"" + phase + "\"; expected begin, move or end");
+    if (phase != "begin" && phase != "move" && phase != "end")
+      throw InvalidInput("/phase: found \"" + phase + "\"; expected begin, move or end");
     const std::vector<Vec3> way = positions(c.request);
     if (phase == "begin") {
       if (way.empty()) (void)member(c.request, "position");
@@ -119,15 +126,19 @@ struct LiveEngine::Commands {
     Client& client = c.client;
     if (c.request.contains("planes")) {
       const std::vector<std::string> planes = texts_member(c.request, "planes");
-      const auto wants = [&](const char* name) { return std::find(planes.begin(), planes.end(), name) != planes.end(); };
+      const auto wants = [&](const char* name) {
+        return std::find(planes.begin(), planes.end(), name) != planes.end();
+      };
       for (const std::string& plane : planes) {
-        if (plane != "surface" && plane != "relief" && plane != "overlay") throw InvalidInput("/planes: found \"" + plane + "\"; expected surface, relief or overlay");
+        if (plane != "surface" && plane != "relief" && plane != "overlay")
+          throw InvalidInput("/planes: found \"" + plane + "\"; expected surface, relief or overlay");
       }
       client.wants_surface = wants("surface");
       client.wants_relief = wants("relief");
     }
     if (c.request.contains("overlay")) watch_overlay(c, c.request.at("overlay"));
-    if (c.request.contains("gammatons")) client.num_gammatons = integer_member(c.request, "gammatons", 0, kMostGammatons);
+    if (c.request.contains("gammatons"))
+      client.num_gammatons = integer_member(c.request, "gammatons", 0, kMostGammatons);
     client.shown_state = -1;
   }
   static void watch_overlay(const Call& c, const Json& asked) {
@@ -142,18 +153,22 @@ struct LiveEngine::Commands {
     }
     c.client.overlay_name = name;
     std::erase_if(e.overlays_, [&](const auto& overlay) {
-      return std::none_of(e.clients_.begin(), e.clients_.end(), [&](const auto& other) { return other.second->overlay_name == overlay.first; });
+      return std::none_of(e.clients_.begin(), e.clients_.end(),
+                          [&](const auto& other) { return other.second->overlay_name == overlay.first; });
     });
   }
   static void hash(const Call& c) { c.client.wants_hash = true; }
   static void save(const Call& c) { c.engine.save(text_member(c.request, "path")); }
-  static void export_all(const Call& c) { c.engine.export_to(text_member(c.request, "path"), texts_member(c.request, "what"), c.client.peer); }
+  static void export_all(const Call& c) {
+    c.engine.export_to(text_member(c.request, "path"), texts_member(c.request, "what"), c.client.peer);
+  }
   static void cancel(const Call& c) { c.engine.exporting_.request_stop(); }
 
-  static constexpr std::array kAll{Command{"run", run},     Command{"pause", pause}, Command{"step", step},     Command{"reset", reset},
-                                   Command{"event", event}, Command{"stroke", stroke}, Command{"undo", undo},   Command{"redo", redo},   Command{"resume", resume},
-                                   Command{"looks", looks}, Command{"watch", watch}, Command{"hash", hash},     Command{"save", save},
-                                   Command{"export", export_all}, Command{"cancel", cancel}};
+  static constexpr std::array kAll{Command{"run", run},     Command{"pause", pause},       Command{"step", step},
+                                   Command{"reset", reset}, Command{"event", event},       Command{"stroke", stroke},
+                                   Command{"undo", undo},   Command{"redo", redo},         Command{"resume", resume},
+                                   Command{"looks", looks}, Command{"watch", watch},       Command{"hash", hash},
+                                   Command{"save", save},   Command{"export", export_all}, Command{"cancel", cancel}};
 };
 
 void LiveEngine::receive(int id, const std::string& text) {
@@ -172,11 +187,16 @@ void LiveEngine::receive(int id, const std::string& text) {
     if (!request.is_object()) throw InvalidInput("found no object; expected {\"op\": ...}");
     const std::string op = text_member(request, "op");
     if (op == "ack") {
-      client.num_acknowledged = std::max(client.num_acknowledged, integer_member(request, "update", 0, client.num_sent));
+      client.num_acknowledged =
+          std::max(client.num_acknowledged, integer_member(request, "update", 0, client.num_sent));
       return;
     }
-    const auto command = std::find_if(Commands::kAll.begin(), Commands::kAll.end(), [&](const Commands::Command& c) { return c.op == op; });
-    if (command == Commands::kAll.end()) throw InvalidInput("/op: found \"" + op + "\"; expected run, pause, step, reset, event, stroke, undo, redo, resume, looks, watch, ack, hash, save, export or cancel");
+    const auto command = std::find_if(Commands::kAll.begin(), Commands::kAll.end(),
+                                      [&](const Commands::Command& c) { return c.op == op; });
+    if (command == Commands::kAll.end())
+      throw InvalidInput("/op: found \"" + op +
+                         "\"; expected run, pause, step, reset, event, stroke, undo, redo, resume, looks, watch, ack, "
+                         "hash, save, export or cancel");
     command->run({*this, client, request});
     has_news_ = true;
     client.peer->send_text(done_text(request_id));
@@ -196,9 +216,11 @@ void LiveEngine::set_looks(const Json& changes) {
   Json cleaned = Json::object();
   for (const std::string& name : reader.keys()) {
     const Json said = name;
-    const auto i = static_cast<std::size_t>(simulation::material_index(JsonReader("looks", said), name, scene.materials));
+    const auto i =
+        static_cast<std::size_t>(simulation::material_index(JsonReader("looks", said), name, scene.materials));
     cleaned[name] = changes.at(name);
-    if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null()) cleaned[name].erase("color");  // a picture, as it was sent
+    if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null())
+      cleaned[name].erase("color");  // a picture, as it was sent
     looks[i] = simulation::read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
   }
   simulation_.set_looks(std::move(looks));
@@ -217,23 +239,29 @@ void LiveEngine::apply(const Json& event_mm) {
   future_.clear();
   if (stroke_ && !can_paint(stroke_->emitter)) finish_stroke();
   if (parsed.op == simulation::SceneEvent::Op::Behavior) {
-    slider_ = event["behavior"].contains("slider") ? std::optional(event["behavior"]["slider"].get<double>()) : std::nullopt;
+    slider_ =
+        event["behavior"].contains("slider") ? std::optional(event["behavior"]["slider"].get<double>()) : std::nullopt;
   }
 }
 
 /// A scene without a brush gets one, off. It comes last, so that the streams of the others stay.
 void LiveEngine::add_brush() {
   simulation::Scene& scene = file_.scene;
-  if (std::any_of(scene.emitters.begin(), scene.emitters.end(), [](const simulation::Emitter& e) { return e.shape == simulation::EmitterShape::Surface; })) return;
+  if (std::any_of(scene.emitters.begin(), scene.emitters.end(),
+                  [](const simulation::Emitter& e) { return e.shape == simulation::EmitterShape::Surface; }))
+    return;
   simulation::Emitter brush;
   const auto is_taken = [&](const std::string& name) {
-    return std::any_of(scene.emitters.begin(), scene.emitters.end(), [&](const simulation::Emitter& e) { return e.name == name; }) ||
-           std::any_of(scene.objects.begin(), scene.objects.end(), [&](const simulation::SceneObject& o) { return o.name == name; });
+    return std::any_of(scene.emitters.begin(), scene.emitters.end(),
+                       [&](const simulation::Emitter& e) { return e.name == name; }) ||
+           std::any_of(scene.objects.begin(), scene.objects.end(),
+                       [&](const simulation::SceneObject& o) { return o.name == name; });
   };
   brush.name = "brush";
   while (is_taken(brush.name)) brush.name += "+";
   double size = 0.0;
-  for (const simulation::SceneObject& object : scene.objects) size = std::max(size, object.scale * bounding_box(object.mesh).diagonal());
+  for (const simulation::SceneObject& object : scene.objects)
+    size = std::max(size, object.scale * bounding_box(object.mesh).diagonal());
   brush.shape = simulation::EmitterShape::Surface;
   brush.position_mm = scene.objects.front().translate_mm;
   brush.size_mm = {rounded(size / 20.0, 3), 0.0};

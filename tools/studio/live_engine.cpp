@@ -23,7 +23,8 @@ constexpr std::size_t kMostWaitingBytes = std::size_t{1} << 20;  ///< A client t
 simulation::SimulationOptions simulation_options(const simulation::SceneFile& file, const LiveOptions& live) {
   simulation::SimulationOptions options{.parameter_maps = file.controls, .color_form = live.color_form};
   if (!live.finished.empty()) return options;  // what was not counted then is not known
-  if (std::find(options.parameter_maps.begin(), options.parameter_maps.end(), "hits") == options.parameter_maps.end()) options.parameter_maps.push_back("hits");
+  if (std::find(options.parameter_maps.begin(), options.parameter_maps.end(), "hits") == options.parameter_maps.end())
+    options.parameter_maps.push_back("hits");
   return options;
 }
 
@@ -40,7 +41,9 @@ std::optional<double> slider_of(const std::filesystem::path& file) {
   return root["behavior"]["slider"].get<double>();
 }
 
-double seconds_since(std::chrono::steady_clock::time_point begin) { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
 
 }  // namespace
 
@@ -50,11 +53,13 @@ std::string error_text(const Json& id, const std::string& message) {
 }
 
 void refuse(WebSocketPeer& peer, const std::string& why) {
-  peer.send_text(Json{{"type", "error"}, {"id", nullptr}, {"message", why}, {"fatal", true}}.dump(-1, ' ', false, Json::error_handler_t::replace));
+  peer.send_text(Json{{"type", "error"}, {"id", nullptr}, {"message", why}, {"fatal", true}}.dump(
+      -1, ' ', false, Json::error_handler_t::replace));
   peer.refuse(why);
 }
 
-LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control)
+LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, const LiveOptions& options,
+                       const RunControl& control)
     : folder_(folder),
       options_(options),
       file_(std::move(file)),
@@ -69,7 +74,8 @@ LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, c
       is_exporting_(std::make_shared<std::atomic<bool>>(false)) {
   if (!options.finished.empty()) open_finished();
   relief_.high_mm = simulation_.texel_size_mm();
-  for (const simulation::MaterialLook& look : file_.scene.looks) relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
+  for (const simulation::MaterialLook& look : file_.scene.looks)
+    relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
   relief_.low_mm = -relief_.high_mm;
   refresh();
   open_recording();
@@ -241,7 +247,8 @@ std::string LiveEngine::mesh_glb() const {
   std::vector<MeshPart> parts;
   for (const simulation::SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
   const simulation::SurfaceAtlas& surface = simulation_.atlas().surface();
-  for (int t = 0; t < surface.num_triangles(); ++t) parts[static_cast<std::size_t>(surface.object(t))].triangles.push_back(t);
+  for (int t = 0; t < surface.num_triangles(); ++t)
+    parts[static_cast<std::size_t>(surface.object(t))].triangles.push_back(t);
   return studio::mesh_glb(simulation_.mesh(), parts, 0.001);
 }
 

@@ -16,8 +16,8 @@
 
 #include "patinate/core/json.h"
 #include "patinate/simulation/engine.h"
-#include "simulation/rules/rule_io.h"
 #include "patinate/simulation/scene_io.h"
+#include "simulation/rules/rule_io.h"
 #include "tools/studio/overlay_plane.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/scene_record.h"
@@ -31,7 +31,7 @@ namespace patinate::studio {
 struct LiveOptions {
   simulation::ColorForm color_form = simulation::ColorForm::Normalized;
   int num_threads = 0;
-  double most_updates_s = 60.0;  ///< To one client.
+  double most_updates_s = 60.0;    ///< To one client.
   std::filesystem::path place;     ///< What is recorded is of this one, below the served folder; "" = nothing is.
   std::filesystem::path finished;  ///< A simulation folder whose end is where it begins; "" = the start of the scene.
 };
@@ -40,7 +40,8 @@ struct LiveOptions {
 class LiveEngine {
  public:
   /// @throws InvalidInput, IoError as Simulation and read_scene().
-  LiveEngine(simulation::SceneFile file, const ServedFolder& folder, const LiveOptions& options, const RunControl& control);
+  LiveEngine(simulation::SceneFile file, const ServedFolder& folder, const LiveOptions& options,
+             const RunControl& control);
   ~LiveEngine();
 
   /// Sends hello.
@@ -136,7 +137,8 @@ class LiveEngine {
   void send_gammatons(Client& client);
   // live_output.cpp
   void save(const std::string& name);
-  void export_to(const std::string& name, const std::vector<std::string>& what, const std::shared_ptr<WebSocketPeer>& peer);
+  void export_to(const std::string& name, const std::vector<std::string>& what,
+                 const std::shared_ptr<WebSocketPeer>& peer);
 
   const ServedFolder& folder_;
   LiveOptions options_;
@@ -152,25 +154,26 @@ class LiveEngine {
   std::deque<Moment> past_;    ///< Before strokes and returns to the start; the last one is undone first.
   std::deque<Moment> future_;  ///< Undone; the last one is redone first.
   std::optional<Stroke> stroke_;
-  std::optional<double> slider_, start_slider_;  ///< Of Figure 10, unless the behavior was set otherwise.
-  std::vector<simulation::RuleAsset> fitting_rules_;         ///< Built-in ones whose materials the scene has.
-  std::shared_ptr<Json> said_;  ///< scene_json() as clients know it.
-  std::string opened_;            ///< What a client should know of where it began.
-  std::int64_t picture_of_ = 0;   ///< Iterations behind the amounts that are shown without their gammatons: nothing can go on from there. 0 = all is there.
+  std::optional<double> slider_, start_slider_;       ///< Of Figure 10, unless the behavior was set otherwise.
+  std::vector<simulation::RuleAsset> fitting_rules_;  ///< Built-in ones whose materials the scene has.
+  std::shared_ptr<Json> said_;                        ///< scene_json() as clients know it.
+  std::string opened_;                                ///< What a client should know of where it began.
+  std::int64_t picture_of_ = 0;  ///< Iterations behind the amounts that are shown without their gammatons: nothing can
+                                 ///< go on from there. 0 = all is there.
   bool is_running_ = false;
   std::int64_t num_steps_left_ = 0;  ///< Of a `step`.
   Clock::time_point measured_{};     ///< Ranges of overlays.
-  bool has_news_ = true;     ///< Something changed since the last status.
-  std::string status_;       ///< The last one.
+  bool has_news_ = true;             ///< Something changed since the last status.
+  std::string status_;               ///< The last one.
   Clock::time_point said_status_{};
   Clock::time_point counted_from_ = Clock::now();
   std::int64_t counted_iterations_ = 0;
   double iterations_per_s_ = 0.0;
   std::unique_ptr<RecordingFile> recording_;
   std::optional<Replay> replay_;
-  bool is_resumed_ = false;          ///< What was found has been gone through.
-  bool is_keeping_ = false;          ///< There is a file of this run.
-  std::uint64_t kept_version_ = 0;   ///< Of the record, when it was written last.
+  bool is_resumed_ = false;         ///< What was found has been gone through.
+  bool is_keeping_ = false;         ///< There is a file of this run.
+  std::uint64_t kept_version_ = 0;  ///< Of the record, when it was written last.
   std::int64_t kept_iteration_ = 0;
   Clock::time_point kept_at_{};
   std::jthread exporting_;

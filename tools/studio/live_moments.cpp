@@ -11,7 +11,9 @@ constexpr std::size_t kMostMoments = 20;
 
 }  // namespace
 
-LiveEngine::Moment LiveEngine::moment() { return {simulation_.snapshot(), record_.events(), slider_, picture_of_, opened_}; }
+LiveEngine::Moment LiveEngine::moment() {
+  return {simulation_.snapshot(), record_.events(), slider_, picture_of_, opened_};
+}
 
 void LiveEngine::go_to(const Moment& moment) {
   stop_replay();

@@ -19,10 +19,12 @@ namespace {
 constexpr std::array<std::string_view, 4> kExports{"textures", "glb", "controls", "history"};
 
 /// Runs the saved scene again, from the start, with its history: the same bytes as what is on screen.
-void make_history(const fs::path& scene, const fs::path& output, simulation::ColorForm form, const RunControl& control) {
+void make_history(const fs::path& scene, const fs::path& output, simulation::ColorForm form,
+                  const RunControl& control) {
   simulation::SimulationOptions options;
   options.color_form = form;
-  (void)run_job(simulation::plan_simulation(simulation::read_scene(scene, control.part(0.0, 0.1)), options, output), {}, control.part(0.1, 1.0));
+  (void)run_job(simulation::plan_simulation(simulation::read_scene(scene, control.part(0.0, 0.1)), options, output), {},
+                control.part(0.1, 1.0));
 }
 
 }  // namespace
@@ -33,13 +35,17 @@ void LiveEngine::save(const std::string& name) {
   save_json(path, record_.file_for(path.parent_path(), iteration()));
 }
 
-void LiveEngine::export_to(const std::string& name, const std::vector<std::string>& what, const std::shared_ptr<WebSocketPeer>& peer) {
+void LiveEngine::export_to(const std::string& name, const std::vector<std::string>& what,
+                           const std::shared_ptr<WebSocketPeer>& peer) {
   const auto wants = [&](std::string_view word) { return std::find(what.begin(), what.end(), word) != what.end(); };
   for (const std::string& word : what) {
-    if (std::find(kExports.begin(), kExports.end(), word) == kExports.end()) throw InvalidInput("/what: found \"" + word + "\"; expected textures, glb, controls or history");
+    if (std::find(kExports.begin(), kExports.end(), word) == kExports.end())
+      throw InvalidInput("/what: found \"" + word + "\"; expected textures, glb, controls or history");
   }
-  if (wants("history") && iteration() == 0) throw InvalidInput("nothing has happened yet, so there is no history; let the scene run first");
-  if (wants("history") && is_exporting_->load()) throw InvalidInput("another history is being made; wait for it, or cancel it");
+  if (wants("history") && iteration() == 0)
+    throw InvalidInput("nothing has happened yet, so there is no history; let the scene run first");
+  if (wants("history") && is_exporting_->load())
+    throw InvalidInput("another history is being made; wait for it, or cancel it");
   const fs::path folder = folder_.new_path(name);
   fs::create_directory(folder);
   save_json(folder / "scene.json", record_.file_for(folder, iteration()));
@@ -54,25 +60,36 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   if (wants("controls")) {
     fs::create_directory(folder / "controls");
     std::vector<std::string> names = file_.controls;
-    if (options_.finished.empty() && std::find(names.begin(), names.end(), "hits") == names.end()) names.push_back("hits");
-    for (const std::string& control : names) write_exr(folder / "controls" / (control + ".exr"), simulation::parameter_control(simulation_, control).values, {"Y"}, ExrDepth::Float);
+    if (options_.finished.empty() && std::find(names.begin(), names.end(), "hits") == names.end())
+      names.push_back("hits");
+    for (const std::string& control : names)
+      write_exr(folder / "controls" / (control + ".exr"), simulation::parameter_control(simulation_, control).values,
+                {"Y"}, ExrDepth::Float);
   }
   if (!wants("history")) return;
   is_exporting_->store(true);
-  exporting_ = std::jthread([folder, peer, flag = is_exporting_, form = options_.color_form, threads = options_.num_threads](const std::stop_token& stop) {
+  exporting_ = std::jthread([folder, peer, flag = is_exporting_, form = options_.color_form,
+                             threads = options_.num_threads](const std::stop_token& stop) {
     double said = -1.0;
-    const auto say = [&](const std::string& text) { peer->send_text(Json{{"type", "notice"}, {"text", text}}.dump(-1, ' ', false, Json::error_handler_t::replace)); };
+    const auto say = [&](const std::string& text) {
+      peer->send_text(Json{{"type", "notice"}, {"text", text}}.dump(-1, ' ', false, Json::error_handler_t::replace));
+    };
     RunControl control{.on_progress = {}, .stop = stop, .num_threads = threads};
     control.on_progress = [&](double f) {
       if (f - said < 0.01 && f < 1.0) return;
       said = f;
-      peer->send_text(Json{{"type", "progress"}, {"text", "Running the scene again for its history"}, {"done", f}, {"total", 1}}.dump());
+      peer->send_text(Json{
+          {"type", "progress"},
+          {"text", "Running the scene again for its history"},
+          {"done", f},
+          {"total", 1}}.dump());
     };
     try {
       make_history(folder / "scene.json", folder / "simulation", form, control);
       say("The history is in " + (folder / "simulation").string());
     } catch (const std::exception& e) {
-      say(stop.stop_requested() ? "The history was canceled" : std::string("The history could not be made: ") + e.what());
+      say(stop.stop_requested() ? "The history was canceled"
+                                : std::string("The history could not be made: ") + e.what());
     }
     flag->store(false);
   });

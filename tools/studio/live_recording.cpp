@@ -20,7 +20,9 @@ constexpr double kKeepIterationsSeconds = 5.0;  ///< Where nothing was done and 
 void LiveEngine::open_recording() {
   if (options_.place.empty()) return;
   if (recording_folder(folder_).empty()) {
-    file_.notes.push_back("The folder that is served is a finished result and stays as it was made, so what is done here is not kept on the disk. Serve the folder around it.");
+    file_.notes.push_back(
+        "The folder that is served is a finished result and stays as it was made, so what is done here is not kept on "
+        "the disk. Serve the folder around it.");
     return;
   }
   recording_ = std::make_unique<RecordingFile>(folder_, options_.place, scene_content_key(file_));
@@ -37,11 +39,16 @@ Json LiveEngine::recording_json() const {
 /// While it is gone through nothing is written: what is on the disk is more.
 void LiveEngine::keep(bool is_last) {
   if (!recording_ || replay_) return;
-  if (const std::string problem = clients_.empty() ? std::string() : recording_->take_problem(); !problem.empty()) send_all(Json{{"type", "notice"}, {"text", problem}}.dump(-1, ' ', false, Json::error_handler_t::replace));
+  if (const std::string problem = clients_.empty() ? std::string() : recording_->take_problem(); !problem.empty())
+    send_all(Json{{"type", "notice"}, {"text", problem}}.dump(-1, ' ', false, Json::error_handler_t::replace));
   const bool has_changed = record_.version() != kept_version_, has_run = iteration() != kept_iteration_;
   if (!has_changed && !has_run) return;
-  const bool is_due = is_last || !is_running_ || std::chrono::duration<double>(Clock::now() - kept_at_).count() > (has_changed ? kKeepSeconds : kKeepIterationsSeconds);
-  if (!is_due || (has_changed && !is_last && std::chrono::duration<double>(Clock::now() - kept_at_).count() < kKeepSeconds)) return;
+  const bool is_due = is_last || !is_running_ ||
+                      std::chrono::duration<double>(Clock::now() - kept_at_).count() >
+                          (has_changed ? kKeepSeconds : kKeepIterationsSeconds);
+  if (!is_due ||
+      (has_changed && !is_last && std::chrono::duration<double>(Clock::now() - kept_at_).count() < kKeepSeconds))
+    return;
   kept_at_ = Clock::now();
   kept_version_ = record_.version();
   kept_iteration_ = iteration();
@@ -50,20 +57,23 @@ void LiveEngine::keep(bool is_last) {
     return;
   }
   is_keeping_ = true;
-  recording_->keep(iteration(), record_.events_json(), record_.looks(), record_.file_for(recording_->folder(), iteration()));
+  recording_->keep(iteration(), record_.events_json(), record_.looks(),
+                   record_.file_for(recording_->folder(), iteration()));
 }
 
 void LiveEngine::resume() {
-  if (!recording_ || !recording_->found() || replay_ || is_resumed_) throw InvalidInput("there is no recording of an earlier run to resume");
+  if (!recording_ || !recording_->found() || replay_ || is_resumed_)
+    throw InvalidInput("there is no recording of an earlier run to resume");
   finish_stroke();
   const Recording& found = *recording_->found();
   Replay replay;
   for (const Json& event : *found.events) replay.events.push_back(std::make_shared<Json>(event));
   replay.until = found.iterations;
   // What began where this is now goes on from here; the same bytes come of it as from the start.
-  const std::int64_t first = replay.events.empty() ? found.iterations : (*replay.events.front())["iteration"].get<std::int64_t>();
-  const bool goes_on = record_.num_events() == 0 && simulation_.num_paint_steps() == 0 && iteration() <= std::min(first, found.iterations) &&
-                       (picture_of_ == 0 || replay.events.empty());
+  const std::int64_t first =
+      replay.events.empty() ? found.iterations : (*replay.events.front())["iteration"].get<std::int64_t>();
+  const bool goes_on = record_.num_events() == 0 && simulation_.num_paint_steps() == 0 &&
+                       iteration() <= std::min(first, found.iterations) && (picture_of_ == 0 || replay.events.empty());
   if (record_.num_events() > 0 || iteration() > 0) remember();
   if (!goes_on) go_to({.state = start_, .events = {}, .slider = start_slider_, .picture_of = 0, .opened = ""});
   if (!found.looks->empty()) set_looks(*found.looks);
@@ -88,12 +98,14 @@ bool LiveEngine::go_through(const std::stop_token& stop) {
   Replay& replay = *replay_;
   const std::size_t before = replay.num_done;
   try {
-    while (replay.num_done < replay.events.size() && (*replay.events[replay.num_done])["iteration"] == simulation_.iteration()) {
+    while (replay.num_done < replay.events.size() &&
+           (*replay.events[replay.num_done])["iteration"] == simulation_.iteration()) {
       const Json& event = *replay.events[replay.num_done];
       const simulation::SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
       simulation_.apply(parsed, {.on_progress = {}, .stop = stop, .num_threads = options_.num_threads});
       if (parsed.op == simulation::SceneEvent::Op::Behavior) {
-        slider_ = event["behavior"].contains("slider") ? std::optional(event["behavior"]["slider"].get<double>()) : std::nullopt;
+        slider_ = event["behavior"].contains("slider") ? std::optional(event["behavior"]["slider"].get<double>())
+                                                       : std::nullopt;
       }
       ++replay.num_done;
     }
@@ -112,7 +124,9 @@ bool LiveEngine::go_through(const std::stop_token& stop) {
   stop_replay();
   is_resumed_ = true;
   has_news_ = true;
-  send_all(Json{{"type", "notice"}, {"text", "This is where the recording ended, after " + std::to_string(iteration()) + " iterations"}}.dump());
+  send_all(Json{{"type", "notice"},
+                {"text", "This is where the recording ended, after " + std::to_string(iteration()) + " iterations"}}
+               .dump());
   return false;
 }
 

@@ -21,7 +21,8 @@ constexpr std::size_t kMostUnwatched = 2;
 constexpr std::chrono::milliseconds kIdle{20};
 
 /// Reads the scene of a place as it is run there.
-std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads, const RunControl& control) {
+std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads,
+                                                        const RunControl& control) {
   LiveOptions options;
   options.num_threads = num_threads;
   options.place = path;
@@ -30,7 +31,9 @@ std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, Pl
   options.color_form = manifest.color_form;
   options.finished = path;
   std::error_code error;
-  if (!fs::is_regular_file(manifest.scene, error)) throw IoError(manifest.scene.string(), "is not there any more: the simulation was made of this scene file; put it back to run it again");
+  if (!fs::is_regular_file(manifest.scene, error))
+    throw IoError(manifest.scene.string(),
+                  "is not there any more: the simulation was made of this scene file; put it back to run it again");
   simulation::SceneFile file = simulation::read_scene(manifest.scene, control);
   manifest.apply_to(file);
   return {std::move(file), options};
@@ -39,7 +42,9 @@ std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, Pl
 }  // namespace
 
 LiveScene::LiveScene(const fs::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads)
-    : thread_([this, path, kind, &folder, num_threads](const std::stop_token& stop) { run(path, kind, folder, num_threads, stop); }) {}
+    : thread_([this, path, kind, &folder, num_threads](const std::stop_token& stop) {
+        run(path, kind, folder, num_threads, stop);
+      }) {}
 
 LiveScene::~LiveScene() = default;
 
@@ -57,7 +62,8 @@ void LiveScene::tell_all(const std::string& text) {
   for (const auto& [id, peer] : peers_) peer->send_text(text);
 }
 
-void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads, const std::stop_token& stop) {
+void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads,
+                    const std::stop_token& stop) {
   try {
     double said = -1.0;
     RunControl control{.on_progress = {}, .stop = stop, .num_threads = num_threads};
@@ -190,13 +196,16 @@ LiveScenes::~LiveScenes() {
   for (const Entry& entry : entries_) entry.scene->end();
 }
 
-std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceKind kind, const std::shared_ptr<WebSocketPeer>& peer) {
+std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceKind kind,
+                                                    const std::shared_ptr<WebSocketPeer>& peer) {
   std::vector<std::shared_ptr<LiveScene>> ended;  // they join their threads without the lock
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; });
   std::error_code error;
-  const fs::file_time_type changed = fs::last_write_time(kind == PlaceKind::Scene ? path : path / "simulation.json", error);
-  const bool is_kept = found != entries_.end() && found->scene->problem().empty() && (found->changed == changed || found->scene->num_clients() > 0);
+  const fs::file_time_type changed =
+      fs::last_write_time(kind == PlaceKind::Scene ? path : path / "simulation.json", error);
+  const bool is_kept = found != entries_.end() && found->scene->problem().empty() &&
+                       (found->changed == changed || found->scene->num_clients() > 0);
   if (is_kept) {
     entries_.splice(entries_.begin(), entries_, found);
   } else {

@@ -26,7 +26,8 @@ class LiveScene {
   /// @param path  A scene file, or the folder of a finished simulation. @param folder  Outlives this.
   LiveScene(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads);
   ~LiveScene();
-  /// Waits until what was done is kept, and lets go of its clients, whose connections hold it. Nothing is heard afterwards.
+  /// Waits until what was done is kept, and lets go of its clients, whose connections hold it. Nothing is heard
+  /// afterwards.
   void end();
 
   void join(int client, const std::shared_ptr<WebSocketPeer>& peer);
@@ -37,11 +38,13 @@ class LiveScene {
   [[nodiscard]] std::string problem() const;
   /// It has been read.
   [[nodiscard]] bool is_running() const;
-  /// Where its objects are now. @throws InvalidInput with problem(); CannotComplete if it takes more than a minute to get there.
+  /// Where its objects are now. @throws InvalidInput with problem(); CannotComplete if it takes more than a minute to
+  /// get there.
   [[nodiscard]] std::string mesh_glb();
 
  private:
-  void run(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads, const std::stop_token& stop);
+  void run(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads,
+           const std::stop_token& stop);
   void serve(LiveEngine& engine, const std::stop_token& stop);
   void tell_all(const std::string& text);
   void post(std::function<void(LiveEngine&)> task);
@@ -53,10 +56,11 @@ class LiveScene {
   std::map<int, std::shared_ptr<WebSocketPeer>> peers_;  ///< Of all clients.
   std::string problem_;                                  ///< As problem().
   bool is_running_ = false;
-  std::jthread thread_;                                  ///< Last: it uses the others.
+  std::jthread thread_;  ///< Last: it uses the others.
 };
 
-/// The scenes that run, one a place; of those that nobody watches the last few are kept, unless their file changes. Thread-safe.
+/// The scenes that run, one a place; of those that nobody watches the last few are kept, unless their file changes.
+/// Thread-safe.
 class LiveScenes {
  public:
   /// @param folder  Outlives this.
@@ -67,7 +71,8 @@ class LiveScenes {
   LiveScenes& operator=(const LiveScenes&) = delete;
 
   /// A new client of a place. @returns who hears its messages.
-  [[nodiscard]] std::shared_ptr<WebSocketListener> open(const std::filesystem::path& path, PlaceKind kind, const std::shared_ptr<WebSocketPeer>& peer);
+  [[nodiscard]] std::shared_ptr<WebSocketListener> open(const std::filesystem::path& path, PlaceKind kind,
+                                                        const std::shared_ptr<WebSocketPeer>& peer);
   /// The scene of a place, which may have failed; nothing if nobody has opened it, or it has ended.
   [[nodiscard]] std::shared_ptr<LiveScene> find(const std::filesystem::path& path);
 

@@ -1,4 +1,5 @@
-// A stroke: while it lasts the brush lives alone, along a way without gaps however rarely the browser tells where it is.
+// A stroke: while it lasts the brush lives alone, along a way without gaps however rarely the browser tells where it
+// is.
 #include <algorithm>
 #include <cmath>
 
@@ -10,9 +11,9 @@ namespace patinate::studio {
 namespace {
 
 constexpr std::size_t kMostAhead = 20'000;
-constexpr double kSpacing = 0.25;                     ///< From step to step, in widths of the brush.
-constexpr double kMostBetween = 200.0;                ///< Steps between two places, whatever the width.
-constexpr std::chrono::milliseconds kDwell{20};       ///< A brush that stays paints on, so often.
+constexpr double kSpacing = 0.25;                ///< From step to step, in widths of the brush.
+constexpr double kMostBetween = 200.0;           ///< Steps between two places, whatever the width.
+constexpr std::chrono::milliseconds kDwell{20};  ///< A brush that stays paints on, so often.
 
 /// Of a brush's mark, mm.
 double width_of(const simulation::Emitter& brush) {
@@ -23,7 +24,8 @@ double width_of(const simulation::Emitter& brush) {
 }
 
 const simulation::Emitter& emitter_named(const simulation::Scene& scene, const std::string& name) {
-  return *std::find_if(scene.emitters.begin(), scene.emitters.end(), [&](const simulation::Emitter& e) { return e.name == name; });
+  return *std::find_if(scene.emitters.begin(), scene.emitters.end(),
+                       [&](const simulation::Emitter& e) { return e.name == name; });
 }
 
 /// What a scene file holds of a coordinate in mm: enough digits to lie within a tenth of a micrometer.
@@ -33,12 +35,15 @@ double of_file(double mm, double mm_per_unit) { return std::round(1e4 * mm) / 1e
 
 bool LiveEngine::can_paint(const std::string& emitter) const {
   const std::vector<simulation::Emitter>& all = simulation_.scene().emitters;
-  return std::any_of(all.begin(), all.end(), [&](const simulation::Emitter& e) { return e.name == emitter && e.shape == simulation::EmitterShape::Surface; });
+  return std::any_of(all.begin(), all.end(), [&](const simulation::Emitter& e) {
+    return e.name == emitter && e.shape == simulation::EmitterShape::Surface;
+  });
 }
 
 void LiveEngine::begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way) {
   refuse_picture();
-  if (!can_paint(emitter)) throw InvalidInput("/emitter: found \"" + emitter + "\"; expected an emitter of shape surface");
+  if (!can_paint(emitter))
+    throw InvalidInput("/emitter: found \"" + emitter + "\"; expected an emitter of shape surface");
   stop_replay();
   finish_stroke();
   remember();
@@ -57,12 +62,15 @@ void LiveEngine::move_stroke(const Client& client, const std::vector<Vec3>& way,
 /// @param jumps  The first place is not joined to the last one before.
 void LiveEngine::lengthen(const std::vector<Vec3>& way, bool jumps) {
   Stroke& stroke = *stroke_;
-  if (stroke.ahead.size() > kMostAhead) throw InvalidInput("/positions: the simulation is " + std::to_string(kMostAhead) + " steps behind the brush; paint more slowly");
+  if (stroke.ahead.size() > kMostAhead)
+    throw InvalidInput("/positions: the simulation is " + std::to_string(kMostAhead) +
+                       " steps behind the brush; paint more slowly");
   const double spacing = kSpacing * width_of(emitter_named(simulation_.scene(), stroke.emitter));
   for (const Vec3& to : way) {
     const Vec3 from = stroke.at;
     const double steps = jumps ? 1.0 : std::clamp(std::ceil((to - from).norm() / spacing), 1.0, kMostBetween);
-    for (double i = 1.0; i <= steps; i += 1.0) stroke.ahead.push_back(i < steps ? Vec3(from + (to - from) * (i / steps)) : to);
+    for (double i = 1.0; i <= steps; i += 1.0)
+      stroke.ahead.push_back(i < steps ? Vec3(from + (to - from) * (i / steps)) : to);
     stroke.at = to;
     jumps = false;
   }
@@ -81,8 +89,10 @@ void LiveEngine::paint() {
 /// The brush stands where a scene file will say that it stood.
 void LiveEngine::paint_at(const Vec3& position_mm) {
   const double unit = file_.mm_per_unit;
-  const std::array<double, 3> of{of_file(position_mm.x(), unit), of_file(position_mm.y(), unit), of_file(position_mm.z(), unit)};
-  simulation_.paint(stroke_->emitter, Vec3(of[0], of[1], of[2]) * unit, {.on_progress = {}, .stop = {}, .num_threads = options_.num_threads});
+  const std::array<double, 3> of{of_file(position_mm.x(), unit), of_file(position_mm.y(), unit),
+                                 of_file(position_mm.z(), unit)};
+  simulation_.paint(stroke_->emitter, Vec3(of[0], of[1], of[2]) * unit,
+                    {.on_progress = {}, .stop = {}, .num_threads = options_.num_threads});
   record_.add_paint(stroke_->emitter, simulation_.iteration(), of);
   stroke_->painted = Clock::now();
   opened_.clear();

@@ -4,20 +4,22 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "tools/studio/live_client.h"
 #include "simulation/tracing/gammatons.h"
+#include "tools/studio/live_client.h"
 #include "tools/studio/picture_bytes.h"
 
 namespace patinate::studio {
 
 namespace {
 
-constexpr std::size_t kMostWaitingBytes = std::size_t{16} << 20;  ///< A client that has acknowledged what it has not read yet waits.
+constexpr std::size_t kMostWaitingBytes = std::size_t{16}
+                                          << 20;  ///< A client that has acknowledged what it has not read yet waits.
 
 constexpr std::chrono::milliseconds kMeasureEvery{500};
 
 /// The range that holds all covered heights of some tiles, widened by doubling.
-ReliefRange widened(ReliefRange range, const simulation::Composer& composer, const simulation::SurfaceAtlas& surface, std::span<const simulation::TileIndex> tiles) {
+ReliefRange widened(ReliefRange range, const simulation::Composer& composer, const simulation::SurfaceAtlas& surface,
+                    std::span<const simulation::TileIndex> tiles) {
   double most = 0.0;
   for (const simulation::TileIndex tile : tiles) {
     for (simulation::TexelIndex t = tile * 64; t < tile * 64 + 64; ++t) {
@@ -62,7 +64,9 @@ void LiveEngine::refresh() {
 
 /// The ranges of what is watched, a while after it has changed: the last change is measured too.
 void LiveEngine::measure_overlays() {
-  if (Clock::now() - measured_ < kMeasureEvery || std::none_of(overlays_.begin(), overlays_.end(), [](const auto& o) { return o.second.is_stale(); })) return;
+  if (Clock::now() - measured_ < kMeasureEvery ||
+      std::none_of(overlays_.begin(), overlays_.end(), [](const auto& o) { return o.second.is_stale(); }))
+    return;
   bool is_other = false;
   for (auto& [name, overlay] : overlays_) is_other = (overlay.is_stale() && overlay.measure(simulation_)) || is_other;
   measured_ = Clock::now();
@@ -70,9 +74,12 @@ void LiveEngine::measure_overlays() {
 }
 
 bool LiveEngine::is_due(const Client& c) const {
-  if (!c.has_credit() || c.peer->num_waiting_bytes() > kMostWaitingBytes || Clock::now() - c.last_update < std::chrono::duration<double>(1.0 / options_.most_updates_s)) return false;
+  if (!c.has_credit() || c.peer->num_waiting_bytes() > kMostWaitingBytes ||
+      Clock::now() - c.last_update < std::chrono::duration<double>(1.0 / options_.most_updates_s))
+    return false;
   if (c.wants_hash || c.shown_state != state_number()) return true;
-  return (c.wants_surface && !c.surface.empty()) || (c.wants_relief && !c.relief.empty()) || (!c.overlay_name.empty() && !c.overlay.empty());
+  return (c.wants_surface && !c.surface.empty()) || (c.wants_relief && !c.relief.empty()) ||
+         (!c.overlay_name.empty() && !c.overlay.empty());
 }
 
 void LiveEngine::send_update(Client& c) {
@@ -90,12 +97,21 @@ void LiveEngine::send_update(Client& c) {
                           .dump());
   }
   if (c.num_gammatons > 0) send_gammatons(c);
-  Json header{{"type", "tiles"}, {"update", ++c.num_sent}, {"iteration", simulation_.iteration()}, {"plane", "surface"}, {"tile", 8}, {"count", 0}, {"width", layout_.width()}, {"height", layout_.height()}, {"last", true}};
+  Json header{{"type", "tiles"},
+              {"update", ++c.num_sent},
+              {"iteration", simulation_.iteration()},
+              {"plane", "surface"},
+              {"tile", 8},
+              {"count", 0},
+              {"width", layout_.width()},
+              {"height", layout_.height()},
+              {"last", true}};
   const auto send = [&](const char* plane, const std::vector<ScreenTile>& tiles, bool is_last, const auto& bytes) {
     header["plane"] = plane;
     for (std::string& message : tile_messages(header, tiles, is_last, bytes)) c.peer->send_binary(std::move(message));
   };
-  send("surface", surface, relief.empty() && overlay.empty(), [&](ScreenTile t) { return planes_.tile(TilePlanes::Surface, t); });
+  send("surface", surface, relief.empty() && overlay.empty(),
+       [&](ScreenTile t) { return planes_.tile(TilePlanes::Surface, t); });
   send("relief", relief, overlay.empty(), [&](ScreenTile t) { return planes_.tile(TilePlanes::Relief, t); });
   if (!overlay.empty()) {
     const OverlayPlane& plane = overlays_.at(c.overlay_name);

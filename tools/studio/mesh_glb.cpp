@@ -23,7 +23,8 @@ class Glb {
  public:
   template <class T>
   int add(const std::vector<T>& values, int components, const char* type, int component_type, int target) {
-    json_["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", values.size() * sizeof(T)}, {"target", target}});
+    json_["bufferViews"].push_back(
+        {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", values.size() * sizeof(T)}, {"target", target}});
     bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
     json_["accessors"].push_back({{"bufferView", json_["bufferViews"].size() - 1},
                                   {"componentType", component_type},
@@ -62,7 +63,8 @@ Vertices vertices_of(const Mesh& mesh, const std::vector<int>& triangles, double
   for (const int t : triangles) {
     const auto i = static_cast<std::size_t>(t);
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::array<int, 3> corner{mesh.triangles[i][k], has_uvs ? mesh.uv_triangles[i][k] : 0, mesh.normal_triangles[i][k]};
+      const std::array<int, 3> corner{mesh.triangles[i][k], has_uvs ? mesh.uv_triangles[i][k] : 0,
+                                      mesh.normal_triangles[i][k]};
       const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
       out.indices.push_back(found->second);
       if (!is_new) continue;
@@ -107,14 +109,16 @@ void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double meters_pe
     attributes["NORMAL"] = glb.add(v.normals, 3, "VEC3", kFloat, kArrayBuffer);
     if (has_uvs) attributes["TEXCOORD_0"] = glb.add(v.uvs, 2, "VEC2", kFloat, kArrayBuffer);
     const int indices = glb.add(v.indices, 1, "SCALAR", kUint32, kElementBuffer);
-    glb.json()["meshes"].push_back({{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}}})}});
+    glb.json()["meshes"].push_back(
+        {{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}}})}});
     node["mesh"] = glb.json()["meshes"].size() - 1;
   } else if (!part.points.empty()) {
     constexpr int kPoints = 0;
     const std::vector<float> positions = floats_of(part.points, meters_per_unit);
     const Json attributes{{"POSITION", glb.add(positions, 3, "VEC3", kFloat, kArrayBuffer)}};
     set_bounds(glb.json()["accessors"].back(), positions);
-    glb.json()["meshes"].push_back({{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"mode", kPoints}}})}});
+    glb.json()["meshes"].push_back(
+        {{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"mode", kPoints}}})}});
     node["mesh"] = glb.json()["meshes"].size() - 1;
   }
   glb.json()["nodes"].push_back(std::move(node));

@@ -6,6 +6,8 @@
 
 namespace patinate::studio {
 
-Json parse_outside_json(const std::string& text) { return parse_json("message", text, {.depth = 32, .may_have_comments = false}); }
+Json parse_outside_json(const std::string& text) {
+  return parse_json("message", text, {.depth = 32, .may_have_comments = false});
+}
 
 }  // namespace patinate::studio

@@ -8,7 +8,8 @@
 
 namespace patinate::studio {
 
-/// At most 32 levels deep: what is made of it later may recurse. @throws InvalidInput if it is no JSON, deeper, or says a key twice.
+/// At most 32 levels deep: what is made of it later may recurse. @throws InvalidInput if it is no JSON, deeper, or says
+/// a key twice.
 [[nodiscard]] Json parse_outside_json(const std::string& text);
 
 }  // namespace patinate::studio

@@ -5,16 +5,17 @@
 #include <memory>
 #include <numeric>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::studio {
 
 namespace {
 
-constexpr double kOutside = 0.02;      ///< The share of texels that lies beyond either end of a range.
-constexpr double kNarrow = 0.25;       ///< A range begins at 0 unless its low end is at least this share of its high one.
-constexpr std::size_t kBins = 65536;   ///< Of a histogram of roots: a value is known to a part in 10,000 down to a ten-thousandth of the most.
+constexpr double kOutside = 0.02;  ///< The share of texels that lies beyond either end of a range.
+constexpr double kNarrow = 0.25;   ///< A range begins at 0 unless its low end is at least this share of its high one.
+constexpr std::size_t kBins =
+    65536;  ///< Of a histogram of roots: a value is known to a part in 10,000 down to a ten-thousandth of the most.
 constexpr int kDigits = 3;
 
 /// The least power of two that is not below, 1 for nothing.
@@ -34,7 +35,8 @@ double percentile(const std::vector<std::uint32_t>& counts, std::uint64_t sum, d
 
 }  // namespace
 
-OverlayPlane::OverlayPlane(const std::string& name, const simulation::Simulation& simulation, const ScreenLayout& layout)
+OverlayPlane::OverlayPlane(const std::string& name, const simulation::Simulation& simulation,
+                           const ScreenLayout& layout)
     : name_(name), layout_(&layout), bytes_(std::size_t{layout.num_tiles()} * 64, 0) {
   const std::vector<std::string>& materials = simulation.scene().materials;
   const auto found = std::find(materials.begin(), materials.end(), name);
@@ -55,7 +57,8 @@ std::vector<ScreenTile> OverlayPlane::write(std::span<const ScreenTile> tiles, c
     const std::array<simulation::TexelIndex, 64> sources = layout_->sources(tile);
     std::array<std::uint8_t, 64> now{};
     for (std::size_t i = 0; i < 64; ++i) {
-      if (sources[i] != simulation::kNoTexel) now[i] = static_cast<std::uint8_t>(255.0 * std::sqrt(std::clamp(value(sources[i]) / high_, 0.0, 1.0)) + 0.5);
+      if (sources[i] != simulation::kNoTexel)
+        now[i] = static_cast<std::uint8_t>(255.0 * std::sqrt(std::clamp(value(sources[i]) / high_, 0.0, 1.0)) + 0.5);
     }
     std::uint8_t* old = &bytes_[std::size_t{tile} * 64];
     if (std::equal(now.begin(), now.end(), old)) continue;
@@ -69,14 +72,17 @@ std::vector<ScreenTile> OverlayPlane::write(std::span<const ScreenTile> tiles, c
 std::function<double(simulation::TexelIndex)> OverlayPlane::values_of(const simulation::Simulation& simulation) const {
   const simulation::MaterialAtlas& atlas = simulation.atlas();
   if (material_ >= 0) {
-    return [&atlas, m = material_](simulation::TexelIndex t) { return atlas.surface().is_covered(t) ? static_cast<double>(atlas.amount(m, t)) / simulation::kAmountOne : 0.0; };
+    return [&atlas, m = material_](simulation::TexelIndex t) {
+      return atlas.surface().is_covered(t) ? static_cast<double>(atlas.amount(m, t)) / simulation::kAmountOne : 0.0;
+    };
   }
   const auto values = std::make_shared<const ImageF>(simulation.parameter_map(name_).values);
   const simulation::TileGrid& grid = atlas.surface().grid();
   return [values, &grid](simulation::TexelIndex t) { return static_cast<double>(values->at(grid.x(t), grid.y(t))); };
 }
 
-double OverlayPlane::most_of(const simulation::Simulation& simulation, const std::function<double(simulation::TexelIndex)>& value) const {
+double OverlayPlane::most_of(const simulation::Simulation& simulation,
+                             const std::function<double(simulation::TexelIndex)>& value) const {
   const simulation::SurfaceAtlas& surface = simulation.atlas().surface();
   double most = 0.0;
   for (simulation::TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
@@ -96,7 +102,8 @@ std::vector<ScreenTile> OverlayPlane::update(const simulation::Simulation& simul
   } else {
     double most = 0.0;
     for (const simulation::TileIndex tile : simulation.dirty_since(seen_)) {
-      for (simulation::TexelIndex t = tile * simulation::TileGrid::kTileTexels; t < (tile + 1) * simulation::TileGrid::kTileTexels; ++t) {
+      for (simulation::TexelIndex t = tile * simulation::TileGrid::kTileTexels;
+           t < (tile + 1) * simulation::TileGrid::kTileTexels; ++t) {
         if (surface.is_covered(t)) most = std::max(most, value(t));
       }
     }

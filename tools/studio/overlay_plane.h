@@ -21,8 +21,9 @@ struct OverlayRange {
   friend bool operator==(const OverlayRange&, const OverlayRange&) = default;
 };
 
-/// 64 bytes a tile, in the order of ScreenTile. Byte b stands for high() (b / 255)^2: steps are fine where values are small. high() is a power of two; it doubles
-/// when it is passed and halves when all is far below, so that most tiles stay as they are.
+/// 64 bytes a tile, in the order of ScreenTile. Byte b stands for high() (b / 255)^2: steps are fine where values are
+/// small. high() is a power of two; it doubles when it is passed and halves when all is far below, so that most tiles
+/// stay as they are.
 class OverlayPlane {
  public:
   /// @param name  A material, or a parameter map that the simulation keeps.
@@ -40,16 +41,19 @@ class OverlayPlane {
   bool measure(const simulation::Simulation& simulation);
   /// After a restore: everything is looked at again.
   void forget() { seen_ = -1; }
-  [[nodiscard]] std::span<const std::uint8_t> tile(ScreenTile tile) const { return {&bytes_[std::size_t{tile} * 64], 64}; }
+  [[nodiscard]] std::span<const std::uint8_t> tile(ScreenTile tile) const {
+    return {&bytes_[std::size_t{tile} * 64], 64};
+  }
 
  private:
   [[nodiscard]] std::vector<ScreenTile> write(std::span<const ScreenTile> tiles, const auto& value);
-  [[nodiscard]] double most_of(const simulation::Simulation& simulation, const std::function<double(simulation::TexelIndex)>& value) const;
+  [[nodiscard]] double most_of(const simulation::Simulation& simulation,
+                               const std::function<double(simulation::TexelIndex)>& value) const;
   [[nodiscard]] std::function<double(simulation::TexelIndex)> values_of(const simulation::Simulation& simulation) const;
 
   std::string name_;
   const ScreenLayout* layout_;
-  int material_ = -1;        ///< -1 = a counter.
+  int material_ = -1;  ///< -1 = a counter.
   double high_ = 1.0;
   OverlayRange range_;
   bool is_stale_ = true;

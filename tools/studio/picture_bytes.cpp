@@ -45,7 +45,8 @@ std::string jpeg_of(const ImageU8& codes, int quality) {
 
 std::string xxh64(std::string_view bytes) {
   std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(XXH64(bytes.data(), bytes.size(), 0)));
+  std::snprintf(text.data(), text.size(), "%016llx",
+                static_cast<unsigned long long>(XXH64(bytes.data(), bytes.size(), 0)));
   return text.data();
 }
 

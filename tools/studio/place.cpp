@@ -7,13 +7,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "patinate/history/history.h"
-#include "simulation/job/simulation_job.h"
 #include "patinate/transfer/transfer_io.h"
+#include "simulation/job/simulation_job.h"
 
 namespace patinate::studio {
 
@@ -25,16 +25,20 @@ struct Manifest {
   std::string_view file;
   PlaceKind kind;
 };
-constexpr std::array kManifests{Manifest{"history.json", PlaceKind::History},           Manifest{"transfer.json", PlaceKind::Transfer},
-                                Manifest{"simulation.json", PlaceKind::Simulation},     Manifest{"capture.json", PlaceKind::Ingest},
-                                Manifest{"registration.json", PlaceKind::Registration}, Manifest{"unlight.json", PlaceKind::Unlit},
+constexpr std::array kManifests{Manifest{"history.json", PlaceKind::History},
+                                Manifest{"transfer.json", PlaceKind::Transfer},
+                                Manifest{"simulation.json", PlaceKind::Simulation},
+                                Manifest{"capture.json", PlaceKind::Ingest},
+                                Manifest{"registration.json", PlaceKind::Registration},
+                                Manifest{"unlight.json", PlaceKind::Unlit},
                                 Manifest{"report.html", PlaceKind::Report}};
 constexpr std::array<std::string_view, 4> kMeshExtensions{".obj", ".ply", ".gltf", ".glb"};
 constexpr int kMostEntries = 20'000, kDepth = 5;
 
 std::string extension_of(const fs::path& path) {
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
   return extension;
 }
 
@@ -52,7 +56,9 @@ std::optional<PlaceKind> kind_of_json(const fs::path& path) {
   return std::nullopt;
 }
 
-std::string count_text(std::size_t n, const std::string& what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); }
+std::string count_text(std::size_t n, const std::string& what) {
+  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+}
 
 std::string text_of(const Json& json, const std::string& key) {
   return json.contains(key) && json.at(key).is_string() ? json.at(key).get<std::string>() : std::string();
@@ -60,17 +66,20 @@ std::string text_of(const Json& json, const std::string& key) {
 std::size_t size_of(const Json& json, const std::string& key) { return json.contains(key) ? json.at(key).size() : 0; }
 
 std::string span_text(const HistoryManifest& m) {
-  return count_text(m.frames.size(), "frame") + ", " + size_text(m.width, m.height) + ", " + short_number_text(m.frames.front().time) + "-" +
-         short_number_text(m.frames.back().time) + " " + time_unit_text(m.time_unit);
+  return count_text(m.frames.size(), "frame") + ", " + size_text(m.width, m.height) + ", " +
+         short_number_text(m.frames.front().time) + "-" + short_number_text(m.frames.back().time) + " " +
+         time_unit_text(m.time_unit);
 }
 
 void describe_scene(const fs::path& path, PlaceEntry& entry) {
   const Json json = load_json(path);
   std::string materials;
   if (json.contains("materials")) {
-    for (const Json& m : json.at("materials")) materials += (materials.empty() ? "" : ", ") + (m.is_string() ? m.get<std::string>() : "?");
+    for (const Json& m : json.at("materials"))
+      materials += (materials.empty() ? "" : ", ") + (m.is_string() ? m.get<std::string>() : "?");
   }
-  entry.detail = count_text(size_of(json, "objects"), "object") + ", " + count_text(size_of(json, "emitters"), "emitter") + "; " + materials;
+  entry.detail = count_text(size_of(json, "objects"), "object") + ", " +
+                 count_text(size_of(json, "emitters"), "emitter") + "; " + materials;
 }
 
 void describe(const fs::path& path, PlaceEntry& entry) {
@@ -83,32 +92,45 @@ void describe(const fs::path& path, PlaceEntry& entry) {
     }
     case PlaceKind::Transfer: {
       const transfer::TransferManifest m = transfer::read_transfer_manifest(path);
-      entry.detail = size_text(m.width, m.height) + (m.tiles.size() > 1 ? ", " + count_text(m.tiles.size(), "tile") : "");
+      entry.detail =
+          size_text(m.width, m.height) + (m.tiles.size() > 1 ? ", " + count_text(m.tiles.size(), "tile") : "");
       for (const transfer::RecordedControl& control : m.controls) entry.detail += ", " + control.text();
       break;
     }
     case PlaceKind::Simulation: {
       const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
       if (!m.name.empty()) entry.name = m.name;
-      entry.detail = std::to_string(m.iterations) + " iterations, " + size_text(m.resolution, m.resolution) + ", 0-" + short_number_text(m.time) + " " + m.time_unit;
+      entry.detail = std::to_string(m.iterations) + " iterations, " + size_text(m.resolution, m.resolution) + ", 0-" +
+                     short_number_text(m.time) + " " + m.time_unit;
       break;
     }
-    case PlaceKind::Scene: describe_scene(path, entry); break;
+    case PlaceKind::Scene:
+      describe_scene(path, entry);
+      break;
     case PlaceKind::Ingest: {
       const Json json = load_json(path / "capture.json");
       if (const std::string name = text_of(json, "name"); !name.empty()) entry.name = name;
-      entry.detail = text_of(json, "kind") == "relit" ? count_text(size_of(json, "steps"), "step") + " under lamps" : "fixed camera, constant light";
+      entry.detail = text_of(json, "kind") == "relit" ? count_text(size_of(json, "steps"), "step") + " under lamps"
+                                                      : "fixed camera, constant light";
       break;
     }
-    case PlaceKind::Registration: entry.detail = count_text(size_of(load_json(path / "registration.json"), "scans"), "scan"); break;
+    case PlaceKind::Registration:
+      entry.detail = count_text(size_of(load_json(path / "registration.json"), "scans"), "scan");
+      break;
     case PlaceKind::Unlit: {
       const Json json = load_json(path / "unlight.json");
       entry.detail = count_text(size_of(json, "lights"), "light");
       break;
     }
-    case PlaceKind::Calibration: entry.detail = text_of(load_json(path), "kind"); break;
-    case PlaceKind::Mesh: entry.detail = short_number_text(rounded(static_cast<double>(fs::file_size(path)) / 1e6, 2)) + " MB"; break;
-    case PlaceKind::Report: entry.detail = "a page"; break;
+    case PlaceKind::Calibration:
+      entry.detail = text_of(load_json(path), "kind");
+      break;
+    case PlaceKind::Mesh:
+      entry.detail = short_number_text(rounded(static_cast<double>(fs::file_size(path)) / 1e6, 2)) + " MB";
+      break;
+    case PlaceKind::Report:
+      entry.detail = "a page";
+      break;
   }
 }
 
@@ -120,7 +142,10 @@ std::string modified_text(const fs::path& path) {
   const std::time_t seconds = status.st_mtime;
   std::tm utc{};
   std::array<char, 24> text{};
-  return ::gmtime_r(&seconds, &utc) != nullptr && std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc) > 0 ? text.data() : std::string();
+  return ::gmtime_r(&seconds, &utc) != nullptr &&
+                 std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc) > 0
+             ? text.data()
+             : std::string();
 }
 
 namespace {
@@ -136,7 +161,9 @@ class PlaceSearch {
     if (!fs::is_directory(path, error) || depth == 0) return;
     if (kind && *kind != PlaceKind::Ingest && *kind != PlaceKind::Report) return;
     std::vector<fs::path> inside;
-    for (fs::directory_iterator it(path, error), end; !error && it != end && num_left_ > 0; it.increment(error), --num_left_) inside.push_back(it->path());
+    for (fs::directory_iterator it(path, error), end; !error && it != end && num_left_ > 0;
+         it.increment(error), --num_left_)
+      inside.push_back(it->path());
     std::sort(inside.begin(), inside.end());
     for (const fs::path& child : inside) {
       const std::string name = child.filename().string();
@@ -170,7 +197,12 @@ std::optional<PlaceKind> place_kind(const fs::path& path) {
 }
 
 PlaceEntry describe_place(const ServedFolder& folder, const fs::path& path, PlaceKind kind) {
-  PlaceEntry entry{.place = folder.name_of(path), .kind = kind, .name = path.stem().string(), .detail = {}, .problem = {}, .modified = modified_text(path)};
+  PlaceEntry entry{.place = folder.name_of(path),
+                   .kind = kind,
+                   .name = path.stem().string(),
+                   .detail = {},
+                   .problem = {},
+                   .modified = modified_text(path)};
   std::error_code error;
   if (fs::is_directory(path, error)) entry.name = path.filename().string();
   try {

@@ -47,11 +47,12 @@ void add_history(const SurfaceInTime& surface, Json& json, FactList& facts) {
   std::vector<std::string> names;
   for (const ControlParameter& c : m.controls) {
     controls.push_back({{"name", c.name}, {"low", c.low}, {"high", c.high}, {"unit", c.unit}});
-    names.push_back(c.name + " (" + short_number_text(c.low) + " to " + short_number_text(c.high) + (c.unit.empty() ? "" : " " + c.unit) + ")");
+    names.push_back(c.name + " (" + short_number_text(c.low) + " to " + short_number_text(c.high) +
+                    (c.unit.empty() ? "" : " " + c.unit) + ")");
   }
   for (const HistoryMap& map : m.maps) maps.push_back(map.name);
-  facts.add("Frames", std::to_string(m.frames.size()) + ", " + short_number_text(m.frames.front().time) + " to " + short_number_text(m.frames.back().time) + " " +
-                          time_unit_text(m.time_unit));
+  facts.add("Frames", std::to_string(m.frames.size()) + ", " + short_number_text(m.frames.front().time) + " to " +
+                          short_number_text(m.frames.back().time) + " " + time_unit_text(m.time_unit));
   facts.add("Size", size_text(surface.width(), surface.height()));
   facts.add("Origin", m.origin);
   if (m.texel_size_mm) facts.add("Pixel", short_number_text(rounded(*m.texel_size_mm, 3)) + " mm");
@@ -91,8 +92,11 @@ void add_simulation(const fs::path& path, Json& json, FactList& facts) {
   facts.add("Iterations", std::to_string(m.iterations));
   facts.add("Materials", joined(m.materials));
   std::error_code error;
-  if (!may_read(m.scene)) json["live_problem"] = "its scene file " + m.scene.string() + " lies outside of the folder that is served, so it cannot be run again here";
-  else if (!fs::is_regular_file(m.scene, error)) json["live_problem"] = "its scene file " + m.scene.string() + " is not there any more, so it cannot be run again";
+  if (!may_read(m.scene))
+    json["live_problem"] = "its scene file " + m.scene.string() +
+                           " lies outside of the folder that is served, so it cannot be run again here";
+  else if (!fs::is_regular_file(m.scene, error))
+    json["live_problem"] = "its scene file " + m.scene.string() + " is not there any more, so it cannot be run again";
 }
 
 void add_registration(const ServedFolder& folder, const fs::path& path, Json& json, FactList& facts) {
@@ -101,20 +105,25 @@ void add_registration(const ServedFolder& folder, const fs::path& path, Json& js
   json["mesh"] = std::any_of(registration.scans.begin(), registration.scans.end(), is_shown);
   json["scans"] = scans_json(registration);
   json["steps"] = steps_json(path, PlaceKind::Registration);
-  facts.add("Scans", std::to_string(registration.scans.size()) + ", " + std::to_string(std::count_if(registration.scans.begin(), registration.scans.end(), is_shown)) + " shown");
+  facts.add("Scans", std::to_string(registration.scans.size()) + ", " +
+                         std::to_string(std::count_if(registration.scans.begin(), registration.scans.end(), is_shown)) +
+                         " shown");
   facts.add("Reference", registration.reference);
   facts.add("Unit", registration.unit.empty() ? "not said" : registration.unit);
 }
 
 std::string percent_text(const Json& json, const char* key) {
-  return json.contains(key) && json.at(key).is_number() ? short_number_text(rounded(100.0 * json.at(key).get<double>(), 3)) + " %" : "";
+  return json.contains(key) && json.at(key).is_number()
+             ? short_number_text(rounded(100.0 * json.at(key).get<double>(), 3)) + " %"
+             : "";
 }
 
 void add_unlit(const fs::path& path, FactList& facts) {
   const Json json = load_json(path / "unlight.json");
   facts.add("Size", size_text(json.value("width", 0), json.value("height", 0)));
   if (const double surface = json.value("surface_pixels", 0.0); surface > 0.0) {
-    facts.add("Known", short_number_text(rounded(100.0 * json.value("determined_pixels", 0.0) / surface, 3)) + " % of the surface");
+    facts.add("Known", short_number_text(rounded(100.0 * json.value("determined_pixels", 0.0) / surface, 3)) +
+                           " % of the surface");
   }
   facts.add("Residual", percent_text(json, "residual"));
   facts.add("Lamps", json.contains("lights") ? std::to_string(json.at("lights").size()) : "");
@@ -124,7 +133,10 @@ void add_unlit(const fs::path& path, FactList& facts) {
 
 Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path& path, PlaceKind kind) {
   const PlaceEntry entry = describe_place(folder, path, kind);
-  Json json{{"place", entry.place}, {"kind", kPlaceKindNames[static_cast<std::size_t>(kind)]}, {"name", entry.name}, {"detail", entry.detail}};
+  Json json{{"place", entry.place},
+            {"kind", kPlaceKindNames[static_cast<std::size_t>(kind)]},
+            {"name", entry.name},
+            {"detail", entry.detail}};
   FactList facts;
   switch (kind) {
     case PlaceKind::History:
@@ -137,9 +149,15 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       if (kind == PlaceKind::History) json["steps"] = steps_json(path, kind);
       break;
     }
-    case PlaceKind::Registration: add_registration(folder, path, json, facts); break;
-    case PlaceKind::Unlit: add_unlit(path, facts); [[fallthrough]];
-    case PlaceKind::Ingest: json["steps"] = steps_json(path, kind); break;
+    case PlaceKind::Registration:
+      add_registration(folder, path, json, facts);
+      break;
+    case PlaceKind::Unlit:
+      add_unlit(path, facts);
+      [[fallthrough]];
+    case PlaceKind::Ingest:
+      json["steps"] = steps_json(path, kind);
+      break;
     case PlaceKind::Mesh: {
       const Mesh mesh = read_mesh(path);
       json["mesh"] = true;
@@ -148,9 +166,12 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       facts.add("UVs", mesh.has_uvs() ? "yes" : "no");
       break;
     }
-    case PlaceKind::Report: json["page"] = "report.html"; break;
+    case PlaceKind::Report:
+      json["page"] = "report.html";
+      break;
     case PlaceKind::Scene:
-    case PlaceKind::Calibration: break;
+    case PlaceKind::Calibration:
+      break;
   }
   facts.add("", entry.problem);
   json["facts"] = facts.take();

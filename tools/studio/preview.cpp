@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "patinate/image/color.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::studio {
@@ -18,7 +18,9 @@ namespace {
 
 constexpr std::int64_t kMostPixels = 400'000'000;
 
-bool has_channel(const ImageInfo& info, const char* name) { return std::find(info.channels.begin(), info.channels.end(), name) != info.channels.end(); }
+bool has_channel(const ImageInfo& info, const char* name) {
+  return std::find(info.channels.begin(), info.channels.end(), name) != info.channels.end();
+}
 
 /// Every channel over its own range of values.
 ImageU8 spread_out(const ImageF& image) {
@@ -41,7 +43,8 @@ ImageU8 spread_out(const ImageF& image) {
 
 ImageU8 preview_of(const std::filesystem::path& file, int width) {
   const ImageInfo info = probe_image(file);
-  if (std::int64_t{info.width} * info.height > kMostPixels) throw IoError(file.string(), "is too large to look at: " + size_text(info.width, info.height));
+  if (std::int64_t{info.width} * info.height > kMostPixels)
+    throw IoError(file.string(), "is too large to look at: " + size_text(info.width, info.height));
   const bool is_color = info.is_integer || info.is_raw || has_channel(info, "R");
   ImageF image;
   if (is_color) {
@@ -53,7 +56,8 @@ ImageU8 preview_of(const std::filesystem::path& file, int width) {
   }
   const int w = std::clamp(width, 1, image.width());
   if (w < image.width()) {
-    const auto h = static_cast<int>(std::clamp<std::int64_t>(std::int64_t{image.height()} * w / image.width(), 1, image.height()));
+    const auto h =
+        static_cast<int>(std::clamp<std::int64_t>(std::int64_t{image.height()} * w / image.width(), 1, image.height()));
     image = downscale_area(image, w, h);
   }
   return is_color ? srgb8_from_linear(image) : spread_out(image);

@@ -8,8 +8,9 @@
 
 namespace patinate::studio {
 
-/// sRGB codes of an image file at most `width` pixels wide, 1 or 3 channels. Color as it is; other channels (heights, normals, controls)
-/// spread over the values they have, X Y Z as red, green, blue. @throws IoError if it is no picture that can be read.
+/// sRGB codes of an image file at most `width` pixels wide, 1 or 3 channels. Color as it is; other channels (heights,
+/// normals, controls) spread over the values they have, X Y Z as red, green, blue. @throws IoError if it is no picture
+/// that can be read.
 [[nodiscard]] ImageU8 preview_of(const std::filesystem::path& file, int width);
 
 }  // namespace patinate::studio

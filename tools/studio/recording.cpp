@@ -6,10 +6,10 @@
 #include <system_error>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/job/result_folder.h"
+#include "patinate/core/error.h"
 #include "tools/studio/place.h"
 
 namespace patinate::studio {
@@ -36,13 +36,15 @@ fs::path beside(const fs::path& path, const std::string& word) {
 std::string identity_of(const fs::path& path) {
   struct ::stat status {};
   if (::stat(path.c_str(), &status) != 0) return {};
-  return std::to_string(status.st_dev) + " " + std::to_string(status.st_ino) + " " + std::to_string(status.st_mtim.tv_sec) + " " + std::to_string(status.st_mtim.tv_nsec);
+  return std::to_string(status.st_dev) + " " + std::to_string(status.st_ino) + " " +
+         std::to_string(status.st_mtim.tv_sec) + " " + std::to_string(status.st_mtim.tv_nsec);
 }
 
 /// @throws IoError unless it is all that resuming needs.
 Recording read_recording(JsonReader& json, const Json& root, const fs::path& path) {
   double last = 0.0;
-  for (JsonReader event : json.member("events").elements()) last = static_cast<double>(event.member("iteration").integer(at_least(last)));
+  for (JsonReader event : json.member("events").elements())
+    last = static_cast<double>(event.member("iteration").integer(at_least(last)));
   (void)json.member("looks").keys();
   return {.iterations = json.member("iterations").integer(at_least(last)),
           .events = std::make_shared<const Json>(root.at("events")),
@@ -52,7 +54,9 @@ Recording read_recording(JsonReader& json, const Json& root, const fs::path& pat
 
 }  // namespace
 
-fs::path recording_folder(const ServedFolder& folder) { return result_around(folder.path()).empty() ? folder.path() / ".studio" : fs::path(); }
+fs::path recording_folder(const ServedFolder& folder) {
+  return result_around(folder.path()).empty() ? folder.path() / ".studio" : fs::path();
+}
 
 std::string scene_content_key(const simulation::SceneFile& scene) {
   ContentHash hash;
@@ -63,7 +67,9 @@ std::string scene_content_key(const simulation::SceneFile& scene) {
 }
 
 RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, std::string key)
-    : path_(recording_folder(folder) / file_name(folder.name_of(place))), place_(folder.name_of(place)), key_(std::move(key)) {
+    : path_(recording_folder(folder) / file_name(folder.name_of(place))),
+      place_(folder.name_of(place)),
+      key_(std::move(key)) {
   std::error_code error;
   if (fs::is_regular_file(path_, error)) {
     try {
@@ -77,7 +83,8 @@ RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, 
         const fs::path scene = beside(path_, "before_change");
         (void)json.member("scene").keys();
         save_json(scene, root.at("scene"));
-        note_ = "The scene has changed since it was painted last; what was painted then is the scene file " + folder.name_of(scene) + ".";
+        note_ = "The scene has changed since it was painted last; what was painted then is the scene file " +
+                folder.name_of(scene) + ".";
         move_aside();
       }
     } catch (const std::exception& e) {
@@ -90,8 +97,8 @@ RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, 
 RecordingFile::~RecordingFile() = default;
 
 void RecordingFile::keep(std::int64_t iterations, const Json& events, const Json& looks, const Json& scene) {
-  const Json root{{"format", kFormat}, {"version", 2},    {"place", place_}, {"scene_key", key_},
-                  {"iterations", iterations}, {"events", events}, {"looks", looks}, {"scene", scene}};
+  const Json root{{"format", kFormat},        {"version", 2},     {"place", place_}, {"scene_key", key_},
+                  {"iterations", iterations}, {"events", events}, {"looks", looks},  {"scene", scene}};
   std::string text = root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   {
     const std::scoped_lock lock(mutex_);

@@ -1,5 +1,6 @@
 /// \file
-/// What is done to a running scene, on the disk within a second: when the program has ended, however it did, it can be gone through again.
+/// What is done to a running scene, on the disk within a second: when the program has ended, however it did, it can be
+/// gone through again.
 #pragma once
 
 #include <condition_variable>
@@ -17,7 +18,8 @@
 
 namespace patinate::studio {
 
-/// Where recordings are kept: `.studio` in the served folder; "" where that is a finished result, or a part of one, which stays as it was made.
+/// Where recordings are kept: `.studio` in the served folder; "" where that is a finished result, or a part of one,
+/// which stays as it was made.
 [[nodiscard]] std::filesystem::path recording_folder(const ServedFolder& folder);
 
 /// Tells scenes apart by all that they are made of. @throws IoError
@@ -25,16 +27,17 @@ namespace patinate::studio {
 
 /// What one file of recording_folder() says.
 struct Recording {
-  std::int64_t iterations = 0;          ///< Done when it was written.
-  std::shared_ptr<const Json> events;   ///< An array, as SceneRecord has them.
-  std::shared_ptr<const Json> looks;    ///< Members of "appearance" that were set.
-  std::string modified;                 ///< "2026-11-21T15:04:05Z"
+  std::int64_t iterations = 0;         ///< Done when it was written.
+  std::shared_ptr<const Json> events;  ///< An array, as SceneRecord has them.
+  std::shared_ptr<const Json> looks;   ///< Members of "appearance" that were set.
+  std::string modified;                ///< "2026-11-21T15:04:05Z"
 };
 
 /// The file of one place. Thread-safe: its writing has a thread of its own, so that no simulation waits for a disk.
 class RecordingFile {
  public:
-  /// Looks for what an earlier run has left. @param folder  With a recording_folder(). @param place  Canonical, below the folder.
+  /// Looks for what an earlier run has left. @param folder  With a recording_folder(). @param place  Canonical, below
+  /// the folder.
   /// @param key  scene_content_key() of the scene there.
   RecordingFile(const ServedFolder& folder, const std::filesystem::path& place, std::string key);
   /// Writes what waits.
@@ -49,7 +52,8 @@ class RecordingFile {
   /// Where the file's folder is.
   [[nodiscard]] std::filesystem::path folder() const { return path_.parent_path(); }
 
-  /// Takes the place of what was kept before; returns at once. What is of an earlier run, or of another program, is put aside first, unless it goes on.
+  /// Takes the place of what was kept before; returns at once. What is of an earlier run, or of another program, is put
+  /// aside first, unless it goes on.
   /// @param scene  The scene file that ends where the studio is, with paths from folder().
   void keep(std::int64_t iterations, const Json& events, const Json& looks, const Json& scene);
   /// There is nothing to keep any more: what was kept is put aside, or removed where another has been put aside for it.

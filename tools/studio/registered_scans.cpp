@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "patinate/geometry/point_cloud_io.h"
 #include "libcommon/geometry/scan_mesh.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/point_cloud_io.h"
 #include "tools/studio/mesh_glb.h"
 
 namespace patinate::studio {

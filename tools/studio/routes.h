@@ -53,7 +53,8 @@ struct Asked {
 [[nodiscard]] HttpResponse answer_live(const Asked& asked);
 
 /// What `GET /api/place` says of a place. @throws IoError
-[[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path, PlaceKind kind);
+[[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path,
+                              PlaceKind kind);
 /// Steps of an ingest, a registration or an unlit step: [{"name", "text", "pictures": [{"path", "caption"}]}].
 [[nodiscard]] Json steps_json(const std::filesystem::path& path, PlaceKind kind);
 

@@ -12,13 +12,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostPoints = 1000;     ///< Of one event: files allow 100,000.
-constexpr std::int64_t kMostSteps = 900;      ///< At one place; so no event has more than the million that files allow.
+constexpr std::size_t kMostPoints = 1000;  ///< Of one event: files allow 100,000.
+constexpr std::int64_t kMostSteps = 900;   ///< At one place; so no event has more than the million that files allow.
 
 bool is_paint(const Json& event) { return event.value("op", "") == "paint"; }
 
 bool does_the_same(const Json& a, const Json& b) {
-  const auto target = [](const Json& e) { return e.contains("emitter") ? e["emitter"].value("name", "") : e.value("target", ""); };
+  const auto target = [](const Json& e) {
+    return e.contains("emitter") ? e["emitter"].value("name", "") : e.value("target", "");
+  };
   const auto what = [](const Json& e) {
     std::string names;
     for (const auto& [key, value] : e.items()) names += key + " ";
@@ -30,7 +32,9 @@ bool does_the_same(const Json& a, const Json& b) {
 }  // namespace
 
 SceneRecord::SceneRecord(const simulation::SceneFile& scene)
-    : folder_(fs::canonical(scene.file).parent_path()), root_(std::make_shared<Json>(load_json(scene.file))), looks_(std::make_shared<Json>(Json::object())) {}
+    : folder_(fs::canonical(scene.file).parent_path()),
+      root_(std::make_shared<Json>(load_json(scene.file))),
+      looks_(std::make_shared<Json>(Json::object())) {}
 
 std::size_t SceneRecord::num_events() const { return events_.size(); }
 
@@ -47,16 +51,20 @@ void SceneRecord::add_event(const Json& event_of_file) {
   }
 }
 
-void SceneRecord::add_paint(const std::string& emitter, std::int64_t iteration, const std::array<double, 3>& point_of_file) {
+void SceneRecord::add_paint(const std::string& emitter, std::int64_t iteration,
+                            const std::array<double, 3>& point_of_file) {
   ++version_;
   const Json* last = events_.size() > num_fixed_ ? events_.back().get() : nullptr;
-  if (!last || !is_paint(*last) || (*last)["iteration"] != iteration || (*last)["target"] != emitter || (*last)["points"].size() >= kMostPoints) {
-    events_.push_back(std::make_shared<Json>(Json{{"iteration", iteration}, {"op", "paint"}, {"target", emitter}, {"points", Json::array()}}));
+  if (!last || !is_paint(*last) || (*last)["iteration"] != iteration || (*last)["target"] != emitter ||
+      (*last)["points"].size() >= kMostPoints) {
+    events_.push_back(std::make_shared<Json>(
+        Json{{"iteration", iteration}, {"op", "paint"}, {"target", emitter}, {"points", Json::array()}}));
   }
   Json& points = (*events_.back())["points"];
   if (!points.empty()) {
     Json& before = points.back();
-    const bool is_same = before[0] == point_of_file[0] && before[1] == point_of_file[1] && before[2] == point_of_file[2];
+    const bool is_same =
+        before[0] == point_of_file[0] && before[1] == point_of_file[1] && before[2] == point_of_file[2];
     if (is_same && before.size() == 3) return before.push_back(2);
     if (is_same && before[3].get<std::int64_t>() < kMostSteps) {
       before[3] = before[3].get<std::int64_t>() + 1;
@@ -91,8 +99,10 @@ Json SceneRecord::events_json() const {
 
 Json SceneRecord::file_for(const fs::path& folder, std::int64_t iterations) const {
   Json root = *root_;
-  simulation::for_each_scene_path(root, [&, to = fs::weakly_canonical(folder)](Json& path) { simulation::move_scene_path(path, folder_, to); });
-  const bool is_painted = std::any_of(events_.begin(), events_.end(), [](const auto& event) { return is_paint(*event); });
+  simulation::for_each_scene_path(
+      root, [&, to = fs::weakly_canonical(folder)](Json& path) { simulation::move_scene_path(path, folder_, to); });
+  const bool is_painted =
+      std::any_of(events_.begin(), events_.end(), [](const auto& event) { return is_paint(*event); });
   if (iterations > 0 || is_painted) root["run"]["iterations"] = iterations;
   if (events_.empty()) return root;
   Json events = Json::array();

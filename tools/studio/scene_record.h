@@ -27,9 +27,11 @@ class SceneRecord {
   /// The atlas is as large as this, whatever the file says.
   void set_resolution(int resolution);
   void set_seed(std::uint64_t seed);
-  /// An event that has happened. Where the last one, of the same iteration, did the same to the same, it takes its place.
+  /// An event that has happened. Where the last one, of the same iteration, did the same to the same, it takes its
+  /// place.
   void add_event(const Json& event_of_file);
-  /// A step of a brush alone, now. Adds to the last event where that is of the same brush and iteration; as often at one place is one number.
+  /// A step of a brush alone, now. Adds to the last event where that is of the same brush and iteration; as often at
+  /// one place is one number.
   /// @param point_of_file  [x, y, z] in the file's unit.
   void add_paint(const std::string& emitter, std::int64_t iteration, const std::array<double, 3>& point_of_file);
   /// What has happened so far, for set_events(): cheap, and what comes later leaves it as it is.
@@ -45,8 +47,8 @@ class SceneRecord {
   /// Members of "appearance" for a material, over what the file says.
   void set_look(const std::string& material, const Json& members);
 
-  /// The scene file that ends where the studio is now. Paths lead from `folder` to what they led to before; recorded events come before
-  /// those of the file that happen in the same iteration, as they did here.
+  /// The scene file that ends where the studio is now. Paths lead from `folder` to what they led to before; recorded
+  /// events come before those of the file that happen in the same iteration, as they did here.
   /// @param iterations  Done so far; 0 leaves the file's own, unless something was painted.
   [[nodiscard]] Json file_for(const std::filesystem::path& folder, std::int64_t iterations) const;
 

@@ -58,7 +58,10 @@ Json emitters_json(const simulation::Scene& scene) {
 Json objects_json(const simulation::Scene& scene) {
   Json list = Json::array();
   for (const simulation::SceneObject& o : scene.objects) {
-    list.push_back({{"name", o.name}, {"translate", array_of(o.translate_mm)}, {"rotate", array_of(o.rotate_deg)}, {"scale", o.scale}});
+    list.push_back({{"name", o.name},
+                    {"translate", array_of(o.translate_mm)},
+                    {"rotate", array_of(o.rotate_deg)},
+                    {"scale", o.scale}});
   }
   return list;
 }
@@ -86,7 +89,9 @@ Json behavior_json(const simulation::Behavior& b) {
           {"deceleration_float", b.deceleration_float}};
 }
 
-Json exchange_json(const simulation::Scene& scene) { return {{"ratio", scene.exchange.ratio}, {"rates", amounts_json(scene.exchange.rates, scene.materials)}}; }
+Json exchange_json(const simulation::Scene& scene) {
+  return {{"ratio", scene.exchange.ratio}, {"rates", amounts_json(scene.exchange.rates, scene.materials)}};
+}
 
 Json rules_json(const simulation::Scene& scene) {
   Json list = Json::array();
@@ -98,7 +103,11 @@ Json rules_json(const simulation::Scene& scene) {
     return json;
   };
   for (const simulation::Rule& rule : scene.rules) {
-    list.push_back({{"name", rule.name}, {"driver", rule.driver}, {"alpha", rule.alpha}, {"makes", shares(rule.makes)}, {"uses", shares(rule.uses)}});
+    list.push_back({{"name", rule.name},
+                    {"driver", rule.driver},
+                    {"alpha", rule.alpha},
+                    {"makes", shares(rule.makes)},
+                    {"uses", shares(rule.uses)}});
   }
   return list;
 }
@@ -106,13 +115,15 @@ Json rules_json(const simulation::Scene& scene) {
 Json more_rules_json(const simulation::Scene& scene, std::span<const simulation::RuleAsset> fitting) {
   Json list = Json::array();
   for (const simulation::RuleAsset& asset : fitting) {
-    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(), [&](const simulation::Rule& rule) { return rule.name == asset.name; });
+    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(),
+                                      [&](const simulation::Rule& rule) { return rule.name == asset.name; });
     if (!is_there) list.push_back({{"name", asset.name}, {"about", asset.about}});
   }
   return list;
 }
 
-Json emitter_of_file(const simulation::Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit) {
+Json emitter_of_file(const simulation::Emitter& emitter, const std::vector<std::string>& materials,
+                     double mm_per_unit) {
   Json json = emitter_json(emitter, materials);
   emitter_to_unit(json, mm_per_unit);
   return json;
@@ -136,12 +147,14 @@ simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::
   context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a color [r, g, b]"); };
   try {
     std::vector<simulation::SceneEvent> events = simulation::read_events(JsonReader("event", list, ""), context, scene);
-    if (events.size() != 1) throw InvalidInput("stands for " + std::to_string(events.size()) + " events; send one at a time");
+    if (events.size() != 1)
+      throw InvalidInput("stands for " + std::to_string(events.size()) + " events; send one at a time");
     return std::move(events.front());
   } catch (const InvalidInput& e) {
     constexpr std::string_view kPlace = "event: /0";  // there is no file, and one event
     const std::string_view what = e.what();
-    throw InvalidInput("event: " + std::string(what.substr(0, kPlace.size()) == kPlace ? what.substr(kPlace.size()) : what));
+    throw InvalidInput("event: " +
+                       std::string(what.substr(0, kPlace.size()) == kPlace ? what.substr(kPlace.size()) : what));
   }
 }
 

@@ -1,13 +1,14 @@
 /// \file
-/// A scene as the browser gets it (docs/studio_protocol.md, "What a scene looks like") and its events as scene files have them.
+/// A scene as the browser gets it (docs/studio_protocol.md, "What a scene looks like") and its events as scene files
+/// have them.
 #pragma once
 
 #include <optional>
 #include <span>
 
 #include "patinate/core/json.h"
-#include "simulation/rules/rule_io.h"
 #include "patinate/simulation/scene.h"
+#include "simulation/rules/rule_io.h"
 
 namespace patinate::studio {
 
@@ -23,13 +24,16 @@ namespace patinate::studio {
 [[nodiscard]] Json more_rules_json(const simulation::Scene& scene, std::span<const simulation::RuleAsset> fitting);
 
 /// An emitter as a scene file with this unit has it.
-[[nodiscard]] Json emitter_of_file(const simulation::Emitter& emitter, const std::vector<std::string>& materials, double mm_per_unit);
+[[nodiscard]] Json emitter_of_file(const simulation::Emitter& emitter, const std::vector<std::string>& materials,
+                                   double mm_per_unit);
 
-/// What a client sends (lengths in mm) as an element of a scene file's "events": lengths in its unit, with the iteration.
-/// Numbers are not checked here. @throws InvalidInput if it is no object or has an iteration.
+/// What a client sends (lengths in mm) as an element of a scene file's "events": lengths in its unit, with the
+/// iteration. Numbers are not checked here. @throws InvalidInput if it is no object or has an iteration.
 [[nodiscard]] Json event_of_file(const Json& event, double mm_per_unit, std::int64_t iteration);
-/// Reads such an element, with all checks that a scene file gets. What is recorded and what happens is so the same to the last bit.
+/// Reads such an element, with all checks that a scene file gets. What is recorded and what happens is so the same to
+/// the last bit.
 /// @throws InvalidInput
-[[nodiscard]] simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::Scene& scene, double mm_per_unit);
+[[nodiscard]] simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::Scene& scene,
+                                                 double mm_per_unit);
 
 }  // namespace patinate::studio

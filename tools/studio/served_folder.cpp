@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "patinate/core/error.h"
 #include "libcommon/job/result_folder.h"
+#include "patinate/core/error.h"
 
 namespace patinate::studio {
 
@@ -15,7 +15,8 @@ namespace {
 bool is_plain(std::string_view name) {
   if (name.find('\0') != std::string_view::npos || name.find('\\') != std::string_view::npos) return false;
   const fs::path path{std::string(name)};
-  return path.is_relative() && std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+  return path.is_relative() &&
+         std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
 /// Both canonical.
@@ -37,7 +38,8 @@ std::optional<fs::path> existing_below(const fs::path& folder, std::string_view 
 ServedFolder::ServedFolder(const fs::path& folder) {
   std::error_code error;
   root_ = fs::canonical(folder, error);
-  if (error || !fs::is_directory(root_, error)) throw IoError(folder.string(), "is no folder; give one that holds histories, transfers, simulations or scenes");
+  if (error || !fs::is_directory(root_, error))
+    throw IoError(folder.string(), "is no folder; give one that holds histories, transfers, simulations or scenes");
 }
 
 std::optional<fs::path> ServedFolder::find(std::string_view name) const {
@@ -55,16 +57,20 @@ std::optional<fs::path> ServedFolder::find_below(const fs::path& place, std::str
 fs::path ServedFolder::new_path(std::string_view name) const {
   const std::string shown(name);
   const fs::path path{shown};
-  if (!is_plain(name) || !path.has_filename() || path.filename() == ".") throw InvalidInput("\"" + shown + "\" is no name below the folder; give one such as results/rust.json");
+  if (!is_plain(name) || !path.has_filename() || path.filename() == ".")
+    throw InvalidInput("\"" + shown + "\" is no name below the folder; give one such as results/rust.json");
   const std::optional<fs::path> folder = find(path.parent_path().string());
   std::error_code error;
-  if (!folder || !fs::is_directory(*folder, error)) throw InvalidInput("the folder of \"" + shown + "\" does not exist; make it first");
+  if (!folder || !fs::is_directory(*folder, error))
+    throw InvalidInput("the folder of \"" + shown + "\" does not exist; make it first");
   if (const fs::path result = result_around(*folder); !result.empty()) {
-    throw InvalidInput("\"" + shown + "\" would lie in " + (result == root_ ? "the folder that is served, which is" : name_of(result) + ", which is") +
+    throw InvalidInput("\"" + shown + "\" would lie in " +
+                       (result == root_ ? "the folder that is served, which is" : name_of(result) + ", which is") +
                        " a finished result and stays as it was made; give a name outside of it");
   }
   fs::path made = *folder / path.filename();
-  if (fs::symlink_status(made, error).type() != fs::file_type::not_found) throw InvalidInput("\"" + shown + "\" exists; give another name");
+  if (fs::symlink_status(made, error).type() != fs::file_type::not_found)
+    throw InvalidInput("\"" + shown + "\" exists; give another name");
   return made;
 }
 

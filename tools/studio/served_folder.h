@@ -16,12 +16,14 @@ class ServedFolder {
   explicit ServedFolder(const std::filesystem::path& folder);
 
   [[nodiscard]] const std::filesystem::path& path() const { return root_; }  ///< Canonical.
-  /// What exists below the folder by this name; "" and "." are the folder itself. Nothing if it is not there or lies outside.
+  /// What exists below the folder by this name; "" and "." are the folder itself. Nothing if it is not there or lies
+  /// outside.
   [[nodiscard]] std::optional<std::filesystem::path> find(std::string_view name) const;
   /// The same below `place`, which must not be left either. A place that is a file stands for its folder.
-  [[nodiscard]] std::optional<std::filesystem::path> find_below(const std::filesystem::path& place, std::string_view name) const;
-  /// Where something new may be made: its folder exists inside, is no finished result (history, transfer, simulation, ...) nor part of one,
-  /// and it does not exist. @throws InvalidInput that says what is wrong.
+  [[nodiscard]] std::optional<std::filesystem::path> find_below(const std::filesystem::path& place,
+                                                                std::string_view name) const;
+  /// Where something new may be made: its folder exists inside, is no finished result (history, transfer, simulation,
+  /// ...) nor part of one, and it does not exist. @throws InvalidInput that says what is wrong.
   [[nodiscard]] std::filesystem::path new_path(std::string_view name) const;
   /// The name of a path inside; "." for the folder itself.
   [[nodiscard]] std::string name_of(const std::filesystem::path& path) const;

@@ -1,14 +1,13 @@
 #include "tools/studio/server.h"
 
+#include <algorithm>
+#include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
-
-#include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <deque>
 #include <list>
@@ -35,7 +34,8 @@ class Stranger {
   ~Stranger() = default;
 };
 
-/// One thread runs the sockets; answers are made by a pool of others. Everything below is touched by the first only, unless it says so.
+/// One thread runs the sockets; answers are made by a pool of others. Everything below is touched by the first only,
+/// unless it says so.
 struct HttpServer::State {
   explicit State(const ServerOptions& given) : options(given), acceptor(io) {}
 
@@ -66,8 +66,8 @@ class Place {
   int& count_;
 };
 
-/// Among the strangers while it lives. Whoever comes when all their places are taken, gets that of the one who has waited longest: however many
-/// only sit there, one who shows a token at once is heard.
+/// Among the strangers while it lives. Whoever comes when all their places are taken, gets that of the one who has
+/// waited longest: however many only sit there, one who shows a token at once is heard.
 class StrangersPlace {
  public:
   StrangersPlace(HttpServer::State& state, Stranger& stranger) : strangers_(state.strangers) {
@@ -89,7 +89,8 @@ HttpRequest plain(const http::request<http::string_body>& request) {
   out.target = std::string(request.target());
   for (const auto& field : request) {
     std::string name(field.name_string());
-    std::transform(name.begin(), name.end(), name.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
     std::string& value = out.headers[name];
     if (!value.empty()) value += ", ";
     value += std::string(field.value());
@@ -125,7 +126,8 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
   void refuse(const std::string& why) override {
     constexpr std::size_t kMostReason = 120;  // 123 by RFC 6455
     std::size_t length = std::min(why.size(), kMostReason);
-    while (length > 0 && length < why.size() && (static_cast<unsigned char>(why[length]) & 0xC0) == 0x80) --length;  // no half character
+    while (length > 0 && length < why.size() && (static_cast<unsigned char>(why[length]) & 0xC0) == 0x80)
+      --length;  // no half character
     close_with({static_cast<websocket::close_code>(kRefused), why.substr(0, length)});
   }
 
@@ -155,13 +157,14 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
 
   void write() {
     stream_.binary(waiting_.front().is_binary);
-    stream_.async_write(asio::buffer(waiting_.front().bytes), [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) return self->end();
-      self->num_waiting_ -= self->waiting_.front().bytes.size();
-      self->waiting_.pop_front();
-      if (!self->waiting_.empty()) return self->write();
-      if (self->is_closed_) self->say_close();
-    });
+    stream_.async_write(asio::buffer(waiting_.front().bytes),
+                        [self = shared_from_this()](error_code error, std::size_t) {
+                          if (error) return self->end();
+                          self->num_waiting_ -= self->waiting_.front().bytes.size();
+                          self->waiting_.pop_front();
+                          if (!self->waiting_.empty()) return self->write();
+                          if (self->is_closed_) self->say_close();
+                        });
   }
 
   void say_close() {
@@ -199,7 +202,9 @@ class Socket : public WebSocketPeer, public std::enable_shared_from_this<Socket>
 /// A connection that asks one thing after the other.
 class Connection final : public Stranger, public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, HttpServer::State& state) : state_(state), stream_(std::move(socket)) { stranger_.emplace(state_, *this); }
+  Connection(tcp::socket socket, HttpServer::State& state) : state_(state), stream_(std::move(socket)) {
+    stranger_.emplace(state_, *this);
+  }
 
   void read() {
     parser_.emplace();
@@ -220,11 +225,15 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
  private:
   /// False where there is nothing to go on with; whoever can be told has been told.
   bool is_readable(error_code error) {
-    if (error == http::error::header_limit) reject(431, "the request's header is too long");
-    else if (error == http::error::body_limit) reject(413, "the request is too large");
-    else if (error.category() == http::make_error_code(http::error::bad_method).category() && error != http::error::end_of_stream && error != http::error::partial_message)
+    if (error == http::error::header_limit)
+      reject(431, "the request's header is too long");
+    else if (error == http::error::body_limit)
+      reject(413, "the request is too large");
+    else if (error.category() == http::make_error_code(http::error::bad_method).category() &&
+             error != http::error::end_of_stream && error != http::error::partial_message)
       reject(400, "this is no HTTP request");
-    else if (error) shut();
+    else if (error)
+      shut();
     return !error;
   }
 
@@ -236,7 +245,8 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
       return write(std::move(refusal), parser_->is_done() && parser_->get().keep_alive());
     }
     if (!known_) {
-      if (state_.num_known >= state_.options.num_known) return reject(503, "too many connections are open; close some pages of the studio");
+      if (state_.num_known >= state_.options.num_known)
+        return reject(503, "too many connections are open; close some pages of the studio");
       known_ = std::make_shared<Place>(state_.num_known);
       stranger_.reset();
     }
@@ -250,7 +260,8 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
   void have_read() {
     if (state_.handlers.open && websocket::is_upgrade(parser_->get())) {
       stream_.expires_never();
-      const auto socket = std::make_shared<Socket>(stream_.release_socket(), state_.io, state_.options.max_message_bytes, known_);
+      const auto socket =
+          std::make_shared<Socket>(stream_.release_socket(), state_.io, state_.options.max_message_bytes, known_);
       return socket->open(parser_->get(), state_.handlers);
     }
     answer(plain(parser_->get()));
@@ -279,7 +290,8 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
     stream_.socket().async_wait(tcp::socket::wait_read, [self = shared_from_this()](error_code error) {
       if (error || self->is_answered_) return;
       error_code peeked;
-      if (self->stream_.socket().available(peeked) == 0) self->gone_.request_stop();  // readable, and nothing to read: the end
+      if (self->stream_.socket().available(peeked) == 0)
+        self->gone_.request_stop();  // readable, and nothing to read: the end
     });
   }
 
@@ -296,11 +308,13 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
     message->body() = std::move(response.body);
     message->keep_alive(keep_alive);
     message->prepare_payload();
-    stream_.expires_after(std::chrono::seconds(known_ ? state_.options.timeout_s : state_.options.stranger_timeout_s) + std::chrono::milliseconds(message->body().size() / 100));
-    http::async_write(stream_, *message, [self = shared_from_this(), message, keep_alive](error_code error, std::size_t) {
-      if (error || !keep_alive) return self->shut();
-      self->read();
-    });
+    stream_.expires_after(std::chrono::seconds(known_ ? state_.options.timeout_s : state_.options.stranger_timeout_s) +
+                          std::chrono::milliseconds(message->body().size() / 100));
+    http::async_write(stream_, *message,
+                      [self = shared_from_this(), message, keep_alive](error_code error, std::size_t) {
+                        if (error || !keep_alive) return self->shut();
+                        self->read();
+                      });
   }
 
   void shut() {
@@ -341,7 +355,9 @@ HttpServer::HttpServer(const ServerOptions& options) : state_(std::make_unique<S
   if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error) throw CannotComplete("port " + std::to_string(options.port) + ": " + error.message() + "; give another with --port, or 0 for any that is free");
+  if (error)
+    throw CannotComplete("port " + std::to_string(options.port) + ": " + error.message() +
+                         "; give another with --port, or 0 for any that is free");
 }
 
 HttpServer::~HttpServer() = default;

@@ -12,7 +12,8 @@
 
 namespace patinate::studio {
 
-/// One end of a WebSocket, for who talks to it. Calls return at once, from any thread; after the connection has closed they do nothing.
+/// One end of a WebSocket, for who talks to it. Calls return at once, from any thread; after the connection has closed
+/// they do nothing.
 class WebSocketPeer {
  public:
   virtual ~WebSocketPeer() = default;
@@ -35,25 +36,26 @@ class WebSocketListener {
 };
 
 struct ServerHandlers {
-  /// Called for every request, before its body is read and before a WebSocket opens; must return at once. Status 0 = go on: who sent it
-  /// is known from then on, until a request of that connection is refused.
+  /// Called for every request, before its body is read and before a WebSocket opens; must return at once. Status 0 = go
+  /// on: who sent it is known from then on, until a request of that connection is refused.
   std::function<HttpResponse(const HttpRequest& request)> admit;
   /// Called from a few threads at once. `gone` stops when the client has gone or the server ends.
   std::function<HttpResponse(const HttpRequest& request, const std::stop_token& gone)> answer;
   /// A WebSocket has opened. Nothing: it is closed again.
-  std::function<std::shared_ptr<WebSocketListener>(const HttpRequest& request, std::shared_ptr<WebSocketPeer> peer)> open;
+  std::function<std::shared_ptr<WebSocketListener>(const HttpRequest& request, std::shared_ptr<WebSocketPeer> peer)>
+      open;
 };
 
 struct ServerOptions {
-  int port = 0;                              ///< 0 = a free one.
-  int num_workers = 3;                       ///< Requests that are answered at the same time.
+  int port = 0;         ///< 0 = a free one.
+  int num_workers = 3;  ///< Requests that are answered at the same time.
   std::size_t max_header_bytes = 16 * 1024;
   std::size_t max_body_bytes = 1024 * 1024;
   std::size_t max_message_bytes = 1024 * 1024;  ///< Of what a WebSocket brings.
-  int num_strangers = 100;                   ///< Connections that have shown no token. One more, and the oldest of them is closed.
-  int num_known = 100;                       ///< Those that have. More are answered with 503 and closed.
-  int stranger_timeout_s = 5;                ///< To show a token.
-  int timeout_s = 30;                        ///< Of those that are known: to send a request, or to take an answer.
+  int num_strangers = 100;     ///< Connections that have shown no token. One more, and the oldest of them is closed.
+  int num_known = 100;         ///< Those that have. More are answered with 503 and closed.
+  int stranger_timeout_s = 5;  ///< To show a token.
+  int timeout_s = 30;          ///< Of those that are known: to send a request, or to take an answer.
 };
 
 /// Bound to 127.0.0.1 by its constructor.

@@ -24,12 +24,15 @@ std::string base64_of(std::string_view bytes) {
 }
 
 std::string replaced(std::string text, std::string_view what, std::string_view with) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += with.size()) text.replace(at, what.size(), with);
+  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += with.size())
+    text.replace(at, what.size(), with);
   return text;
 }
 
 /// JSON that no element of a page ends or begins in, whatever names it holds.
-std::string json_text(const Json& json) { return replaced(json.dump(-1, ' ', false, Json::error_handler_t::replace), "<", "\\u003c"); }
+std::string json_text(const Json& json) {
+  return replaced(json.dump(-1, ' ', false, Json::error_handler_t::replace), "<", "\\u003c");
+}
 
 /// Puts `text` in the place of the one `mark` in the page.
 void replace_once(std::string& page, std::string_view mark, const std::string& text) {
@@ -51,9 +54,10 @@ class SessionWriter {
   void add(const std::string& url, const HttpResponse& response) {
     Json headers = Json::object();
     for (const auto& [name, value] : response.headers) headers[name] = value;
-    text_ += (text_.empty() ? "" : ",\n") + json_text(url) + ":{\"type\":" + json_text(response.type) + ",\"headers\":" + json_text(headers) + ",\"base64\":\"" +
-             base64_of(response.body) + "\"}";
-    if (text_.size() > kMostBytes) throw InvalidInput("the file would have more than 512 MB; ask for fewer times or a smaller size");
+    text_ += (text_.empty() ? "" : ",\n") + json_text(url) + ":{\"type\":" + json_text(response.type) +
+             ",\"headers\":" + json_text(headers) + ",\"base64\":\"" + base64_of(response.body) + "\"}";
+    if (text_.size() > kMostBytes)
+      throw InvalidInput("the file would have more than 512 MB; ask for fewer times or a smaller size");
   }
   [[nodiscard]] std::string take() { return "{" + std::move(text_) + "}"; }
 
@@ -78,7 +82,9 @@ HttpResponse small_coordinates(const ImageF& all, int size) {
     for (int x = 0; x < some.width(); ++x) std::copy_n(all.pixel(x * n, y * n).begin(), 2, some.pixel(x, y).begin());
   }
   return {.type = "application/octet-stream",
-          .headers = {{"X-Width", std::to_string(some.width())}, {"X-Height", std::to_string(some.height())}, {"X-Channels", "2"}},
+          .headers = {{"X-Width", std::to_string(some.width())},
+                      {"X-Height", std::to_string(some.height())},
+                      {"X-Channels", "2"}},
           .body = {reinterpret_cast<const char*>(some.data()), some.values().size() * sizeof(float)}};
 }
 
@@ -89,7 +95,8 @@ SessionOptions parse_session_options(const std::string& body) {
   try {
     json = parse_outside_json(body);
   } catch (const InvalidInput& e) {
-    throw InvalidInput(std::string(e.what()) + "; expected {\"place\": ..., \"times\": [...], \"size\": ..., \"view\": ...}");
+    throw InvalidInput(std::string(e.what()) +
+                       "; expected {\"place\": ..., \"times\": [...], \"size\": ..., \"view\": ...}");
   }
   JsonReader reader("session", json);
   SessionOptions options;
@@ -97,7 +104,8 @@ SessionOptions parse_session_options(const std::string& body) {
   if (reader.has("times")) {
     for (const JsonReader& time : reader.member("times").elements(kMostTimes)) options.times.push_back(time.number());
   }
-  if (reader.has("size")) options.size = static_cast<int>(reader.member("size").integer(between(kLeastSize, kMostSize)));
+  if (reader.has("size"))
+    options.size = static_cast<int>(reader.member("size").integer(between(kLeastSize, kMostSize)));
   if (reader.has("view")) {
     (void)reader.member("view");
     options.view = json_text(json["view"]);
@@ -107,7 +115,8 @@ SessionOptions parse_session_options(const std::string& body) {
 }
 
 std::string make_session(const Asked& asked, const SessionOptions& options) {
-  if (!has_studio_client()) throw CannotComplete("this patinate was built without the studio's pages; install npm, configure and build again");
+  if (!has_studio_client())
+    throw CannotComplete("this patinate was built without the studio's pages; install npm, configure and build again");
   const std::string place = percent_encoded(options.place);
   const RequestTarget named{"", {{"place", options.place}}};
   const Asked at{asked.folder, asked.opened, asked.live, named, asked.control};
@@ -122,20 +131,29 @@ std::string make_session(const Asked& asked, const SessionOptions& options) {
   writer.add("/api/place?place=" + place, json_response(trimmed(place_json(asked.folder, asked.opened, path, kind))));
   if (kind != PlaceKind::History) writer.add("/api/mesh?place=" + place, answer_mesh);
   for (std::size_t i = 0; i < times.size(); ++i) {
-    writer.add("/api/texture?place=" + place + "&time=" + percent_encoded(number_text(times[i])) + "&size=" + std::to_string(options.size) + "&format=png", answer_texture);
+    writer.add("/api/texture?place=" + place + "&time=" + percent_encoded(number_text(times[i])) +
+                   "&size=" + std::to_string(options.size) + "&format=png",
+               answer_texture);
     asked.control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(times.size()));
   }
   const int map_size = std::max(1, options.size / 2);
   for (const ControlParameter& c : history.controls) {
-    writer.add("/api/map?place=" + place + "&name=control:" + percent_encoded(c.name) + "&size=" + std::to_string(map_size), answer_map);
+    writer.add(
+        "/api/map?place=" + place + "&name=control:" + percent_encoded(c.name) + "&size=" + std::to_string(map_size),
+        answer_map);
   }
-  if (kind == PlaceKind::Transfer) writer.add("/api/map?place=" + place + "&name=coordinates", small_coordinates(surface->transfer()->coordinates(), map_size));
+  if (kind == PlaceKind::Transfer)
+    writer.add("/api/map?place=" + place + "&name=coordinates",
+               small_coordinates(surface->transfer()->coordinates(), map_size));
   std::string page(find_studio_asset("/")->bytes);
-  replace_once(page, "<link rel=\"stylesheet\" href=\"/studio.css\">", "<style>\n" + std::string(find_studio_asset("/studio.css")->bytes) + "</style>");
+  replace_once(page, "<link rel=\"stylesheet\" href=\"/studio.css\">",
+               "<style>\n" + std::string(find_studio_asset("/studio.css")->bytes) + "</style>");
   // A deferred script of its own file runs after the page; inside the page it has to stand at its end.
   replace_once(page, "<script src=\"/studio.js\" defer></script>",
-               "<script>\nwindow.PATINATE_SESSION={\"place\":" + json_text(options.place) + ",\"view\":" + options.view + ",\"responses\":" + writer.take() + "};\n</script>\n<script>\n" +
-                   replaced(std::string(find_studio_asset("/studio.js")->bytes), "</script", "<\\/script") + "</script>");
+               "<script>\nwindow.PATINATE_SESSION={\"place\":" + json_text(options.place) +
+                   ",\"view\":" + options.view + ",\"responses\":" + writer.take() + "};\n</script>\n<script>\n" +
+                   replaced(std::string(find_studio_asset("/studio.js")->bytes), "</script", "<\\/script") +
+                   "</script>");
   asked.control.report(1.0);
   return page;
 }

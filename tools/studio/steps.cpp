@@ -37,7 +37,9 @@ class StepPictures {
   Json json_ = Json::array();
 };
 
-Json step(const std::string& name, const std::string& text, Json pictures) { return {{"name", name}, {"text", text}, {"pictures", std::move(pictures)}}; }
+Json step(const std::string& name, const std::string& text, Json pictures) {
+  return {{"name", name}, {"text", text}, {"pictures", std::move(pictures)}};
+}
 
 std::string time_text(double time, TimeUnit unit) { return short_number_text(time) + " " + time_unit_text(unit); }
 
@@ -90,7 +92,8 @@ std::string fact_text(const fs::path& file) {
   return text;
 }
 
-/// What an ingest left beside its history: pictures of every step (relit), or what was found in every photograph (fixed).
+/// What an ingest left beside its history: pictures of every step (relit), or what was found in every photograph
+/// (fixed).
 Json history_steps(const fs::path& folder, StepPictures& pictures) {
   Json steps = Json::array();
   const HistoryManifest m = read_history_manifest(folder);
@@ -106,7 +109,8 @@ Json history_steps(const fs::path& folder, StepPictures& pictures) {
     if (m.frames[i].mask) pictures.add(*m.frames[i].mask, "mask");
     Json shown = pictures.take();
     const std::string text = fact_text(folder / report / ("facts_" + number + ".json"));
-    if (!shown.empty() || !text.empty()) steps.push_back(step(time_text(m.frames[i].time, m.time_unit), text, std::move(shown)));
+    if (!shown.empty() || !text.empty())
+      steps.push_back(step(time_text(m.frames[i].time, m.time_unit), text, std::move(shown)));
   }
   return steps;
 }
@@ -122,8 +126,10 @@ std::string light_text(const Json& lights, std::size_t i) {
   const Json& light = lights[i];
   const auto percent = [](double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; };
   std::string text;
-  if (light.contains("residual") && light.at("residual").is_number()) text += ": residual " + percent(light.at("residual").get<double>());
-  if (light.contains("left_out") && light.at("left_out").is_object() && light.at("left_out").contains("median") && light.at("left_out").at("median").is_number()) {
+  if (light.contains("residual") && light.at("residual").is_number())
+    text += ": residual " + percent(light.at("residual").get<double>());
+  if (light.contains("left_out") && light.at("left_out").is_object() && light.at("left_out").contains("median") &&
+      light.at("left_out").at("median").is_number()) {
     text += ", left out " + percent(light.at("left_out").at("median").get<double>()) + " off";
   }
   return text;
@@ -147,7 +153,11 @@ Json unlit_steps(const fs::path& folder, StepPictures& pictures) {
       pictures.add(file, "light " + std::to_string(number + 1) + light_text(lights, number));
       ++number;
     }
-    steps.push_back(step("Photographs", "What became of every photograph's pixels. Gray: clean. Black: the surface faces away. Blue: in a cast shadow. Cyan: darker than the other lamps allow. Red: brighter. Magenta: saturated or out of view", pictures.take()));
+    steps.push_back(
+        step("Photographs",
+             "What became of every photograph's pixels. Gray: clean. Black: the surface faces away. Blue: in a cast "
+             "shadow. Cyan: darker than the other lamps allow. Red: brighter. Magenta: saturated or out of view",
+             pictures.take()));
   }
   return steps;
 }
@@ -159,12 +169,17 @@ Json steps_json(const fs::path& path, PlaceKind kind) {
   switch (kind) {
     case PlaceKind::Ingest: {
       const fs::path file = path / "capture.json";
-      return capture::is_relit_capture(file) ? relit_capture_steps(capture::read_relit_project(file), pictures) : fixed_capture_steps(capture::read_capture_project(file), pictures);
+      return capture::is_relit_capture(file) ? relit_capture_steps(capture::read_relit_project(file), pictures)
+                                             : fixed_capture_steps(capture::read_capture_project(file), pictures);
     }
-    case PlaceKind::History: return history_steps(path, pictures);
-    case PlaceKind::Registration: return registration_steps(pictures);
-    case PlaceKind::Unlit: return unlit_steps(path, pictures);
-    default: return Json::array();
+    case PlaceKind::History:
+      return history_steps(path, pictures);
+    case PlaceKind::Registration:
+      return registration_steps(pictures);
+    case PlaceKind::Unlit:
+      return unlit_steps(path, pictures);
+    default:
+      return Json::array();
   }
 }
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "tools/studio/client/assets.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/routes.h"
@@ -19,12 +19,14 @@ namespace {
 
 /// The client loads nothing from elsewhere and is shown in no other page.
 constexpr const char* kPagePolicy =
-    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self' ws:; frame-src 'self'; frame-ancestors 'none'; "
+    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self' ws:; "
+    "frame-src 'self'; frame-ancestors 'none'; "
     "base-uri 'none'; form-action 'none'";
 
 HttpResponse secured(HttpResponse response) {
   const auto has = [&](const char* name) {
-    return std::any_of(response.headers.begin(), response.headers.end(), [&](const auto& h) { return h.first == name; });
+    return std::any_of(response.headers.begin(), response.headers.end(),
+                       [&](const auto& h) { return h.first == name; });
   };
   response.headers.emplace_back("X-Content-Type-Options", "nosniff");
   response.headers.emplace_back("Referrer-Policy", "no-referrer");
@@ -34,13 +36,16 @@ HttpResponse secured(HttpResponse response) {
   return response;
 }
 
-HttpResponse error_response(int status, const std::string& sentence) { return json_response(Json{{"error", sentence}}, status); }
+HttpResponse error_response(int status, const std::string& sentence) {
+  return json_response(Json{{"error", sentence}}, status);
+}
 
 }  // namespace
 
 HttpResponse json_response(const Json& json, int status) {
   // File names may be in any encoding.
-  return {.status = status, .type = "application/json", .body = json.dump(-1, ' ', false, Json::error_handler_t::replace)};
+  return {
+      .status = status, .type = "application/json", .body = json.dump(-1, ' ', false, Json::error_handler_t::replace)};
 }
 
 std::pair<fs::path, PlaceKind> Asked::place() const {
@@ -60,21 +65,24 @@ fs::path Asked::file() const {
   const auto [path, kind] = place();
   const std::optional<fs::path> file = folder.find_below(path, target.value("path"));
   std::error_code error;
-  if (!file || !fs::is_regular_file(*file, error)) throw NotFound("there is no file \"" + target.value("path") + "\" in this place");
+  if (!file || !fs::is_regular_file(*file, error))
+    throw NotFound("there is no file \"" + target.value("path") + "\" in this place");
   return *file;
 }
 
 double Asked::number(const std::string& name, double low, double high) const {
   const std::optional<double> value = parse_number(target.value(name));
   if (!value || !(*value >= low && *value <= high)) {
-    throw InvalidInput(name + ": found \"" + target.value(name) + "\"; expected a number from " + short_number_text(low) + " to " + short_number_text(high));
+    throw InvalidInput(name + ": found \"" + target.value(name) + "\"; expected a number from " +
+                       short_number_text(low) + " to " + short_number_text(high));
   }
   return *value;
 }
 
 int Asked::integer(const std::string& name, int low, int high) const {
   const double value = number(name, low, high);
-  if (value != static_cast<double>(static_cast<int>(value))) throw InvalidInput(name + ": found \"" + target.value(name) + "\"; expected a whole number");
+  if (value != static_cast<double>(static_cast<int>(value)))
+    throw InvalidInput(name + ": found \"" + target.value(name) + "\"; expected a whole number");
   return static_cast<int>(value);
 }
 
@@ -87,8 +95,10 @@ Studio::Studio(ServedFolder folder, StudioOptions options, std::function<void()>
 Studio::~Studio() = default;
 
 HttpResponse Studio::admit(const HttpRequest& request) const {
-  if (access_.is_entry(request)) return secured({.status = 303, .headers = {{"Set-Cookie", access_.cookie()}, {"Location", "/"}}});
-  if (const std::string why = access_.refusal(request); !why.empty()) return secured({.status = 403, .body = why + "\n"});
+  if (access_.is_entry(request))
+    return secured({.status = 303, .headers = {{"Set-Cookie", access_.cookie()}, {"Location", "/"}}});
+  if (const std::string why = access_.refusal(request); !why.empty())
+    return secured({.status = 403, .body = why + "\n"});
   return {.status = 0};
 }
 
@@ -98,14 +108,19 @@ struct Studio::Routes {
     std::string_view method, path;
     HttpResponse (*answer)(const Asked& asked);
   };
-  static constexpr std::array kAnswers{Route{"GET", "/api/place", answer_place},     Route{"GET", "/api/texture", answer_texture},
-                                       Route{"GET", "/api/map", answer_map},         Route{"GET", "/api/curve", answer_curve},
-                                       Route{"GET", "/api/mesh", answer_mesh},       Route{"GET", "/api/preview", answer_preview},
-                                       Route{"GET", "/api/file", answer_file},
-                                       Route{"GET", "/api/live", answer_live}};
+  static constexpr std::array kAnswers{
+      Route{"GET", "/api/place", answer_place}, Route{"GET", "/api/texture", answer_texture},
+      Route{"GET", "/api/map", answer_map},     Route{"GET", "/api/curve", answer_curve},
+      Route{"GET", "/api/mesh", answer_mesh},   Route{"GET", "/api/preview", answer_preview},
+      Route{"GET", "/api/file", answer_file},   Route{"GET", "/api/live", answer_live}};
 
-  static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target, const std::stop_token& gone) {
-    const Asked asked{studio.folder_, studio.opened_, studio.live_, target, {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
+  static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target,
+                             const std::stop_token& gone) {
+    const Asked asked{studio.folder_,
+                      studio.opened_,
+                      studio.live_,
+                      target,
+                      {.on_progress = {}, .stop = gone, .num_threads = studio.options_.num_threads}};
     if (const StudioAsset* asset = request.method == "GET" ? find_studio_asset(target.path) : nullptr) {
       return {.type = std::string(asset->type), .body = std::string(asset->bytes)};
     }
@@ -145,7 +160,8 @@ std::string Studio::session(const SessionOptions& options, const RunControl& con
   return make_session(Asked{folder_, opened_, live_, target, control}, options);
 }
 
-std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request, const std::shared_ptr<WebSocketPeer>& peer) noexcept {
+std::shared_ptr<WebSocketListener> Studio::open(const HttpRequest& request,
+                                                const std::shared_ptr<WebSocketPeer>& peer) noexcept {
   try {
     const RequestTarget target = parse_target(request.target);
     if (target.path != "/api/live") throw NotFound("there is nothing at " + target.path);

@@ -39,7 +39,8 @@ class Studio {
   /// POST /api/session without a server. @throws as make_session().
   [[nodiscard]] std::string session(const SessionOptions& options, const RunControl& control);
   /// A WebSocket at /api/live. @returns nothing, after it has been told why, if its place cannot run.
-  [[nodiscard]] std::shared_ptr<WebSocketListener> open(const HttpRequest& request, const std::shared_ptr<WebSocketPeer>& peer) noexcept;
+  [[nodiscard]] std::shared_ptr<WebSocketListener> open(const HttpRequest& request,
+                                                        const std::shared_ptr<WebSocketPeer>& peer) noexcept;
 
  private:
   struct Routes;

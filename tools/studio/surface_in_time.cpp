@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libcommon/core/text.h"
+#include "libcommon/metrics/color_curves.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/atlas/sheet.h"
 #include "patinate/core/error.h"
-#include "libcommon/core/text.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/metrics/color_curves.h"
 
 namespace patinate::studio {
 
@@ -43,9 +43,12 @@ ImageF as_float(const ImageU8& mask) {
 
 fs::path manifest_of(const fs::path& path, PlaceKind kind) {
   switch (kind) {
-    case PlaceKind::Transfer: return path / "transfer.json";
-    case PlaceKind::Simulation: return path / "simulation.json";
-    default: return path / kHistoryManifestFile;
+    case PlaceKind::Transfer:
+      return path / "transfer.json";
+    case PlaceKind::Simulation:
+      return path / "simulation.json";
+    default:
+      return path / kHistoryManifestFile;
   }
 }
 
@@ -53,14 +56,19 @@ fs::path manifest_of(const fs::path& path, PlaceKind kind) {
 
 SurfaceInTime::SurfaceInTime(const fs::path& path, PlaceKind kind) : path_(path), kind_(kind) {
   switch (kind) {
-    case PlaceKind::History: history_ = std::make_shared<const HistoryReader>(path); break;
-    case PlaceKind::Simulation: history_ = std::make_shared<const HistoryReader>(path / "history"); break;
+    case PlaceKind::History:
+      history_ = std::make_shared<const HistoryReader>(path);
+      break;
+    case PlaceKind::Simulation:
+      history_ = std::make_shared<const HistoryReader>(path / "history");
+      break;
     case PlaceKind::Transfer:
       transfer_ = std::make_shared<const transfer::TransferReader>(path);
       history_ = std::shared_ptr<const HistoryReader>(transfer_, &transfer_->history());
       filled_coordinates_ = filled_coordinates(*transfer_);
       break;
-    default: throw InvalidInput(path.string() + ": is no history, transfer or simulation, and has no color over time");
+    default:
+      throw InvalidInput(path.string() + ": is no history, transfer or simulation, and has no color over time");
   }
 }
 
@@ -107,7 +115,9 @@ ImageF SurfaceInTime::spread(const ImageF& source, const RunControl& control) co
 
 ImageF SurfaceInTime::texture(double time, Between between, std::optional<int> tile, const RunControl& control) const {
   const int num_tiles = transfer_ ? transfer_->sheet().num_tiles() : 1;
-  if (tile && (*tile < 0 || *tile >= num_tiles)) throw InvalidInput("there is no tile " + std::to_string(*tile) + "; there are " + std::to_string(num_tiles) + ", counted from 0");
+  if (tile && (*tile < 0 || *tile >= num_tiles))
+    throw InvalidInput("there is no tile " + std::to_string(*tile) + "; there are " + std::to_string(num_tiles) +
+                       ", counted from 0");
   ImageF image = spread(history_sample(time, between), control);
   control.throw_if_stopped();
   return tile && transfer_ ? cut_tile(image, transfer_->sheet(), *tile) : image;
@@ -121,11 +131,13 @@ NamedMap SurfaceInTime::map(const std::string& name) const {
     const ControlFacts& c = history_->control(what);
     return {spread(history_->read_control(what), {}), c.low, c.high, c.unit};
   }
-  if (kind == "map") return {spread(history_->read_map(what), {}), 0.0, 1.0, what == "height" || what == "texel_size" ? "mm" : ""};
+  if (kind == "map")
+    return {spread(history_->read_map(what), {}), 0.0, 1.0, what == "height" || what == "texel_size" ? "mm" : ""};
   if (kind == "mask") {
     const std::optional<double> index = parse_number(what);
     if (!index || *index != std::floor(*index) || !(*index >= 0 && *index < history_->num_frames())) {
-      throw InvalidInput("mask: found \"" + what + "\"; expected the number of a frame, 0 to " + std::to_string(history_->num_frames() - 1));
+      throw InvalidInput("mask: found \"" + what + "\"; expected the number of a frame, 0 to " +
+                         std::to_string(history_->num_frames() - 1));
     }
     return {spread(as_float(history_->read_frame_mask(static_cast<int>(*index))), {}), 0.0, 1.0, ""};
   }
@@ -147,7 +159,8 @@ std::array<int, 2> SurfaceInTime::source_of(int x, int y) const {
 
 TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
   if (x < 0 || y < 0 || x >= width() || y >= height()) {
-    throw InvalidInput("texel " + std::to_string(x) + ", " + std::to_string(y) + " lies outside " + size_text(width(), height()));
+    throw InvalidInput("texel " + std::to_string(x) + ", " + std::to_string(y) + " lies outside " +
+                       size_text(width(), height()));
   }
   TexelCurve curve;
   const std::array<int, 2> source = source_of(x, y);
@@ -159,7 +172,8 @@ TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
     const auto rgb = image->pixel(source[0], source[1]);
     curve.times.push_back(history_->manifest().frames[static_cast<std::size_t>(f)].time);
     curve.srgb.push_back({srgb8_from_linear(rgb[0]), srgb8_from_linear(rgb[1]), srgb8_from_linear(rgb[2])});
-    curve.lab.push_back(lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2])));
+    curve.lab.push_back(
+        lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2])));
   }
   return curve;
 }
@@ -186,7 +200,9 @@ std::size_t SurfaceInTime::memory() const {
 std::shared_ptr<const SurfaceInTime> OpenedPlaces::open(const fs::path& path, PlaceKind kind) {
   std::error_code error;
   const fs::file_time_type changed = fs::last_write_time(manifest_of(path, kind), error);
-  const auto find = [&] { return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; }); };
+  const auto find = [&] {
+    return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.path == path; });
+  };
   {
     const std::lock_guard lock(mutex_);
     if (const auto found = find(); found != entries_.end() && found->changed == changed) {

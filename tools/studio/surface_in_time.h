@@ -1,5 +1,6 @@
 /// \file
-/// A history, transfer or simulation, opened: its color at any time, its maps, its curves. What is slow to read is kept.
+/// A history, transfer or simulation, opened: its color at any time, its maps, its curves. What is slow to read is
+/// kept.
 #pragma once
 
 #include <array>
@@ -17,15 +18,15 @@
 #include "patinate/geometry/mesh.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/image/image.h"
-#include "tools/studio/place.h"
 #include "patinate/transfer/transfer_reader.h"
+#include "tools/studio/place.h"
 
 namespace patinate::studio {
 
 /// Values of a map and what it is called.
 struct NamedMap {
-  ImageF values;      ///< H x W x C, over the place's texture.
-  double low = 0.0;   ///< What 0 and 1 of a control stand for; else [0, 1].
+  ImageF values;     ///< H x W x C, over the place's texture.
+  double low = 0.0;  ///< What 0 and 1 of a control stand for; else [0, 1].
   double high = 1.0;
   std::string unit;
 };
@@ -48,11 +49,12 @@ class SurfaceInTime {
   [[nodiscard]] const HistoryReader& history() const { return *history_; }
   /// nullptr unless it is a transfer.
   [[nodiscard]] const transfer::TransferReader* transfer() const { return transfer_.get(); }
-  [[nodiscard]] int width() const;   ///< Of its texture: of a transfer, the sheet of all tiles.
+  [[nodiscard]] int width() const;  ///< Of its texture: of a transfer, the sheet of all tiles.
   [[nodiscard]] int height() const;
 
   /// Its color as `lookup` writes it (of a history, as its frames are): H x W x 3, linear.
-  /// @param tile  Of a transfer with several; nothing: the whole sheet. @throws InvalidInput if there is no such tile; Canceled.
+  /// @param tile  Of a transfer with several; nothing: the whole sheet. @throws InvalidInput if there is no such tile;
+  /// Canceled.
   [[nodiscard]] ImageF texture(double time, Between between, std::optional<int> tile, const RunControl& control) const;
   /// control:NAME, map:NAME, mask:FRAME, coordinates (transfers), coverage. @throws InvalidInput listing what there is.
   [[nodiscard]] NamedMap map(const std::string& name) const;

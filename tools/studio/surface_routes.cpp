@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
+#include "libcommon/image/filters.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/color.h"
-#include "libcommon/image/filters.h"
 #include "patinate/simulation/scene_io.h"
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/picture_bytes.h"
@@ -24,7 +24,8 @@ constexpr std::array<std::string_view, 3> kBetweenNames{"blend", "hold", "neares
 Between between_of(const Asked& asked) {
   const std::string name = asked.target.has("between") ? asked.target.value("between") : "blend";
   const auto found = std::find(kBetweenNames.begin(), kBetweenNames.end(), name);
-  if (found == kBetweenNames.end()) throw InvalidInput("between: found \"" + name + "\"; expected blend, hold or nearest");
+  if (found == kBetweenNames.end())
+    throw InvalidInput("between: found \"" + name + "\"; expected blend, hold or nearest");
   return static_cast<Between>(found - kBetweenNames.begin());
 }
 
@@ -34,7 +35,9 @@ ImageF sized(ImageF image, const Asked& asked) {
   const int size = asked.integer("size", 1, kMostSide);
   const int longest = std::max(image.width(), image.height());
   if (size >= longest) return image;
-  const auto side = [&](int s) { return static_cast<int>(std::max<std::int64_t>(1, (std::int64_t{s} * size + longest / 2) / longest)); };
+  const auto side = [&](int s) {
+    return static_cast<int>(std::max<std::int64_t>(1, (std::int64_t{s} * size + longest / 2) / longest));
+  };
   return downscale_area(image, side(image.width()), side(image.height()), asked.control);
 }
 
@@ -45,7 +48,9 @@ std::string rgba_rows(const ImageU8& rgb) {
 }
 
 HttpResponse sized_response(std::string type, std::string body, int width, int height) {
-  return {.type = std::move(type), .headers = {{"X-Width", std::to_string(width)}, {"X-Height", std::to_string(height)}}, .body = std::move(body)};
+  return {.type = std::move(type),
+          .headers = {{"X-Width", std::to_string(width)}, {"X-Height", std::to_string(height)}},
+          .body = std::move(body)};
 }
 
 }  // namespace
@@ -55,14 +60,16 @@ HttpResponse answer_texture(const Asked& asked) {
   if (format != "raw" && format != "png") throw InvalidInput("format: found \"" + format + "\"; expected raw or png");
   const double time = asked.number("time", -kMostTime, kMostTime);
   const Between between = between_of(asked);
-  const std::optional<int> tile = asked.target.has("tile") ? std::optional(asked.integer("tile", 0, 1'000'000)) : std::nullopt;
+  const std::optional<int> tile =
+      asked.target.has("tile") ? std::optional(asked.integer("tile", 0, 1'000'000)) : std::nullopt;
   const std::shared_ptr<const SurfaceInTime> surface = asked.surface();
   const ImageU8 codes = srgb8_from_linear(sized(surface->texture(time, between, tile, asked.control), asked));
   asked.control.throw_if_stopped();
   std::string rows = rgba_rows(codes);
   const std::string hash = xxh64(rows);
-  HttpResponse response = format == "png" ? sized_response("image/png", png_of(codes), codes.width(), codes.height())
-                                          : sized_response("application/octet-stream", std::move(rows), codes.width(), codes.height());
+  HttpResponse response =
+      format == "png" ? sized_response("image/png", png_of(codes), codes.width(), codes.height())
+                      : sized_response("application/octet-stream", std::move(rows), codes.width(), codes.height());
   response.headers.emplace_back("X-Hash", hash);
   return response;
 }
@@ -70,10 +77,12 @@ HttpResponse answer_texture(const Asked& asked) {
 HttpResponse answer_map(const Asked& asked) {
   const std::string name = asked.target.value("name");
   NamedMap map = asked.surface()->map(name);
-  if (name != "coordinates") map.values = sized(std::move(map.values), asked);  // means of coordinates are no coordinates
+  if (name != "coordinates")
+    map.values = sized(std::move(map.values), asked);  // means of coordinates are no coordinates
   const ImageF& image = map.values;
-  HttpResponse response = sized_response("application/octet-stream", {reinterpret_cast<const char*>(image.data()), image.values().size() * sizeof(float)},
-                                         image.width(), image.height());
+  HttpResponse response = sized_response(
+      "application/octet-stream", {reinterpret_cast<const char*>(image.data()), image.values().size() * sizeof(float)},
+      image.width(), image.height());
   response.headers.emplace_back("X-Channels", std::to_string(image.channels()));
   response.headers.emplace_back("X-Low", number_text(map.low));
   response.headers.emplace_back("X-High", number_text(map.high));
@@ -92,7 +101,8 @@ HttpResponse answer_curve(const Asked& asked) {
       const std::filesystem::path history = std::filesystem::canonical(surface->history().folder(), error);
       const std::string name = error ? "" : asked.folder.name_of(history);
       const bool is_served = !name.empty() && asked.folder.find(name).has_value();
-      json["source"] = {{"place", is_served ? Json(name) : Json(nullptr)}, {"x", (*curve.source)[0]}, {"y", (*curve.source)[1]}};
+      json["source"] = {
+          {"place", is_served ? Json(name) : Json(nullptr)}, {"x", (*curve.source)[0]}, {"y", (*curve.source)[1]}};
     }
   }
   return json_response(json);

@@ -36,7 +36,8 @@ inline constexpr std::size_t kMostMessageBytes = std::size_t{4} << 20;
 /// One plane of an update, in as many messages as it takes to stay within kMostMessageBytes; none without tiles.
 /// @param header      Its "count" and "last" are set here; "last" of the last message is `is_last`.
 /// @param tile_bytes  Of one tile.
-[[nodiscard]] std::vector<std::string> tile_messages(Json header, std::span<const ScreenTile> tiles, bool is_last,
-                                                     const std::function<std::span<const std::uint8_t>(ScreenTile)>& tile_bytes);
+[[nodiscard]] std::vector<std::string> tile_messages(
+    Json header, std::span<const ScreenTile> tiles, bool is_last,
+    const std::function<std::span<const std::uint8_t>(ScreenTile)>& tile_bytes);
 
 }  // namespace patinate::studio

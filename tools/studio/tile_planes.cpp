@@ -1,12 +1,12 @@
 #include "tools/studio/tile_planes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
-#include "patinate/atlas/dilate.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/atlas/dilate.h"
 
 namespace patinate::studio {
 
@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::uint32_t kWhole = 0xFFFFFFFFu;
 
-/// For every texel the nearest covered one, as dilate() finds it: it copies all channels of a texel, here the number of one.
+/// For every texel the nearest covered one, as dilate() finds it: it copies all channels of a texel, here the number of
+/// one.
 ImageU8 nearest_covered(const simulation::SurfaceAtlas& surface) {
   const simulation::TileGrid& grid = surface.grid();
   ImageU8 index(grid.width, grid.height, 4), coverage(grid.width, grid.height);
@@ -32,7 +33,8 @@ ImageU8 nearest_covered(const simulation::SurfaceAtlas& surface) {
 
 }  // namespace
 
-ScreenLayout::ScreenLayout(const simulation::SurfaceAtlas& surface) : grid_(surface.grid()), width_(surface.grid().width), height_(surface.grid().height) {
+ScreenLayout::ScreenLayout(const simulation::SurfaceAtlas& surface)
+    : grid_(surface.grid()), width_(surface.grid().width), height_(surface.grid().height) {
   const ImageU8 nearest = nearest_covered(surface);
   std::vector<std::pair<simulation::TileIndex, ScreenTile>> shown;
   first_source_.assign(num_tiles(), kWhole);
@@ -47,7 +49,9 @@ ScreenLayout::ScreenLayout(const simulation::SurfaceAtlas& surface) : grid_(surf
       if (x < width_ && y < height_) std::memcpy(&source, nearest.pixel(x, y).data(), sizeof(source));
       is_whole = is_whole && source == grid_.index(x, y);
       const simulation::TileIndex from = simulation::TileGrid::tile_of(source);
-      if (source != simulation::kNoTexel && from != simulation::TileGrid::tile_of(grid_.index(x0, y0)) && (shown.empty() || shown.back() != std::pair(from, tile))) shown.emplace_back(from, tile);
+      if (source != simulation::kNoTexel && from != simulation::TileGrid::tile_of(grid_.index(x0, y0)) &&
+          (shown.empty() || shown.back() != std::pair(from, tile)))
+        shown.emplace_back(from, tile);
     }
     if (is_whole) continue;
     first_source_[tile] = static_cast<std::uint32_t>(sources_.size());
@@ -69,7 +73,8 @@ std::array<simulation::TexelIndex, 64> ScreenLayout::sources(ScreenTile tile) co
     std::copy_n(sources_.begin() + first_source_[tile], 64, out.begin());
     return out;
   }
-  const simulation::TexelIndex first = grid_.index(static_cast<int>(tile) % columns() * 8, static_cast<int>(tile) / columns() * 8);
+  const simulation::TexelIndex first =
+      grid_.index(static_cast<int>(tile) % columns() * 8, static_cast<int>(tile) / columns() * 8);
   for (simulation::TexelIndex i = 0; i < 64; ++i) out[i] = first + i;
   return out;
 }
@@ -86,10 +91,13 @@ std::vector<ScreenTile> ScreenLayout::showing(std::span<const simulation::TileIn
   return tiles;
 }
 
-std::size_t ScreenLayout::memory() const { return (first_source_.size() + sources_.size() + gutter_begin_.size() + gutter_tiles_.size()) * sizeof(std::uint32_t); }
+std::size_t ScreenLayout::memory() const {
+  return (first_source_.size() + sources_.size() + gutter_begin_.size() + gutter_tiles_.size()) * sizeof(std::uint32_t);
+}
 
 std::uint8_t ReliefRange::code(double height_mm) const {
-  return static_cast<std::uint8_t>(std::floor(255.0 * std::clamp((height_mm - low_mm) / (high_mm - low_mm), 0.0, 1.0) + 0.5));
+  return static_cast<std::uint8_t>(
+      std::floor(255.0 * std::clamp((height_mm - low_mm) / (high_mm - low_mm), 0.0, 1.0) + 0.5));
 }
 
 TilePlanes::TilePlanes(const ScreenLayout& layout) : layout_(&layout) {
@@ -101,7 +109,8 @@ namespace {
 using TileBytes = std::array<std::uint8_t, TilePlanes::kTileBytes>;
 
 /// Codes are R, G, B, specular from the lowest byte, which is how they travel.
-void read_surface(const simulation::Composer& composer, const std::array<simulation::TexelIndex, 64>& sources, TileBytes& out) {
+void read_surface(const simulation::Composer& composer, const std::array<simulation::TexelIndex, 64>& sources,
+                  TileBytes& out) {
   static_assert(std::endian::native == std::endian::little);
   const std::span<const std::uint32_t> codes = composer.codes();
   for (std::size_t i = 0; i < 64; ++i) {
@@ -110,7 +119,8 @@ void read_surface(const simulation::Composer& composer, const std::array<simulat
   }
 }
 
-void read_relief(const simulation::Composer& composer, const std::array<simulation::TexelIndex, 64>& sources, const ReliefRange& range, TileBytes& out) {
+void read_relief(const simulation::Composer& composer, const std::array<simulation::TexelIndex, 64>& sources,
+                 const ReliefRange& range, TileBytes& out) {
   const std::span<const std::uint8_t> normals = composer.normals();
   for (std::size_t i = 0; i < 64; ++i) {
     const simulation::TexelIndex t = sources[i];
@@ -130,7 +140,8 @@ bool replace(std::uint8_t* old, const TileBytes& now) {
 
 }  // namespace
 
-TilePlanes::Changes TilePlanes::update(const simulation::Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range, const RunControl& control) {
+TilePlanes::Changes TilePlanes::update(const simulation::Composer& composer, std::span<const ScreenTile> tiles,
+                                       const ReliefRange& range, const RunControl& control) {
   constexpr std::int64_t kChunk = 512;
   std::vector<std::uint8_t> changed(tiles.size());  // bit 0: surface, bit 1: relief
   parallel_for(static_cast<std::int64_t>(tiles.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
@@ -139,7 +150,8 @@ TilePlanes::Changes TilePlanes::update(const simulation::Composer& composer, std
       TileBytes surface{}, relief{};
       read_surface(composer, sources, surface);
       read_relief(composer, sources, range, relief);
-      const bool has_surface = replace(&planes_[Surface][tiles[i] * kTileBytes], surface), has_relief = replace(&planes_[Relief][tiles[i] * kTileBytes], relief);
+      const bool has_surface = replace(&planes_[Surface][tiles[i] * kTileBytes], surface),
+                 has_relief = replace(&planes_[Relief][tiles[i] * kTileBytes], relief);
       changed[i] = static_cast<std::uint8_t>((has_surface ? 1 : 0) | (has_relief ? 2 : 0));
     }
   });
@@ -151,7 +163,9 @@ TilePlanes::Changes TilePlanes::update(const simulation::Composer& composer, std
   return changes;
 }
 
-std::span<const std::uint8_t> TilePlanes::tile(Plane plane, ScreenTile tile) const { return {&planes_[plane][tile * kTileBytes], kTileBytes}; }
+std::span<const std::uint8_t> TilePlanes::tile(Plane plane, ScreenTile tile) const {
+  return {&planes_[plane][tile * kTileBytes], kTileBytes};
+}
 
 std::string TilePlanes::rows(Plane plane) const {
   const auto width = static_cast<std::size_t>(layout_->width()), height = static_cast<std::size_t>(layout_->height());
@@ -159,7 +173,8 @@ std::string TilePlanes::rows(Plane plane) const {
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; x += 8) {
       const std::size_t tile = y / 8 * static_cast<std::size_t>(layout_->columns()) + x / 8;
-      std::memcpy(&out[4 * (y * width + x)], &planes_[plane][tile * kTileBytes + y % 8 * 32], 4 * std::min<std::size_t>(8, width - x));
+      std::memcpy(&out[4 * (y * width + x)], &planes_[plane][tile * kTileBytes + y % 8 * 32],
+                  4 * std::min<std::size_t>(8, width - x));
     }
   }
   return out;

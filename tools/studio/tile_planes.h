@@ -1,5 +1,6 @@
 /// \file
-/// A simulation's picture as the browser holds it: tiles of 8 x 8 texels, row by row, gutters filled. Says which tiles a step has changed.
+/// A simulation's picture as the browser holds it: tiles of 8 x 8 texels, row by row, gutters filled. Says which tiles
+/// a step has changed.
 #pragma once
 
 #include <array>
@@ -15,8 +16,8 @@ namespace patinate::studio {
 /// Tiles row by row over ceil(width / 8) columns, unlike TileIndex, which goes by pages.
 using ScreenTile = std::uint32_t;
 
-/// Which texel of a simulation every texel of the picture shows: itself, or outside the charts the nearest inside, as in exported
-/// textures (dilate()). Memory: 4 bytes for each texel of a tile that is not whole.
+/// Which texel of a simulation every texel of the picture shows: itself, or outside the charts the nearest inside, as
+/// in exported textures (dilate()). Memory: 4 bytes for each texel of a tile that is not whole.
 class ScreenLayout {
  public:
   explicit ScreenLayout(const simulation::SurfaceAtlas& surface);
@@ -37,10 +38,11 @@ class ScreenLayout {
   simulation::TileGrid grid_;
   int width_ = 0;
   int height_ = 0;
-  std::vector<std::uint32_t> first_source_;      ///< By screen tile: into sources_; kWhole for one that is covered everywhere.
+  std::vector<std::uint32_t>
+      first_source_;  ///< By screen tile: into sources_; kWhole for one that is covered everywhere.
   std::vector<simulation::TexelIndex> sources_;
-  std::vector<std::uint32_t> gutter_begin_;      ///< By TileIndex, one more: into gutter_tiles_.
-  std::vector<ScreenTile> gutter_tiles_;         ///< Other tiles whose gutters show texels of this one.
+  std::vector<std::uint32_t> gutter_begin_;  ///< By TileIndex, one more: into gutter_tiles_.
+  std::vector<ScreenTile> gutter_tiles_;     ///< Other tiles whose gutters show texels of this one.
 };
 
 /// Heights as 255 steps of [low_mm, high_mm].
@@ -63,7 +65,8 @@ class TilePlanes {
     std::vector<ScreenTile> surface, relief;  ///< In order.
   };
   /// Brings `tiles`, each given once, up to date. Only those whose bytes have changed count.
-  [[nodiscard]] Changes update(const simulation::Composer& composer, std::span<const ScreenTile> tiles, const ReliefRange& range, const RunControl& control = {});
+  [[nodiscard]] Changes update(const simulation::Composer& composer, std::span<const ScreenTile> tiles,
+                               const ReliefRange& range, const RunControl& control = {});
   [[nodiscard]] std::span<const std::uint8_t> tile(Plane plane, ScreenTile tile) const;
   /// Row by row, as a texture: width x height x 4.
   [[nodiscard]] std::string rows(Plane plane) const;

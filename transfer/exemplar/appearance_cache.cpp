@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 #include "transfer/exemplar/appearance_io.h"
 
 namespace patinate::transfer {
@@ -23,10 +23,13 @@ void describe(OptionVisitor& v, CacheOptions& o) {
 namespace {
 
 constexpr const char* kPrefix = "appearance-";
-constexpr const char* kTagFile = "CACHEDIR.TAG";  // Tells backups that what is here can be made again (bford.info/cachedir).
-constexpr const char* kTag = "Signature: 8a477f597d28d172789f06886806bc55\n# Made by patinate transfer; may be removed.\n";
+constexpr const char* kTagFile =
+    "CACHEDIR.TAG";  // Tells backups that what is here can be made again (bford.info/cachedir).
+constexpr const char* kTag =
+    "Signature: 8a477f597d28d172789f06886806bc55\n# Made by patinate transfer; may be removed.\n";
 
-std::optional<std::string> find_key(const HistoryReader& history, const AppearanceOptions& options, const ImageU8& mask, const RunControl& control) {
+std::optional<std::string> find_key(const HistoryReader& history, const AppearanceOptions& options, const ImageU8& mask,
+                                    const RunControl& control) {
   try {
     return appearance_key(history, options, mask, control);
   } catch (const IoError&) {
@@ -34,7 +37,8 @@ std::optional<std::string> find_key(const HistoryReader& history, const Appearan
   }
 }
 
-std::optional<AppearanceSpace> find_kept(const fs::path& file, const std::string& key, int num_levels, const ImageU8& mask, const RunControl& control) {
+std::optional<AppearanceSpace> find_kept(const fs::path& file, const std::string& key, int num_levels,
+                                         const ImageU8& mask, const RunControl& control) {
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
   try {
@@ -58,10 +62,13 @@ void remove_oldest(const fs::path& file, std::uint64_t size) {
   for (fs::directory_iterator it(file.parent_path(), error), end; !error && it != end; it.increment(error)) {
     const fs::path& path = it->path();
     std::error_code ignored;
-    if (path == file || !path.filename().string().starts_with(kPrefix) || path.extension() != file.extension() || !it->is_regular_file(ignored)) continue;
+    if (path == file || !path.filename().string().starts_with(kPrefix) || path.extension() != file.extension() ||
+        !it->is_regular_file(ignored))
+      continue;
     others.push_back({it->last_write_time(ignored), path, it->file_size(ignored)});
   }
-  std::sort(others.begin(), others.end(), [](const Entry& a, const Entry& b) { return std::pair(b.time, b.path) < std::pair(a.time, a.path); });
+  std::sort(others.begin(), others.end(),
+            [](const Entry& a, const Entry& b) { return std::pair(b.time, b.path) < std::pair(a.time, a.path); });
   std::uint64_t total = size;
   for (std::size_t i = 0; i < others.size(); ++i) {
     total += others[i].size;
@@ -78,7 +85,8 @@ bool has_room(const fs::path& folder, std::uint64_t size) {
 
 void keep(const fs::path& file, const KeptAppearance& kept, const RunControl& control) {
   const AppearanceImage& finest = kept.space.levels[0];
-  const std::uint64_t size = appearance_file_size(finest.width(), finest.height(), static_cast<int>(kept.space.levels.size()));
+  const std::uint64_t size =
+      appearance_file_size(finest.width(), finest.height(), static_cast<int>(kept.space.levels.size()));
   if (size > kMaxKeptBytes) return;
   const fs::path folder = file.parent_path();
   try {
@@ -96,7 +104,8 @@ void keep(const fs::path& file, const KeptAppearance& kept, const RunControl& co
 
 }  // namespace
 
-std::string appearance_key(const HistoryReader& history, const AppearanceOptions& options, const ImageU8& mask, const RunControl& control) {
+std::string appearance_key(const HistoryReader& history, const AppearanceOptions& options, const ImageU8& mask,
+                           const RunControl& control) {
   ContentHash hash;
   hash.add("appearance").add(std::int64_t{kAppearanceVersion});
   for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);
@@ -108,15 +117,19 @@ std::string appearance_key(const HistoryReader& history, const AppearanceOptions
   parallel_for(static_cast<std::int64_t>(frames.size()), 1, silent, [&](std::int64_t begin, std::int64_t) {
     const auto i = static_cast<std::size_t>(begin);
     const fs::path& file = history.manifest().frames[static_cast<std::size_t>(frames[i])].file;
-    parts[i] = file.extension().string() + hash_file(history.folder() / file);  // The extension tells how the bytes are read.
+    parts[i] =
+        file.extension().string() + hash_file(history.folder() / file);  // The extension tells how the bytes are read.
   });
   for (const std::string& part : parts) hash.add(part);
   return hash.hex();
 }
 
-fs::path appearance_file(const HistoryReader& history, const std::string& key) { return history.folder() / kCacheFolder / (kPrefix + key + ".bin"); }
+fs::path appearance_file(const HistoryReader& history, const std::string& key) {
+  return history.folder() / kCacheFolder / (kPrefix + key + ".bin");
+}
 
-AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options, const RunControl& control, const ImageU8& given_mask) {
+AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_levels, const AppearanceOptions& options,
+                                        const RunControl& control, const ImageU8& given_mask) {
   check_ranges(options);
   const ImageU8 mask = given_mask.empty() ? history.read_mask() : given_mask;
   const std::optional<std::string> key = find_key(history, options, mask, control);
@@ -126,7 +139,8 @@ AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_le
     control.report(1.0);
     return std::move(*kept);
   }
-  KeptAppearance made{*key, num_levels, build_appearance_space(history, num_levels, options, control.part(0.0, 0.95), mask)};
+  KeptAppearance made{*key, num_levels,
+                      build_appearance_space(history, num_levels, options, control.part(0.0, 0.95), mask)};
   // Frames that were replaced meanwhile may be what was analyzed.
   if (find_key(history, options, mask, control) == key) keep(file, made, control);
   control.report(1.0);
@@ -135,7 +149,10 @@ AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_le
 
 AppearanceSource appearance_source(const HistoryReader& history, const CacheOptions& options) {
   if (!options.cache) return {};
-  return [&history](int num_levels, const AppearanceOptions& appearance, const RunControl& control, const ImageU8& mask) { return cached_appearance_space(history, num_levels, appearance, control, mask); };
+  return
+      [&history](int num_levels, const AppearanceOptions& appearance, const RunControl& control, const ImageU8& mask) {
+        return cached_appearance_space(history, num_levels, appearance, control, mask);
+      };
 }
 
 }  // namespace patinate::transfer

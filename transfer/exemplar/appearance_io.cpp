@@ -10,10 +10,10 @@
 #include <span>
 #include <system_error>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/read_limit.h"
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 
@@ -71,7 +71,8 @@ std::span<const T, 1> one(const T& value) {
 /// @throws IoError unless the level's values can be an appearance: whoever compares them relies on it.
 void check_level(const fs::path& file, const AppearanceImage& level, double variance) {
   const auto is_valid = [](std::int16_t v) { return v >= -kAppearanceLimit && v <= kAppearanceLimit; };
-  if (std::isfinite(variance) && variance >= 0.0 && std::all_of(level.values().begin(), level.values().end(), is_valid)) return;
+  if (std::isfinite(variance) && variance >= 0.0 && std::all_of(level.values().begin(), level.values().end(), is_valid))
+    return;
   throw IoError(file.string(), "holds values that are no appearance");
 }
 
@@ -87,7 +88,13 @@ std::uint64_t appearance_file_size(int width, int height, int num_levels) {
 
 void write_appearance(const fs::path& file, const KeptAppearance& kept, const RunControl& control) {
   const AppearanceSpace& space = kept.space;
-  Header header{kFormat, {}, space.levels[0].width(), space.levels[0].height(), kept.num_asked, static_cast<std::int32_t>(space.levels.size()), space.explained_variance};
+  Header header{kFormat,
+                {},
+                space.levels[0].width(),
+                space.levels[0].height(),
+                kept.num_asked,
+                static_cast<std::int32_t>(space.levels.size()),
+                space.explained_variance};
   if (kept.key.size() != kKeySize) throw InvalidInput("appearance: its key has not 32 digits");
   std::copy(kept.key.begin(), kept.key.end(), header.key.begin());
 
@@ -96,7 +103,8 @@ void write_appearance(const fs::path& file, const KeptAppearance& kept, const Ru
   Passage passage(control);
   const auto put = [&](std::span<const std::byte> bytes) {
     passage.run(bytes, [&](std::size_t at, std::streamsize size) {
-      if (!out.write(reinterpret_cast<const char*>(bytes.data()) + at, size)) throw CannotComplete(file.string() + ": cannot be written");
+      if (!out.write(reinterpret_cast<const char*>(bytes.data()) + at, size))
+        throw CannotComplete(file.string() + ": cannot be written");
     });
   };
   put(std::as_bytes(one(header)));
@@ -112,7 +120,8 @@ void write_appearance(const fs::path& file, const KeptAppearance& kept, const Ru
   place.finish_unsynced();
 }
 
-AppearanceSpace read_appearance(const fs::path& file, const std::string& key, int num_levels, const ImageU8& mask, const RunControl& control) {
+AppearanceSpace read_appearance(const fs::path& file, const std::string& key, int num_levels, const ImageU8& mask,
+                                const RunControl& control) {
   check_may_read(file);
   std::error_code error;
   if (!fs::is_regular_file(file, error)) throw IoError(file.string(), "is no file");
@@ -126,15 +135,19 @@ AppearanceSpace read_appearance(const fs::path& file, const std::string& key, in
   };
   Header header{};
   get(std::as_writable_bytes(std::span(&header, 1)));
-  if (header.format != kFormat || !std::equal(header.key.begin(), header.key.end(), key.begin(), key.end())) throw IoError(file.string(), "belongs to something else");
-  const bool is_one = header.width == mask.width() && header.height == mask.height() && header.num_levels >= 1 && header.num_levels <= kMostLevels &&
-                      header.explained_variance >= 0.0 && header.explained_variance <= 1.0;
-  if (error || !is_one || size != appearance_file_size(header.width, header.height, header.num_levels)) throw IoError(file.string(), "is not as long as its levels");
+  if (header.format != kFormat || !std::equal(header.key.begin(), header.key.end(), key.begin(), key.end()))
+    throw IoError(file.string(), "belongs to something else");
+  const bool is_one = header.width == mask.width() && header.height == mask.height() && header.num_levels >= 1 &&
+                      header.num_levels <= kMostLevels && header.explained_variance >= 0.0 &&
+                      header.explained_variance <= 1.0;
+  if (error || !is_one || size != appearance_file_size(header.width, header.height, header.num_levels))
+    throw IoError(file.string(), "is not as long as its levels");
   if (header.num_asked < num_levels) throw IoError(file.string(), "holds fewer levels than are asked for");
 
   AppearanceSpace space;
   space.explained_variance = header.explained_variance;
-  for (int l = 0, width = header.width, height = header.height; l < header.num_levels; ++l, width = halved(width), height = halved(height)) {
+  for (int l = 0, width = header.width, height = header.height; l < header.num_levels;
+       ++l, width = halved(width), height = halved(height)) {
     space.variances.emplace_back();
     get(std::as_writable_bytes(std::span(&space.variances.back(), 1)));
     get(std::as_writable_bytes(space.levels.emplace_back(width, height, kAppearanceSize).values()));
@@ -143,7 +156,8 @@ AppearanceSpace read_appearance(const fs::path& file, const std::string& key, in
     check_level(file, space.levels.back(), space.variances.back());
   }
   std::array<char, kKeySize> written{};
-  if (!in.read(written.data(), written.size()) || std::string_view(written.data(), written.size()) != passage.key()) throw IoError(file.string(), "is damaged");
+  if (!in.read(written.data(), written.size()) || std::string_view(written.data(), written.size()) != passage.key())
+    throw IoError(file.string(), "is damaged");
   const auto kept = static_cast<std::size_t>(std::min(num_levels, header.num_levels));
   space.levels.resize(kept);
   space.masks.resize(kept);

@@ -10,7 +10,8 @@
 namespace patinate::transfer {
 
 void describe(OptionVisitor& v, AppearanceOptions& o) {
-  v.visit({"spatial_radius", "Neighbors that count into a pixel's appearance", "px", between(0, 3)}, o.spatial_radius_px);
+  v.visit({"spatial_radius", "Neighbors that count into a pixel's appearance", "px", between(0, 3)},
+          o.spatial_radius_px);
   v.visit({"max_frames", "Longer histories are compared at this many evenly spaced frames", "", between(2, 128)},
           o.max_frames);
   v.visit({"appearance_samples", "Pixels from which the appearance components are found", "", between(64, 65536)},
@@ -47,7 +48,8 @@ std::vector<std::int64_t> sample_pixels(const ImageU8& mask, int num_samples) {
   if (static_cast<std::int64_t>(inside.size()) <= num_samples) return inside;
   std::vector<std::int64_t> chosen;
   for (int i = 0; i < num_samples; ++i) {
-    chosen.push_back(inside[RandomStream(0, static_cast<std::uint64_t>(i), 17).below(static_cast<std::uint32_t>(inside.size()))]);
+    chosen.push_back(
+        inside[RandomStream(0, static_cast<std::uint64_t>(i), 17).below(static_cast<std::uint32_t>(inside.size()))]);
   }
   return chosen;
 }
@@ -63,7 +65,8 @@ ImageF temporal_projection(const History& history, const ImageU8& mask, const Ap
     const ImageF frame = history.read_frame(frames[f]);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       for (int c = 0; c < 3; ++c) {
-        samples(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(3 * f) + c) = encode(frame.data()[pixels[i] * 3 + c]);
+        samples(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(3 * f) + c) =
+            encode(frame.data()[pixels[i] * 3 + c]);
       }
     }
     control.report(0.4 * static_cast<double>(f + 1) / static_cast<double>(frames.size()));
@@ -102,7 +105,8 @@ void halve(const ImageF& image, const ImageU8& mask, ImageF& half, ImageU8& half
       const bool inside = mask.at(2 * x, 2 * y) && mask.at(x1, 2 * y) && mask.at(2 * x, y1) && mask.at(x1, y1);
       half_mask.at(x, y) = inside ? 255 : 0;
       for (int c = 0; c < image.channels(); ++c) {
-        half.at(x, y, c) = 0.25f * (image.at(2 * x, 2 * y, c) + image.at(x1, 2 * y, c) + image.at(2 * x, y1, c) + image.at(x1, y1, c));
+        half.at(x, y, c) =
+            0.25f * (image.at(2 * x, 2 * y, c) + image.at(x1, 2 * y, c) + image.at(2 * x, y1, c) + image.at(x1, y1, c));
       }
     }
   }
@@ -113,21 +117,24 @@ double spatial_weight(int dx, int dy, int radius) {
   return (1.0 - std::abs(dx) / (radius + 1.0)) * (1.0 - std::abs(dy) / (radius + 1.0));
 }
 
-/// The weighted components of the pixels around (x, y), clamped at the image border: kAppearanceSize (2r + 1)^2 numbers.
+/// The weighted components of the pixels around (x, y), clamped at the image border: kAppearanceSize (2r + 1)^2
+/// numbers.
 Eigen::VectorXd neighborhood_vector(const ImageF& image, int x, int y, int radius) {
   Eigen::VectorXd v(kAppearanceSize * (2 * radius + 1) * (2 * radius + 1));
   Eigen::Index i = 0;
   for (int dy = -radius; dy <= radius; ++dy) {
     for (int dx = -radius; dx <= radius; ++dx) {
       const double weight = spatial_weight(dx, dy, radius);
-      const auto pixel = image.pixel(std::clamp(x + dx, 0, image.width() - 1), std::clamp(y + dy, 0, image.height() - 1));
+      const auto pixel =
+          image.pixel(std::clamp(x + dx, 0, image.width() - 1), std::clamp(y + dy, 0, image.height() - 1));
       for (float value : pixel) v[i++] = weight * static_cast<double>(value);
     }
   }
   return v;
 }
 
-ImageF spatial_projection(const ImageF& image, const ImageU8& mask, const AppearanceOptions& options, const RunControl& control) {
+ImageF spatial_projection(const ImageF& image, const ImageU8& mask, const AppearanceOptions& options,
+                          const RunControl& control) {
   const int radius = options.spatial_radius_px;
   if (radius == 0) return image;
   const std::vector<std::int64_t> pixels = sample_pixels(mask, options.num_samples);
@@ -135,8 +142,8 @@ ImageF spatial_projection(const ImageF& image, const ImageU8& mask, const Appear
   SampleMatrix samples(static_cast<Eigen::Index>(pixels.size()), size);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (i % kLook == 0) control.throw_if_stopped();
-    samples.row(static_cast<Eigen::Index>(i)) =
-        neighborhood_vector(image, static_cast<int>(pixels[i] % mask.width()), static_cast<int>(pixels[i] / mask.width()), radius);
+    samples.row(static_cast<Eigen::Index>(i)) = neighborhood_vector(image, static_cast<int>(pixels[i] % mask.width()),
+                                                                    static_cast<int>(pixels[i] / mask.width()), radius);
   }
   const PrincipalComponents components = principal_components(samples, kAppearanceSize, quiet(control));
   ImageF projected(image.width(), image.height(), kAppearanceSize);
@@ -195,7 +202,8 @@ AppearanceSpace build_appearance_space(const History& history, int num_levels, c
   ImageU8 mask = given_mask.empty() ? history.read_mask() : given_mask;
   ImageF projected = temporal_projection(history, mask, options, space.explained_variance, control.part(0.0, 0.8));
   for (int level = 0; level < num_levels; ++level) {
-    const bool has_inside = std::any_of(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; });
+    const bool has_inside =
+        std::any_of(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; });
     if (!has_inside) break;
     const ImageF appearance = spatial_projection(projected, mask, options, control.part(0.9, 0.9));
     double variance = 0.0;
@@ -212,8 +220,10 @@ AppearanceSpace build_appearance_space(const History& history, int num_levels, c
   return space;
 }
 
-AppearanceSpace appearance_of(const History& history, const AppearanceSource& source, int num_levels, const AppearanceOptions& options, const RunControl& control, const ImageU8& given_mask) {
-  return source ? source(num_levels, options, control, given_mask) : build_appearance_space(history, num_levels, options, control, given_mask);
+AppearanceSpace appearance_of(const History& history, const AppearanceSource& source, int num_levels,
+                              const AppearanceOptions& options, const RunControl& control, const ImageU8& given_mask) {
+  return source ? source(num_levels, options, control, given_mask)
+                : build_appearance_space(history, num_levels, options, control, given_mask);
 }
 
 }  // namespace patinate::transfer

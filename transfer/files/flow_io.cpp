@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "libcommon/atlas/direction_field.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::transfer {
@@ -34,15 +34,19 @@ std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manif
     const std::filesystem::path& file = manifest.tiles[static_cast<std::size_t>(i)].coordinates;
     const ImageF patch = read_channels(file, {kPatchChannels[0], kPatchChannels[1]});
     if (patch.width() != sheet.tile_width || patch.height() != sheet.tile_height) {
-      throw IoError(file.string(), "is " + size_text(patch.width(), patch.height()) + "; expected " + size_text(sheet.tile_width, sheet.tile_height));
+      throw IoError(file.string(), "is " + size_text(patch.width(), patch.height()) + "; expected " +
+                                       size_text(sheet.tile_width, sheet.tile_height));
     }
     for (int y = 0; y < patch.height(); ++y) {
       for (int x = 0; x < patch.width(); ++x) {
         const TexelId t = TexelId{sheet.first_y(i) + y} * map.width() + sheet.first_x(i) + x;
         if (!map.is_covered(t)) continue;
-        if (!std::isfinite(patch.at(x, y, 0))) throw IoError(file.string(), "holds a " + std::string(kPatchChannels[0]) + " that is no number; make the transfer again");
+        if (!std::isfinite(patch.at(x, y, 0)))
+          throw IoError(file.string(),
+                        "holds a " + std::string(kPatchChannels[0]) + " that is no number; make the transfer again");
         const int triangle = map.triangle(t);
-        (*frames)[static_cast<std::size_t>(triangle)] = frame_from_uv({static_cast<double>(patch.at(x, y, 0)), patch.at(x, y, 1) > 0.5f}, map.tangents(triangle));
+        (*frames)[static_cast<std::size_t>(triangle)] =
+            frame_from_uv({static_cast<double>(patch.at(x, y, 0)), patch.at(x, y, 1) > 0.5f}, map.tangents(triangle));
       }
     }
   }

@@ -16,7 +16,8 @@ inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror
 /// @param strip  A part of the atlas whose first texel is (x, y); its channels 2 and 3 are set.
 void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames);
 
-/// The frames of a finished transfer. @param map  Over its sheet. @returns nothing where its history lies as the UVs do. @throws IoError
+/// The frames of a finished transfer. @param map  Over its sheet. @returns nothing where its history lies as the UVs
+/// do. @throws IoError
 [[nodiscard]] std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map);
 
 }  // namespace patinate::transfer

@@ -10,13 +10,13 @@
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/image/image_rows.h"
+#include "patinate/core/json.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "transfer/files/flow_io.h"
 
 namespace patinate::transfer {
@@ -37,17 +37,20 @@ std::string tiled_name(const std::string& stem, UvLayoutRule rule) {
 }
 
 std::string control_file(const TransferTask& task, std::size_t index) {
-  return tiled_name(task.input.controls.size() == 1 ? "control" : "control." + task.input.controls[index].source, rule_of(task));
+  return tiled_name(task.input.controls.size() == 1 ? "control" : "control." + task.input.controls[index].source,
+                    rule_of(task));
 }
 
 /// Puts the part of the sheet that begins at (x, y) into a strip.
 using FillStrip = std::function<void(int x, int y, ImageF& strip)>;
 
 /// One file per tile, a few rows at a time: an atlas may be larger than what there is beside it.
-void write_tiles(const fs::path& file, const Sheet& sheet, const std::vector<std::string>& channels, const FillStrip& fill) {
+void write_tiles(const fs::path& file, const Sheet& sheet, const std::vector<std::string>& channels,
+                 const FillStrip& fill) {
   constexpr int kStripRows = 64;
   for (int i = 0; i < sheet.num_tiles(); ++i) {
-    ImageRowWriter writer(tile_path(file, sheet.names[static_cast<std::size_t>(i)]), sheet.tile_width, sheet.tile_height, {.channels = channels, .depth = ExrDepth::Float});
+    ImageRowWriter writer(tile_path(file, sheet.names[static_cast<std::size_t>(i)]), sheet.tile_width,
+                          sheet.tile_height, {.channels = channels, .depth = ExrDepth::Float});
     for (int y = 0; y < sheet.tile_height; y += kStripRows) {
       ImageF strip(sheet.tile_width, std::min(kStripRows, sheet.tile_height - y), static_cast<int>(channels.size()));
       fill(sheet.first_x(i), sheet.first_y(i) + y, strip);
@@ -75,7 +78,8 @@ Json tiles_json(const TransferTask& task) {
   Json tiles = Json::array();
   for (const std::string& name : task.atlas->tile_names()) {
     Json controls = Json::array();
-    for (std::size_t i = 0; i < task.input.controls.size(); ++i) controls.push_back(tile_path(control_file(task, i), name).string());
+    for (std::size_t i = 0; i < task.input.controls.size(); ++i)
+      controls.push_back(tile_path(control_file(task, i), name).string());
     tiles.push_back({{"name", name}, {"coordinates", "coordinates." + name + ".exr"}, {"controls", controls}});
   }
   return tiles;
@@ -108,7 +112,8 @@ EnergyReport read_energy(JsonReader json) {
   return e;
 }
 
-/// What says how the energy is measured. Options that only the search knows change from version to version and are not looked at.
+/// What says how the energy is measured. Options that only the search knows change from version to version and are not
+/// looked at.
 TransferOptions read_measure(JsonReader json) {
   TransferOptions o;
   const auto put = [&](const char* name, int& value, const Range& range) {
@@ -194,7 +199,8 @@ ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height,
 
 namespace {
 
-/// As coordinate_image(), of a part of the atlas. @param strip  Its first texel is (x, y); its first two channels are set.
+/// As coordinate_image(), of a part of the atlas. @param strip  Its first texel is (x, y); its first two channels are
+/// set.
 void put_coordinates(ImageF& strip, int x, int y, const CoordinateMap& coordinates, int width, int source_width) {
   for (int row = 0; row < strip.height(); ++row) {
     for (int column = 0; column < strip.width(); ++column) {
@@ -210,8 +216,11 @@ void put_coordinates(ImageF& strip, int x, int y, const CoordinateMap& coordinat
 void put_index(ImageF& strip, const std::vector<LibraryPart>& library) {
   for (int y = 0; y < strip.height(); ++y) {
     for (int x = 0; x < strip.width(); ++x) {
-      const auto after = std::upper_bound(library.begin(), library.end(), strip.at(x, y), [](float column, const LibraryPart& part) { return column < static_cast<float>(part.x); });
-      strip.at(x, y, strip.channels() - 1) = static_cast<float>(after - library.begin() - 1);  // -1 lies before the first.
+      const auto after =
+          std::upper_bound(library.begin(), library.end(), strip.at(x, y),
+                           [](float column, const LibraryPart& part) { return column < static_cast<float>(part.x); });
+      strip.at(x, y, strip.channels() - 1) =
+          static_cast<float>(after - library.begin() - 1);  // -1 lies before the first.
     }
   }
 }
@@ -222,7 +231,8 @@ void write_transfer_files(const fs::path& folder, const TransferTask& task, cons
   const TexelMap& map = *task.input.map;
   for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
     write_tiles(folder / control_file(task, i), map.sheet(), {"Y"}, [&](int x, int y, ImageF& strip) {
-      for (int row = 0; row < strip.height(); ++row) std::copy_n(&task.input.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
+      for (int row = 0; row < strip.height(); ++row)
+        std::copy_n(&task.input.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
     });
   }
   write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : map.mesh());
@@ -232,11 +242,12 @@ void write_transfer_files(const fs::path& folder, const TransferTask& task, cons
   std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
   if (task.input.frames) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
   if (!parts.empty()) channels.emplace_back(kIndexChannel);
-  write_tiles(folder / tiled_name("coordinates", rule_of(task)), map.sheet(), channels, [&](int x, int y, ImageF& strip) {
-    put_coordinates(strip, x, y, result.coordinates, map.width(), history.width);
-    if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
-    if (!parts.empty()) put_index(strip, parts);
-  });
+  write_tiles(folder / tiled_name("coordinates", rule_of(task)), map.sheet(), channels,
+              [&](int x, int y, ImageF& strip) {
+                put_coordinates(strip, x, y, result.coordinates, map.width(), history.width);
+                if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
+                if (!parts.empty()) put_index(strip, parts);
+              });
 }
 
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
@@ -248,14 +259,21 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
     const bool is_integer = number && value.find_first_of(".e") == std::string::npos;
     options[name] = is_integer ? Json(static_cast<std::int64_t>(*number)) : number ? Json(*number) : Json(value);
   }
-  const fs::path history_path = fs::relative(fs::canonical(history.folder()), fs::weakly_canonical(fs::absolute(final_folder)));
+  const fs::path history_path =
+      fs::relative(fs::canonical(history.folder()), fs::weakly_canonical(fs::absolute(final_folder)));
   Json json;
   json["format"] = "patinate.transfer";
   json["version"] = 1;
-  json["history"] = {{"path", history_path.string()}, {"key", history_content_key(history)}, {"name", history.manifest().name},
-                     {"width", history.manifest().width}, {"height", history.manifest().height}};
-  json["mesh"] = {{"file", "mesh.obj"}, {"made_from", task.mesh_name}, {"key", mesh_content_key(task.input.map->mesh())},
-                  {"unit", task.unit ? Json(*task.unit) : Json(nullptr)}, {"mm_per_mesh_unit", task.mm_per_mesh_unit}};
+  json["history"] = {{"path", history_path.string()},
+                     {"key", history_content_key(history)},
+                     {"name", history.manifest().name},
+                     {"width", history.manifest().width},
+                     {"height", history.manifest().height}};
+  json["mesh"] = {{"file", "mesh.obj"},
+                  {"made_from", task.mesh_name},
+                  {"key", mesh_content_key(task.input.map->mesh())},
+                  {"unit", task.unit ? Json(*task.unit) : Json(nullptr)},
+                  {"mm_per_mesh_unit", task.mm_per_mesh_unit}};
   json["width"] = task.input.map->sheet().tile_width;
   json["height"] = task.input.map->sheet().tile_height;
   json["atlas"] = {{"uvs", task.atlas && task.atlas->is_unwrapped ? "unwrapped" : "file"},

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 
@@ -19,13 +19,17 @@ void sort_values(std::vector<float>& values, const RunControl& control) {
   const auto at = [&](std::int64_t i) { return values.begin() + static_cast<std::ptrdiff_t>(std::min(i, n)); };
   parallel_for(n, kPart, control, [&](std::int64_t begin, std::int64_t end) { std::sort(at(begin), at(end)); });
   for (std::int64_t size = kPart; size < n; size *= 2) {
-    parallel_for((n + 2 * size - 1) / (2 * size), 1, control, [&](std::int64_t pair, std::int64_t) { std::inplace_merge(at(pair * 2 * size), at((pair * 2 + 1) * size), at((pair + 1) * 2 * size)); });
+    parallel_for((n + 2 * size - 1) / (2 * size), 1, control, [&](std::int64_t pair, std::int64_t) {
+      std::inplace_merge(at(pair * 2 * size), at((pair * 2 + 1) * size), at((pair + 1) * 2 * size));
+    });
   }
 }
 
 std::vector<float> values_inside(const ImageF& image, const ImageU8& mask, const RunControl& control) {
   std::vector<float> values;
-  values.reserve(mask.empty() ? image.values().size() : static_cast<std::size_t>(std::count_if(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; })));
+  values.reserve(mask.empty() ? image.values().size()
+                              : static_cast<std::size_t>(std::count_if(mask.values().begin(), mask.values().end(),
+                                                                       [](std::uint8_t m) { return m != 0; })));
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       if (is_inside(mask, x, y)) values.push_back(image.at(x, y));
@@ -43,13 +47,14 @@ void check_units(const std::string& destination, const std::string& source) {
     throw InvalidInput("mapping `physical` needs a unit, and the history's control is relative; use rank or linear");
   }
   if (is_relative(destination) || destination == source) return;
-  throw InvalidInput("mapping `physical` needs equal units: the history's control is in `" + source + "`, the destination's in `" +
-                     destination + "`; use rank or linear");
+  throw InvalidInput("mapping `physical` needs equal units: the history's control is in `" + source +
+                     "`, the destination's in `" + destination + "`; use rank or linear");
 }
 
 /// Value at a fraction of sorted values, linear between them.
 double quantile(const std::vector<float>& sorted, double fraction) {
-  const double position = std::clamp(fraction * static_cast<double>(sorted.size()) - 0.5, 0.0, static_cast<double>(sorted.size() - 1));
+  const double position =
+      std::clamp(fraction * static_cast<double>(sorted.size()) - 0.5, 0.0, static_cast<double>(sorted.size() - 1));
   const auto index = static_cast<std::size_t>(position);
   const double next = static_cast<double>(sorted[std::min(index + 1, sorted.size() - 1)]);
   const double here = static_cast<double>(sorted[index]);
@@ -57,8 +62,9 @@ double quantile(const std::vector<float>& sorted, double fraction) {
 }
 
 /// match_control() into the texels of the mask alone.
-void match_inside(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range, const ImageF& source,
-                  const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping, ImageF& result, const RunControl& control) {
+void match_inside(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
+                  const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
+                  ControlMapping mapping, ImageF& result, const RunControl& control) {
   RunControl silent = control;
   silent.on_progress = nullptr;
   const std::vector<float> from = values_inside(destination, destination_mask, silent);
@@ -89,7 +95,8 @@ void match_inside(const ImageF& destination, const ImageU8& destination_mask, co
   parallel_for(result.height(), kRows, silent, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < result.width(); ++x) {
-        if (is_inside(destination_mask, x, y)) result.at(x, y) = static_cast<float>(std::clamp(mapped(destination.at(x, y)), 0.0, 1.0));
+        if (is_inside(destination_mask, x, y))
+          result.at(x, y) = static_cast<float>(std::clamp(mapped(destination.at(x, y)), 0.0, 1.0));
       }
     }
   });
@@ -98,19 +105,21 @@ void match_inside(const ImageF& destination, const ImageU8& destination_mask, co
 }  // namespace
 
 ImageF match_control(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
-                     const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping,
-                     const RunControl& control) {
+                     const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
+                     ControlMapping mapping, const RunControl& control) {
   ImageF result(destination.width(), destination.height());
-  match_inside(destination, destination_mask, destination_range, source, source_mask, source_range, mapping, result, control);
+  match_inside(destination, destination_mask, destination_range, source, source_mask, source_range, mapping, result,
+               control);
   return result;
 }
 
-ImageF match_control_by_label(const ImageF& destination, const ImageU8& destination_labels, const ControlRange& destination_range, const ImageF& source,
-                              const ImageU8& source_labels, const ControlRange& source_range, ControlMapping mapping,
-                              const RunControl& control) {
+ImageF match_control_by_label(const ImageF& destination, const ImageU8& destination_labels,
+                              const ControlRange& destination_range, const ImageF& source, const ImageU8& source_labels,
+                              const ControlRange& source_range, ControlMapping mapping, const RunControl& control) {
   const auto mask_of = [](const ImageU8& labels, std::uint8_t label) {
     ImageU8 mask(labels.width(), labels.height());
-    std::transform(labels.values().begin(), labels.values().end(), mask.values().begin(), [&](std::uint8_t l) { return static_cast<std::uint8_t>(l == label ? 255 : 0); });
+    std::transform(labels.values().begin(), labels.values().end(), mask.values().begin(),
+                   [&](std::uint8_t l) { return static_cast<std::uint8_t>(l == label ? 255 : 0); });
     return mask;
   };
   std::array<bool, 256> is_there{};
@@ -118,8 +127,8 @@ ImageF match_control_by_label(const ImageF& destination, const ImageU8& destinat
   ImageF result(destination.width(), destination.height());
   for (std::size_t label = 1; label < is_there.size(); ++label) {
     if (!is_there[label]) continue;
-    match_inside(destination, mask_of(destination_labels, static_cast<std::uint8_t>(label)), destination_range, source, mask_of(source_labels, static_cast<std::uint8_t>(label)),
-                 source_range, mapping, result, control);
+    match_inside(destination, mask_of(destination_labels, static_cast<std::uint8_t>(label)), destination_range, source,
+                 mask_of(source_labels, static_cast<std::uint8_t>(label)), source_range, mapping, result, control);
   }
   return result;
 }

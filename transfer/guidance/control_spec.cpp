@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 
 ControlSpec parse_control_spec(std::string_view text) {
   const auto fail = [&](const std::string& problem) -> ControlSpec {
-    throw UsageError("--control " + std::string(text) + ": " + problem + "; use [SOURCE=]DESTINATION[:weight[:mapping]]");
+    throw UsageError("--control " + std::string(text) + ": " + problem +
+                     "; use [SOURCE=]DESTINATION[:weight[:mapping]]");
   };
   ControlSpec spec;
   std::string_view rest = text;
@@ -45,11 +46,13 @@ std::string source_control(const History& history, const ControlSpec& spec) {
   if (!spec.source.empty()) return history.control(spec.source).name;
   const auto& controls = history.facts().controls;
   if (controls.size() == 1) return controls[0].name;
-  if (controls.size() == 2 && !history.facts().parts.empty()) return controls[controls[0].name == kLibraryControl ? 1 : 0].name;
+  if (controls.size() == 2 && !history.facts().parts.empty())
+    return controls[controls[0].name == kLibraryControl ? 1 : 0].name;
   std::string names;
   for (const ControlFacts& c : controls) names += (names.empty() ? "" : ", ") + c.name;
   throw UsageError("--control " + spec.destination + ": " + history.label() +
-                   (controls.empty() ? " has no controls; ingest with one" : " has several controls (" + names + "); write SOURCE=" + spec.destination));
+                   (controls.empty() ? " has no controls; ingest with one"
+                                     : " has several controls (" + names + "); write SOURCE=" + spec.destination));
 }
 
 }  // namespace patinate::transfer

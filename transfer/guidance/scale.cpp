@@ -3,20 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 
 namespace {
 
 void check_length(const char* what, double length) {
-  if (!(length > 0.0) || !std::isfinite(length)) throw InvalidInput(std::string(what) + ": found " + number_text(length) + "; expected a length > 0");
+  if (!(length > 0.0) || !std::isfinite(length))
+    throw InvalidInput(std::string(what) + ": found " + number_text(length) + "; expected a length > 0");
 }
 
 }  // namespace
 
-TransferScale choose_scale(std::optional<double> mm_per_unit, std::optional<double> pixel_mm, double texel_in_mesh_units) {
+TransferScale choose_scale(std::optional<double> mm_per_unit, std::optional<double> pixel_mm,
+                           double texel_in_mesh_units) {
   check_length("size of a texel", texel_in_mesh_units);
   if (mm_per_unit) check_length("unit of the mesh", *mm_per_unit);
   if (pixel_mm) check_length("size of a pixel", *pixel_mm);

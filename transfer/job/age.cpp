@@ -5,10 +5,10 @@
 
 #include "patinate/atlas/dilate.h"
 #include "patinate/core/error.h"
+#include "patinate/transfer/transfer_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "transfer/guidance/scale.h"
 #include "transfer/synthesis/transfer_controls.h"
-#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 
@@ -19,10 +19,12 @@ ImageF AgedMesh::texture(double time, const RunControl& control) const {
   return out;
 }
 
-AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control, const AgeOptions& options, const RunControl& run) {
+AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control,
+                  const AgeOptions& options, const RunControl& run) {
   const ControlSpec spec = parse_control_spec(control);
   (void)source_control(*history, spec);  // A control that is not there is said before work starts.
-  AtlasMesh atlas = make_atlas_mesh(with_normals(std::move(mesh)), options.atlas, options.resolution, run.part(0.0, 0.1));
+  AtlasMesh atlas =
+      make_atlas_mesh(with_normals(std::move(mesh)), options.atlas, options.resolution, run.part(0.0, 0.1));
   const double texel = make_texel_map(atlas, options.resolution).median_texel_size_mm();
   const TransferScale scale = choose_scale(options.mm_per_unit, history->facts().texel_size_mm, texel);
   scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);
@@ -30,9 +32,11 @@ AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std:
 
   ControlMap made = make_control_expression(spec.destination, *map, options.controls, run.part(0.2, 0.4));
   TransferControl pair = make_transfer_control(*history, spec, std::move(made));
-  const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = scale.texel_size_mm, .controls = {pair}}, options.transfer, run.part(0.4, 1.0));
-  return {map->mesh(), coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width), map->coverage(),
-          result.energy, history};
+  const TransferResult result =
+      transfer({.history = history, .map = map, .texel_size_mm = scale.texel_size_mm, .controls = {pair}},
+               options.transfer, run.part(0.4, 1.0));
+  return {map->mesh(), coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width),
+          map->coverage(), result.energy, history};
 }
 
 }  // namespace patinate::transfer

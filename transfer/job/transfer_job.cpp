@@ -24,7 +24,9 @@ JobInputs transfer_inputs(const TransferTask& task, const std::string& history_k
   inputs.add_value("--resolution", size_text(sheet.tile_width, sheet.tile_height));
   std::string tiles;
   for (const std::string& name : sheet.names) tiles += (tiles.empty() ? "" : ", ") + name;
-  inputs.add_value("--atlas", task.atlas && task.atlas->is_unwrapped ? "unwrap" : tiles.empty() ? "uv" : "uv: " + tiles);
+  inputs.add_value("--atlas", task.atlas && task.atlas->is_unwrapped ? "unwrap"
+                              : tiles.empty()                        ? "uv"
+                                                                     : "uv: " + tiles);
   inputs.add_value("surface length of a pixel (mm)", number_text(task.input.texel_size_mm));
   inputs.add_value("--unit", task.unit.value_or("none"));
   inputs.add_value("millimeters per unit of the mesh", number_text(task.mm_per_mesh_unit));
@@ -44,7 +46,8 @@ JobInputs transfer_inputs(const TransferTask& task, const std::string& history_k
   inputs.add_value("--flow", task.flow);
   if (task.input.frames) {
     ContentHash frames;
-    for (const FlowFrame& f : *task.input.frames) frames.add(std::as_bytes(std::span(f.data(), static_cast<std::size_t>(f.size()))));
+    for (const FlowFrame& f : *task.input.frames)
+      frames.add(std::as_bytes(std::span(f.data(), static_cast<std::size_t>(f.size()))));
     inputs.add_content("flow", "directions on the surface", frames.hex());
   }
   inputs.add_options(option_values(task.options));

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 #include "patinate/history/material_maps.h"
-#include "libcommon/image/filters.h"
 
 namespace patinate::transfer {
 
@@ -15,17 +15,20 @@ namespace {
 
 ImageF resampled(const ImageF& image, int width, int height) {
   if (image.width() == width && image.height() == height) return image;
-  return width <= image.width() && height <= image.height() ? downscale_area(image, width, height) : resize_bilinear(image, width, height);
+  return width <= image.width() && height <= image.height() ? downscale_area(image, width, height)
+                                                            : resize_bilinear(image, width, height);
 }
 
 /// All that a pixel is made of is inside, but for rounding.
 ImageU8 resampled_mask(const ImageU8& mask, int width, int height) {
   if (mask.width() == width && mask.height() == height) return mask;
   ImageF share(mask.width(), mask.height());
-  std::transform(mask.values().begin(), mask.values().end(), share.values().begin(), [](std::uint8_t m) { return m != 0 ? 1.0f : 0.0f; });
+  std::transform(mask.values().begin(), mask.values().end(), share.values().begin(),
+                 [](std::uint8_t m) { return m != 0 ? 1.0f : 0.0f; });
   share = resampled(share, width, height);
   ImageU8 out(width, height);
-  std::transform(share.values().begin(), share.values().end(), out.values().begin(), [](float s) { return static_cast<std::uint8_t>(s > 0.9999f ? 255 : 0); });
+  std::transform(share.values().begin(), share.values().end(), out.values().begin(),
+                 [](float s) { return static_cast<std::uint8_t>(s > 0.9999f ? 255 : 0); });
   return out;
 }
 
@@ -45,7 +48,9 @@ std::vector<std::size_t> nearest_parts(const LibraryLayout& layout) {
 }
 
 void check_count(const LibraryLayout& layout, std::size_t count) {
-  if (count != layout.parts.size()) throw InvalidInput("library: " + std::to_string(count) + " images for " + std::to_string(layout.parts.size()) + " histories");
+  if (count != layout.parts.size())
+    throw InvalidInput("library: " + std::to_string(count) + " images for " + std::to_string(layout.parts.size()) +
+                       " histories");
 }
 
 ImageF blend(ImageF image, const ImageF& next, float fraction) {
@@ -58,7 +63,9 @@ ImageF blend(ImageF image, const ImageF& next, float fraction) {
 double time_of(const HistoryReader& reader, const TimePosition& at) {
   const auto& frames = reader.manifest().frames;
   const double time = frames[static_cast<std::size_t>(at.index)].time;
-  return at.fraction == 0.0 ? time : (1.0 - at.fraction) * time + at.fraction * frames[static_cast<std::size_t>(at.index) + 1].time;
+  return at.fraction == 0.0
+             ? time
+             : (1.0 - at.fraction) * time + at.fraction * frames[static_cast<std::size_t>(at.index) + 1].time;
 }
 
 bool has_map(const HistoryReader& reader, MaterialMap map) {
@@ -86,7 +93,8 @@ ImageF extra_of(const HistoryReader& reader, const TimePosition& at, const std::
     make_unit(upright);
     return upright;
   }
-  if (name == "height") return has_map(reader, MaterialMap::Height) ? sample(MaterialMap::Height) : ImageF(m.width, m.height);
+  if (name == "height")
+    return has_map(reader, MaterialMap::Height) ? sample(MaterialMap::Height) : ImageF(m.width, m.height);
   ImageF specular(m.width, m.height, 2);
   if (!has_map(reader, MaterialMap::Specular)) return specular;
   const ImageF strength = sample(MaterialMap::Specular), roughness = sample(MaterialMap::Roughness);
@@ -112,7 +120,8 @@ ImageF lay_side_by_side(const LibraryLayout& layout, std::span<const ImageF> ima
     for (int x = 0; x < layout.width; ++x) {
       const std::size_t p = nearest[static_cast<std::size_t>(x)];
       const LibraryPart& part = layout.parts[p];
-      const auto from = std::as_const(fitted[p]).pixel(std::clamp(x - part.x, 0, part.width - 1), std::min(y, part.height - 1));
+      const auto from =
+          std::as_const(fitted[p]).pixel(std::clamp(x - part.x, 0, part.width - 1), std::min(y, part.height - 1));
       std::copy(from.begin(), from.end(), out.pixel(x, y).begin());
     }
   }
@@ -147,13 +156,15 @@ ImageF library_frame(const LibraryLayout& layout, std::span<const HistoryReader>
   for (std::size_t p = 0; p < readers.size(); ++p) {
     const TimePosition& at = frame.at[p];
     ImageF image = readers[p].read_frame(at.index);
-    if (at.fraction != 0.0) image = blend(std::move(image), readers[p].read_frame(at.index + 1), static_cast<float>(at.fraction));
+    if (at.fraction != 0.0)
+      image = blend(std::move(image), readers[p].read_frame(at.index + 1), static_cast<float>(at.fraction));
     images.push_back(std::move(image));
   }
   return lay_side_by_side(layout, images);
 }
 
-ImageU8 library_frame_mask(const LibraryLayout& layout, std::span<const HistoryReader> readers, const LibraryFrame& frame) {
+ImageU8 library_frame_mask(const LibraryLayout& layout, std::span<const HistoryReader> readers,
+                           const LibraryFrame& frame) {
   std::vector<ImageU8> masks;
   for (std::size_t p = 0; p < readers.size(); ++p) {
     const TimePosition& at = frame.at[p];
@@ -166,7 +177,8 @@ ImageU8 library_frame_mask(const LibraryLayout& layout, std::span<const HistoryR
   return lay_masks_side_by_side(layout, masks);
 }
 
-ImageF library_control(const LibraryLayout& layout, std::span<const HistoryReader> readers, const LibraryControl& control) {
+ImageF library_control(const LibraryLayout& layout, std::span<const HistoryReader> readers,
+                       const LibraryControl& control) {
   std::vector<ImageF> images;
   for (std::size_t p = 0; p < readers.size(); ++p) {
     ImageF values = readers[p].read_control(control.sources[p]);
@@ -176,7 +188,8 @@ ImageF library_control(const LibraryLayout& layout, std::span<const HistoryReade
     for (float& v : values.values()) {
       if (is_same) continue;
       const double physical = own.low + static_cast<double>(v) * (own.high - own.low);
-      v = static_cast<float>(std::clamp((physical - control.low) / span, 0.0, 1.0));  // Ranges differ, so that span > 0.
+      v = static_cast<float>(
+          std::clamp((physical - control.low) / span, 0.0, 1.0));  // Ranges differ, so that span > 0.
     }
     images.push_back(std::move(values));
   }
@@ -184,7 +197,9 @@ ImageF library_control(const LibraryLayout& layout, std::span<const HistoryReade
 }
 
 std::vector<std::string> library_extras(std::span<const HistoryReader> readers) {
-  const auto any = [&](MaterialMap map) { return std::any_of(readers.begin(), readers.end(), [&](const HistoryReader& r) { return has_map(r, map); }); };
+  const auto any = [&](MaterialMap map) {
+    return std::any_of(readers.begin(), readers.end(), [&](const HistoryReader& r) { return has_map(r, map); });
+  };
   std::vector<std::string> names;
   if (any(MaterialMap::Specular)) names.emplace_back("specular");
   if (any(MaterialMap::Normal)) names.emplace_back("normal");
@@ -192,11 +207,14 @@ std::vector<std::string> library_extras(std::span<const HistoryReader> readers) 
   return names;
 }
 
-ImageF library_extra(const LibraryLayout& layout, std::span<const HistoryReader> readers, const LibraryFrame& frame, const std::string& name) {
+ImageF library_extra(const LibraryLayout& layout, std::span<const HistoryReader> readers, const LibraryFrame& frame,
+                     const std::string& name) {
   std::vector<ImageF> images;
   for (std::size_t p = 0; p < readers.size(); ++p) images.push_back(extra_of(readers[p], frame.at[p], name));
   bool is_resampled = false;
-  for (std::size_t p = 0; p < images.size(); ++p) is_resampled = is_resampled || images[p].width() != layout.parts[p].width || images[p].height() != layout.parts[p].height;
+  for (std::size_t p = 0; p < images.size(); ++p)
+    is_resampled =
+        is_resampled || images[p].width() != layout.parts[p].width || images[p].height() != layout.parts[p].height;
   ImageF out = lay_side_by_side(layout, images);
   if (name == "normal" && is_resampled) make_unit(out);
   return out;

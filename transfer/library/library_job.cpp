@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "libcommon/core/text.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
-#include "transfer/library/library_images.h"
+#include "patinate/image/image_io.h"
 #include "patinate/transfer/transfer_io.h"
+#include "transfer/library/library_images.h"
 
 namespace patinate::transfer {
 
@@ -33,24 +33,28 @@ JobInputs library_inputs(const OpenLibrary& library) {
 /// A frame of any history has a mask of its own: then so have all of the library, so that a plan knows its files.
 bool has_frame_masks(const OpenLibrary& library) {
   return std::any_of(library.sources.begin(), library.sources.end(), [](const LibrarySource& source) {
-    return std::any_of(source.manifest.frames.begin(), source.manifest.frames.end(), [](const HistoryFrame& f) { return f.mask.has_value(); });
+    return std::any_of(source.manifest.frames.begin(), source.manifest.frames.end(),
+                       [](const HistoryFrame& f) { return f.mask.has_value(); });
   });
 }
 
 void make_frame(const OpenLibrary& library, int index, const fs::path& folder) {
   const LibraryFrame& frame = library.layout.frames[static_cast<std::size_t>(index)];
-  write_exr(folder / HistoryWriter::frame_file(index), library_frame(library.layout, library.readers, frame), {"R", "G", "B"}, ExrDepth::Half);
+  write_exr(folder / HistoryWriter::frame_file(index), library_frame(library.layout, library.readers, frame),
+            {"R", "G", "B"}, ExrDepth::Half);
   for (const std::string& name : library_extras(library.readers)) {
     HistoryWriter::write_frame_extra(folder, index, name, library_extra(library.layout, library.readers, frame, name));
   }
   if (!has_frame_masks(library)) return;
-  write_codes(folder / HistoryWriter::frame_mask_file(index), library_frame_mask(library.layout, library.readers, frame));
+  write_codes(folder / HistoryWriter::frame_mask_file(index),
+              library_frame_mask(library.layout, library.readers, frame));
 }
 
 JobItem frame_item(const std::shared_ptr<const OpenLibrary>& library, int index) {
   JobItem item{.name = "frame." + std::to_string(index), .outputs = {HistoryWriter::frame_file(index)}, .run = {}};
   if (has_frame_masks(*library)) item.outputs.push_back(HistoryWriter::frame_mask_file(index));
-  for (const std::string& name : library_extras(library->readers)) item.outputs.push_back(HistoryWriter::frame_extra_file(index, name));
+  for (const std::string& name : library_extras(library->readers))
+    item.outputs.push_back(HistoryWriter::frame_extra_file(index, name));
   item.run = [library, index](const fs::path& folder, const RunControl&) { make_frame(*library, index, folder); };
   return item;
 }
@@ -61,7 +65,11 @@ ControlParameter control_parameter(const OpenLibrary& library, std::size_t index
     const LibraryControl& c = library.layout.controls[index];
     return {.name = c.name, .file = HistoryWriter::control_file(c.name), .low = c.low, .high = c.high, .unit = c.unit};
   }
-  return {.name = kLibraryControl, .file = HistoryWriter::control_file(kLibraryControl), .low = 0.0, .high = static_cast<double>(library.sources.size() - 1), .unit = kLibraryControlUnit};
+  return {.name = kLibraryControl,
+          .file = HistoryWriter::control_file(kLibraryControl),
+          .low = 0.0,
+          .high = static_cast<double>(library.sources.size() - 1),
+          .unit = kLibraryControlUnit};
 }
 
 void make_control(const OpenLibrary& library, std::size_t index, const fs::path& folder) {
@@ -97,13 +105,15 @@ HistoryManifest manifest_of(const OpenLibrary& library, const std::string& key) 
   const std::vector<std::string> extras = library_extras(library.readers);
   for (int i = 0; i < static_cast<int>(layout.frames.size()); ++i) {
     const LibraryFrame& made = layout.frames[static_cast<std::size_t>(i)];
-    HistoryFrame frame{.time = made.time, .file = HistoryWriter::frame_file(i), .mask = {}, .extras = {}, .is_extrapolated = false};
+    HistoryFrame frame{
+        .time = made.time, .file = HistoryWriter::frame_file(i), .mask = {}, .extras = {}, .is_extrapolated = false};
     if (has_frame_masks(library)) frame.mask = HistoryWriter::frame_mask_file(i);
     for (const std::string& name : extras) frame.extras.push_back({name, HistoryWriter::frame_extra_file(i, name)});
     for (std::size_t p = 0; p < library.sources.size(); ++p) {
       const auto& frames = library.sources[p].manifest.frames;
       const auto first = static_cast<std::size_t>(made.at[p].index);
-      frame.is_extrapolated = frame.is_extrapolated || frames[first].is_extrapolated || (made.at[p].fraction != 0.0 && frames[first + 1].is_extrapolated);
+      frame.is_extrapolated = frame.is_extrapolated || frames[first].is_extrapolated ||
+                              (made.at[p].fraction != 0.0 && frames[first + 1].is_extrapolated);
     }
     m.frames.push_back(std::move(frame));
   }
@@ -120,7 +130,10 @@ std::shared_ptr<const OpenLibrary> open_library(LibraryTask task) {
   auto library = std::make_shared<OpenLibrary>();
   for (const fs::path& path : task.histories) {
     library->readers.emplace_back(path);
-    library->sources.push_back({.manifest = library->readers.back().manifest(), .shown = path.string(), .key = history_content_key(library->readers.back()), .is_library = !library->readers.back().facts().parts.empty()});
+    library->sources.push_back({.manifest = library->readers.back().manifest(),
+                                .shown = path.string(),
+                                .key = history_content_key(library->readers.back()),
+                                .is_library = !library->readers.back().facts().parts.empty()});
   }
   library->layout = lay_out_library(library->sources, task.controls, task.options);
   library->task = std::move(task);
@@ -129,13 +142,21 @@ std::shared_ptr<const OpenLibrary> open_library(LibraryTask task) {
 
 JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library, const fs::path& output) {
   JobPlan plan = library_inputs(*library).plan(output, kHistoryManifestFile);
-  for (int i = 0; i < static_cast<int>(library->layout.frames.size()); ++i) plan.items.push_back(frame_item(library, i));
+  for (int i = 0; i < static_cast<int>(library->layout.frames.size()); ++i)
+    plan.items.push_back(frame_item(library, i));
   for (std::size_t c = 0; c <= library->layout.controls.size(); ++c) {
     const ControlParameter parameter = control_parameter(*library, c);
-    plan.items.push_back({.name = "control." + parameter.name, .outputs = {parameter.file}, .run = [library, c](const fs::path& folder, const RunControl&) { make_control(*library, c, folder); }});
+    plan.items.push_back(
+        {.name = "control." + parameter.name,
+         .outputs = {parameter.file},
+         .run = [library, c](const fs::path& folder, const RunControl&) { make_control(*library, c, folder); }});
   }
-  plan.items.push_back({.name = "mask", .outputs = {HistoryWriter::mask_file()}, .run = [library](const fs::path& folder, const RunControl&) { make_mask(*library, folder); }});
-  plan.join = [library, key = plan.key](const fs::path& folder, const RunControl&) { write_history_manifest(folder / kHistoryManifestFile, manifest_of(*library, key)); };
+  plan.items.push_back({.name = "mask",
+                        .outputs = {HistoryWriter::mask_file()},
+                        .run = [library](const fs::path& folder, const RunControl&) { make_mask(*library, folder); }});
+  plan.join = [library, key = plan.key](const fs::path& folder, const RunControl&) {
+    write_history_manifest(folder / kHistoryManifestFile, manifest_of(*library, key));
+  };
   return plan;
 }
 

@@ -28,6 +28,7 @@ struct OpenLibrary {
 [[nodiscard]] std::shared_ptr<const OpenLibrary> open_library(LibraryTask task);
 
 /// One item a frame, a control, and the mask. history.json names the parts in its member `library`.
-[[nodiscard]] JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library, const std::filesystem::path& output);
+[[nodiscard]] JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library,
+                                   const std::filesystem::path& output);
 
 }  // namespace patinate::transfer

@@ -5,27 +5,36 @@
 #include <cstdint>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history_times.h"
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 
 void describe(OptionVisitor& v, LibraryOptions& o) {
-  v.visit_choice({"clock", "Combine equal times, or equal shares of each history's span (times are then those of the first)"}, o.clock, kLibraryClockNames);
-  v.visit({"texel_size", "Surface length of the library's pixels, and of histories that do not say theirs; not given: the finest", "mm", between(kLeastTexel_mm, kLargestTexel_mm)}, o.texel_size_mm);
+  v.visit_choice(
+      {"clock", "Combine equal times, or equal shares of each history's span (times are then those of the first)"},
+      o.clock, kLibraryClockNames);
+  v.visit({"texel_size",
+           "Surface length of the library's pixels, and of histories that do not say theirs; not given: the finest",
+           "mm", between(kLeastTexel_mm, kLargestTexel_mm)},
+          o.texel_size_mm);
 }
 
 namespace {
 
 void check_sources(std::span<const LibrarySource> sources) {
   if (sources.size() < 2) throw InvalidInput("a library is made of at least two histories");
-  if (sources.size() > kMaxLibraryParts) throw InvalidInput("a library holds at most " + std::to_string(kMaxLibraryParts) + " histories");
+  if (sources.size() > kMaxLibraryParts)
+    throw InvalidInput("a library holds at most " + std::to_string(kMaxLibraryParts) + " histories");
   for (const LibrarySource& source : sources) {
-    if (source.is_library) throw InvalidInput(source.shown + ": is a library already; give the histories that it was made of");
+    if (source.is_library)
+      throw InvalidInput(source.shown + ": is a library already; give the histories that it was made of");
     for (const ControlParameter& c : source.manifest.controls) {
-      if (c.name == kLibraryControl) throw InvalidInput(source.shown + ": has a control named `" + c.name + "`, which says in a library what a pixel belongs to; rename it");
+      if (c.name == kLibraryControl)
+        throw InvalidInput(source.shown + ": has a control named `" + c.name +
+                           "`, which says in a library what a pixel belongs to; rename it");
     }
   }
 }
@@ -40,7 +49,8 @@ std::optional<double> common_texel_size(std::span<const LibrarySource> sources, 
     if (size) finest = std::min(*size, finest.value_or(*size));
   }
   if (with != nullptr && without != nullptr) {
-    throw InvalidInput(without->shown + ": says no texel_size_mm, and " + with->shown + " does (" + number_text(*with->manifest.texel_size_mm) +
+    throw InvalidInput(without->shown + ": says no texel_size_mm, and " + with->shown + " does (" +
+                       number_text(*with->manifest.texel_size_mm) +
                        "); give --texel-size, which histories that say none are taken to have");
   }
   return finest;
@@ -50,7 +60,8 @@ std::optional<double> common_texel_size(std::span<const LibrarySource> sources, 
 int resampled_size(const LibrarySource& source, int size, double from_mm, double to_mm) {
   const double resampled = std::round(size * from_mm / to_mm);
   if (!(resampled >= 1.0 && resampled <= 65536.0)) {
-    throw InvalidInput(source.shown + ": has pixels of " + number_text(from_mm) + " mm; at " + number_text(to_mm) + " mm it would be " + short_number_text(resampled) +
+    throw InvalidInput(source.shown + ": has pixels of " + number_text(from_mm) + " mm; at " + number_text(to_mm) +
+                       " mm it would be " + short_number_text(resampled) +
                        " pixels long; use 1 to 65536 (--texel-size)");
   }
   return static_cast<int>(resampled);
@@ -66,11 +77,15 @@ void place_parts(std::span<const LibrarySource> sources, LibraryLayout& layout) 
       part.height = resampled_size(source, m.height, *m.texel_size_mm, *layout.texel_size_mm);
     }
     if (part.width != m.width || part.height != m.height) {
-      layout.notes.push_back(source.shown + ": resampled from " + short_number_text(*m.texel_size_mm) + " to " + short_number_text(*layout.texel_size_mm) + " mm a pixel, " +
+      layout.notes.push_back(source.shown + ": resampled from " + short_number_text(*m.texel_size_mm) + " to " +
+                             short_number_text(*layout.texel_size_mm) + " mm a pixel, " +
                              size_text(part.width, part.height));
     }
     if (end > 0) end = (end + 2 * kLibraryGutter_px - 1) / kLibraryGutter_px * kLibraryGutter_px;
-    if (end + part.width > 65536) throw InvalidInput(source.shown + ": side by side the histories would be more than 65536 pixels wide; scale them down, or leave some out");
+    if (end + part.width > 65536)
+      throw InvalidInput(
+          source.shown +
+          ": side by side the histories would be more than 65536 pixels wide; scale them down, or leave some out");
     part.x = static_cast<int>(end);
     end += part.width;
     layout.height = std::max(layout.height, part.height);
@@ -78,7 +93,8 @@ void place_parts(std::span<const LibrarySource> sources, LibraryLayout& layout) 
   }
   layout.width = static_cast<int>(end);
   if (end * layout.height > std::numeric_limits<std::int32_t>::max()) {
-    throw InvalidInput("side by side the histories would have " + size_text(layout.width, layout.height) + " pixels, more than 2^31 - 1; scale them down");
+    throw InvalidInput("side by side the histories would have " + size_text(layout.width, layout.height) +
+                       " pixels, more than 2^31 - 1; scale them down");
   }
 }
 
@@ -89,17 +105,20 @@ std::vector<double> library_times(const HistoryManifest& m, const HistoryManifes
   const double begin = times.front(), length = times.back() - begin;
   const double first_begin = first.frames.front().time, first_length = first.frames.back().time - first_begin;
   const auto mapped = [&](double t) {
-    if (clock == LibraryClock::Span) return length > 0.0 ? first_begin + (t - begin) / length * first_length : first_begin;
+    if (clock == LibraryClock::Span)
+      return length > 0.0 ? first_begin + (t - begin) / length * first_length : first_begin;
     return t * seconds_per(m.time_unit) / seconds_per(first.time_unit);
   };
-  if (clock == LibraryClock::Span ? begin == first_begin && length == first_length : m.time_unit == first.time_unit) return times;
+  if (clock == LibraryClock::Span ? begin == first_begin && length == first_length : m.time_unit == first.time_unit)
+    return times;
   std::vector<double> plain;
   for (double& t : times) {
     t = mapped(t);
     plain.push_back(rounded(t, 12));
   }
   // Frames that are nearer to each other than that keep all digits.
-  const bool are_apart = std::adjacent_find(plain.begin(), plain.end(), [](double a, double b) { return !(a < b); }) == plain.end();
+  const bool are_apart =
+      std::adjacent_find(plain.begin(), plain.end(), [](double a, double b) { return !(a < b); }) == plain.end();
   return are_apart ? plain : times;
 }
 
@@ -113,7 +132,9 @@ TimePosition locate_in(const std::vector<double>& times, double time) {
 
 void merge_times(std::span<const LibrarySource> sources, LibraryClock clock, LibraryLayout& layout) {
   const HistoryManifest& first = sources.front().manifest;
-  if (clock == LibraryClock::Span && first.frames.size() < 2) throw InvalidInput(sources.front().shown + ": has one frame, and so no span that others could be mapped onto; use --clock absolute");
+  if (clock == LibraryClock::Span && first.frames.size() < 2)
+    throw InvalidInput(sources.front().shown +
+                       ": has one frame, and so no span that others could be mapped onto; use --clock absolute");
   struct Own {
     double time;
     std::size_t part;
@@ -125,33 +146,41 @@ void merge_times(std::span<const LibrarySource> sources, LibraryClock clock, Lib
     times.push_back(library_times(sources[p].manifest, first, clock));
     for (std::size_t i = 0; i < times[p].size(); ++i) all.push_back({times[p][i], p, static_cast<int>(i)});
   }
-  std::sort(all.begin(), all.end(), [](const Own& a, const Own& b) { return a.time != b.time ? a.time < b.time : a.part < b.part; });
+  std::sort(all.begin(), all.end(),
+            [](const Own& a, const Own& b) { return a.time != b.time ? a.time < b.time : a.part < b.part; });
   const double tolerance = 1e-9 * (all.back().time - all.front().time);
   for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
     std::vector<int> own(sources.size(), -1);
-    for (end = begin; end < all.size() && all[end].time - all[begin].time <= tolerance && own[all[end].part] < 0; ++end) own[all[end].part] = all[end].frame;
+    for (end = begin; end < all.size() && all[end].time - all[begin].time <= tolerance && own[all[end].part] < 0; ++end)
+      own[all[end].part] = all[end].frame;
     // The time is that of the earliest history that has a frame there: the first history's times stay as they are.
-    const auto named = static_cast<std::size_t>(std::find_if(own.begin(), own.end(), [](int frame) { return frame >= 0; }) - own.begin());
+    const auto named = static_cast<std::size_t>(
+        std::find_if(own.begin(), own.end(), [](int frame) { return frame >= 0; }) - own.begin());
     LibraryFrame frame{.time = times[named][static_cast<std::size_t>(own[named])], .at = {}};
-    for (std::size_t p = 0; p < sources.size(); ++p) frame.at.push_back(own[p] >= 0 ? TimePosition{own[p], 0.0} : locate_in(times[p], frame.time));
+    for (std::size_t p = 0; p < sources.size(); ++p)
+      frame.at.push_back(own[p] >= 0 ? TimePosition{own[p], 0.0} : locate_in(times[p], frame.time));
     layout.frames.push_back(std::move(frame));
   }
   std::vector<double> merged;
   for (const LibraryFrame& frame : layout.frames) merged.push_back(frame.time);
   if (const auto problem = find_time_problem(merged)) {
-    throw InvalidInput(sources.front().shown + ": together with the times of the others its library " + problem->text + (clock == LibraryClock::Span ? "" : "; --clock span maps every span onto its own"));
+    throw InvalidInput(sources.front().shown + ": together with the times of the others its library " + problem->text +
+                       (clock == LibraryClock::Span ? "" : "; --clock span maps every span onto its own"));
   }
   for (std::size_t p = 0; p < sources.size(); ++p) {
     const double begin = layout.frames.front().time, end = layout.frames.back().time;
     const double shortfall = std::max(times[p].front() - begin, end - times[p].back());
     if (shortfall <= tolerance) continue;
-    layout.notes.push_back(sources[p].shown + ": its frames are of " + short_number_text(times[p].front()) + " to " + short_number_text(times[p].back()) + " " + time_unit_text(first.time_unit) +
-                           "; before and after it stays as it is then (--clock span maps its span onto that of the first)");
+    layout.notes.push_back(
+        sources[p].shown + ": its frames are of " + short_number_text(times[p].front()) + " to " +
+        short_number_text(times[p].back()) + " " + time_unit_text(first.time_unit) +
+        "; before and after it stays as it is then (--clock span maps its span onto that of the first)");
   }
 }
 
 const ControlParameter* find_control(const HistoryManifest& m, const std::string& name) {
-  const auto found = std::find_if(m.controls.begin(), m.controls.end(), [&](const ControlParameter& c) { return c.name == name; });
+  const auto found =
+      std::find_if(m.controls.begin(), m.controls.end(), [&](const ControlParameter& c) { return c.name == name; });
   return found == m.controls.end() ? nullptr : &*found;
 }
 
@@ -168,7 +197,8 @@ void find_range(std::span<const LibrarySource> sources, LibraryControl& control,
         names.push_back(other.name);
         list += (list.empty() ? "" : ", ") + other.name;
       }
-      throw InvalidInput(sources[p].shown + ": has no control `" + control.sources[p] + "`; there " + (list.empty() ? "are none" : "is: " + list) + did_you_mean(control.sources[p], names));
+      throw InvalidInput(sources[p].shown + ": has no control `" + control.sources[p] + "`; there " +
+                         (list.empty() ? "are none" : "is: " + list) + did_you_mean(control.sources[p], names));
     }
     control.has_own_ranges = control.has_own_ranges || (p > 0 && c->unit != unit);
     units += (p == 0 ? "`" : ", `") + c->unit + "`";
@@ -177,7 +207,8 @@ void find_range(std::span<const LibrarySource> sources, LibraryControl& control,
     unit = c->unit;
   }
   if (control.has_own_ranges) {
-    notes.push_back("control `" + control.name + "`: its units are " + units + "; it becomes relative, 0 to 1 of each history's own range");
+    notes.push_back("control `" + control.name + "`: its units are " + units +
+                    "; it becomes relative, 0 to 1 of each history's own range");
     return;
   }
   control.low = low;
@@ -185,15 +216,19 @@ void find_range(std::span<const LibrarySource> sources, LibraryControl& control,
   control.unit = unit;
 }
 
-void merge_controls(std::span<const LibrarySource> sources, const std::vector<LibraryControl>& asked, LibraryLayout& layout) {
+void merge_controls(std::span<const LibrarySource> sources, const std::vector<LibraryControl>& asked,
+                    LibraryLayout& layout) {
   std::vector<std::string> seen;
   for (const LibraryControl& control : asked) {
     (void)HistoryWriter::control_file(control.name);  // Says which names there can be.
-    if (std::find(seen.begin(), seen.end(), control.name) != seen.end()) throw InvalidInput("control `" + control.name + "`: is given twice; names must differ");
+    if (std::find(seen.begin(), seen.end(), control.name) != seen.end())
+      throw InvalidInput("control `" + control.name + "`: is given twice; names must differ");
     seen.push_back(control.name);
-    if (control.name == kLibraryControl) throw InvalidInput("control `" + control.name + "`: says in a library what a pixel belongs to; use another name");
+    if (control.name == kLibraryControl)
+      throw InvalidInput("control `" + control.name + "`: says in a library what a pixel belongs to; use another name");
     if (control.sources.size() != sources.size()) {
-      throw InvalidInput("control `" + control.name + "`: names " + std::to_string(control.sources.size()) + " controls for " + std::to_string(sources.size()) + " histories; give one each");
+      throw InvalidInput("control `" + control.name + "`: names " + std::to_string(control.sources.size()) +
+                         " controls for " + std::to_string(sources.size()) + " histories; give one each");
     }
     layout.controls.push_back(control);
   }
@@ -201,11 +236,16 @@ void merge_controls(std::span<const LibrarySource> sources, const std::vector<Li
     for (const ControlParameter& c : source.manifest.controls) {
       if (std::find(seen.begin(), seen.end(), c.name) != seen.end()) continue;
       seen.push_back(c.name);
-      const auto lacks = std::find_if(sources.begin(), sources.end(), [&](const LibrarySource& s) { return find_control(s.manifest, c.name) == nullptr; });
+      const auto lacks = std::find_if(sources.begin(), sources.end(), [&](const LibrarySource& s) {
+        return find_control(s.manifest, c.name) == nullptr;
+      });
       if (lacks == sources.end()) {
         layout.controls.push_back({.name = c.name, .sources = std::vector<std::string>(sources.size(), c.name)});
-      } else if (std::none_of(asked.begin(), asked.end(), [&](const LibraryControl& a) { return std::find(a.sources.begin(), a.sources.end(), c.name) != a.sources.end(); })) {
-        layout.notes.push_back("control `" + c.name + "` is left out: " + lacks->shown + " has none; --control NAME=A,B makes one of differently named controls");
+      } else if (std::none_of(asked.begin(), asked.end(), [&](const LibraryControl& a) {
+                   return std::find(a.sources.begin(), a.sources.end(), c.name) != a.sources.end();
+                 })) {
+        layout.notes.push_back("control `" + c.name + "` is left out: " + lacks->shown +
+                               " has none; --control NAME=A,B makes one of differently named controls");
       }
     }
   }
@@ -214,7 +254,8 @@ void merge_controls(std::span<const LibrarySource> sources, const std::vector<Li
 
 }  // namespace
 
-LibraryLayout lay_out_library(std::span<const LibrarySource> sources, const std::vector<LibraryControl>& asked, const LibraryOptions& options) {
+LibraryLayout lay_out_library(std::span<const LibrarySource> sources, const std::vector<LibraryControl>& asked,
+                              const LibraryOptions& options) {
   check_ranges(options);
   check_sources(sources);
   LibraryLayout layout;

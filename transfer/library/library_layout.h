@@ -1,6 +1,6 @@
 /// \file
-/// Several histories as one: where each lies, at which times, and what their controls have in common. Numbers only; library_images.h
-/// lays pixels, library_job.h makes the folder.
+/// Several histories as one: where each lies, at which times, and what their controls have in common. Numbers only;
+/// library_images.h lays pixels, library_job.h makes the folder.
 #pragma once
 
 #include <array>
@@ -24,7 +24,8 @@ inline constexpr std::array<std::string_view, 2> kLibraryClockNames{"absolute", 
 
 struct LibraryOptions {
   LibraryClock clock = LibraryClock::Absolute;
-  std::optional<double> texel_size_mm = {};  ///< > 0. Of the library, and of histories that do not say theirs; not given: the finest that one says.
+  std::optional<double> texel_size_mm =
+      {};  ///< > 0. Of the library, and of histories that do not say theirs; not given: the finest that one says.
 };
 void describe(OptionVisitor& v, LibraryOptions& o);
 
@@ -40,7 +41,8 @@ struct LibrarySource {
 struct LibraryControl {
   std::string name;
   std::vector<std::string> sources;  ///< By history.
-  /// Filled in by lay_out_library(): one range in one unit; or, where units differ, "relative": [0, 1] of each history's own range.
+  /// Filled in by lay_out_library(): one range in one unit; or, where units differ, "relative": [0, 1] of each
+  /// history's own range.
   double low = 0.0, high = 1.0;
   std::string unit = "relative";
   bool has_own_ranges = false;
@@ -54,24 +56,30 @@ struct LibraryFrame {
 
 struct LibraryLayout {
   int width = 0;
-  int height = 0;                         ///< Of the tallest history.
+  int height = 0;  ///< Of the tallest history.
   std::optional<double> texel_size_mm;
   TimeUnit time_unit = TimeUnit::Seconds;
-  std::vector<LibraryPart> parts;         ///< First columns are multiples of kLibraryGutter_px, and as far at least from the part before.
-  std::vector<LibraryFrame> frames;       ///< At the union of all histories' times.
-  std::vector<LibraryControl> controls;   ///< Without kLibraryControl.
-  std::vector<std::string> notes;         ///< What a user should know: sentences without a full stop.
+  std::vector<LibraryPart>
+      parts;  ///< First columns are multiples of kLibraryGutter_px, and as far at least from the part before.
+  std::vector<LibraryFrame> frames;      ///< At the union of all histories' times.
+  std::vector<LibraryControl> controls;  ///< Without kLibraryControl.
+  std::vector<std::string> notes;        ///< What a user should know: sentences without a full stop.
 };
 
-/// Between two histories: no neighborhood that is compared on the finest level crosses it, and pixels halved four times are those of each history alone.
+/// Between two histories: no neighborhood that is compared on the finest level crosses it, and pixels halved four times
+/// are those of each history alone.
 inline constexpr int kLibraryGutter_px = 16;
 
-/// Histories lie side by side. One whose texel size differs by half a pixel or more over its whole size is resampled (its part has
-/// another size than its manifest says); all others are to be copied exactly. Times that differ by less than 1e-9 of all are one; before
-/// its first frame and after its last a history stays as it is then.
-/// @param asked  Controls with a name and a source a history. Controls that all histories have under one name come by themselves.
-/// @throws InvalidInput unless there are 2 to kMaxLibraryParts histories, or naming one: a library, a control named kLibraryControl or one
-/// that it lacks, texel sizes that only some say, a span of no length, more than 65536 columns or 2^31 - 1 pixels in all.
-[[nodiscard]] LibraryLayout lay_out_library(std::span<const LibrarySource> sources, const std::vector<LibraryControl>& asked, const LibraryOptions& options = {});
+/// Histories lie side by side. One whose texel size differs by half a pixel or more over its whole size is resampled
+/// (its part has another size than its manifest says); all others are to be copied exactly. Times that differ by less
+/// than 1e-9 of all are one; before its first frame and after its last a history stays as it is then.
+/// @param asked  Controls with a name and a source a history. Controls that all histories have under one name come by
+/// themselves.
+/// @throws InvalidInput unless there are 2 to kMaxLibraryParts histories, or naming one: a library, a control named
+/// kLibraryControl or one that it lacks, texel sizes that only some say, a span of no length, more than 65536 columns
+/// or 2^31 - 1 pixels in all.
+[[nodiscard]] LibraryLayout lay_out_library(std::span<const LibrarySource> sources,
+                                            const std::vector<LibraryControl>& asked,
+                                            const LibraryOptions& options = {});
 
 }  // namespace patinate::transfer

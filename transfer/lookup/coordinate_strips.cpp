@@ -6,13 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/image/image_rows.h"
+#include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer_io.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/lookup/source_turn.h"
-#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 
@@ -26,8 +26,8 @@ int rows_of_strip(std::int64_t strip_texels, int width) {
 
 }  // namespace
 
-CoordinateStrips::CoordinateStrips(std::filesystem::path file, int width, int height, int source_width, int source_height,
-                                   const CoordinateStripsOptions& options, const RunControl& control)
+CoordinateStrips::CoordinateStrips(std::filesystem::path file, int width, int height, int source_width,
+                                   int source_height, const CoordinateStripsOptions& options, const RunControl& control)
     : file_(std::move(file)),
       width_(width),
       height_(height),
@@ -36,12 +36,15 @@ CoordinateStrips::CoordinateStrips(std::filesystem::path file, int width, int he
       gutters_(width, height, rows_of_strip(options.strip_texels, width)) {
   if (options.with_turns) {
     const std::vector<std::string> there = probe_image(file_).channels;
-    has_turns_ = std::all_of(std::begin(kPatchChannels), std::end(kPatchChannels), [&](const char* name) { return std::find(there.begin(), there.end(), name) != there.end(); });
+    has_turns_ = std::all_of(std::begin(kPatchChannels), std::end(kPatchChannels), [&](const char* name) {
+      return std::find(there.begin(), there.end(), name) != there.end();
+    });
     if (has_turns_) turn_gutters_.emplace(width, height, gutters_.end(0));
   }
   ImageRowReader rows(file_, channels());
   if (rows.width() != width_ || rows.height() != height_) {
-    throw IoError(file_.string(), "is " + size_text(rows.width(), rows.height()) + "; expected " + size_text(width_, height_));
+    throw IoError(file_.string(),
+                  "is " + size_text(rows.width(), rows.height()) + "; expected " + size_text(width_, height_));
   }
   const bool is_kept = std::int64_t{width} * height <= options.kept_texels;
   if (is_kept) kept_ = PackedCoordinates(width, height);
@@ -53,7 +56,8 @@ CoordinateStrips::CoordinateStrips(std::filesystem::path file, int width, int he
   for (int s = 0; s < gutters_.num_strips(); ++s) {
     control.throw_if_stopped();
     const std::span<std::uint32_t> indices = rows_of(kept_, strip, s);
-    const std::span<std::uint32_t> turns = has_turns_ ? rows_of(kept_turns_, turn_strip, s) : std::span<std::uint32_t>();
+    const std::span<std::uint32_t> turns =
+        has_turns_ ? rows_of(kept_turns_, turn_strip, s) : std::span<std::uint32_t>();
     read(rows, s, indices, turns);
     gutters_.look(indices);
     if (has_turns_) turn_gutters_->look(turns);
@@ -77,7 +81,8 @@ std::size_t CoordinateStrips::strip_size(int strip) const {
   return static_cast<std::size_t>(gutters_.end(strip) - gutters_.begin(strip)) * static_cast<std::size_t>(width_);
 }
 
-void CoordinateStrips::read(ImageRowReader& file, int strip, std::span<std::uint32_t> indices, std::span<std::uint32_t> turns) const {
+void CoordinateStrips::read(ImageRowReader& file, int strip, std::span<std::uint32_t> indices,
+                            std::span<std::uint32_t> turns) const {
   constexpr int kRows = 16;  // What EXR compresses together.
   std::vector<float> pair;
   const auto pick = [&](const ImageF& values, std::size_t first) {
@@ -106,7 +111,8 @@ void CoordinateStrips::visit(const Visitor& visitor, const RunControl& control) 
   std::vector<std::uint32_t> strip, turn_strip;
   if (kept_.empty()) {
     rows = std::make_unique<ImageRowReader>(file_, channels());
-    if (rows->width() != width_ || rows->height() != height_) throw IoError(file_.string(), "has changed meanwhile; try again");
+    if (rows->width() != width_ || rows->height() != height_)
+      throw IoError(file_.string(), "has changed meanwhile; try again");
     strip.resize(strip_size(0));
     turn_strip.resize(has_turns_ ? strip_size(0) : 0);
   }
@@ -120,8 +126,11 @@ void CoordinateStrips::visit(const Visitor& visitor, const RunControl& control) 
       if (has_turns_) turn_gutters_->fill(turns, turn_sweep, quiet);
       visitor(gutters_.begin(s), indices, turns);
     } else {
-      const auto kept_rows = [&](const Image<std::uint32_t>& kept) { return std::span(kept.row(gutters_.begin(s)).data(), strip_size(s)); };
-      visitor(gutters_.begin(s), kept_rows(kept_), has_turns_ ? kept_rows(kept_turns_) : std::span<const std::uint32_t>());
+      const auto kept_rows = [&](const Image<std::uint32_t>& kept) {
+        return std::span(kept.row(gutters_.begin(s)).data(), strip_size(s));
+      };
+      visitor(gutters_.begin(s), kept_rows(kept_),
+              has_turns_ ? kept_rows(kept_turns_) : std::span<const std::uint32_t>());
     }
     control.report((s + 1.0) / gutters_.num_strips());
   }

@@ -16,12 +16,14 @@
 namespace patinate::transfer {
 
 struct CoordinateStripsOptions {
-  std::int64_t kept_texels = std::int64_t{1} << 24;   ///< An atlas of at most so many stays in memory (4 bytes each) and is decoded once.
+  std::int64_t kept_texels =
+      std::int64_t{1} << 24;  ///< An atlas of at most so many stays in memory (4 bytes each) and is decoded once.
   std::int64_t strip_texels = std::int64_t{1} << 21;  ///< About as many in a strip; >= 1.
-  bool with_turns = false;                            ///< Read how patches lie, too (source_turn.h), where the file says it.
+  bool with_turns = false;  ///< Read how patches lie, too (source_turn.h), where the file says it.
 };
 
-/// Lookups beside the charts are those of the nearest texel of a chart (GutterFill), so that filtering does not bleed. Thread-safe.
+/// Lookups beside the charts are those of the nearest texel of a chart (GutterFill), so that filtering does not bleed.
+/// Thread-safe.
 class CoordinateStrips {
  public:
   /// Decodes the file once and checks every texel.
@@ -35,12 +37,14 @@ class CoordinateStrips {
   [[nodiscard]] int height() const { return height_; }
   /// @param visitor  Called with strips from top to bottom: whole rows; kNoValue only if no texel is covered.
   /// @param turns  As many as indices, pack_turn(); empty unless they were asked for and the file has them.
-  using Visitor = std::function<void(int first_row, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns)>;
+  using Visitor =
+      std::function<void(int first_row, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns)>;
   /// @throws IoError if the file has changed or gone meanwhile.
   void visit(const Visitor& visitor, const RunControl& control = {}) const;
 
  private:
-  void read(class ImageRowReader& file, int strip, std::span<std::uint32_t> indices, std::span<std::uint32_t> turns) const;
+  void read(class ImageRowReader& file, int strip, std::span<std::uint32_t> indices,
+            std::span<std::uint32_t> turns) const;
   [[nodiscard]] std::size_t strip_size(int strip) const;
   [[nodiscard]] std::vector<std::string> channels() const;
 
@@ -48,8 +52,8 @@ class CoordinateStrips {
   int width_, height_, source_width_, source_height_;
   bool has_turns_ = false;
   GutterFill gutters_;
-  std::optional<GutterFill> turn_gutters_;     ///< Finds the same texels, and remembers how patches lie there.
-  PackedCoordinates kept_;                     ///< Filled; empty when the file is to be read again.
+  std::optional<GutterFill> turn_gutters_;  ///< Finds the same texels, and remembers how patches lie there.
+  PackedCoordinates kept_;                  ///< Filled; empty when the file is to be read again.
   Image<std::uint32_t> kept_turns_;
 };
 

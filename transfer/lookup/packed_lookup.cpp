@@ -5,8 +5,8 @@
 #include <cstring>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 
@@ -41,13 +41,19 @@ void gather_pixels(const T* source, std::span<const std::uint32_t> indices, T ou
 
 template <class T>
 void gather_any(const Image<T>& source, std::span<const std::uint32_t> indices, T outside, std::span<T> out) {
-  if (out.size() != indices.size() * static_cast<std::size_t>(source.channels())) throw InvalidInput("lookup: as many values are expected as texels have channels");
+  if (out.size() != indices.size() * static_cast<std::size_t>(source.channels()))
+    throw InvalidInput("lookup: as many values are expected as texels have channels");
   switch (source.channels()) {
-    case 1: return gather_pixels<T, 1>(source.data(), indices, outside, out.data());
-    case 2: return gather_pixels<T, 2>(source.data(), indices, outside, out.data());
-    case 3: return gather_pixels<T, 3>(source.data(), indices, outside, out.data());
-    case 4: return gather_pixels<T, 4>(source.data(), indices, outside, out.data());
-    default: throw InvalidInput("lookup: a source of " + std::to_string(source.channels()) + " channels; use 1 to 4");
+    case 1:
+      return gather_pixels<T, 1>(source.data(), indices, outside, out.data());
+    case 2:
+      return gather_pixels<T, 2>(source.data(), indices, outside, out.data());
+    case 3:
+      return gather_pixels<T, 3>(source.data(), indices, outside, out.data());
+    case 4:
+      return gather_pixels<T, 4>(source.data(), indices, outside, out.data());
+    default:
+      throw InvalidInput("lookup: a source of " + std::to_string(source.channels()) + " channels; use 1 to 4");
   }
 }
 
@@ -55,7 +61,8 @@ template <class T>
 Image<T> gather_image(const Image<T>& source, const PackedCoordinates& indices, T outside, const RunControl& control) {
   Image<T> out(indices.width(), indices.height(), source.channels());
   parallel_for(indices.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) gather_any<T>(source, indices.row(y), outside, out.row(y));
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+      gather_any<T>(source, indices.row(y), outside, out.row(y));
   });
   return out;
 }
@@ -63,7 +70,8 @@ Image<T> gather_image(const Image<T>& source, const PackedCoordinates& indices, 
 }  // namespace
 
 PackedCoordinates pack_coordinates(const ImageF& coordinates, int source_width, const RunControl& control) {
-  if (coordinates.channels() != 2 || !(source_width > 0)) throw InvalidInput("coordinates: expected two numbers a texel and a source");
+  if (coordinates.channels() != 2 || !(source_width > 0))
+    throw InvalidInput("coordinates: expected two numbers a texel and a source");
   PackedCoordinates indices(coordinates.width(), coordinates.height());
   parallel_for(coordinates.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
@@ -71,15 +79,17 @@ PackedCoordinates pack_coordinates(const ImageF& coordinates, int source_width, 
       const auto to = indices.row(y);
       for (std::size_t x = 0; x < to.size(); ++x) {
         const bool is_outside = from[2 * x] < 0.0f;
-        to[x] = is_outside ? kNoValue : static_cast<std::uint32_t>(static_cast<std::int64_t>(from[2 * x + 1]) * source_width + static_cast<std::int64_t>(from[2 * x]));
+        to[x] = is_outside ? kNoValue
+                           : static_cast<std::uint32_t>(static_cast<std::int64_t>(from[2 * x + 1]) * source_width +
+                                                        static_cast<std::int64_t>(from[2 * x]));
       }
     }
   });
   return indices;
 }
 
-void pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width, int source_width, int source_height,
-                       std::span<std::uint32_t> indices) {
+void pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,
+                       int source_width, int source_height, std::span<std::uint32_t> indices) {
   const auto source_w = static_cast<float>(source_width), source_h = static_cast<float>(source_height);
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const float x = xy[2 * i], y = xy[2 * i + 1];
@@ -88,12 +98,15 @@ void pack_checked_rows(const std::filesystem::path& file, std::span<const float>
       continue;
     }
     const bool is_inside = x >= 0.0f && y >= 0.0f && x < source_w && y < source_h;  // No NaN either.
-    const auto column = is_inside ? static_cast<std::int64_t>(x) : 0, row = is_inside ? static_cast<std::int64_t>(y) : 0;
+    const auto column = is_inside ? static_cast<std::int64_t>(x) : 0,
+               row = is_inside ? static_cast<std::int64_t>(y) : 0;
     const bool is_whole = is_inside && static_cast<float>(column) == x && static_cast<float>(row) == y;
     if (!is_whole) {
       const auto w = static_cast<std::size_t>(width);
-      throw IoError(file.string(), "texel (" + std::to_string(i % w) + ", " + std::to_string(static_cast<std::size_t>(first_row) + i / w) +
-                                       ") points " + (is_inside ? "between the history's pixels" : "outside the history") + "; make the transfer again");
+      throw IoError(file.string(), "texel (" + std::to_string(i % w) + ", " +
+                                       std::to_string(static_cast<std::size_t>(first_row) + i / w) + ") points " +
+                                       (is_inside ? "between the history's pixels" : "outside the history") +
+                                       "; make the transfer again");
     }
     indices[i] = static_cast<std::uint32_t>(row * source_width + column);
   }
@@ -102,13 +115,15 @@ void pack_checked_rows(const std::filesystem::path& file, std::span<const float>
 void gather_packed(const ImageF& source, std::span<const std::uint32_t> indices, float outside, std::span<float> out) {
   gather_any<float>(source, indices, outside, out);
 }
-void gather_packed(const ImageU8& source, std::span<const std::uint32_t> indices, std::uint8_t outside, std::span<std::uint8_t> out) {
+void gather_packed(const ImageU8& source, std::span<const std::uint32_t> indices, std::uint8_t outside,
+                   std::span<std::uint8_t> out) {
   gather_any<std::uint8_t>(source, indices, outside, out);
 }
 ImageF gather_packed(const ImageF& source, const PackedCoordinates& indices, float outside, const RunControl& control) {
   return gather_image<float>(source, indices, outside, control);
 }
-ImageU8 gather_packed(const ImageU8& source, const PackedCoordinates& indices, std::uint8_t outside, const RunControl& control) {
+ImageU8 gather_packed(const ImageU8& source, const PackedCoordinates& indices, std::uint8_t outside,
+                      const RunControl& control) {
   return gather_image<std::uint8_t>(source, indices, outside, control);
 }
 

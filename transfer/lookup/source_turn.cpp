@@ -33,16 +33,18 @@ std::uint32_t pack_turn(float angle, bool is_mirrored) {
   return static_cast<std::uint32_t>(step % kSteps) + (is_mirrored ? kSteps : 0);
 }
 
-void pack_checked_turns(const std::filesystem::path& file, std::span<const float> angle_mirror, int first_row, int width, std::span<const std::uint32_t> indices,
-                        std::span<std::uint32_t> turns) {
+void pack_checked_turns(const std::filesystem::path& file, std::span<const float> angle_mirror, int first_row,
+                        int width, std::span<const std::uint32_t> indices, std::span<std::uint32_t> turns) {
   for (std::size_t i = 0; i < turns.size(); ++i) {
     turns[i] = kNoValue;
     if (indices[i] == kNoValue) continue;
     const float angle = angle_mirror[2 * i], mirror = angle_mirror[2 * i + 1];
     if ((mirror != 0.0f && mirror != 1.0f) || !(std::abs(angle) < 1e6f)) {
       const auto w = static_cast<std::size_t>(width);
-      throw IoError(file.string(), "texel (" + std::to_string(i % w) + ", " + std::to_string(static_cast<std::size_t>(first_row) + i / w) +
-                                       ") has no rotation (`source.angle` in radians, `source.mirror` 0 or 1); make the transfer again");
+      throw IoError(
+          file.string(),
+          "texel (" + std::to_string(i % w) + ", " + std::to_string(static_cast<std::size_t>(first_row) + i / w) +
+              ") has no rotation (`source.angle` in radians, `source.mirror` 0 or 1); make the transfer again");
     }
     turns[i] = pack_turn(angle, mirror == 1.0f);
   }
@@ -65,7 +67,8 @@ void turn_normals(std::span<const std::uint32_t> turns, std::span<float> xyz) {
 
 void normal_codes(std::span<const float> xyz, std::span<std::uint8_t> codes) {
   for (std::size_t i = 0; i < codes.size(); ++i) {
-    codes[i] = static_cast<std::uint8_t>(std::clamp(128.0f + 127.5f * xyz[i], 0.0f, 255.0f));  // Rounded: 127.5 and a half.
+    codes[i] =
+        static_cast<std::uint8_t>(std::clamp(128.0f + 127.5f * xyz[i], 0.0f, 255.0f));  // Rounded: 127.5 and a half.
   }
 }
 

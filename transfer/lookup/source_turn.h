@@ -15,10 +15,11 @@ namespace patinate::transfer {
 
 /// Rows of coordinates.exr. @param angle_mirror  Two a texel. @param turns  kNoValue where `indices` are.
 /// @throws IoError naming a texel whose mirroring is neither 0 nor 1.
-void pack_checked_turns(const std::filesystem::path& file, std::span<const float> angle_mirror, int first_row, int width, std::span<const std::uint32_t> indices,
-                        std::span<std::uint32_t> turns);
+void pack_checked_turns(const std::filesystem::path& file, std::span<const float> angle_mirror, int first_row,
+                        int width, std::span<const std::uint32_t> indices, std::span<std::uint32_t> turns);
 
-/// Normals of the source's tangent space into that of their texels, in place: with the source's x axis at (cos a, sin a) and its y axis at
+/// Normals of the source's tangent space into that of their texels, in place: with the source's x axis at (cos a, sin
+/// a) and its y axis at
 /// (-sin a, cos a), or the opposite where it is mirrored, x and y are weights of those. z stays.
 /// @param turns  One a texel, kNoValue = as it is. @param xyz  Three a texel.
 void turn_normals(std::span<const std::uint32_t> turns, std::span<float> xyz);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <memory>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
-#include "patinate/image/color.h"
 #include "libcommon/image/image_rows.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
 #include "transfer/lookup/source_turn.h"
 
 namespace patinate::transfer {
@@ -17,9 +17,12 @@ std::size_t channels_of(TextureKind kind) { return kind == TextureKind::Value ? 
 
 RowFormat format_of(const TextureFile& texture) {
   switch (texture.kind) {
-    case TextureKind::Color: break;
-    case TextureKind::Normal: return {.channels = {"X", "Y", "Z"}, .depth = ExrDepth::Float, .key = texture.key};
-    case TextureKind::Value: return {.channels = {"Y"}, .depth = ExrDepth::Float, .key = texture.key};
+    case TextureKind::Color:
+      break;
+    case TextureKind::Normal:
+      return {.channels = {"X", "Y", "Z"}, .depth = ExrDepth::Float, .key = texture.key};
+    case TextureKind::Value:
+      return {.channels = {"Y"}, .depth = ExrDepth::Float, .key = texture.key};
   }
   return {.key = texture.key};
 }
@@ -31,7 +34,8 @@ ImageU8 codes_of(const TextureFile& texture) {
   if (texture.kind == TextureKind::Normal) return codes;
   codes = ImageU8(texture.source.width(), texture.source.height());
   for (std::size_t i = 0; i < codes.values().size(); ++i) {
-    codes.data()[i] = static_cast<std::uint8_t>(255.0f * std::clamp(texture.source.data()[i], 0.0f, 1.0f) + 0.5f);  // NOLINT(bugprone-incorrect-roundings)
+    codes.data()[i] = static_cast<std::uint8_t>(255.0f * std::clamp(texture.source.data()[i], 0.0f, 1.0f) +
+                                                0.5f);  // NOLINT(bugprone-incorrect-roundings)
   }
   return codes;
 }
@@ -47,7 +51,10 @@ std::size_t piece_size(const CoordinateStrips& strips) {
 class TileOfTexture {
  public:
   TileOfTexture(const TextureFile& texture, const ImageU8& codes, std::size_t tile, const CoordinateStrips& strips)
-      : texture_(texture), codes_(codes), writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture)), piece_(piece_size(strips)) {}
+      : texture_(texture),
+        codes_(codes),
+        writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture)),
+        piece_(piece_size(strips)) {}
 
   void write(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
     for (std::size_t i = 0; i < indices.size(); i += piece_) {
@@ -83,8 +90,11 @@ class TileOfTexture {
 
 }  // namespace
 
-TextureWriter::TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options, const RunControl& control)
-    : source_width_(transfer.history().manifest().width), source_height_(transfer.history().manifest().height), with_turns_(options.with_turns) {
+TextureWriter::TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options,
+                             const RunControl& control)
+    : source_width_(transfer.history().manifest().width),
+      source_height_(transfer.history().manifest().height),
+      with_turns_(options.with_turns) {
   const TransferManifest& m = transfer.manifest();
   CoordinateStripsOptions share = options;
   share.kept_texels /= static_cast<std::int64_t>(m.tiles.size());
@@ -98,23 +108,29 @@ TextureWriter::TextureWriter(const TransferFolder& transfer, const CoordinateStr
 void TextureWriter::write(std::span<const TextureFile> textures, const RunControl& control) const {
   std::vector<ImageU8> codes;
   for (const TextureFile& texture : textures) {
-    if (texture.source.width() != source_width_ || texture.source.height() != source_height_ || static_cast<std::size_t>(texture.source.channels()) != channels_of(texture.kind) || texture.files.size() != tiles_.size()) {
+    if (texture.source.width() != source_width_ || texture.source.height() != source_height_ ||
+        static_cast<std::size_t>(texture.source.channels()) != channels_of(texture.kind) ||
+        texture.files.size() != tiles_.size()) {
       throw InvalidInput("textures: expected a source of the history's size and a file for every tile");
     }
-    if (texture.kind == TextureKind::Normal && !with_turns_) throw InvalidInput("textures: normals need to know how patches lie");
+    if (texture.kind == TextureKind::Normal && !with_turns_)
+      throw InvalidInput("textures: normals need to know how patches lie");
     // Codes of the source's pixels are those of the texels that show them, and there are fewer of them.
     const bool is_coded = std::any_of(texture.files.begin(), texture.files.end(), is_coded_image);
     codes.push_back(is_coded ? codes_of(texture) : ImageU8());
   }
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     std::vector<std::unique_ptr<TileOfTexture>> open;
-    for (std::size_t i = 0; i < textures.size(); ++i) open.push_back(std::make_unique<TileOfTexture>(textures[i], codes[i], t, tiles_[t]));
+    for (std::size_t i = 0; i < textures.size(); ++i)
+      open.push_back(std::make_unique<TileOfTexture>(textures[i], codes[i], t, tiles_[t]));
     RunControl quiet = control;
     quiet.on_progress = {};
     const auto num_tiles = static_cast<double>(tiles_.size());
     tiles_[t].visit(
         [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
-          parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) { open[static_cast<std::size_t>(begin)]->write(indices, turns); });
+          parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) {
+            open[static_cast<std::size_t>(begin)]->write(indices, turns);
+          });
         },
         control.part(static_cast<double>(t) / num_tiles, (static_cast<double>(t) + 1.0) / num_tiles));
     for (const auto& file : open) file->finish();
@@ -122,10 +138,12 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
 }
 
 void TextureWriter::check_size(int width, int height) const {
-  if (width != source_width_ || height != source_height_) throw InvalidInput("textures: expected a source of the history's size");
+  if (width != source_width_ || height != source_height_)
+    throw InvalidInput("textures: expected a source of the history's size");
 }
 
-void TextureWriter::gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take, const RunControl& control) const {
+void TextureWriter::gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take,
+                                const RunControl& control) const {
   check_size(codes.width(), codes.height());
   const std::size_t piece = piece_size(tiles_.at(tile));
   std::vector<std::uint8_t> bytes;
@@ -141,9 +159,11 @@ void TextureWriter::gather_rows(std::size_t tile, const ImageU8& codes, const Ta
       control);
 }
 
-void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const TakeRows& take, const RunControl& control) const {
+void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const TakeRows& take,
+                                const RunControl& control) const {
   check_size(normals.width(), normals.height());
-  if (!with_turns_ || normals.channels() != 3) throw InvalidInput("textures: normals have three channels and need to know how patches lie");
+  if (!with_turns_ || normals.channels() != 3)
+    throw InvalidInput("textures: normals have three channels and need to know how patches lie");
   const std::size_t piece = piece_size(tiles_.at(tile));
   std::vector<float> values;
   std::vector<std::uint8_t> bytes;

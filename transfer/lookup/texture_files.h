@@ -11,15 +11,16 @@
 
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
-#include "transfer/lookup/coordinate_strips.h"
 #include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_folder.h"
+#include "transfer/lookup/coordinate_strips.h"
 
 namespace patinate::transfer {
 
 enum class TextureKind {
   Color,   ///< 3 channels, linear; codes are sRGB.
-  Normal,  ///< 3 channels, of the source's tangent space, turned into the texels'; codes are 127.5 + 127.5 n, EXR has X, Y, Z.
+  Normal,  ///< 3 channels, of the source's tangent space, turned into the texels'; codes are 127.5 + 127.5 n, EXR has
+           ///< X, Y, Z.
   Value,   ///< 1 channel; codes are 255 v, EXR has Y.
 };
 
@@ -31,21 +32,23 @@ struct TextureFile {
   TextureKind kind = TextureKind::Color;
 };
 
-/// Writes what TransferReader::gather_tiles() (of normals normal_tiles()) and write_color() would, byte for byte, in strips: memory does not grow with the atlas but for
-/// 8 bytes a column and strip. Thread-safe.
+/// Writes what TransferReader::gather_tiles() (of normals normal_tiles()) and write_color() would, byte for byte, in
+/// strips: memory does not grow with the atlas but for 8 bytes a column and strip. Thread-safe.
 class TextureWriter {
  public:
   /// Reads and checks the coordinates of every tile. @throws IoError as CoordinateStrips.
-  explicit TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options = {}, const RunControl& control = {});
+  explicit TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options = {},
+                         const RunControl& control = {});
 
   /// All at once: coordinates are gone through once for them. Each file is whole or absent.
-  /// @throws CannotComplete, UsageError on an unknown extension, InvalidInput if a source is not of the history's size, or a normal is
-  /// asked for without CoordinateStripsOptions::with_turns.
+  /// @throws CannotComplete, UsageError on an unknown extension, InvalidInput if a source is not of the history's size,
+  /// or a normal is asked for without CoordinateStripsOptions::with_turns.
   void write(std::span<const TextureFile> textures, const RunControl& control = {}) const;
 
   /// Takes rows of codes, whole ones from top to bottom.
   using TakeRows = std::function<void(std::span<const std::uint8_t> codes)>;
-  /// The texels of a tile, by codes of the history's pixels. @throws InvalidInput if `codes` are not of the history's size.
+  /// The texels of a tile, by codes of the history's pixels. @throws InvalidInput if `codes` are not of the history's
+  /// size.
   void gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take, const RunControl& control = {}) const;
   /// The same of normals, turned, as TextureKind::Normal has them in codes.
   void normal_rows(std::size_t tile, const ImageF& normals, const TakeRows& take, const RunControl& control = {}) const;
@@ -58,10 +61,13 @@ class TextureWriter {
   std::vector<CoordinateStrips> tiles_;
 };
 
-/// What TransferReader::sample_tiles(times, between) and write_color() would write, byte for byte, in strips: beside the times themselves 5 bytes a texel, while gutters are filled.
+/// What TransferReader::sample_tiles(times, between) and write_color() would write, byte for byte, in strips: beside
+/// the times themselves 5 bytes a texel, while gutters are filled.
 /// @param times  Over the sheet of all tiles, in the history's unit; not looked at beside the charts. Used up.
 /// @param files  One a tile. @throws as TextureWriter and gather_at_times().
-void write_time_map(const TransferFolder& transfer, ImageF times, Between between, std::span<const std::filesystem::path> files, const std::string& key,
-                    const TimeMapOptions& frames = {}, const RunControl& control = {}, const CoordinateStripsOptions& options = {});
+void write_time_map(const TransferFolder& transfer, ImageF times, Between between,
+                    std::span<const std::filesystem::path> files, const std::string& key,
+                    const TimeMapOptions& frames = {}, const RunControl& control = {},
+                    const CoordinateStripsOptions& options = {});
 
 }  // namespace patinate::transfer

@@ -1,5 +1,4 @@
 #include "patinate/transfer/time_map.h"
-#include "transfer/lookup/packed_lookup.h"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
+#include "transfer/lookup/packed_lookup.h"
 
 namespace patinate::transfer {
 
@@ -31,7 +31,8 @@ ImageF padded(const ImageF& frame) {
 /// Frames [first, first + size), each read when it is first asked for. Thread-safe.
 class FrameBlock {
  public:
-  FrameBlock(const History& history, int first, int size) : history_(history), first_(first), pixels_(static_cast<std::size_t>(size)), frames_(pixels_.size()) {}
+  FrameBlock(const History& history, int first, int size)
+      : history_(history), first_(first), pixels_(static_cast<std::size_t>(size)), frames_(pixels_.size()) {}
 
   const float* operator[](int frame) {
     auto& pixels = pixels_[static_cast<std::size_t>(frame - first_)];
@@ -52,7 +53,8 @@ class FrameBlock {
 };
 
 [[noreturn]] void refuse_time(std::size_t x, int y) {
-  throw InvalidInput("time map: texel (" + std::to_string(x) + ", " + std::to_string(y) + ") has a time that is not a number");
+  throw InvalidInput("time map: texel (" + std::to_string(x) + ", " + std::to_string(y) +
+                     ") has a time that is not a number");
 }
 
 /// Texels of one thread.
@@ -63,9 +65,9 @@ struct Texels {
   ImageF& result;
   const FrameLocator& locate;
   FrameBlock& frames;
-  int first, end;                                  ///< Frames that this block answers for.
+  int first, end;  ///< Frames that this block answers for.
   int hint = 0;
-  int known = -1;                                  ///< Neighbors mostly lie between the same two.
+  int known = -1;  ///< Neighbors mostly lie between the same two.
   const float *before = nullptr, *after = nullptr;
 
   void look_up(int y) {
@@ -105,21 +107,26 @@ struct Texels {
 struct TimeMapLookup::Impl {
   const History& history;
   FrameLocator locate;
-  int per_block;  ///< Frames that are kept at once; one more for blends of a block's last one.
+  int per_block;                         ///< Frames that are kept at once; one more for blends of a block's last one.
   std::unique_ptr<FrameBlock> all = {};  ///< Where that is all of them.
 
   Impl(const History& of, Between between, const TimeMapOptions& options) : history(of), locate(of.times(), between) {
-    const std::int64_t bytes_per_frame = std::int64_t{history.facts().width} * history.facts().height * static_cast<std::int64_t>(kPadded * sizeof(float));
-    per_block = static_cast<int>(std::clamp<std::int64_t>(options.frame_bytes / bytes_per_frame - 1, 1, history.num_frames()));
+    const std::int64_t bytes_per_frame = std::int64_t{history.facts().width} * history.facts().height *
+                                         static_cast<std::int64_t>(kPadded * sizeof(float));
+    per_block =
+        static_cast<int>(std::clamp<std::int64_t>(options.frame_bytes / bytes_per_frame - 1, 1, history.num_frames()));
     if (per_block == history.num_frames()) all = std::make_unique<FrameBlock>(history, 0, per_block);
   }
 };
 
-TimeMapLookup::TimeMapLookup(const History& history, Between between, const TimeMapOptions& options) : impl_(std::make_unique<Impl>(history, between, options)) {}
+TimeMapLookup::TimeMapLookup(const History& history, Between between, const TimeMapOptions& options)
+    : impl_(std::make_unique<Impl>(history, between, options)) {}
 TimeMapLookup::~TimeMapLookup() = default;
 
-void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row, ImageF& out, const RunControl& control) {
-  if (indices.size() != times.size() || static_cast<std::int64_t>(indices.size()) != out.num_pixels() || out.channels() != 3) {
+void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row,
+                            ImageF& out, const RunControl& control) {
+  if (indices.size() != times.size() || static_cast<std::int64_t>(indices.size()) != out.num_pixels() ||
+      out.channels() != 3) {
     throw InvalidInput("time map: expected one time for every texel of the coordinates");
   }
   std::fill(out.values().begin(), out.values().end(), 0.0f);
@@ -129,7 +136,8 @@ void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<co
   for (int first = 0; first < history.num_frames(); first += impl_->per_block) {
     const int end = std::min(history.num_frames(), first + impl_->per_block);
     std::unique_ptr<FrameBlock> some;
-    if (!impl_->all) some = std::make_unique<FrameBlock>(history, first, std::min(history.num_frames(), end + 1) - first);
+    if (!impl_->all)
+      some = std::make_unique<FrameBlock>(history, first, std::min(history.num_frames(), end + 1) - first);
     FrameBlock& frames = impl_->all ? *impl_->all : *some;
     parallel_for(out.height(), 16, quiet, [&](std::int64_t from, std::int64_t to) {
       Texels texels{indices, times, first_row, out, impl_->locate, frames, first, end};
@@ -139,17 +147,19 @@ void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<co
   }
 }
 
-ImageF gather_at_times(const History& history, const PackedCoordinates& indices, const ImageF& times, Between between, const RunControl& control,
-                       const TimeMapOptions& options) {
-  if (!times.same_size(indices) || times.channels() != 1) throw InvalidInput("time map: expected one time for every texel of the coordinates");
+ImageF gather_at_times(const History& history, const PackedCoordinates& indices, const ImageF& times, Between between,
+                       const RunControl& control, const TimeMapOptions& options) {
+  if (!times.same_size(indices) || times.channels() != 1)
+    throw InvalidInput("time map: expected one time for every texel of the coordinates");
   ImageF result(indices.width(), indices.height(), 3);
   TimeMapLookup(history, between, options).look_up(indices.values(), times.values(), 0, result, control);
   return result;
 }
 
-ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times, Between between, const RunControl& control,
-                       const TimeMapOptions& options) {
-  return gather_at_times(history, pack_coordinates(coordinates, history.facts().width, control), times, between, control, options);
+ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times, Between between,
+                       const RunControl& control, const TimeMapOptions& options) {
+  return gather_at_times(history, pack_coordinates(coordinates, history.facts().width, control), times, between,
+                         control, options);
 }
 
 }  // namespace patinate::transfer

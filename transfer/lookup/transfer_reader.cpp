@@ -4,14 +4,14 @@
 #include <cstdint>
 #include <utility>
 
-#include "patinate/atlas/dilate.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "patinate/atlas/dilate.h"
 #include "patinate/image/image_io.h"
-#include "transfer/lookup/packed_lookup.h"
-#include "transfer/files/flow_io.h"
-#include "transfer/lookup/source_turn.h"
 #include "patinate/transfer/time_map.h"
+#include "transfer/files/flow_io.h"
+#include "transfer/lookup/packed_lookup.h"
+#include "transfer/lookup/source_turn.h"
 #include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::transfer {
@@ -21,7 +21,8 @@ namespace {
 /// @throws IoError
 void check_coordinates(const std::filesystem::path& file, const ImageF& coordinates, const HistoryFacts& history) {
   std::vector<std::uint32_t> indices(static_cast<std::size_t>(coordinates.width()));
-  for (int y = 0; y < coordinates.height(); ++y) pack_checked_rows(file, coordinates.row(y), y, coordinates.width(), history.width, history.height, indices);
+  for (int y = 0; y < coordinates.height(); ++y)
+    pack_checked_rows(file, coordinates.row(y), y, coordinates.width(), history.width, history.height, indices);
 }
 
 }  // namespace
@@ -35,7 +36,8 @@ ImageF gather(const ImageF& source, const ImageF& coordinates, float outside, co
       const auto out = result.row(y);
       for (std::size_t x = 0; x < static_cast<std::size_t>(result.width()); ++x) {
         if (row[2 * x] < 0.0f) continue;
-        const auto pixel = static_cast<std::int64_t>(static_cast<int>(row[2 * x + 1])) * source.width() + static_cast<int>(row[2 * x]);
+        const auto pixel =
+            static_cast<std::int64_t>(static_cast<int>(row[2 * x + 1])) * source.width() + static_cast<int>(row[2 * x]);
         const float* from = source.data() + pixel * source.channels();
         float* to = out.data() + channels * x;
         if (channels == 3) {  // Color; a copy of unknown length takes four times as long.
@@ -56,14 +58,17 @@ TransferReader::TransferReader(const std::filesystem::path& path)
   read_coordinates();
 }
 
-ImageF TransferReader::read_sheet(const std::vector<std::filesystem::path>& files, const std::vector<std::string>& channels, float outside) const {
+ImageF TransferReader::read_sheet(const std::vector<std::filesystem::path>& files,
+                                  const std::vector<std::string>& channels, float outside) const {
   ImageF whole;
-  if (sheet().num_tiles() > 1) whole = ImageF(sheet().width(), sheet().height(), static_cast<int>(channels.size()), outside);
+  if (sheet().num_tiles() > 1)
+    whole = ImageF(sheet().width(), sheet().height(), static_cast<int>(channels.size()), outside);
   for (int i = 0; i < sheet().num_tiles(); ++i) {
     const std::filesystem::path& file = files[static_cast<std::size_t>(i)];
     ImageF tile = read_channels(file, channels);
     if (tile.width() != manifest().width || tile.height() != manifest().height) {
-      throw IoError(file.string(), "is " + size_text(tile.width(), tile.height()) + "; expected " + size_text(manifest().width, manifest().height));
+      throw IoError(file.string(), "is " + size_text(tile.width(), tile.height()) + "; expected " +
+                                       size_text(manifest().width, manifest().height));
     }
     if (sheet().num_tiles() == 1) return tile;
     for (int y = 0; y < tile.height(); ++y) {  // Margins stay uncovered.
@@ -79,7 +84,8 @@ void TransferReader::read_coordinates() {
   for (const TransferTile& tile : manifest().tiles) files.push_back(tile.coordinates);
   coordinates_ = read_sheet(files, {kCoordinateChannels[0], kCoordinateChannels[1]}, -1.0f);
   for (int i = 0; i < sheet().num_tiles(); ++i) {
-    check_coordinates(files[static_cast<std::size_t>(i)], sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i), history().facts());
+    check_coordinates(files[static_cast<std::size_t>(i)],
+                      sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i), history().facts());
   }
 }
 
@@ -91,7 +97,8 @@ ImageF TransferReader::matched_control(std::size_t index) const {
     controls.push_back({c.source, c.destination, read_sheet(files, {"Y"}, 0.0f), c.range, c.weight, c.mapping});
   };
   add(manifest().controls.at(index));
-  for (const RecordedControl& c : manifest().controls) {  // What says which history of a library applies decides how others are matched.
+  for (const RecordedControl& c :
+       manifest().controls) {  // What says which history of a library applies decides how others are matched.
     if (c.source == kLibraryControl && c.source != controls[0].source) add(c);
   }
   return match_controls(history(), source_mask(), controls, coverage()).destination[0];
@@ -144,7 +151,8 @@ const Image<std::uint32_t>& TransferReader::filled_turns() const {
     const ImageF angle_mirror = read_sheet(files, {kPatchChannels[0], kPatchChannels[1]}, 0.0f);
     const PackedCoordinates indices = pack_coordinates(coordinates_, history().facts().width);
     Image<std::uint32_t> turns(indices.width(), indices.height());
-    for (int y = 0; y < turns.height(); ++y) pack_checked_turns(files.front(), angle_mirror.row(y), y, turns.width(), indices.row(y), turns.row(y));
+    for (int y = 0; y < turns.height(); ++y)
+      pack_checked_turns(files.front(), angle_mirror.row(y), y, turns.width(), indices.row(y), turns.row(y));
     fill_sheet(turns, sheet());
     turns_ = std::move(turns);
   });
@@ -186,8 +194,10 @@ std::vector<ImageF> TransferReader::sample_tiles(double time, const RunControl& 
   return gather_tiles(history().sample(time), control);
 }
 
-std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between, const RunControl& control) const {
-  return filled_tiles(gather_at_times(history(), pack_coordinates(coordinates_, history().facts().width, control), times, between, control));
+std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between,
+                                                 const RunControl& control) const {
+  return filled_tiles(gather_at_times(history(), pack_coordinates(coordinates_, history().facts().width, control),
+                                      times, between, control));
 }
 
 ImageF TransferReader::sample(double time, const RunControl& control) const {

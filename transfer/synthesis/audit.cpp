@@ -13,8 +13,8 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::int64_t kChunk = 4;          // Texels: some ms each in a large source.
-constexpr std::uint32_t kPurpose = 500;     // Of RandomStream.
+constexpr std::int64_t kChunk = 4;       // Texels: some ms each in a large source.
+constexpr std::uint32_t kPurpose = 500;  // Of RandomStream.
 
 /// One texel of each of `count` equal parts of the list.
 std::vector<TexelId> drawn_texels(const TexelSet& texels, std::int64_t count, std::uint64_t seed) {
@@ -23,14 +23,16 @@ std::vector<TexelId> drawn_texels(const TexelSet& texels, std::int64_t count, st
   std::vector<TexelId> drawn;
   for (std::int64_t i = 0; i < count; ++i) {
     const std::int64_t begin = i * size / count, end = (i + 1) * size / count;
-    const std::uint32_t chosen = RandomStream(seed, static_cast<std::uint64_t>(i), kPurpose).below(static_cast<std::uint32_t>(end - begin));
+    const std::uint32_t chosen =
+        RandomStream(seed, static_cast<std::uint64_t>(i), kPurpose).below(static_cast<std::uint32_t>(end - begin));
     drawn.push_back(texels[static_cast<std::size_t>(begin + chosen)]);
   }
   return drawn;
 }
 
 /// The texel's own pixel and those to which its neighbors lead: they bound the search.
-std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCost& cost, const CoordinateMap& coordinates, std::int32_t own) {
+std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCost& cost,
+                                        const CoordinateMap& coordinates, std::int32_t own) {
   std::vector<std::int32_t> likely{own};
   for (const PixelNeighbor& n : cost.adjacent()) {
     const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
@@ -82,8 +84,10 @@ OptimumAudit summary_of(const std::vector<Costs>& all) {
 
 }  // namespace
 
-OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
-                           std::span<const double> control_weights, std::int64_t num_audits, std::uint64_t seed, const RunControl& control) {
+OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood,
+                           const CoordinateMap& coordinates, double coherence_share,
+                           std::span<const double> control_weights, std::int64_t num_audits, std::uint64_t seed,
+                           const RunControl& control) {
   if (!(num_audits > 0)) throw InvalidInput("audits: " + std::to_string(num_audits) + " is out of range; use > 0");
   const SourceLevel& source = level.source;
   const std::vector<TexelId> drawn = drawn_texels(level.destination.texels, num_audits, seed);
@@ -99,7 +103,8 @@ OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neig
       const std::int32_t own = coordinates[static_cast<std::size_t>(drawn[i])];
       if (own < 0 || source.is_usable[static_cast<std::size_t>(own)] == 0) continue;
       cost.prepare(drawn[i], coordinates, scale);
-      costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()), .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
+      costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()),
+                  .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
     }
   });
   return summary_of(costs);

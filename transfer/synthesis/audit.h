@@ -1,5 +1,6 @@
 /// \file
-/// How near a coordinate map is to the least energy that each single texel could reach: the search is judged, whichever tool made the map.
+/// How near a coordinate map is to the least energy that each single texel could reach: the search is judged, whichever
+/// tool made the map.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +16,24 @@ namespace patinate::transfer {
 /// Costs of the map's own pixels, and those of the best pixels there are while the neighbors stay as they are.
 struct OptimumAudit {
   std::int64_t num_audited = 0;
-  std::int64_t num_left_out = 0;       ///< Drawn as well, but their pixel has not its whole neighborhood in the mask: it has no cost.
-  double energy = 0.0;                 ///< Mean cost of the map's own pixels: the map's energy, of the audited texels. 1 for random texels.
+  std::int64_t num_left_out =
+      0;  ///< Drawn as well, but their pixel has not its whole neighborhood in the mask: it has no cost.
+  double energy =
+      0.0;  ///< Mean cost of the map's own pixels: the map's energy, of the audited texels. 1 for random texels.
   double optimum = 0.0;                ///< Mean least cost.
   double optimal_share = 0.0;          ///< Texels for which no pixel costs less than theirs.
   std::optional<double> ratio;         ///< energy / optimum; 1 when both are 0, nothing when only the optimum is.
   std::optional<double> median_ratio;  ///< The same texel by texel; nothing when that is infinite.
 };
 
-/// Audits `num_audits` covered texels, spread evenly over the atlas and drawn by `seed`; all of them when there are not more. The least cost is that over all
-/// usable pixels of the source; WindowSearch finds it without looking at every one. All ratios are at least 1.
+/// Audits `num_audits` covered texels, spread evenly over the atlas and drawn by `seed`; all of them when there are not
+/// more. The least cost is that over all usable pixels of the source; WindowSearch finds it without looking at every
+/// one. All ratios are at least 1.
 /// @param coordinates  Pixels of level.source for all covered texels; -1 = none, as outside.
 /// @throws InvalidInput unless num_audits > 0. Same figures for any number of threads.
-[[nodiscard]] OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
-                                         std::span<const double> control_weights, std::int64_t num_audits, std::uint64_t seed, const RunControl& control = {});
+[[nodiscard]] OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood,
+                                         const CoordinateMap& coordinates, double coherence_share,
+                                         std::span<const double> control_weights, std::int64_t num_audits,
+                                         std::uint64_t seed, const RunControl& control = {});
 
 }  // namespace patinate::transfer

@@ -16,17 +16,19 @@
 
 namespace patinate::transfer {
 
-EnergyScale EnergyScale::make(const SourceLevel& source, double coherence_share, std::span<const double> control_weights) {
+EnergyScale EnergyScale::make(const SourceLevel& source, double coherence_share,
+                              std::span<const double> control_weights) {
   EnergyScale scale;
   scale.coherence_scales.push_back(0);
   for (int sum = 1; sum <= Neighborhood::kLargestSum; ++sum) {
-    scale.coherence_scales.push_back(static_cast<std::int64_t>(kOne * coherence_share / (sum * 2.0 * source.appearance_variance)));
+    scale.coherence_scales.push_back(
+        static_cast<std::int64_t>(kOne * coherence_share / (sum * 2.0 * source.appearance_variance)));
   }
   double sum_of_controls = 0.0;
   for (double w : control_weights) sum_of_controls += w;
   for (std::size_t c = 0; c < control_weights.size(); ++c) {
-    scale.control_scale.push_back(static_cast<std::int64_t>(
-        kOne * (1.0 - coherence_share) * control_weights[c] / (sum_of_controls * 2.0 * source.control_variances[c])));
+    scale.control_scale.push_back(static_cast<std::int64_t>(kOne * (1.0 - coherence_share) * control_weights[c] /
+                                                            (sum_of_controls * 2.0 * source.control_variances[c])));
   }
   return scale;
 }
@@ -62,7 +64,8 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
     if (!is_known) continue;
     const auto i = static_cast<std::size_t>(num_known_++);
     known_at_[k] = static_cast<std::int32_t>(i);
-    std::copy_n(source_.appearance.data() + std::int64_t{s} * kAppearanceSize, kAppearanceSize, appearance_.data() + i * kAppearanceSize);
+    std::copy_n(source_.appearance.data() + std::int64_t{s} * kAppearanceSize, kAppearanceSize,
+                appearance_.data() + i * kAppearanceSize);
     weight_[i] = neighborhood_.weights[k];
     delta_[i] = (dy * width + dx) * kAppearanceSize;
     sum_of_weights += neighborhood_.weights[k];
@@ -80,7 +83,8 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
 
 void TexelCost::appearances(std::span<std::int16_t> out) const {
   for (std::size_t k = 0; k < known_at_.size(); ++k) {
-    std::copy_n(appearance_.data() + static_cast<std::size_t>(known_at_[k]) * kAppearanceSize, kAppearanceSize, out.data() + k * kAppearanceSize);
+    std::copy_n(appearance_.data() + static_cast<std::size_t>(known_at_[k]) * kAppearanceSize, kAppearanceSize,
+                out.data() + k * kAppearanceSize);
   }
 }
 
@@ -100,10 +104,13 @@ ControlInterval TexelCost::first_control_within(std::int64_t cost) const {
   auto reach = static_cast<std::int64_t>(std::sqrt(static_cast<double>(squared)));
   while (reach * reach > squared) --reach;  // The root is rounded.
   while ((reach + 1) * (reach + 1) <= squared) ++reach;
-  return {static_cast<std::uint16_t>(std::max<std::int64_t>(0, target_[0] - reach)), static_cast<std::uint16_t>(std::min<std::int64_t>(kControlSteps, target_[0] + reach))};
+  return {static_cast<std::uint16_t>(std::max<std::int64_t>(0, target_[0] - reach)),
+          static_cast<std::uint16_t>(std::min<std::int64_t>(kControlSteps, target_[0] + reach))};
 }
 
-std::int64_t TexelCost::coherence(std::int32_t source_pixel) const { return coherence_below(source_pixel, std::numeric_limits<std::int64_t>::max()); }
+std::int64_t TexelCost::coherence(std::int32_t source_pixel) const {
+  return coherence_below(source_pixel, std::numeric_limits<std::int64_t>::max());
+}
 
 std::int64_t TexelCost::total(std::int32_t source_pixel, std::int64_t bound) const {
   const std::int64_t cost = control(source_pixel);
@@ -133,7 +140,8 @@ std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, std::int64_t 
     for (std::size_t k = begin; k < end; ++k) {
       std::int32_t squares = 0;
       for (std::size_t d = 0; d < kAppearanceSize; ++d) {
-        const std::int32_t difference = appearance_[k * kAppearanceSize + d] - base[delta_[k] + static_cast<std::int32_t>(d)];
+        const std::int32_t difference =
+            appearance_[k * kAppearanceSize + d] - base[delta_[k] + static_cast<std::int32_t>(d)];
         squares += difference * difference;
       }
       total += std::int64_t{squares} * weight_[k];
@@ -162,18 +170,21 @@ struct EnergySums {
 };
 
 /// Adds the pairs (t, right) and (t, below) of one texel.
-void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel& source, const CoordinateMap& coordinates,
-                          TexelId t, EnergySums& sums) {
+void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel& source,
+                          const CoordinateMap& coordinates, TexelId t, EnergySums& sums) {
   // Of a pixel, or of a texel where that is more: both ends are rounded to half of one.
-  const double tolerance = 0.99 * std::max(1.0, destination.map->median_texel_size_mm() / destination.neighbors->pixel_mm());
+  const double tolerance =
+      0.99 * std::max(1.0, destination.map->median_texel_size_mm() / destination.neighbors->pixel_mm());
   const int w = destination.map->width();
   const auto chart = destination.map->chart(t);
   const Eigen::Matrix2d steps = destination.neighbors->pixels_per_texel(destination.map->triangle(t));
   const auto count = [&](TexelId neighbor, int column) {
     if (destination.map->chart(neighbor) != chart) return;
-    const std::int32_t a = coordinates[static_cast<std::size_t>(t)], b = coordinates[static_cast<std::size_t>(neighbor)];
+    const std::int32_t a = coordinates[static_cast<std::size_t>(t)],
+                       b = coordinates[static_cast<std::size_t>(neighbor)];
     const Vec2 expected = steps.col(column);
-    const Vec2 error = Vec2(b % source.width() - a % source.width(), b / source.width() - a / source.width()) - expected;
+    const Vec2 error =
+        Vec2(b % source.width() - a % source.width(), b / source.width() - a / source.width()) - expected;
     ++sums.pairs;
     sums.coherent_pairs += error.cwiseAbs().maxCoeff() <= tolerance;
   };
@@ -183,9 +194,9 @@ void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel
 
 }  // namespace
 
-EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood,
-                            const CoordinateMap& coordinates, double coherence_share, std::span<const double> control_weights,
-                            const RunControl& control) {
+EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination,
+                            const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
+                            std::span<const double> control_weights, const RunControl& control) {
   // Each part with the full weight, so that the report does not depend on rounding by a.
   EnergyScale parts = EnergyScale::make(source, 1.0, control_weights);
   parts.control_scale = EnergyScale::make(source, 0.0, control_weights).control_scale;
@@ -229,10 +240,12 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
     below += error_histogram[i];
     report.control_error_p95 = static_cast<double>(i) / kControlSteps;
   }
-  report.coherent_share = sums.pairs > 0 ? static_cast<double>(sums.coherent_pairs) / static_cast<double>(sums.pairs) : 1.0;
+  report.coherent_share =
+      sums.pairs > 0 ? static_cast<double>(sums.coherent_pairs) / static_cast<double>(sums.pairs) : 1.0;
   std::vector<std::uint8_t> is_used(source.is_usable.size(), 0);
   for (TexelId t : destination.texels) is_used[static_cast<std::size_t>(coordinates[static_cast<std::size_t>(t)])] = 1;
-  report.used_share = static_cast<double>(std::count(is_used.begin(), is_used.end(), 1)) / static_cast<double>(source.usable.size());
+  report.used_share =
+      static_cast<double>(std::count(is_used.begin(), is_used.end(), 1)) / static_cast<double>(source.usable.size());
   return report;
 }
 

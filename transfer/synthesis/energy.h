@@ -7,10 +7,10 @@
 ///     C(t) = sum_k w_k |A(s(n_k(t))) - A(s(t) + d_k(t))|^2 / (sum_k w_k * 2 var A)   coherence, all frames at once
 ///     K(t) = sum_c g_c (P_c(s(t)) - Q_c(t))^2 / (2 var P_c)                          control mismatch
 ///
-/// with A the appearance, n_k(t) the texel nearest to offset k of the neighborhood on the surface, d_k(t) where it really lies in whole source pixels (texels may be turned, small or
-/// stretched against those), P the history's controls and
-/// Q the destination's, mapped into P's values; g sums to 1; var P is at least (1/64)^2 of P's range squared. Both parts are 1 for independent random texels.
-/// [Efros and Leung 1999; Efros and Freeman 2001, sec. 4]
+/// with A the appearance, n_k(t) the texel nearest to offset k of the neighborhood on the surface, d_k(t) where it
+/// really lies in whole source pixels (texels may be turned, small or stretched against those), P the history's
+/// controls and Q the destination's, mapped into P's values; g sums to 1; var P is at least (1/64)^2 of P's range
+/// squared. Both parts are 1 for independent random texels. [Efros and Leung 1999; Efros and Freeman 2001, sec. 4]
 ///
 /// Everything that decides is an integer: equal input gives equal coordinates on every machine.
 #pragma once
@@ -25,13 +25,16 @@
 
 namespace patinate::transfer {
 
-/// Weights of the energy as integers: cost = coherence * coherence_scales[sum of weights] + sum_c difference_c^2 * control_scale[c].
+/// Weights of the energy as integers: cost = coherence * coherence_scales[sum of weights] + sum_c difference_c^2 *
+/// control_scale[c].
 struct EnergyScale {
-  std::vector<std::int64_t> coherence_scales;  ///< By the sum of weights of the known neighbors, [0, Neighborhood::kLargestSum].
+  std::vector<std::int64_t>
+      coherence_scales;  ///< By the sum of weights of the known neighbors, [0, Neighborhood::kLargestSum].
   std::vector<std::int64_t> control_scale;
 
   /// @param coherence_share  a
-  [[nodiscard]] static EnergyScale make(const SourceLevel& source, double coherence_share, std::span<const double> control_weights);
+  [[nodiscard]] static EnergyScale make(const SourceLevel& source, double coherence_share,
+                                        std::span<const double> control_weights);
   /// Cost 1.0 as an integer.
   static constexpr double kOne = 1099511627776.0;  // 2^40
 };
@@ -42,8 +45,11 @@ struct ControlInterval {
   std::uint16_t high = kControlSteps;
 };
 
-/// Which quarter of the neighborhood an offset lies in, as the sails of a windmill; those earlier in row order than the texel are quarters 0 and 3. All hold as many offsets.
-[[nodiscard]] constexpr unsigned quarter_of(const Offset& o) { return o.y < 0 && o.x >= 0 ? 0 : o.x > 0 ? 1 : o.y > 0 ? 2 : 3; }
+/// Which quarter of the neighborhood an offset lies in, as the sails of a windmill; those earlier in row order than the
+/// texel are quarters 0 and 3. All hold as many offsets.
+[[nodiscard]] constexpr unsigned quarter_of(const Offset& o) {
+  return o.y < 0 && o.x >= 0 ? 0 : o.x > 0 ? 1 : o.y > 0 ? 2 : 3;
+}
 inline constexpr unsigned kNumQuarters = 4;
 inline constexpr unsigned kAllQuarters = 15;
 
@@ -54,7 +60,8 @@ class TexelCost {
 
   /// Looks up the neighbors of a texel: what neighbor() and adjacent() tell.
   void visit(TexelId texel);
-  /// Visits it, and gathers the neighbors that have coordinates and lie within the radius, those of most weight first. O(neighborhood).
+  /// Visits it, and gathers the neighbors that have coordinates and lie within the radius, those of most weight first.
+  /// O(neighborhood).
   void prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale);
   /// Of the whole energy. Stops early and returns something >= bound when it cannot be below `bound`.
   [[nodiscard]] std::int64_t total(std::int32_t source_pixel, std::int64_t bound) const;
@@ -63,9 +70,11 @@ class TexelCost {
   /// Values of the first control whose part of the cost alone does not exceed `cost`.
   [[nodiscard]] ControlInterval first_control_within(std::int64_t cost) const;
   [[nodiscard]] int num_known() const { return num_known_; }
-  /// Quarters of the neighborhood whose neighbors are all known and lie where they should (d_k is offset k): bit q for quarter q.
+  /// Quarters of the neighborhood whose neighbors are all known and lie where they should (d_k is offset k): bit q for
+  /// quarter q.
   [[nodiscard]] unsigned whole_quarters() const { return whole_quarters_; }
-  /// Of the neighbors in the order of the neighborhood, kAppearanceSize values each; arbitrary outside of whole quarters.
+  /// Of the neighbors in the order of the neighborhood, kAppearanceSize values each; arbitrary outside of whole
+  /// quarters.
   void appearances(std::span<std::int16_t> out) const;
   /// What one unit of sum_k w_k |difference_k|^2 costs, and one of the first control's difference squared.
   [[nodiscard]] std::int64_t coherence_scale() const { return coherence_scale_; }
@@ -74,7 +83,9 @@ class TexelCost {
   /// At offset k of the neighborhood; texel -1 where the surface ends.
   [[nodiscard]] const PixelNeighbor& neighbor(std::size_t k) const { return neighbors_[k]; }
   /// The eight texels beside this one.
-  [[nodiscard]] std::span<const PixelNeighbor> adjacent() const { return neighbors_.subspan(destination_.neighbors->first_adjacent()); }
+  [[nodiscard]] std::span<const PixelNeighbor> adjacent() const {
+    return neighbors_.subspan(destination_.neighbors->first_adjacent());
+  }
 
  private:
   const SourceLevel& source_;
@@ -83,10 +94,10 @@ class TexelCost {
   TexelNeighborhood::Cursor cursor_;
   TexelId texel_ = -1;
   std::span<const PixelNeighbor> neighbors_;
-  std::vector<std::int16_t> appearance_;   ///< Known neighbors', packed.
+  std::vector<std::int16_t> appearance_;  ///< Known neighbors', packed.
   std::vector<std::int16_t> weight_;
-  std::vector<std::int32_t> delta_;        ///< Their offset in the source, in values.
-  std::vector<std::int32_t> known_at_;     ///< By offset: which of them is its neighbor; where that is not known, any.
+  std::vector<std::int32_t> delta_;     ///< Their offset in the source, in values.
+  std::vector<std::int32_t> known_at_;  ///< By offset: which of them is its neighbor; where that is not known, any.
   std::span<const std::uint16_t> target_;
   /// As coherence(), or something >= bound.
   [[nodiscard]] std::int64_t coherence_below(std::int32_t source_pixel, std::int64_t bound) const;

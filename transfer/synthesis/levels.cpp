@@ -7,12 +7,14 @@
 namespace patinate::transfer {
 
 Neighborhood Neighborhood::square(int radius_px) {
-  if (radius_px < 1 || radius_px > 5) throw InvalidInput("neighborhood: " + std::to_string(radius_px) + " is out of range; use [1, 5]");
+  if (radius_px < 1 || radius_px > 5)
+    throw InvalidInput("neighborhood: " + std::to_string(radius_px) + " is out of range; use [1, 5]");
   Neighborhood n;
   n.radius_px = radius_px;
   // A tent, 16 beside the texel: the nearest neighbors say most. Sums stay below 1024 up to radius 5.
   const auto weight = [&](const Offset& o) {
-    return std::max(1, 16 * (radius_px + 1 - std::abs(o.x)) * (radius_px + 1 - std::abs(o.y)) / (radius_px * (radius_px + 1)));
+    return std::max(
+        1, 16 * (radius_px + 1 - std::abs(o.x)) * (radius_px + 1 - std::abs(o.y)) / (radius_px * (radius_px + 1)));
   };
   for (int y = -radius_px; y <= radius_px; ++y) {
     for (int x = -radius_px; x <= radius_px; ++x) {
@@ -20,7 +22,8 @@ Neighborhood Neighborhood::square(int radius_px) {
       n.offsets.push_back({x, y});
     }
   }
-  std::stable_sort(n.offsets.begin(), n.offsets.end(), [&](const Offset& a, const Offset& b) { return weight(a) > weight(b); });
+  std::stable_sort(n.offsets.begin(), n.offsets.end(),
+                   [&](const Offset& a, const Offset& b) { return weight(a) > weight(b); });
   for (const Offset& o : n.offsets) n.weights.push_back(static_cast<std::int16_t>(weight(o)));
   return n;
 }
@@ -42,7 +45,9 @@ void fill_grid(SourceLevel& level) {
   constexpr int kSide = SourceLevel::kGridSide;
   level.grid_begin.assign(kSide * kSide + 1, 0);
   level.grid_pixels.resize(level.usable.size());
-  const auto cell = [&](std::int32_t p) { return static_cast<std::size_t>(grid_index(controls_of(level.controls, p))); };
+  const auto cell = [&](std::int32_t p) {
+    return static_cast<std::size_t>(grid_index(controls_of(level.controls, p)));
+  };
   for (std::int32_t p : level.usable) ++level.grid_begin[cell(p) + 1];
   for (std::size_t c = 1; c < level.grid_begin.size(); ++c) level.grid_begin[c] += level.grid_begin[c - 1];
   std::vector<std::int32_t> next(level.grid_begin.begin(), level.grid_begin.end() - 1);
@@ -50,14 +55,16 @@ void fill_grid(SourceLevel& level) {
 
   std::vector<std::int32_t> filled;
   for (int c = 0; c < kSide * kSide; ++c) {
-    if (level.grid_begin[static_cast<std::size_t>(c)] < level.grid_begin[static_cast<std::size_t>(c) + 1]) filled.push_back(c);
+    if (level.grid_begin[static_cast<std::size_t>(c)] < level.grid_begin[static_cast<std::size_t>(c) + 1])
+      filled.push_back(c);
   }
   for (int c = 0; c < kSide * kSide; ++c) {
     const auto squared = [&](std::int32_t f) {
       const int dx = f % kSide - c % kSide, dy = f / kSide - c / kSide;
       return dx * dx + dy * dy;
     };
-    level.grid_cell.push_back(*std::min_element(filled.begin(), filled.end(), [&](auto a, auto b) { return squared(a) < squared(b); }));
+    level.grid_cell.push_back(
+        *std::min_element(filled.begin(), filled.end(), [&](auto a, auto b) { return squared(a) < squared(b); }));
   }
 }
 
@@ -68,7 +75,9 @@ std::span<const std::int32_t> SourceLevel::similar(std::span<const std::uint16_t
     const auto cell = static_cast<std::size_t>(grid_cell[static_cast<std::size_t>(grid_index(target))]);
     return {grid_pixels.begin() + grid_begin[cell], grid_pixels.begin() + grid_begin[cell + 1]};
   }
-  const auto from = [this](int value) { return usable.begin() + first_with[static_cast<std::size_t>(std::clamp(value, 0, kControlSteps + 1))]; };
+  const auto from = [this](int value) {
+    return usable.begin() + first_with[static_cast<std::size_t>(std::clamp(value, 0, kControlSteps + 1))];
+  };
   auto begin = from(target[0] - tolerance), end = from(target[0] + tolerance + 1);
   if (begin == end) {  // The nearest values on either side.
     constexpr std::ptrdiff_t kFew = 16;
@@ -80,7 +89,8 @@ std::span<const std::int32_t> SourceLevel::similar(std::span<const std::uint16_t
 
 namespace {
 
-/// Spreads below 1/64 of the range count as that: a control that hardly varies decides little, and costs stay below 2^51.
+/// Spreads below 1/64 of the range count as that: a control that hardly varies decides little, and costs stay below
+/// 2^51.
 constexpr double kSmallestSpread = (kControlSteps + 1) / 64.0;
 
 /// Per channel, over the usable pixels.
@@ -128,7 +138,8 @@ Image<T> with_margin(const Image<T>& image, int margin) {
   return result;
 }
 
-/// Gives every pixel outside the mask, but near it, what lies as far behind the nearest pixel inside; or that one, where the mask is narrow.
+/// Gives every pixel outside the mask, but near it, what lies as far behind the nearest pixel inside; or that one,
+/// where the mask is narrow.
 void mirror_outwards(AppearanceImage& appearance, const ImageU8& mask, int radius) {
   const auto is_inside = [&](int x, int y) { return mask.contains(x, y) && mask.at(x, y) != 0; };
   for (int y = 0; y < mask.height(); ++y) {
@@ -171,15 +182,17 @@ SourceLevel make_source_level(AppearanceImage appearance, ControlImage controls,
     for (int x = r; x < w - r; ++x) {
       int outside = 0;
       for (int dy = -r; dy <= r; ++dy) outside += outside_in_row.at(x, y + dy);
-      level.is_usable[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] = outside == 0;
+      level.is_usable[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] =
+          outside == 0;
     }
   }
   index_usable(level);
   return level;
 }
 
-SourceLevel make_coarse_source_level(const AppearanceImage& appearance, const ControlImage& controls, const ImageU8& mask,
-                                     double appearance_variance, const Neighborhood& neighborhood) {
+SourceLevel make_coarse_source_level(const AppearanceImage& appearance, const ControlImage& controls,
+                                     const ImageU8& mask, double appearance_variance,
+                                     const Neighborhood& neighborhood) {
   SourceLevel level;
   level.margin_px = neighborhood.radius_px;
   level.appearance = with_margin(appearance, level.margin_px);
@@ -194,17 +207,23 @@ SourceLevel make_coarse_source_level(const AppearanceImage& appearance, const Co
 
 DestinationLevel cover_level(std::shared_ptr<const TexelMap> map, ControlImage controls, SourcePlacement placement) {
   TexelSet texels(map->num_texels(), [&](TexelId t) { return map->is_covered(t); });
-  return {.map = std::move(map), .controls = std::move(controls), .placement = std::move(placement), .texels = std::move(texels)};
+  return {.map = std::move(map),
+          .controls = std::move(controls),
+          .placement = std::move(placement),
+          .texels = std::move(texels)};
 }
 
 void find_neighbors(DestinationLevel& level, const Neighborhood& neighborhood, const RunControl& control) {
   std::vector<Vec2> offsets_mm;
-  for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * level.placement.step_mm, o.y * level.placement.step_mm);
-  level.neighbors = std::make_shared<TexelNeighborhood>(*level.map, std::move(offsets_mm), level.placement.frames, level.placement.pixel_mm, control);
+  for (const Offset& o : neighborhood.offsets)
+    offsets_mm.emplace_back(o.x * level.placement.step_mm, o.y * level.placement.step_mm);
+  level.neighbors = std::make_shared<TexelNeighborhood>(*level.map, std::move(offsets_mm), level.placement.frames,
+                                                        level.placement.pixel_mm, control);
 }
 
 DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
-                                        const Neighborhood& neighborhood, const SourcePlacement& placement, const RunControl& control) {
+                                        const Neighborhood& neighborhood, const SourcePlacement& placement,
+                                        const RunControl& control) {
   DestinationLevel level = cover_level(std::move(map), std::move(controls), placement);
   find_neighbors(level, neighborhood, control);
   return level;

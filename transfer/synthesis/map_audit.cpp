@@ -13,23 +13,31 @@ namespace {
 
 void check_sizes(const MapToAudit& made) {
   const TexelMap& surface = *made.surface;
-  const auto fits = [&](const ImageF& image, int channels) { return image.width() == surface.width() && image.height() == surface.height() && image.channels() == channels; };
+  const auto fits = [&](const ImageF& image, int channels) {
+    return image.width() == surface.width() && image.height() == surface.height() && image.channels() == channels;
+  };
   if (made.controls.empty()) throw InvalidInput("an audit needs a control that the map followed");
-  if (!fits(made.coordinates, 2)) throw InvalidInput("the coordinate map has not " + size_text(surface.width(), surface.height()) + " texels with two channels");
+  if (!fits(made.coordinates, 2))
+    throw InvalidInput("the coordinate map has not " + size_text(surface.width(), surface.height()) +
+                       " texels with two channels");
   for (const FollowedControl& c : made.controls) {
-    if (!fits(c.wanted, 1)) throw InvalidInput("control `" + c.source + "` has not " + size_text(surface.width(), surface.height()) + " values");
+    if (!fits(c.wanted, 1))
+      throw InvalidInput("control `" + c.source + "` has not " + size_text(surface.width(), surface.height()) +
+                         " values");
   }
 }
 
 /// Pixels of a source that is halved `halvings` times.
-CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, const SourceLevel& source, int halvings) {
+CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, const SourceLevel& source,
+                           int halvings) {
   CoordinateMap pixels(static_cast<std::size_t>(made.surface->num_texels()), -1);
   for (TexelId t = 0; t < made.surface->num_texels(); ++t) {
     if (!made.surface->is_covered(t)) continue;
     const float* s = made.coordinates.data() + 2 * t;
     const double x = std::floor(static_cast<double>(s[0]) + 0.5), y = std::floor(static_cast<double>(s[1]) + 0.5);
     if (!(x >= 0.0 && y >= 0.0 && x < history.width && y < history.height)) continue;
-    const int column = std::min(static_cast<int>(x) >> halvings, source.width() - 1), row = std::min(static_cast<int>(y) >> halvings, source.height() - 1);
+    const int column = std::min(static_cast<int>(x) >> halvings, source.width() - 1),
+              row = std::min(static_cast<int>(y) >> halvings, source.height() - 1);
     pixels[static_cast<std::size_t>(t)] = row * source.width() + column;
   }
   return pixels;
@@ -37,13 +45,15 @@ CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, 
 
 }  // namespace
 
-OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& options, std::int64_t num_audits, std::uint64_t seed, const RunControl& control,
+OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& options,
+                       std::int64_t num_audits, std::uint64_t seed, const RunControl& control,
                        const AppearanceSource& appearance_source) {
   check_ranges(options);
   check_sizes(made);
   const HistoryFacts& facts = history.facts();
   const int halvings = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));
-  const AppearanceSpace appearance = appearance_of(history, appearance_source, halvings + 1, options.appearance, control.part(0.0, 0.5), made.source_mask);
+  const AppearanceSpace appearance = appearance_of(history, appearance_source, halvings + 1, options.appearance,
+                                                   control.part(0.0, 0.5), made.source_mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   std::vector<ImageF> known, wanted;
   std::vector<double> weights;
@@ -53,12 +63,18 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
     weights.push_back(c.weight);
   }
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
-  SynthesisLevel level{.source = make_source_level(appearance.levels[first], source_control_levels(appearance, known)[first], appearance.masks[first], appearance.variances[first], neighborhood), .destination = {}};
+  SynthesisLevel level{
+      .source = make_source_level(appearance.levels[first], source_control_levels(appearance, known)[first],
+                                  appearance.masks[first], appearance.variances[first], neighborhood),
+      .destination = {}};
   if (level.source.usable.empty()) return {};
   RunControl silent = control;
   silent.on_progress = nullptr;
-  level.destination = make_destination_level(made.surface, interleave(wanted), neighborhood, place_source(*made.surface, made.frames, made.pixel_mm, static_cast<int>(first)), silent);
-  return audit_optimum(level, neighborhood, level_pixels(made, facts, level.source, static_cast<int>(first)), options.coherence_share, weights, num_audits, seed, control.part(0.6, 1.0));
+  level.destination =
+      make_destination_level(made.surface, interleave(wanted), neighborhood,
+                             place_source(*made.surface, made.frames, made.pixel_mm, static_cast<int>(first)), silent);
+  return audit_optimum(level, neighborhood, level_pixels(made, facts, level.source, static_cast<int>(first)),
+                       options.coherence_share, weights, num_audits, seed, control.part(0.6, 1.0));
 }
 
 }  // namespace patinate::transfer

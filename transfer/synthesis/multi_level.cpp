@@ -17,15 +17,18 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
   v.visit({"levels", "fast: resolutions, from coarse to fine", "", between(1, 8)}, o.num_levels);
   v.visit({"coarse_passes", "fast: passes on each level but the finest", "", between(1, 16)}, o.coarse_passes);
   v.visit({"fine_passes", "fast: passes on the finest level", "", between(1, 16)}, o.fine_passes);
-  v.visit({"random_candidates", "fast: candidates of similar control value a texel and pass", "", between(0, 64)}, o.num_random);
+  v.visit({"random_candidates", "fast: candidates of similar control value a texel and pass", "", between(0, 64)},
+          o.num_random);
   v.visit({"coarse_coherence", "fast: coherence share on the coarsest level", "", between(0, 1)}, o.first_coherence);
-  v.visit({"coherence_bonus", "fast: preference for continuing pieces of the source", "", between(0, 8)}, o.coherence_bonus);
+  v.visit({"coherence_bonus", "fast: preference for continuing pieces of the source", "", between(0, 8)},
+          o.coherence_bonus);
   v.visit({"reuse_penalty", "fast: preference for sources that are used rarely", "", between(0, 8)}, o.reuse_penalty);
 }
 
 namespace {
 
-/// How much more than their share the pixels around each pixel are used, in quarters of that share, or of one copy of them where the share is less: [0, kQuarters * kMaxOveruse].
+/// How much more than their share the pixels around each pixel are used, in quarters of that share, or of one copy of
+/// them where the share is less: [0, kQuarters * kMaxOveruse].
 class SourceUse {
  public:
   static constexpr int kCell_px = 4;
@@ -41,11 +44,13 @@ class SourceUse {
     }
     const auto num_texels = static_cast<std::int64_t>(level.destination.texels.size());
     const auto num_usable = static_cast<std::int64_t>(level.source.usable.size());
-    const std::int64_t share = num_texels * kCell_px * kCell_px / num_usable, unit = std::max<std::int64_t>(kCell_px * kCell_px, share);
+    const std::int64_t share = num_texels * kCell_px * kCell_px / num_usable,
+                       unit = std::max<std::int64_t>(kCell_px * kCell_px, share);
     overuse_.reserve(level.source.is_usable.size());
     for (int y = 0; y < level.source.height(); ++y) {
       for (int x = 0; x < width; ++x) {
-        overuse_.push_back(static_cast<std::uint8_t>(std::clamp<std::int64_t>(kQuarters * (uses[cell(x, y)] - share) / unit, 0, kQuarters * kMaxOveruse)));
+        overuse_.push_back(static_cast<std::uint8_t>(
+            std::clamp<std::int64_t>(kQuarters * (uses[cell(x, y)] - share) / unit, 0, kQuarters * kMaxOveruse)));
       }
     }
   }
@@ -55,7 +60,8 @@ class SourceUse {
   std::vector<std::uint8_t> overuse_;
 };
 
-/// What a pass goes by besides the energy: factors on costs, in sixteenths, at most 16 (1 + 8 + 8 * 8) = 1168, so that products stay below 2^62.
+/// What a pass goes by besides the energy: factors on costs, in sixteenths, at most 16 (1 + 8 + 8 * 8) = 1168, so that
+/// products stay below 2^62.
 struct Preferences {
   static constexpr std::int32_t kOne = 16;
   std::int32_t bonus = 0;
@@ -63,7 +69,9 @@ struct Preferences {
   /// A texel that continues all its neighbors is left as it is.
   bool leaves_quiet = false;
   explicit Preferences(const MultiLevelOptions& o)
-      : bonus(static_cast<std::int32_t>(o.coherence_bonus * kOne)), penalty(static_cast<std::int32_t>(o.reuse_penalty * kOne)), leaves_quiet(true) {}
+      : bonus(static_cast<std::int32_t>(o.coherence_bonus * kOne)),
+        penalty(static_cast<std::int32_t>(o.reuse_penalty * kOne)),
+        leaves_quiet(true) {}
   Preferences() = default;  ///< The energy alone.
 };
 
@@ -81,13 +89,16 @@ struct Pass {
 /// The best of the candidates of one texel.
 class CandidateSearch {
  public:
-  explicit CandidateSearch(const Pass& pass) : pass_(pass), source_(pass.level.source), cost_(source_, pass.level.destination, pass.neighborhood) {}
+  explicit CandidateSearch(const Pass& pass)
+      : pass_(pass), source_(pass.level.source), cost_(source_, pass.level.destination, pass.neighborhood) {}
 
   Place best(TexelId t, const PlaceMap& places, RandomStream random) {
     cost_.visit(t);
     continue_neighbors(t, places);
     const Place current = places.at(t);
-    if (pass_.preferences.leaves_quiet && !leads_outside_ && num_continued_ == 1 && continued_[0].pixel == current.pixel) return current;
+    if (pass_.preferences.leaves_quiet && !leads_outside_ && num_continued_ == 1 &&
+        continued_[0].pixel == current.pixel)
+      return current;
     cost_.prepare(t, places.pixels, pass_.scale);
     best_ = current;
     best_cost_ = std::numeric_limits<std::int64_t>::max();
@@ -117,7 +128,9 @@ class CandidateSearch {
       const Place candidate = place_at(source_, {from.x - n.x, from.y - n.y});
       const auto end = continued_.begin() + static_cast<std::ptrdiff_t>(num_continued_);
       leads_outside_ |= candidate.pixel < 0;
-      if (candidate.pixel < 0 || std::any_of(continued_.begin(), end, [&](const Place& p) { return p.pixel == candidate.pixel; })) continue;
+      if (candidate.pixel < 0 ||
+          std::any_of(continued_.begin(), end, [&](const Place& p) { return p.pixel == candidate.pixel; }))
+        continue;
       continued_[num_continued_++] = candidate;
     }
   }
@@ -148,24 +161,37 @@ class CandidateSearch {
   std::int64_t best_cost_ = 0;
 };
 
-/// Improves the places on one level, pass by pass. The atlas is worked on in squares: what lies together on the surface is together in memory.
+/// Improves the places on one level, pass by pass. The atlas is worked on in squares: what lies together on the surface
+/// is together in memory.
 class Improver {
  public:
-  Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar, const EnergyScale& scale, int num_random, std::uint64_t seed)
-      : level_(level), map_(*level.destination.map), neighborhood_(neighborhood), similar_(similar), scale_(scale), num_random_(num_random), seed_(seed),
-        squares_x_((map_.width() + kSquare - 1) / kSquare), changed_near_(static_cast<std::size_t>(map_.num_texels()), 0) {
+  Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
+           const EnergyScale& scale, int num_random, std::uint64_t seed)
+      : level_(level),
+        map_(*level.destination.map),
+        neighborhood_(neighborhood),
+        similar_(similar),
+        scale_(scale),
+        num_random_(num_random),
+        seed_(seed),
+        squares_x_((map_.width() + kSquare - 1) / kSquare),
+        changed_near_(static_cast<std::size_t>(map_.num_texels()), 0) {
     const int num_squares = squares_x_ * ((map_.height() + kSquare - 1) / kSquare);
     std::vector<std::uint8_t> is_covered(static_cast<std::size_t>(num_squares), 0);
-    for (TexelId t : level.destination.texels) is_covered[static_cast<std::size_t>(t / map_.width() / kSquare * squares_x_ + t % map_.width() / kSquare)] = 1;
+    for (TexelId t : level.destination.texels)
+      is_covered[static_cast<std::size_t>(t / map_.width() / kSquare * squares_x_ + t % map_.width() / kSquare)] = 1;
     for (int i = 0; i < num_squares; ++i) {
       if (is_covered[static_cast<std::size_t>(i)] != 0) squares_.push_back(i);
     }
   }
 
-  /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its last turn is passed over.
+  /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its
+  /// last turn is passed over.
   /// @param is_whole  Every texel has its turn; the first pass is whole.
-  void pass(const Preferences& preferences, bool is_whole, std::uint32_t stream, PlaceMap& places, const RunControl& control) {
-    const std::optional<SourceUse> use = preferences.penalty > 0 ? std::make_optional<SourceUse>(level_, places) : std::nullopt;
+  void pass(const Preferences& preferences, bool is_whole, std::uint32_t stream, PlaceMap& places,
+            const RunControl& control) {
+    const std::optional<SourceUse> use =
+        preferences.penalty > 0 ? std::make_optional<SourceUse>(level_, places) : std::nullopt;
     const Pass pass{level_, neighborhood_, similar_, scale_, preferences, use ? &*use : nullptr, num_random_};
     const auto num_squares = static_cast<std::int64_t>(squares_.size());
     std::vector<std::vector<Change>> changes(squares_.size());
@@ -209,12 +235,15 @@ class Improver {
     for (int y = y0 + set / 2; y < std::min(y0 + kSquare, map_.height()); y += 2) {
       for (int x = x0 + set % 2; x < std::min(x0 + kSquare, map_.width()); x += 2) {
         const TexelId t = TexelId{y} * map_.width() + x;
-        if (map_.is_covered(t) && (is_whole || turn_ < kNumSets || changed_near_[static_cast<std::size_t>(t)] + kNumSets >= turn_)) visit(t, static_cast<std::uint16_t>((y - y0) * kSquare + x - x0));
+        if (map_.is_covered(t) &&
+            (is_whole || turn_ < kNumSets || changed_near_[static_cast<std::size_t>(t)] + kNumSets >= turn_))
+          visit(t, static_cast<std::uint16_t>((y - y0) * kSquare + x - x0));
       }
     }
   }
   void apply(int square, const Change& change, TexelNeighborhood::Cursor& cursor, PlaceMap& places) {
-    const int x = square % squares_x_ * kSquare + change.in_square % kSquare, y = square / squares_x_ * kSquare + change.in_square / kSquare;
+    const int x = square % squares_x_ * kSquare + change.in_square % kSquare,
+              y = square / squares_x_ * kSquare + change.in_square / kSquare;
     const TexelId texel = TexelId{y} * map_.width() + x;
     if (change.pixel != places.pixels[static_cast<std::size_t>(texel)]) {
       mark(texel);
@@ -225,7 +254,10 @@ class Improver {
     places.set(texel, change.pixel, change.beside);
   }
   /// By several threads at once: all write the same.
-  void mark(TexelId t) { std::atomic_ref(changed_near_[static_cast<std::size_t>(t)]).store(static_cast<std::uint8_t>(turn_), std::memory_order_relaxed); }
+  void mark(TexelId t) {
+    std::atomic_ref(changed_near_[static_cast<std::size_t>(t)])
+        .store(static_cast<std::uint8_t>(turn_), std::memory_order_relaxed);
+  }
 
   const SynthesisLevel& level_;
   const TexelMap& map_;
@@ -243,8 +275,8 @@ class Improver {
 }  // namespace
 
 CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
-                                     double coherence_share, std::span<const double> control_weights, std::uint64_t seed,
-                                     const MultiLevelOptions& options, const RunControl& control) {
+                                     double coherence_share, std::span<const double> control_weights,
+                                     std::uint64_t seed, const MultiLevelOptions& options, const RunControl& control) {
   check_ranges(options);
   RunControl silent = control;
   silent.on_progress = nullptr;
@@ -254,7 +286,8 @@ CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const 
   SimilarPixels similar;
   double done = 0.0, total = 0.0;
   const auto work = [&](std::size_t l) {
-    return static_cast<double>(levels[l].destination.texels.size()) * (l == 0 ? options.fine_passes : options.coarse_passes);
+    return static_cast<double>(levels[l].destination.texels.size()) *
+           (l == 0 ? options.fine_passes : options.coarse_passes);
   };
   for (std::size_t l = 0; l < levels.size(); ++l) total += work(l);
   for (std::size_t l = levels.size(); l-- > 0;) {
@@ -274,7 +307,8 @@ CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const 
     Improver improver(level, neighborhood, similar, scale, options.num_random, seed);
     for (int pass = 0; pass < num_passes; ++pass) {
       const bool is_last = l == 0 && pass + 1 == num_passes;  // The last word is the energy's.
-      improver.pass(is_last ? Preferences() : Preferences(options), is_last, static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)), places, silent);
+      improver.pass(is_last ? Preferences() : Preferences(options), is_last,
+                    static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)), places, silent);
       done += work(l) / num_passes;
       control.report(std::min(0.999, done / std::max(1.0, total)));
     }

@@ -5,23 +5,29 @@
 #include <span>
 #include <vector>
 
-#include "transfer/synthesis/energy.h"
 #include "patinate/transfer/method_options.h"
+#include "transfer/synthesis/energy.h"
 
 namespace patinate::transfer {
 
-/// Starts on the coarsest level from pixels of similar control value. Each pass visits the texels in four interleaved sets;
-/// a texel takes the best of: what it has, where its eight neighbors' sources lead (to fractions of a pixel, so that pieces keep their shape on turned and stretched texels), what looks like those (k-coherence), and a few
-/// pixels of similar control value. The lowest energy is not the best texture: it is smooth and repeats a few favorites, so that
-/// continued pieces and rarely used sources are preferred, by factors on the cost (a cost of zero stays zero), and texels that continue all their neighbors are left alone; only the very last pass goes by the energy, everywhere.
-/// A texel is visited again only if it or one beside it has changed since. A set is decided from the state before it, so that order and threads do not matter.
-/// [Lefebvre and Hoppe 2005, "Parallel controllable texture synthesis"; Tong et al. 2002]
+/// Starts on the coarsest level from pixels of similar control value. Each pass visits the texels in four interleaved
+/// sets; a texel takes the best of: what it has, where its eight neighbors' sources lead (to fractions of a pixel, so
+/// that pieces keep their shape on turned and stretched texels), what looks like those (k-coherence), and a few pixels
+/// of similar control value. The lowest energy is not the best texture: it is smooth and repeats a few favorites, so
+/// that continued pieces and rarely used sources are preferred, by factors on the cost (a cost of zero stays zero), and
+/// texels that continue all their neighbors are left alone; only the very last pass goes by the energy, everywhere. A
+/// texel is visited again only if it or one beside it has changed since. A set is decided from the state before it, so
+/// that order and threads do not matter. [Lefebvre and Hoppe 2005, "Parallel controllable texture synthesis"; Tong et
+/// al. 2002]
 ///
-/// Cost: on each level one visit of all texels and about half as many again, two on the finest; up to about 50 costs a visit, fewer in coherent regions. Same bits for any number of threads and instruction set.
-/// @param levels  Finest first. Neighbors are found level by level, and each level but the finest is used up when the next one has begun: all at once would take twice as much.
-[[nodiscard]] CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
-                                                   double coherence_share, std::span<const double> control_weights,
-                                                   std::uint64_t seed, const MultiLevelOptions& options = {},
+/// Cost: on each level one visit of all texels and about half as many again, two on the finest; up to about 50 costs a
+/// visit, fewer in coherent regions. Same bits for any number of threads and instruction set.
+/// @param levels  Finest first. Neighbors are found level by level, and each level but the finest is used up when the
+/// next one has begun: all at once would take twice as much.
+[[nodiscard]] CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels,
+                                                   const Neighborhood& neighborhood, double coherence_share,
+                                                   std::span<const double> control_weights, std::uint64_t seed,
+                                                   const MultiLevelOptions& options = {},
                                                    const RunControl& control = {});
 
 }  // namespace patinate::transfer

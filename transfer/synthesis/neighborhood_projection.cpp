@@ -20,7 +20,8 @@ std::int64_t root_rounded_down(std::int64_t square) {
   return root;
 }
 
-/// Columns that span the leading eigenvectors of a symmetric matrix, by falling eigenvalue [Golub and Van Loan, sec. 8.2.4]; no matter how nearly: bounds hold for any axes.
+/// Columns that span the leading eigenvectors of a symmetric matrix, by falling eigenvalue [Golub and Van Loan,
+/// sec. 8.2.4]; no matter how nearly: bounds hold for any axes.
 Eigen::MatrixXf leading_axes(const Eigen::MatrixXf& matrix, Eigen::Index count) {
   constexpr Eigen::Index kExtra = 5;
   constexpr int kIterations = 10;
@@ -30,7 +31,9 @@ Eigen::MatrixXf leading_axes(const Eigen::MatrixXf& matrix, Eigen::Index count) 
     RandomStream random(0, static_cast<std::uint64_t>(k), 61);
     for (Eigen::Index i = 0; i < n; ++i) basis(i, k) = static_cast<float>(random.uniform() - 0.5);
   }
-  const auto orthonormalize = [&] { basis = Eigen::HouseholderQR<Eigen::MatrixXf>(basis).householderQ() * Eigen::MatrixXf::Identity(n, columns); };
+  const auto orthonormalize = [&] {
+    basis = Eigen::HouseholderQR<Eigen::MatrixXf>(basis).householderQ() * Eigen::MatrixXf::Identity(n, columns);
+  };
   orthonormalize();
   for (int i = 0; i < kIterations; ++i) {
     basis = (matrix * basis).eval();
@@ -42,14 +45,20 @@ Eigen::MatrixXf leading_axes(const Eigen::MatrixXf& matrix, Eigen::Index count) 
 
 }  // namespace
 
-NeighborhoodProjection::NeighborhoodProjection(const SourceLevel& source, const Neighborhood& neighborhood, Parts parts) : source_(source) {
-  const std::size_t size = neighborhood.offsets.size() * kAppearanceSize, num_parts = parts == Parts::Whole ? 1 : kNumQuarters;
+NeighborhoodProjection::NeighborhoodProjection(const SourceLevel& source, const Neighborhood& neighborhood, Parts parts)
+    : source_(source) {
+  const std::size_t size = neighborhood.offsets.size() * kAppearanceSize,
+                    num_parts = parts == Parts::Whole ? 1 : kNumQuarters;
   const std::size_t values = std::tuple_size_v<ProjectedNeighborhood> / num_parts;
-  for (std::size_t p = 0; p < num_parts; ++p) parts_.push_back({.first_value = p * values, .num_axes = values - 1, .weights = std::vector<std::int16_t>(size, 0)});
+  for (std::size_t p = 0; p < num_parts; ++p)
+    parts_.push_back(
+        {.first_value = p * values, .num_axes = values - 1, .weights = std::vector<std::int16_t>(size, 0)});
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const Offset& o = neighborhood.offsets[k];
     deltas_.push_back((o.y * source.width() + o.x) * kAppearanceSize);
-    std::fill_n(parts_[num_parts == 1 ? 0 : quarter_of(o)].weights.begin() + static_cast<std::ptrdiff_t>(k * kAppearanceSize), kAppearanceSize, neighborhood.weights[k]);
+    std::fill_n(
+        parts_[num_parts == 1 ? 0 : quarter_of(o)].weights.begin() + static_cast<std::ptrdiff_t>(k * kAppearanceSize),
+        kAppearanceSize, neighborhood.weights[k]);
   }
   axes_.assign(std::tuple_size_v<ProjectedNeighborhood> * size, 0);
   for (const Part& part : parts_) find_axes(source, part);
@@ -57,7 +66,8 @@ NeighborhoodProjection::NeighborhoodProjection(const SourceLevel& source, const 
 
 void NeighborhoodProjection::gather(std::int32_t pixel, std::span<std::int16_t> appearances) const {
   const std::int16_t* base = source_.appearance.data() + std::int64_t{pixel} * kAppearanceSize;
-  for (std::size_t k = 0; k < deltas_.size(); ++k) std::copy_n(base + deltas_[k], kAppearanceSize, appearances.data() + k * kAppearanceSize);
+  for (std::size_t k = 0; k < deltas_.size(); ++k)
+    std::copy_n(base + deltas_[k], kAppearanceSize, appearances.data() + k * kAppearanceSize);
 }
 
 void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& part) {
@@ -68,12 +78,16 @@ void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& pa
     if (part.weights[i] > 0) members.push_back(i);
   }
   const auto n = static_cast<Eigen::Index>(members.size());
-  const auto root = [&](Eigen::Index m) { return std::sqrt(static_cast<double>(part.weights[members[static_cast<std::size_t>(m)]])); };
+  const auto root = [&](Eigen::Index m) {
+    return std::sqrt(static_cast<double>(part.weights[members[static_cast<std::size_t>(m)]]));
+  };
   Eigen::MatrixXf samples(n, static_cast<Eigen::Index>(count));
   std::vector<std::int16_t> around(size);
   for (std::size_t s = 0; s < count; ++s) {
     gather(source.usable[s * source.usable.size() / count], around);
-    for (Eigen::Index m = 0; m < n; ++m) samples(m, static_cast<Eigen::Index>(s)) = static_cast<float>(around[members[static_cast<std::size_t>(m)]] * root(m));
+    for (Eigen::Index m = 0; m < n; ++m)
+      samples(m, static_cast<Eigen::Index>(s)) =
+          static_cast<float>(around[members[static_cast<std::size_t>(m)]] * root(m));
   }
   samples.colwise() -= samples.rowwise().mean().eval();
   Eigen::MatrixXf covariance = Eigen::MatrixXf::Zero(n, n);
@@ -81,14 +95,16 @@ void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& pa
   covariance.triangularView<Eigen::StrictlyUpper>() = covariance.transpose();
   const Eigen::MatrixXf axes = leading_axes(covariance, static_cast<Eigen::Index>(part.num_axes));
 
-  // Rows b_j = axis_j * sqrt(w) / 4. |B x|^2 <= sum w x^2 / 16 holds when the largest eigenvalue of B W^-1 B' is at most 1/16.
+  // Rows b_j = axis_j * sqrt(w) / 4. |B x|^2 <= sum w x^2 / 16 holds when the largest eigenvalue of B W^-1 B' is at
+  // most 1/16.
   constexpr double kMargin = 1e-9;  // Far above the rounding of the sums below.
   const auto row_of = [&](std::size_t j) { return axes_.data() + (part.first_value + j) * size; };
   for (double scale = 0.999;; scale *= 0.999) {
     for (std::size_t j = 0; j < part.num_axes; ++j) {
       for (Eigen::Index m = 0; m < n; ++m) {
         const double entry = static_cast<double>(axes(m, static_cast<Eigen::Index>(j))) * root(m) / kUnit;
-        row_of(j)[members[static_cast<std::size_t>(m)]] = static_cast<std::int16_t>(std::lround(std::ldexp(entry * scale, kAxisBits)));
+        row_of(j)[members[static_cast<std::size_t>(m)]] =
+            static_cast<std::int16_t>(std::lround(std::ldexp(entry * scale, kAxisBits)));
       }
     }
     double largest = 0.0;
@@ -96,7 +112,8 @@ void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& pa
       double circle = 0.0;
       for (std::size_t k = 0; k < part.num_axes; ++k) {
         double product = 0.0;
-        for (std::size_t i : members) product += static_cast<double>(int{row_of(j)[i]} * int{row_of(k)[i]}) / part.weights[i];
+        for (std::size_t i : members)
+          product += static_cast<double>(int{row_of(j)[i]} * int{row_of(k)[i]}) / part.weights[i];
         circle += std::abs(product);
       }
       largest = std::max(largest, std::ldexp(circle, -2 * kAxisBits));
@@ -117,7 +134,8 @@ ProjectedNeighborhood NeighborhoodProjection::of(std::span<const std::int16_t> a
   ProjectedNeighborhood result{};
   for (const Part& part : parts_) {
     std::int32_t squares = 0;  // <= 1024 * 8 * 511^2 < 2^31.
-    for (std::size_t i = 0; i < size; ++i) squares += appearances[i] * static_cast<std::int16_t>(appearances[i] * part.weights[i]);
+    for (std::size_t i = 0; i < size; ++i)
+      squares += appearances[i] * static_cast<std::int16_t>(appearances[i] * part.weights[i]);
     // The squares of the sums below are at most 2^22 times `squares`, as axes are short: below 2^53.
     std::int64_t rest = (std::int64_t{squares} << (2 * kAxisBits)) / (kUnit * kUnit);
     for (std::size_t j = part.first_value; j < part.first_value + part.num_axes; ++j) {

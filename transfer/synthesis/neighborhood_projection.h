@@ -14,11 +14,14 @@ namespace patinate::transfer {
 /// A projected neighborhood: |values| < 11,600 each, and in length.
 using ProjectedNeighborhood = std::array<std::int16_t, 16>;
 
-/// The appearances around a pixel, in units of 4: projected on their leading principal axes (orthonormal under the neighborhood's weights), and the length of what is left of them. [Fukunaga and Narendra 1975; the
-/// length of the rest: Hwang, Han and Ahn 2012]
+/// The appearances around a pixel, in units of 4: projected on their leading principal axes (orthonormal under the
+/// neighborhood's weights), and the length of what is left of them. [Fukunaga and Narendra 1975; the length of the
+/// rest: Hwang, Han and Ahn 2012]
 ///
-/// For any two lists of appearances a, b and their projections p, q: |p - q|^2 <= reach(sum_k w_k |a_k - b_k|^2); of projections by quarters, so do the values of any quarters for the sum over those. The axes are integers
-/// over 2^13, and short enough that no vector grows (by Gershgorin's circles); what follows is rounded down, so that each value is off by less than 1 and the difference of two projections by less than sqrt(16).
+/// For any two lists of appearances a, b and their projections p, q: |p - q|^2 <= reach(sum_k w_k |a_k - b_k|^2); of
+/// projections by quarters, so do the values of any quarters for the sum over those. The axes are integers over 2^13,
+/// and short enough that no vector grows (by Gershgorin's circles); what follows is rounded down, so that each value is
+/// off by less than 1 and the difference of two projections by less than sqrt(16).
 class NeighborhoodProjection {
  public:
   enum class Parts {
@@ -32,7 +35,8 @@ class NeighborhoodProjection {
   [[nodiscard]] ProjectedNeighborhood of_pixel(std::int32_t pixel) const;
   /// @param appearances  In [-kAppearanceLimit, kAppearanceLimit]; of the neighbors in the order of the neighborhood.
   [[nodiscard]] ProjectedNeighborhood of(std::span<const std::int16_t> appearances) const;
-  /// The largest |p - q|^2 of projections of neighborhoods that differ by `squares` >= 0. reach(s + 16 x) >= reach(s) + x.
+  /// The largest |p - q|^2 of projections of neighborhoods that differ by `squares` >= 0. reach(s + 16 x) >= reach(s) +
+  /// x.
   [[nodiscard]] static std::int64_t reach(std::int64_t squares);
   static constexpr int kUnit = 4;
   static constexpr std::size_t kMostAppearances = 120 * kAppearanceSize;  ///< Radius 5.
@@ -48,7 +52,7 @@ class NeighborhoodProjection {
   const SourceLevel& source_;
   std::vector<std::int32_t> deltas_;  ///< Of the neighbors, in values.
   std::vector<Part> parts_;
-  std::vector<std::int16_t> axes_;    ///< One row a value, over 2^13; 0 outside of its part, and for a rest.
+  std::vector<std::int16_t> axes_;  ///< One row a value, over 2^13; 0 outside of its part, and for a rest.
 };
 
 }  // namespace patinate::transfer

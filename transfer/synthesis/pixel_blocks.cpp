@@ -19,7 +19,8 @@ constexpr int kGroupsPerBlock = PixelBlock::kSize / kGroupSize;
 constexpr SearchWindow kNothing{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), 0, 0};
 
 void include(SearchWindow& extent, const SearchWindow& other) {
-  extent = {std::min(extent.x0, other.x0), std::min(extent.y0, other.y0), std::max(extent.x1, other.x1), std::max(extent.y1, other.y1)};
+  extent = {std::min(extent.x0, other.x0), std::min(extent.y0, other.y0), std::max(extent.x1, other.x1),
+            std::max(extent.y1, other.y1)};
 }
 
 void set(ProjectedGroup& group, std::size_t i, const ProjectedNeighborhood& p) {
@@ -29,45 +30,57 @@ void set(ProjectedGroup& group, std::size_t i, const ProjectedNeighborhood& p) {
 /// Fills the tiles.
 class Builder {
  public:
-  Builder(const SourceLevel& source, const NeighborhoodProjection& projection, const RunControl& control) : source_(source), projections_(source.usable.size()) {
-    parallel_for(static_cast<std::int64_t>(projections_.size()), 4096, control, [&](std::int64_t begin, std::int64_t end) {
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) projections_[i] = projection.of_pixel(source.usable[i]);
-    });
-    // A difference in control is as far as one in looks that costs as much, at a coherence share of 3/4 and a neighborhood of radius 3: only speed depends on it.
+  Builder(const SourceLevel& source, const NeighborhoodProjection& projection, const RunControl& control)
+      : source_(source), projections_(source.usable.size()) {
+    parallel_for(static_cast<std::int64_t>(projections_.size()), 4096, control,
+                 [&](std::int64_t begin, std::int64_t end) {
+                   for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                     projections_[i] = projection.of_pixel(source.usable[i]);
+                 });
+    // A difference in control is as far as one in looks that costs as much, at a coherence share of 3/4 and a
+    // neighborhood of radius 3: only speed depends on it.
     constexpr double kShare = 0.75, kWeights = 308.0;
-    control_scale_ = std::sqrt((1.0 - kShare) / kShare * kWeights * source.appearance_variance / source.control_variances[0]) / NeighborhoodProjection::kUnit;
+    control_scale_ =
+        std::sqrt((1.0 - kShare) / kShare * kWeights * source.appearance_variance / source.control_variances[0]) /
+        NeighborhoodProjection::kUnit;
   }
 
   /// By place: a list for each square of the tiles' side, row by row.
   void fill_squares(PixelBlocks& out) const {
     out.tiles_x = (source_.width() + PixelTile::kSide - 1) / PixelTile::kSide;
     const int tiles_y = (source_.height() + PixelTile::kSide - 1) / PixelTile::kSide;
-    std::vector<std::vector<std::int32_t>> ranks(static_cast<std::size_t>(out.tiles_x) * static_cast<std::size_t>(tiles_y));
+    std::vector<std::vector<std::int32_t>> ranks(static_cast<std::size_t>(out.tiles_x) *
+                                                 static_cast<std::size_t>(tiles_y));
     for (std::size_t i = 0; i < source_.usable.size(); ++i) {
       const int x = source_.usable[i] % source_.width(), y = source_.usable[i] / source_.width();
-      ranks[static_cast<std::size_t>(y / PixelTile::kSide * out.tiles_x + x / PixelTile::kSide)].push_back(static_cast<std::int32_t>(i));
+      ranks[static_cast<std::size_t>(y / PixelTile::kSide * out.tiles_x + x / PixelTile::kSide)].push_back(
+          static_cast<std::int32_t>(i));
     }
     for (std::vector<std::int32_t>& tile : ranks) add_tile(tile, out);
   }
   void fill_anywhere(PixelBlocks& out) const {
     std::vector<std::int32_t> ranks(source_.usable.size());
     for (std::size_t i = 0; i < ranks.size(); ++i) ranks[i] = static_cast<std::int32_t>(i);
-    split(ranks, std::size_t{PixelTile::kSide} * PixelTile::kSide, [&](std::span<std::int32_t> tile) { add_tile(tile, out); });
+    split(ranks, std::size_t{PixelTile::kSide} * PixelTile::kSide,
+          [&](std::span<std::int32_t> tile) { add_tile(tile, out); });
   }
 
  private:
-  /// Halves the places among the usable pixels by the value that varies most, until no more than `size` are left; parts are multiples of it, but for the last.
+  /// Halves the places among the usable pixels by the value that varies most, until no more than `size` are left; parts
+  /// are multiples of it, but for the last.
   template <class Each>
   void split(std::span<std::int32_t> ranks, std::size_t size, const Each& each) const {
     if (ranks.size() <= size) return each(ranks);
     const std::size_t by = widest(ranks), half = (ranks.size() / 2 + size - 1) / size * size;
-    std::nth_element(ranks.begin(), ranks.begin() + static_cast<std::ptrdiff_t>(half), ranks.end(),
-                     [&](std::int32_t a, std::int32_t b) { return std::pair(value(a, by), a) < std::pair(value(b, by), b); });
+    std::nth_element(
+        ranks.begin(), ranks.begin() + static_cast<std::ptrdiff_t>(half), ranks.end(),
+        [&](std::int32_t a, std::int32_t b) { return std::pair(value(a, by), a) < std::pair(value(b, by), b); });
     split(ranks.first(half), size, each);
     split(ranks.subspan(half), size, each);
   }
   [[nodiscard]] double value(std::int32_t rank, std::size_t by) const {
-    return by + 1 < kNumValues ? double{static_cast<double>(projections_[static_cast<std::size_t>(rank)][by])} : control_scale_ * first_control(rank);
+    return by + 1 < kNumValues ? double{static_cast<double>(projections_[static_cast<std::size_t>(rank)][by])}
+                               : control_scale_ * first_control(rank);
   }
   /// By the variance of about a thousand of them.
   [[nodiscard]] std::size_t widest(std::span<const std::int32_t> ranks) const {
@@ -86,20 +99,28 @@ class Builder {
     return static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
   }
   [[nodiscard]] std::uint16_t first_control(std::int32_t rank) const {
-    return source_.controls.data()[std::int64_t{source_.usable[static_cast<std::size_t>(rank)]} * source_.controls.channels()];
+    return source_.controls
+        .data()[std::int64_t{source_.usable[static_cast<std::size_t>(rank)]} * source_.controls.channels()];
   }
 
   void add_tile(std::span<std::int32_t> ranks, PixelBlocks& out) const {
     PixelTile tile{.extent = kNothing, .first_block = static_cast<std::int32_t>(out.blocks.size())};
     out.boxes.emplace_back();
-    if (!ranks.empty()) split(ranks, PixelBlock::kSize, [&](std::span<std::int32_t> block) { add_block(block, out.blocks.size() - static_cast<std::size_t>(tile.first_block), out); });
+    if (!ranks.empty())
+      split(ranks, PixelBlock::kSize, [&](std::span<std::int32_t> block) {
+        add_block(block, out.blocks.size() - static_cast<std::size_t>(tile.first_block), out);
+      });
     tile.last_block = static_cast<std::int32_t>(out.blocks.size());
-    for (auto b = static_cast<std::size_t>(tile.first_block); b < out.blocks.size(); ++b) include(tile.extent, out.blocks[b].extent);
+    for (auto b = static_cast<std::size_t>(tile.first_block); b < out.blocks.size(); ++b)
+      include(tile.extent, out.blocks[b].extent);
     out.tiles.push_back(tile);
   }
   void add_block(std::span<std::int32_t> ranks, std::size_t in_tile, PixelBlocks& out) const {
     std::sort(ranks.begin(), ranks.end());  // As the usable pixels: by first control, then by index.
-    PixelBlock block{.extent = kNothing, .low_control = first_control(ranks.front()), .high_control = first_control(ranks.back()), .begin = static_cast<std::int32_t>(out.pixels.size())};
+    PixelBlock block{.extent = kNothing,
+                     .low_control = first_control(ranks.front()),
+                     .high_control = first_control(ranks.back()),
+                     .begin = static_cast<std::int32_t>(out.pixels.size())};
     const std::size_t first_group = out.groups.size();
     out.groups.resize(first_group + kGroupsPerBlock);
     ProjectedNeighborhood low, high;
@@ -132,8 +153,11 @@ class Builder {
 }  // namespace
 
 PixelSquares::PixelSquares(const SourceLevel& source) : squares_x((source.width() + kSide - 1) / kSide) {
-  const auto num_squares = static_cast<std::size_t>(squares_x) * static_cast<std::size_t>((source.height() + kSide - 1) / kSide);
-  const auto square_of = [&](std::int32_t p) { return static_cast<std::size_t>(p / source.width() / kSide * squares_x + p % source.width() / kSide); };
+  const auto num_squares =
+      static_cast<std::size_t>(squares_x) * static_cast<std::size_t>((source.height() + kSide - 1) / kSide);
+  const auto square_of = [&](std::int32_t p) {
+    return static_cast<std::size_t>(p / source.width() / kSide * squares_x + p % source.width() / kSide);
+  };
   begin.assign(num_squares + 1, 0);
   for (std::int32_t p : source.usable) ++begin[square_of(p) + 1];
   for (std::size_t s = 1; s < begin.size(); ++s) begin[s] += begin[s - 1];
@@ -147,7 +171,8 @@ PixelSquares::PixelSquares(const SourceLevel& source) : squares_x((source.width(
   }
 }
 
-PixelBlocks PixelBlocks::make(const SourceLevel& source, const NeighborhoodProjection& projection, Tiles tiles, const RunControl& control) {
+PixelBlocks PixelBlocks::make(const SourceLevel& source, const NeighborhoodProjection& projection, Tiles tiles,
+                              const RunControl& control) {
   PixelBlocks result;
   const Builder builder(source, projection, control);
   if (tiles == Tiles::Squares) {

@@ -26,7 +26,8 @@ PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed) {
   return places;
 }
 
-PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level, std::uint64_t seed) {
+PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level,
+                  std::uint64_t seed) {
   PlaceMap fine = initial_places(fine_level, seed);
   const TexelMap &fine_map = *fine_level.destination.map, &coarse_map = *coarse_level.destination.map;
   Eigen::Matrix2d half_step = Eigen::Matrix2d::Zero();  // Of half a fine texel.
@@ -42,8 +43,11 @@ PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, co
     }
     // Middles of pixels are whole numbers, so that a coarse pixel's middle lies half a fine pixel beside one.
     const Vec2 beside = half_step * Vec2(2 * (x - 2 * px) - 1, 2 * (y - 2 * py) - 1);
-    const auto doubled = [&](std::int32_t at) { return 2 * (at - coarse_level.source.margin_px * kOne) + kOne / 2 + fine_level.source.margin_px * kOne; };
-    const Place place = place_at(fine_level.source, {doubled(parent.point.x) + rounded(beside.x()), doubled(parent.point.y) + rounded(beside.y())});
+    const auto doubled = [&](std::int32_t at) {
+      return 2 * (at - coarse_level.source.margin_px * kOne) + kOne / 2 + fine_level.source.margin_px * kOne;
+    };
+    const Place place = place_at(fine_level.source, {doubled(parent.point.x) + rounded(beside.x()),
+                                                     doubled(parent.point.y) + rounded(beside.y())});
     if (place.pixel >= 0) fine.set(t, place);
   }
   return fine;

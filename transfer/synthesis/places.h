@@ -17,7 +17,8 @@ struct FixedPoint {
 };
 inline constexpr int kLargestSource_px = 4'000'000;
 
-/// A place in the source. Where texels are turned or scaled against it, a copied piece keeps its shape only if fractions are carried on from texel to texel.
+/// A place in the source. Where texels are turned or scaled against it, a copied piece keeps its shape only if
+/// fractions are carried on from texel to texel.
 struct Place {
   std::int32_t pixel = -1;  ///< y * width + x of the nearest pixel; -1 = none.
   FixedPoint point;
@@ -35,12 +36,16 @@ class PlaceMap {
 
   /// @param source_width  > 0.
   PlaceMap(std::int64_t num_texels, std::int32_t source_width)
-      : pixels(static_cast<std::size_t>(num_texels), -1), beside_(static_cast<std::size_t>(num_texels)), width_(source_width),
-        shift_(31 + static_cast<int>(std::bit_width(static_cast<std::uint32_t>(source_width) - 1))), reciprocal_((std::uint64_t{1} << shift_) / static_cast<std::uint32_t>(source_width) + 1) {}
+      : pixels(static_cast<std::size_t>(num_texels), -1),
+        beside_(static_cast<std::size_t>(num_texels)),
+        width_(source_width),
+        shift_(31 + static_cast<int>(std::bit_width(static_cast<std::uint32_t>(source_width) - 1))),
+        reciprocal_((std::uint64_t{1} << shift_) / static_cast<std::uint32_t>(source_width) + 1) {}
   /// Of a texel that has one.
   [[nodiscard]] FixedPoint point(TexelId t) const {
     const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];
-    // pixel / width_, exactly for all pixels below 2^31 [Granlund and Montgomery 1994, "Division by invariant integers using multiplication"].
+    // pixel / width_, exactly for all pixels below 2^31 [Granlund and Montgomery 1994, "Division by invariant integers
+    // using multiplication"].
     const auto row = static_cast<std::int32_t>(static_cast<std::uint64_t>(pixel) * reciprocal_ >> shift_);
     const Beside& beside = beside_[static_cast<std::size_t>(t)];
     return {(pixel - row * width_) * PixelNeighbor::kOne + beside.x, row * PixelNeighbor::kOne + beside.y};
@@ -55,7 +60,9 @@ class PlaceMap {
   }
   void set(TexelId t, const Place& place) { set(t, place.pixel, beside_of(place)); }
   [[nodiscard]] static Beside beside_of(const Place& place) {
-    const auto rest = [](std::int32_t fixed) { return static_cast<std::int8_t>(fixed - whole_pixels(fixed) * PixelNeighbor::kOne); };
+    const auto rest = [](std::int32_t fixed) {
+      return static_cast<std::int8_t>(fixed - whole_pixels(fixed) * PixelNeighbor::kOne);
+    };
     return {rest(place.point.x), rest(place.point.y)};
   }
 
@@ -84,8 +91,9 @@ inline constexpr int kSimilarTolerance = kControlSteps / 50;  ///< How near "sim
 /// Every covered texel gets a source pixel of similar control value.
 [[nodiscard]] PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed);
 
-/// Doubles places: a fine texel's place lies in its parent's as the texel lies in its parent on the surface. Texels whose parent is not covered or leads outside take a
-/// pixel of similar control value.
-[[nodiscard]] PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level, std::uint64_t seed);
+/// Doubles places: a fine texel's place lies in its parent's as the texel lies in its parent on the surface. Texels
+/// whose parent is not covered or leads outside take a pixel of similar control value.
+[[nodiscard]] PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level,
+                                const SynthesisLevel& fine_level, std::uint64_t seed);
 
 }  // namespace patinate::transfer

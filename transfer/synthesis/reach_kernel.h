@@ -18,12 +18,16 @@ struct ProjectedBoxes {
   ProjectedGroup low, high;
 };
 
-/// Squared distances from `query`, of the values whose `counts` are -1 (others 0). All differences fit 16 bits, their squares in sum 31.
+/// Squared distances from `query`, of the values whose `counts` are -1 (others 0). All differences fit 16 bits, their
+/// squares in sum 31.
 struct ReachKernel {
-  /// For group g and neighborhood i of it: bit i of masks[g] says whether its squared distance is at most `limit`; where it is, distances[16 g + i] is that. @param distances  Aligned to 64 bytes.
-  void (*points)(const ProjectedGroup* groups, int num_groups, const std::int16_t* query, const std::int16_t* counts, std::int32_t limit, std::int32_t* distances, std::uint16_t* masks);
+  /// For group g and neighborhood i of it: bit i of masks[g] says whether its squared distance is at most `limit`;
+  /// where it is, distances[16 g + i] is that. @param distances  Aligned to 64 bytes.
+  void (*points)(const ProjectedGroup* groups, int num_groups, const std::int16_t* query, const std::int16_t* counts,
+                 std::int32_t limit, std::int32_t* distances, std::uint16_t* masks);
   /// The same for the nearest place in each of 16 boxes. @returns the mask.
-  std::uint16_t (*boxes)(const ProjectedBoxes* boxes, const std::int16_t* query, const std::int16_t* counts, std::int32_t limit, std::int32_t* distances);
+  std::uint16_t (*boxes)(const ProjectedBoxes* boxes, const std::int16_t* query, const std::int16_t* counts,
+                         std::int32_t limit, std::int32_t* distances);
 };
 
 namespace reach_baseline {

@@ -13,7 +13,8 @@ namespace patinate::transfer {
 
 void describe(OptionVisitor& v, ReferenceOptions& o) {
   v.visit({"window", "reference: side of the search window", "px", between(8, 4096)}, o.window_px);
-  v.visit({"tolerance", "reference: how near a window's center must be in control value", "", between(0, 1)}, o.tolerance);
+  v.visit({"tolerance", "reference: how near a window's center must be in control value", "", between(0, 1)},
+          o.tolerance);
   v.visit({"reference_passes", "reference: passes over the atlas", "", between(1, 8)}, o.num_passes);
   v.visit({"first_coherence", "reference: coherence share of the first pass", "", between(0, 1)}, o.first_coherence);
 }
@@ -27,8 +28,8 @@ struct Position {
 };
 
 /// Weighted mean of where the known neighbors would put this texel; nothing when none is known.
-std::optional<Position> mean_position(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost,
-                                      const CoordinateMap& coordinates) {
+std::optional<Position> mean_position(const SourceLevel& source, const Neighborhood& neighborhood,
+                                      const TexelCost& cost, const CoordinateMap& coordinates) {
   std::int64_t x = 0, y = 0, weights = 0;
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
@@ -43,8 +44,8 @@ std::optional<Position> mean_position(const SourceLevel& source, const Neighborh
 }
 
 /// Of 64 pixels of similar control value, the one nearest to the mean position.
-Position window_center(const SourceLevel& source, std::span<const std::uint16_t> target, int tolerance, const std::optional<Position>& mean,
-                       RandomStream& random) {
+Position window_center(const SourceLevel& source, std::span<const std::uint16_t> target, int tolerance,
+                       const std::optional<Position>& mean, RandomStream& random) {
   constexpr int kTries = 64;
   const auto similar = source.similar(target, tolerance);
   Position best;
@@ -62,7 +63,8 @@ Position window_center(const SourceLevel& source, std::span<const std::uint16_t>
 }
 
 /// What the texel has from the pass before, and where the known neighbors would put it.
-void likely_pixels(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost, const CoordinateMap& coordinates, std::int32_t own, std::vector<std::int32_t>& out) {
+void likely_pixels(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost,
+                   const CoordinateMap& coordinates, std::int32_t own, std::vector<std::int32_t>& out) {
   out.assign(1, own);
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
@@ -101,17 +103,18 @@ CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationL
     const auto place = [&](TexelId t, Worker& worker) {
       worker.cost.prepare(t, coordinates, scale);
       RandomStream random(seed, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass));
-      const Position center =
-          window_center(source, destination.target(t), tolerance, mean_position(source, neighborhood, worker.cost, coordinates), random);
+      const Position center = window_center(source, destination.target(t), tolerance,
+                                            mean_position(source, neighborhood, worker.cost, coordinates), random);
       std::int32_t& own = coordinates[static_cast<std::size_t>(t)];
       likely_pixels(source, neighborhood, worker.cost, coordinates, own, worker.likely);
       own = search.find(worker.cost, search.window(center.x, center.y, options.window_px), worker.likely).pixel;
     };
     for (std::size_t f = 0; f < fronts.size(); ++f) {
-      parallel_for(static_cast<std::int64_t>(fronts[f].size()), kChunk, silent, [&](std::int64_t begin, std::int64_t end) {
-        Worker worker{.cost = TexelCost(source, destination, neighborhood)};
-        for (std::int64_t i = begin; i < end; ++i) place(fronts[f][static_cast<std::size_t>(i)], worker);
-      });
+      parallel_for(static_cast<std::int64_t>(fronts[f].size()), kChunk, silent,
+                   [&](std::int64_t begin, std::int64_t end) {
+                     Worker worker{.cost = TexelCost(source, destination, neighborhood)};
+                     for (std::int64_t i = begin; i < end; ++i) place(fronts[f][static_cast<std::size_t>(i)], worker);
+                   });
       control.report((pass + static_cast<double>(f + 1) / static_cast<double>(fronts.size() + 1)) / options.num_passes);
     }
   }

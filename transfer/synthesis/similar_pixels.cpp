@@ -1,10 +1,9 @@
 #include "transfer/synthesis/similar_pixels.h"
 
-#include <flann/flann.hpp>
-
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <flann/flann.hpp>
 
 #include "libcommon/core/parallel.h"
 #include "transfer/exemplar/principal_components.h"
@@ -14,9 +13,10 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::size_t kMaxSearched = 65'536;
-constexpr int kNumAsked = 40;         ///< More than are kept: pixels next to each other look alike and say nothing new.
+constexpr int kNumAsked = 40;  ///< More than are kept: pixels next to each other look alike and say nothing new.
 constexpr int kMinDistance_px = 5;
-constexpr float kSlack = 4.0f;        ///< Branches that could hold nothing nearer than 1 / (1 + this) of the worst squared distance are left out: half of the time, the same textures.
+constexpr float kSlack = 4.0f;  ///< Branches that could hold nothing nearer than 1 / (1 + this) of the worst squared
+                                ///< distance are left out: half of the time, the same textures.
 constexpr int kFeatureSize = kAppearanceSize + 1;
 
 constexpr std::array<Offset, 9> kLooked{{{0, 0}, {-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};
@@ -27,18 +27,21 @@ constexpr std::int64_t kMaxSamples = 4096;  // For the components.
 void look_around(const SourceLevel& source, std::int32_t pixel, double* values) {
   const int x = pixel % source.width(), y = pixel / source.width();
   for (std::size_t k = 0; k < kLooked.size(); ++k) {
-    const auto appearance = source.appearance.pixel(std::clamp(x + kLooked[k].x, 0, source.width() - 1), std::clamp(y + kLooked[k].y, 0, source.height() - 1));
+    const auto appearance = source.appearance.pixel(std::clamp(x + kLooked[k].x, 0, source.width() - 1),
+                                                    std::clamp(y + kLooked[k].y, 0, source.height() - 1));
     for (std::int16_t value : appearance) *values++ = kLookedWeights[k] * value;
   }
 }
 
-/// What two pixels are compared by: the leading components of what lies around them, and the first control on a scale where its spread weighs like one strong component.
+/// What two pixels are compared by: the leading components of what lies around them, and the first control on a scale
+/// where its spread weighs like one strong component.
 class Features {
  public:
   explicit Features(const SourceLevel& source) : source_(source) {
     const auto n = static_cast<std::int64_t>(source.usable.size()), step = (n + kMaxSamples - 1) / kMaxSamples;
     SampleMatrix samples((n + step - 1) / step, kNumLooked);
-    for (std::int64_t i = 0; i < samples.rows(); ++i) look_around(source, source.usable[static_cast<std::size_t>(i * step)], samples.row(i).data());
+    for (std::int64_t i = 0; i < samples.rows(); ++i)
+      look_around(source, source.usable[static_cast<std::size_t>(i * step)], samples.row(i).data());
     components_ = principal_components(samples, kAppearanceSize);
   }
   void fill(std::int32_t pixel, float* feature) const {
@@ -46,11 +49,13 @@ class Features {
     look_around(source_, pixel, around.data());
     for (int k = 0; k < kAppearanceSize; ++k) {
       double sum = 0.0;
-      for (int i = 0; i < kNumLooked; ++i) sum += (around[static_cast<std::size_t>(i)] - components_.mean[i]) * components_.axes(i, k);
+      for (int i = 0; i < kNumLooked; ++i)
+        sum += (around[static_cast<std::size_t>(i)] - components_.mean[i]) * components_.axes(i, k);
       feature[k] = static_cast<float>(sum);
     }
     constexpr float kControlScale = 400.0f / kControlSteps;
-    feature[kAppearanceSize] = kControlScale * static_cast<float>(source_.controls.data()[std::int64_t{pixel} * source_.controls.channels()]);
+    feature[kAppearanceSize] =
+        kControlScale * static_cast<float>(source_.controls.data()[std::int64_t{pixel} * source_.controls.channels()]);
   }
 
  private:
@@ -80,23 +85,25 @@ SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& c
   SimilarPixels similar(source.is_usable.size());
   for (auto& s : similar) s.fill(-1);
   const std::size_t num_asked = std::min<std::size_t>(kNumAsked, searched.size());
-  parallel_for(static_cast<std::int64_t>(source.usable.size()), 512, control, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<float> query(kFeatureSize), distance(num_asked);
-    std::vector<int> found(num_asked);
-    for (std::int64_t i = begin; i < end; ++i) {
-      const std::int32_t pixel = source.usable[static_cast<std::size_t>(i)];
-      features_of.fill(pixel, query.data());
-      flann::Matrix<int> indices(found.data(), 1, num_asked);
-      flann::Matrix<float> distances(distance.data(), 1, num_asked);
-      const flann::Matrix<float> queries(query.data(), 1, kFeatureSize);
-      index.knnSearch(queries, indices, distances, num_asked, flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED, kSlack));
-      std::size_t kept = 0;
-      for (std::size_t k = 0; k < num_asked && kept < kNumSimilar; ++k) {
-        const std::int32_t other = searched[static_cast<std::size_t>(found[k])];
-        if (is_apart(source, pixel, other)) similar[static_cast<std::size_t>(pixel)][kept++] = other;
-      }
-    }
-  });
+  parallel_for(static_cast<std::int64_t>(source.usable.size()), 512, control,
+               [&](std::int64_t begin, std::int64_t end) {
+                 std::vector<float> query(kFeatureSize), distance(num_asked);
+                 std::vector<int> found(num_asked);
+                 for (std::int64_t i = begin; i < end; ++i) {
+                   const std::int32_t pixel = source.usable[static_cast<std::size_t>(i)];
+                   features_of.fill(pixel, query.data());
+                   flann::Matrix<int> indices(found.data(), 1, num_asked);
+                   flann::Matrix<float> distances(distance.data(), 1, num_asked);
+                   const flann::Matrix<float> queries(query.data(), 1, kFeatureSize);
+                   index.knnSearch(queries, indices, distances, num_asked,
+                                   flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED, kSlack));
+                   std::size_t kept = 0;
+                   for (std::size_t k = 0; k < num_asked && kept < kNumSimilar; ++k) {
+                     const std::int32_t other = searched[static_cast<std::size_t>(found[k])];
+                     if (is_apart(source, pixel, other)) similar[static_cast<std::size_t>(pixel)][kept++] = other;
+                   }
+                 }
+               });
   return similar;
 }
 

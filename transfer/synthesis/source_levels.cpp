@@ -17,11 +17,13 @@ int smallest_side(const History& history) {
 int source_halvings(double texel_mm, double pixel_mm, int smallest_side) {
   constexpr double kSqrt2 = 1.4142135623730951;
   int halvings = 0;
-  for (; texel_mm > kSqrt2 * pixel_mm && (smallest_side >> (halvings + 1)) >= kSmallestSide; ++halvings) pixel_mm *= 2.0;
+  for (; texel_mm > kSqrt2 * pixel_mm && (smallest_side >> (halvings + 1)) >= kSmallestSide; ++halvings)
+    pixel_mm *= 2.0;
   return halvings;
 }
 
-SourcePlacement place_source(const TexelMap& map, std::shared_ptr<const FlowFrames> frames, double pixel_mm, int halvings) {
+SourcePlacement place_source(const TexelMap& map, std::shared_ptr<const FlowFrames> frames, double pixel_mm,
+                             int halvings) {
   const double texel_mm = map.median_texel_size_mm();
   return {.frames = frames ? std::move(frames) : std::make_shared<const FlowFrames>(uv_frames(map)),
           .pixel_mm = std::ldexp(pixel_mm, halvings),
@@ -42,7 +44,8 @@ ControlImage interleave(std::span<const ImageF> controls, const RunControl& cont
   return result;
 }
 
-ControlImage halve(const ControlImage& fine, int width, int height, const std::function<bool(int x, int y)>& counts, const RunControl& control) {
+ControlImage halve(const ControlImage& fine, int width, int height, const std::function<bool(int x, int y)>& counts,
+                   const RunControl& control) {
   ControlImage coarse(width, height, fine.channels());
   for (int y = 0; y < height; ++y) {
     control.throw_if_stopped();
@@ -64,11 +67,14 @@ ControlImage halve(const ControlImage& fine, int width, int height, const std::f
   return coarse;
 }
 
-std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, std::span<const ImageF> controls, const RunControl& control) {
+std::vector<ControlImage> source_control_levels(const AppearanceSpace& appearance, std::span<const ImageF> controls,
+                                                const RunControl& control) {
   std::vector<ControlImage> levels{interleave(controls, control)};
   for (std::size_t l = 1; l < appearance.levels.size(); ++l) {
     const ImageU8& fine_mask = appearance.masks[l - 1];
-    levels.push_back(halve(levels.back(), appearance.levels[l].width(), appearance.levels[l].height(), [&](int x, int y) { return fine_mask.at(x, y) != 0; }, control));
+    levels.push_back(halve(
+        levels.back(), appearance.levels[l].width(), appearance.levels[l].height(),
+        [&](int x, int y) { return fine_mask.at(x, y) != 0; }, control));
   }
   return levels;
 }

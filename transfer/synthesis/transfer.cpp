@@ -6,17 +6,19 @@
 #include <utility>
 
 #include "transfer/synthesis/multi_level.h"
+#include "transfer/synthesis/places.h"
 #include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/source_levels.h"
-#include "transfer/synthesis/places.h"
 #include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::transfer {
 
 void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
-  v.visit({"coherence", "Weight of texture against control: 1 = texture only, 0 = control only", "", between(0, 1)}, o.coherence_share);
-  v.visit({"neighborhood", "Radius of the neighborhood that is compared", "px", between(1, 5)}, o.neighborhood_radius_px);
+  v.visit({"coherence", "Weight of texture against control: 1 = texture only, 0 = control only", "", between(0, 1)},
+          o.coherence_share);
+  v.visit({"neighborhood", "Radius of the neighborhood that is compared", "px", between(1, 5)},
+          o.neighborhood_radius_px);
   describe(v, o.appearance);
   describe(v, o.multi_level);
   describe(v, o.reference);
@@ -44,8 +46,10 @@ CoordinateMap to_full_size(CoordinateMap coordinates, int coarse_width, int halv
   return coordinates;
 }
 
-/// Texels that are covered on a coarse level but by no fine texel keep a control of their own: filled from the finer level by position.
-void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const ControlImage& fine, const TexelMap& fine_map, const RunControl& control) {
+/// Texels that are covered on a coarse level but by no fine texel keep a control of their own: filled from the finer
+/// level by position.
+void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const ControlImage& fine,
+                    const TexelMap& fine_map, const RunControl& control) {
   for (TexelId t = 0; t < coarse_map.num_texels(); ++t) {
     if (t % 4096 == 0) control.throw_if_stopped();
     if (!coarse_map.is_covered(t)) continue;
@@ -53,7 +57,8 @@ void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const Cont
     bool has_child = false;
     for (int dy = 0; dy < 2; ++dy) {
       for (int dx = 0; dx < 2; ++dx) {
-        has_child |= fine.contains(2 * x + dx, 2 * y + dy) && fine_map.is_covered(TexelId{2 * y + dy} * fine_map.width() + 2 * x + dx);
+        has_child |= fine.contains(2 * x + dx, 2 * y + dy) &&
+                     fine_map.is_covered(TexelId{2 * y + dy} * fine_map.width() + 2 * x + dx);
       }
     }
     const TexelId near = has_child ? -1 : fine_map.texel_of(coarse_map.point(t));
@@ -65,8 +70,8 @@ void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const Cont
 /// @param first  Level of the appearance that the atlas itself is matched with.
 std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::size_t first,
                                         const std::vector<ImageF>& source_controls, std::vector<ImageF> matched,
-                                        std::shared_ptr<const TexelMap> map, SourcePlacement placement, const Neighborhood& neighborhood,
-                                        const RunControl& control) {
+                                        std::shared_ptr<const TexelMap> map, SourcePlacement placement,
+                                        const Neighborhood& neighborhood, const RunControl& control) {
   std::vector<SynthesisLevel> levels;
   const std::vector<ControlImage> sources = source_control_levels(appearance, source_controls, control);
   for (std::size_t l = first; l < appearance.levels.size(); ++l, placement.step_mm *= 2.0, placement.pixel_mm *= 2.0) {
@@ -78,14 +83,16 @@ std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::
       auto coarse_map = std::make_shared<TexelMap>(map->halved(control));
       if (coarse_map->num_covered() == 0) break;
       const ControlImage& fine = levels.back().destination.controls;
-      destination = halve(fine, coarse_map->width(), coarse_map->height(), [&](int x, int y) {
-        return map->is_covered(TexelId{y} * map->width() + x);
-      }, control);
+      destination = halve(
+          fine, coarse_map->width(), coarse_map->height(),
+          [&](int x, int y) { return map->is_covered(TexelId{y} * map->width() + x); }, control);
       fill_uncovered(destination, *coarse_map, fine, *map, control);
       map = std::move(coarse_map);
     }
-    SourceLevel source = l == first ? make_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood)
-                                    : make_coarse_source_level(appearance.levels[l], sources[l], appearance.masks[l], appearance.variances[l], neighborhood);
+    SourceLevel source = l == first ? make_source_level(appearance.levels[l], sources[l], appearance.masks[l],
+                                                        appearance.variances[l], neighborhood)
+                                    : make_coarse_source_level(appearance.levels[l], sources[l], appearance.masks[l],
+                                                               appearance.variances[l], neighborhood);
     if (source.usable.empty()) break;  // A coarse level is not needed.
     levels.push_back({std::move(source), cover_level(map, std::move(destination), placement)});
   }
@@ -97,8 +104,8 @@ void check_controls(const std::vector<TransferControl>& controls, const TexelMap
   for (const TransferControl& c : controls) {
     if (c.values.width() != map.width() || c.values.height() != map.height()) {
       throw InvalidInput("control `" + c.destination + "`: a map of " + std::to_string(c.values.width()) + " x " +
-                         std::to_string(c.values.height()) + " was given; expected " + std::to_string(map.width()) + " x " +
-                         std::to_string(map.height()));
+                         std::to_string(c.values.height()) + " was given; expected " + std::to_string(map.width()) +
+                         " x " + std::to_string(map.height()));
     }
   }
 }
@@ -107,22 +114,31 @@ void check_input(const TransferInput& input) {
   if (!input.history || !input.map) throw InvalidInput("transfer needs a history and a map of the surface");
   const HistoryFacts& facts = input.history->facts();
   check_controls(input.controls, *input.map);
-  if (input.frames && input.frames->size() != input.map->mesh().triangles.size()) throw InvalidInput("transfer: expected one frame a triangle");
+  if (input.frames && input.frames->size() != input.map->mesh().triangles.size())
+    throw InvalidInput("transfer: expected one frame a triangle");
   const std::int64_t num_pixels = std::int64_t{facts.width} * facts.height;
-  if (num_pixels > std::numeric_limits<std::int32_t>::max()) throw InvalidInput(input.history->label() + ": has more than 2^31 pixels; scale it down");
-  if (std::max(facts.width, facts.height) > kLargestSource_px) throw InvalidInput(input.history->label() + ": is longer than " + std::to_string(kLargestSource_px) + " pixels; scale it down");
+  if (num_pixels > std::numeric_limits<std::int32_t>::max())
+    throw InvalidInput(input.history->label() + ": has more than 2^31 pixels; scale it down");
+  if (std::max(facts.width, facts.height) > kLargestSource_px)
+    throw InvalidInput(input.history->label() + ": is longer than " + std::to_string(kLargestSource_px) +
+                       " pixels; scale it down");
   if (!(input.texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
-  if (input.map->num_covered() == 0) throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
+  if (input.map->num_covered() == 0)
+    throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
 }
 
 /// Histories of a library that are asked for can be copied from. @param first  The level is halved as often.
-void check_usable(const History& history, const std::vector<std::size_t>& asked, const SourceLevel& level, std::size_t first, int window_px) {
+void check_usable(const History& history, const std::vector<std::size_t>& asked, const SourceLevel& level,
+                  std::size_t first, int window_px) {
   const std::vector<LibraryPart>& parts = history.facts().parts;
   for (std::size_t p : asked) {
     const LibraryPart& part = parts[p];
-    const auto is_of_part = [&](std::int32_t pixel) { return pixel % level.width() >= part.x >> first && pixel % level.width() < (part.x + part.width) >> first; };
+    const auto is_of_part = [&](std::int32_t pixel) {
+      return pixel % level.width() >= part.x >> first && pixel % level.width() < (part.x + part.width) >> first;
+    };
     if (std::any_of(level.usable.begin(), level.usable.end(), is_of_part)) continue;
-    throw InvalidInput(history.label() + ": no pixel of its history " + std::to_string(p) + " (" + part.name + ") has its whole neighborhood of " + std::to_string(window_px) +
+    throw InvalidInput(history.label() + ": no pixel of its history " + std::to_string(p) + " (" + part.name +
+                       ") has its whole neighborhood of " + std::to_string(window_px) +
                        " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
   }
 }
@@ -140,32 +156,37 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& optio
   std::vector<double> weights;
   for (const TransferControl& c : input.controls) weights.push_back(c.weight);
   const int halvings = source_halvings(map->median_texel_size_mm(), input.texel_size_mm, smallest_side(history));
-  const AppearanceSpace appearance = appearance_of(
-      history, input.appearance, halvings + usable_levels(history, halvings, *map, options), options.appearance, control.part(0.0, 0.3), mask);
+  const AppearanceSpace appearance =
+      appearance_of(history, input.appearance, halvings + usable_levels(history, halvings, *map, options),
+                    options.appearance, control.part(0.0, 0.3), mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   result.explained_variance = appearance.explained_variance;
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
   RunControl silent = control;
   silent.on_progress = nullptr;
   const SourcePlacement placement = place_source(*map, input.frames, input.texel_size_mm, static_cast<int>(first));
-  std::vector<SynthesisLevel> levels = make_levels(appearance, first, matched.source, std::move(matched.destination), map, placement, neighborhood, silent);
+  std::vector<SynthesisLevel> levels = make_levels(appearance, first, matched.source, std::move(matched.destination),
+                                                   map, placement, neighborhood, silent);
   if (levels.empty()) {
     throw InvalidInput(history.label() + ": no pixel has its whole neighborhood of " +
-                       std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
+                       std::to_string(2 * neighborhood.radius_px + 1) +
+                       " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
   }
   check_usable(history, matched.asked_histories, levels[0].source, first, 2 * neighborhood.radius_px + 1);
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const RunControl synthesis_control = control.part(0.35, 0.97);
   if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
-  result.coordinates = options.method == TransferMethod::Reference
-                           ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, options.coherence_share,
-                                                  weights, seed, options.reference, synthesis_control)
-                           : synthesize_multi_level(levels, neighborhood, options.coherence_share, weights, seed,
-                                                    options.multi_level, synthesis_control);
+  result.coordinates =
+      options.method == TransferMethod::Reference
+          ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, options.coherence_share,
+                                 weights, seed, options.reference, synthesis_control)
+          : synthesize_multi_level(levels, neighborhood, options.coherence_share, weights, seed, options.multi_level,
+                                   synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  options.coherence_share, weights, silent);
   result.matched_controls = std::move(levels[0].destination.controls);
-  result.coordinates = to_full_size(std::move(result.coordinates), levels[0].source.width(), static_cast<int>(first), history.facts().width);
+  result.coordinates = to_full_size(std::move(result.coordinates), levels[0].source.width(), static_cast<int>(first),
+                                    history.facts().width);
   control.report(1.0);
   return result;
 }

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 
@@ -25,7 +25,8 @@ ImageU8 source_labels(const std::vector<LibraryPart>& parts, const ImageU8& mask
   for (std::size_t p = 0; p < parts.size(); ++p) {
     const LibraryPart& part = parts[p];
     for (int y = 0; y < part.height; ++y) {
-      for (int x = part.x; x < part.x + part.width; ++x) labels.at(x, y) = mask.at(x, y) != 0 ? static_cast<std::uint8_t>(p + 1) : std::uint8_t{0};
+      for (int x = part.x; x < part.x + part.width; ++x)
+        labels.at(x, y) = mask.at(x, y) != 0 ? static_cast<std::uint8_t>(p + 1) : std::uint8_t{0};
     }
   }
   return labels;
@@ -36,21 +37,26 @@ ImageU8 destination_labels(const ImageF& share, const ImageU8& coverage, std::si
   ImageU8 labels(share.width(), share.height());
   for (std::size_t t = 0; t < labels.values().size(); ++t) {
     if (coverage.values()[t] == 0) continue;
-    labels.values()[t] = static_cast<std::uint8_t>(1.0 + std::floor(static_cast<double>(share.values()[t]) * static_cast<double>(num_parts - 1) + 0.5));
+    labels.values()[t] = static_cast<std::uint8_t>(
+        1.0 + std::floor(static_cast<double>(share.values()[t]) * static_cast<double>(num_parts - 1) + 0.5));
   }
   return labels;
 }
 
 /// Histories that texels ask for.
-std::vector<std::size_t> asked_histories(const History& history, const std::vector<LibraryPart>& parts, const ImageU8& destination, const ImageU8& source) {
+std::vector<std::size_t> asked_histories(const History& history, const std::vector<LibraryPart>& parts,
+                                         const ImageU8& destination, const ImageU8& source) {
   std::vector<std::size_t> asked;
-  const auto has = [](const ImageU8& labels, std::size_t label) { return std::find(labels.values().begin(), labels.values().end(), static_cast<std::uint8_t>(label)) != labels.values().end(); };
+  const auto has = [](const ImageU8& labels, std::size_t label) {
+    return std::find(labels.values().begin(), labels.values().end(), static_cast<std::uint8_t>(label)) !=
+           labels.values().end();
+  };
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (!has(destination, p + 1)) continue;
     asked.push_back(p);
     if (has(source, p + 1)) continue;
-    throw InvalidInput(history.label() + ": no pixel of its history " + std::to_string(p) + " (" + parts[p].name + ") is inside the mask, but --control " + kLibraryControl +
-                       " asks for it; give a larger mask");
+    throw InvalidInput(history.label() + ": no pixel of its history " + std::to_string(p) + " (" + parts[p].name +
+                       ") is inside the mask, but --control " + kLibraryControl + " asks for it; give a larger mask");
   }
   return asked;
 }
@@ -58,7 +64,8 @@ std::vector<std::size_t> asked_histories(const History& history, const std::vect
 }  // namespace
 
 TransferControl make_transfer_control(const History& history, const ControlSpec& spec, ControlMap made) {
-  TransferControl control{source_control(history, spec), spec.destination, {}, {made.low, made.high, made.unit}, spec.weight, spec.mapping};
+  TransferControl control{source_control(history, spec),    spec.destination, {},
+                          {made.low, made.high, made.unit}, spec.weight,      spec.mapping};
   if (control.source == kLibraryControl && !spec.has_mapping) {
     const std::size_t num_parts = history.facts().parts.size();
     if (num_parts > 0) {
@@ -74,7 +81,8 @@ ImageU8 usable_mask(const History& history, const ImageU8& given) {
   ImageU8 mask = history.read_mask();
   if (given.empty()) return mask;
   if (!given.same_size(mask)) {
-    throw InvalidInput("source mask: is " + size_text(given.width(), given.height()) + " pixels; the history " + history.label() + " is " + size_text(mask.width(), mask.height()));
+    throw InvalidInput("source mask: is " + size_text(given.width(), given.height()) + " pixels; the history " +
+                       history.label() + " is " + size_text(mask.width(), mask.height()));
   }
   bool is_empty = true;
   for (std::size_t i = 0; i < mask.values().size(); ++i) {
@@ -85,7 +93,8 @@ ImageU8 usable_mask(const History& history, const ImageU8& given) {
   return mask;
 }
 
-MatchedControls match_controls(const History& history, const ImageU8& source_mask, const std::vector<TransferControl>& controls, const ImageU8& coverage,
+MatchedControls match_controls(const History& history, const ImageU8& source_mask,
+                               const std::vector<TransferControl>& controls, const ImageU8& coverage,
                                const RunControl& control) {
   MatchedControls out;
   for (const TransferControl& c : controls) out.source.push_back(history.read_control(c.source));
@@ -100,7 +109,8 @@ MatchedControls match_controls(const History& history, const ImageU8& source_mas
   for (std::size_t i = 0; i < controls.size(); ++i) {
     const TransferControl& c = controls[i];
     if (!says_history(c)) continue;
-    out.destination[i] = match_control(c.values, coverage, c.range, out.source[i], source_mask, range_of(c), c.mapping, control);
+    out.destination[i] =
+        match_control(c.values, coverage, c.range, out.source[i], source_mask, range_of(c), c.mapping, control);
     texels = destination_labels(out.destination[i], coverage, parts.size());
     pixels = source_labels(parts, source_mask);
     out.asked_histories = asked_histories(history, parts, texels, pixels);
@@ -108,8 +118,10 @@ MatchedControls match_controls(const History& history, const ImageU8& source_mas
   for (std::size_t i = 0; i < controls.size(); ++i) {
     const TransferControl& c = controls[i];
     if (says_history(c)) continue;
-    out.destination[i] = texels.empty() ? match_control(c.values, coverage, c.range, out.source[i], source_mask, range_of(c), c.mapping)
-                                        : match_control_by_label(c.values, texels, c.range, out.source[i], pixels, range_of(c), c.mapping, control);
+    out.destination[i] =
+        texels.empty()
+            ? match_control(c.values, coverage, c.range, out.source[i], source_mask, range_of(c), c.mapping)
+            : match_control_by_label(c.values, texels, c.range, out.source[i], pixels, range_of(c), c.mapping, control);
   }
   return out;
 }

@@ -29,10 +29,13 @@ class Reach {
   explicit Reach(const TexelCost& cost) : coherence_scale_(cost.coherence_scale()), target_(cost.first_target()) {
     // Squares of differences take 24 bits, the ratio of scales what is left.
     constexpr std::int64_t kLargest = std::int64_t{1} << 38;
-    control_scale_ = std::min(kLargest, (cost.first_control_scale() << kControlBits) / (kUnitSquared * coherence_scale_));
+    control_scale_ =
+        std::min(kLargest, (cost.first_control_scale() << kControlBits) / (kUnitSquared * coherence_scale_));
   }
   /// Of pixels that cost at most `bound`.
-  void tighten(std::int64_t bound) { limit_ = NeighborhoodProjection::reach(std::min(kFarthest, bound / coherence_scale_) + 1); }
+  void tighten(std::int64_t bound) {
+    limit_ = NeighborhoodProjection::reach(std::min(kFarthest, bound / coherence_scale_) + 1);
+  }
   /// Of controls in [low, high]: what their difference alone takes from the squared distance.
   [[nodiscard]] std::int64_t taken(int low, int high) const {
     const std::int64_t d = std::max({0, low - target_, target_ - high});
@@ -41,15 +44,20 @@ class Reach {
   [[nodiscard]] std::int64_t limit() const { return limit_; }
 
  private:
-  static constexpr std::int64_t kUnitSquared = std::int64_t{NeighborhoodProjection::kUnit} * NeighborhoodProjection::kUnit;
+  static constexpr std::int64_t kUnitSquared =
+      std::int64_t{NeighborhoodProjection::kUnit} * NeighborhoodProjection::kUnit;
   static constexpr int kControlBits = 16;
   static constexpr std::int64_t kFarthest = std::int64_t{1} << 40;
   std::int64_t coherence_scale_, control_scale_ = 0, limit_ = 0;
   int target_;
 };
 
-bool meets(const SearchWindow& extent, const SearchWindow& window) { return extent.x0 < window.x1 && extent.x1 > window.x0 && extent.y0 < window.y1 && extent.y1 > window.y0; }
-bool is_inside(const SearchWindow& extent, const SearchWindow& window) { return extent.x0 >= window.x0 && extent.x1 <= window.x1 && extent.y0 >= window.y0 && extent.y1 <= window.y1; }
+bool meets(const SearchWindow& extent, const SearchWindow& window) {
+  return extent.x0 < window.x1 && extent.x1 > window.x0 && extent.y0 < window.y1 && extent.y1 > window.y0;
+}
+bool is_inside(const SearchWindow& extent, const SearchWindow& window) {
+  return extent.x0 >= window.x0 && extent.x1 <= window.x1 && extent.y0 >= window.y0 && extent.y1 <= window.y1;
+}
 
 /// Calls each(tile) for the tiles that have pixels in the window.
 template <class Each>
@@ -63,7 +71,8 @@ void for_tiles(const PixelBlocks& blocks, const SearchWindow& window, const Each
   }
   constexpr int kSide = PixelTile::kSide;
   for (int ty = window.y0 / kSide; ty * kSide < window.y1; ++ty) {
-    for (int tx = window.x0 / kSide; tx * kSide < window.x1; ++tx) look(static_cast<std::size_t>(ty * blocks.tiles_x + tx));
+    for (int tx = window.x0 / kSide; tx * kSide < window.x1; ++tx)
+      look(static_cast<std::size_t>(ty * blocks.tiles_x + tx));
   }
 }
 
@@ -74,7 +83,9 @@ struct WindowSearch::Best {
   WindowOptimum optimum{-1, kUnbounded};
 
   /// What a cost must stay below for `pixel` to win.
-  [[nodiscard]] std::int64_t bound(std::int32_t pixel) const { return optimum.pixel < 0 ? kUnbounded : optimum.cost + (pixel < optimum.pixel ? 1 : 0); }
+  [[nodiscard]] std::int64_t bound(std::int32_t pixel) const {
+    return optimum.pixel < 0 ? kUnbounded : optimum.cost + (pixel < optimum.pixel ? 1 : 0);
+  }
   void offer(const TexelCost& cost, std::int32_t pixel) {
     const std::int64_t limit = bound(pixel);
     const std::int64_t c = cost.total(pixel, limit);
@@ -86,7 +97,8 @@ struct WindowSearch::Best {
 class WindowSearch::Query {
  public:
   /// @param quarters  Whose values count.
-  Query(const NeighborhoodProjection& projection, const TexelCost& cost, unsigned quarters, std::size_t size) : reach_(cost) {
+  Query(const NeighborhoodProjection& projection, const TexelCost& cost, unsigned quarters, std::size_t size)
+      : reach_(cost) {
     std::array<std::int16_t, NeighborhoodProjection::kMostAppearances> appearances;
     const std::span<std::int16_t> around = std::span(appearances).first(size);
     cost.appearances(around);
@@ -97,7 +109,9 @@ class WindowSearch::Query {
   void tighten(std::int64_t bound) { reach_.tighten(bound); }
   [[nodiscard]] const Reach& reach() const { return reach_; }
   /// Of squared distances.
-  [[nodiscard]] std::int32_t limit() const { return static_cast<std::int32_t>(std::min<std::int64_t>(reach_.limit(), std::numeric_limits<std::int32_t>::max())); }
+  [[nodiscard]] std::int32_t limit() const {
+    return static_cast<std::int32_t>(std::min<std::int64_t>(reach_.limit(), std::numeric_limits<std::int32_t>::max()));
+  }
   [[nodiscard]] const std::int16_t* values() const { return values_.data(); }
   [[nodiscard]] const std::int16_t* counts() const { return counts_.data(); }
 
@@ -106,20 +120,31 @@ class WindowSearch::Query {
   ProjectedNeighborhood values_{}, counts_{};
 };
 
-WindowSearch::Table WindowSearch::make_table(const Neighborhood& neighborhood, NeighborhoodProjection::Parts parts, int side, const RunControl& control) const {
+WindowSearch::Table WindowSearch::make_table(const Neighborhood& neighborhood, NeighborhoodProjection::Parts parts,
+                                             int side, const RunControl& control) const {
   NeighborhoodProjection projection(source_, neighborhood, parts);
-  PixelBlocks blocks = PixelBlocks::make(source_, projection, 2 * std::int64_t{side} < std::max(source_.width(), source_.height()) ? PixelBlocks::Tiles::Squares : PixelBlocks::Tiles::Anywhere, control);
+  PixelBlocks blocks = PixelBlocks::make(source_, projection,
+                                         2 * std::int64_t{side} < std::max(source_.width(), source_.height())
+                                             ? PixelBlocks::Tiles::Squares
+                                             : PixelBlocks::Tiles::Anywhere,
+                                         control);
   return {std::move(projection), std::move(blocks)};
 }
 
-WindowSearch::WindowSearch(const SourceLevel& source, const Neighborhood& neighborhood, int side, const RunControl& control)
-    : source_(source), squares_(source), whole_(make_table(neighborhood, NeighborhoodProjection::Parts::Whole, side, control)), quarters_(make_table(neighborhood, NeighborhoodProjection::Parts::Quarters, side, control)),
-      num_appearances_(neighborhood.offsets.size() * kAppearanceSize), kernel_(reach_kernel()) {}
+WindowSearch::WindowSearch(const SourceLevel& source, const Neighborhood& neighborhood, int side,
+                           const RunControl& control)
+    : source_(source),
+      squares_(source),
+      whole_(make_table(neighborhood, NeighborhoodProjection::Parts::Whole, side, control)),
+      quarters_(make_table(neighborhood, NeighborhoodProjection::Parts::Quarters, side, control)),
+      num_appearances_(neighborhood.offsets.size() * kAppearanceSize),
+      kernel_(reach_kernel()) {}
 
 SearchWindow WindowSearch::window(std::int64_t x, std::int64_t y, int side) const {
   const std::int64_t x0 = std::clamp<std::int64_t>(x - side / 2, 0, std::max(0, source_.width() - side));
   const std::int64_t y0 = std::clamp<std::int64_t>(y - side / 2, 0, std::max(0, source_.height() - side));
-  return {static_cast<int>(x0), static_cast<int>(y0), static_cast<int>(std::min<std::int64_t>(source_.width(), x0 + side)),
+  return {static_cast<int>(x0), static_cast<int>(y0),
+          static_cast<int>(std::min<std::int64_t>(source_.width(), x0 + side)),
           static_cast<int>(std::min<std::int64_t>(source_.height(), y0 + side))};
 }
 
@@ -128,14 +153,17 @@ bool WindowSearch::is_in(const SearchWindow& window, std::int32_t pixel) const {
   return x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1;
 }
 
-WindowOptimum WindowSearch::find(const TexelCost& cost, const SearchWindow& window, std::span<const std::int32_t> likely) const {
+WindowOptimum WindowSearch::find(const TexelCost& cost, const SearchWindow& window,
+                                 std::span<const std::int32_t> likely) const {
   Best best;
   for (std::int32_t p : likely) {
     if (p >= 0 && source_.is_usable[static_cast<std::size_t>(p)] != 0 && is_in(window, p)) best.offer(cost, p);
   }
   const unsigned quarters = cost.whole_quarters();
-  // Where whole quarters hold less than four sevenths of the known neighbors, they say too little to be worth the while (measured).
-  const std::size_t num_whole = static_cast<std::size_t>(std::popcount(quarters)) * num_appearances_ / kAppearanceSize / kNumQuarters;
+  // Where whole quarters hold less than four sevenths of the known neighbors, they say too little to be worth the while
+  // (measured).
+  const std::size_t num_whole =
+      static_cast<std::size_t>(std::popcount(quarters)) * num_appearances_ / kAppearanceSize / kNumQuarters;
   if (cost.coherence_scale() == 0 || 7 * num_whole < 4 * static_cast<std::size_t>(cost.num_known()) || quarters == 0) {
     search_by_control(cost, window, best);
   } else {
@@ -150,7 +178,8 @@ void WindowSearch::search_by_control(const TexelCost& cost, const SearchWindow& 
     for (int sx = window.x0 / kSide; sx * kSide < window.x1; ++sx) {
       const auto square = static_cast<std::size_t>(sy * squares_.squares_x + sx);
       const bool is_whole = is_inside({sx * kSide, sy * kSide, (sx + 1) * kSide, (sy + 1) * kSide}, window);
-      const auto first = squares_.controls.begin() + squares_.begin[square], last = squares_.controls.begin() + squares_.begin[square + 1];
+      const auto first = squares_.controls.begin() + squares_.begin[square],
+                 last = squares_.controls.begin() + squares_.begin[square + 1];
       const ControlInterval allowed = cost.first_control_within(best.optimum.cost);
       for (auto at = std::lower_bound(first, last, allowed.low); at != last && *at <= allowed.high; ++at) {
         const std::int32_t p = squares_.pixels[static_cast<std::size_t>(at - squares_.controls.begin())];
@@ -160,7 +189,8 @@ void WindowSearch::search_by_control(const TexelCost& cost, const SearchWindow& 
   }
 }
 
-void WindowSearch::search_by_projection(const Table& table, const TexelCost& cost, unsigned quarters, const SearchWindow& window, Best& best) const {
+void WindowSearch::search_by_projection(const Table& table, const TexelCost& cost, unsigned quarters,
+                                        const SearchWindow& window, Best& best) const {
   const PixelBlocks& all = table.blocks;
   Query query(table.projection, cost, quarters, num_appearances_);
   query.tighten(best.optimum.cost);
@@ -176,10 +206,13 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
   for_tiles(all, window, [&](const PixelTile& tile) {
     const std::int32_t limit = query.limit();
     const unsigned in_use = (1U << (tile.last_block - tile.first_block)) - 1U;
-    for (unsigned mask = in_use & kernel_.boxes(all.boxes.data() + (&tile - all.tiles.data()), query.values(), query.counts(), limit, distances.data()); mask != 0; mask &= mask - 1) {
+    for (unsigned mask = in_use & kernel_.boxes(all.boxes.data() + (&tile - all.tiles.data()), query.values(),
+                                                query.counts(), limit, distances.data());
+         mask != 0; mask &= mask - 1) {
       const int i = std::countr_zero(mask);
       const PixelBlock& block = all.blocks[static_cast<std::size_t>(tile.first_block + i)];
-      const std::int64_t distance = distances[static_cast<std::size_t>(i)] + query.reach().taken(block.low_control, block.high_control);
+      const std::int64_t distance =
+          distances[static_cast<std::size_t>(i)] + query.reach().taken(block.low_control, block.high_control);
       if (distance <= limit && meets(block.extent, window)) blocks.push_back({distance, tile.first_block + i});
     }
   });
@@ -190,7 +223,9 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
   std::size_t batch = 4;
   for (std::size_t begin = 0; begin < blocks.size(); begin += batch, batch *= 4) {
     const std::size_t end = std::min(blocks.size(), begin + batch);
-    if (end < blocks.size()) std::nth_element(blocks.begin() + static_cast<std::ptrdiff_t>(begin), blocks.begin() + static_cast<std::ptrdiff_t>(end), blocks.end(), is_nearer);
+    if (end < blocks.size())
+      std::nth_element(blocks.begin() + static_cast<std::ptrdiff_t>(begin),
+                       blocks.begin() + static_cast<std::ptrdiff_t>(end), blocks.end(), is_nearer);
     pixels.clear();
     // Memory that is far costs more than all else here.
     const auto fetch_block = [&](std::size_t n) {
@@ -210,7 +245,8 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
       const PixelBlock& block = all.blocks[static_cast<std::size_t>(blocks[n].index)];
       const bool is_whole = is_inside(block.extent, window);
       const int size = block.end - block.begin, num_groups = (size + kGroupSize - 1) / kGroupSize;
-      kernel_.points(all.groups.data() + std::ptrdiff_t{blocks[n].index} * kGroupsPerBlock, num_groups, query.values(), query.counts(), query.limit(), distances.data(), masks.data());
+      kernel_.points(all.groups.data() + std::ptrdiff_t{blocks[n].index} * kGroupsPerBlock, num_groups, query.values(),
+                     query.counts(), query.limit(), distances.data(), masks.data());
       for (int g = 0; g < num_groups; ++g) {
         for (unsigned mask = masks[static_cast<std::size_t>(g)]; mask != 0; mask &= mask - 1) {
           const int i = g * kGroupSize + std::countr_zero(mask);
@@ -221,7 +257,9 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
           if (distance <= query.reach().limit() && (is_whole || is_in(window, pixel))) {
             pixels.push_back({distance, pixel});
             __builtin_prefetch(source_.controls.data() + std::int64_t{pixel} * source_.controls.channels());
-            for (int dy = -1; dy <= 1; ++dy) __builtin_prefetch(source_.appearance.data() + (std::int64_t{pixel} + std::int64_t{dy} * source_.width()) * kAppearanceSize);
+            for (int dy = -1; dy <= 1; ++dy)
+              __builtin_prefetch(source_.appearance.data() +
+                                 (std::int64_t{pixel} + std::int64_t{dy} * source_.width()) * kAppearanceSize);
           }
         }
       }

@@ -6,12 +6,12 @@
 
 #include "analysis/compare/compare_job.h"
 #include "analysis/figures/control_classes.h"
+#include "libcommon/core/files.h"
+#include "libcommon/job/job.h"
 #include "patinate/analysis/report_parts.h"
 #include "patinate/core/error.h"
-#include "libcommon/core/files.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/job/job.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
 
@@ -57,7 +57,8 @@ class Compare : public testing::Test {
  protected:
   void SetUp() override { write_history(folder_ / "a", kSide, kSide, kFrames, blotches); }
   CompareTask task(const std::string& b) const {
-    CompareTask t{.a = folder_ / "a", .b = folder_ / b, .through = {}, .options = {}, .command = "patinate compare a " + b};
+    CompareTask t{
+        .a = folder_ / "a", .b = folder_ / b, .through = {}, .options = {}, .command = "patinate compare a " + b};
     t.options.num_resamples = 15;
     return t;
   }
@@ -68,7 +69,8 @@ TEST_F(Compare, AHistoryAgainstItselfIsZeroEverywhere) {
   const Json report = compared(folder_, task("a"), "r");
   for (const Json& f : report.at("figures")) {
     const std::string name = f.at("name");
-    const bool is_no_distance = name == "ssim_mean" || name.find("median_") != std::string::npos || name == "time_shift_known" || name.rfind("rank_", 0) == 0;
+    const bool is_no_distance = name == "ssim_mean" || name.find("median_") != std::string::npos ||
+                                name == "time_shift_known" || name.rfind("rank_", 0) == 0;
     if (name == "ssim_mean") {
       EXPECT_EQ(f.at("value"), 1.0);
     }
@@ -97,10 +99,12 @@ TEST_F(Compare, HalfTheSpeedIsFoundAsAClockAndLeavesLittle) {
 }
 
 TEST_F(Compare, WritesTheSameBytesOnAnyNumberOfThreads) {
-  write_history(folder_ / "b", kSide, kSide, kFrames, [](int x, int y, int f, int c) { return 0.9f * blotches(y, x, f, c); });
+  write_history(folder_ / "b", kSide, kSide, kFrames,
+                [](int x, int y, int f, int c) { return 0.9f * blotches(y, x, f, c); });
   (void)compared(folder_, task("b"), "one", 1);
   (void)compared(folder_, task("b"), "four", 4);
-  for (const char* file : {kCompareReportFile, kComparePageFile, "curves/color_distribution.csv", "curves/spectrum.csv"}) {
+  for (const char* file :
+       {kCompareReportFile, kComparePageFile, "curves/color_distribution.csv", "curves/spectrum.csv"}) {
     EXPECT_EQ(read_file(folder_ / "one" / file), read_file(folder_ / "four" / file)) << file;
   }
   EXPECT_EQ(run_job(plan_compare(task("b"), folder_ / "one"), {}, {}), JobStatus::UpToDate);
@@ -118,14 +122,16 @@ TEST_F(Compare, ThePageCarriesEverythingAndNoNan) {
     EXPECT_EQ(text.find(":nan"), std::string::npos);
   }
   EXPECT_FALSE(report.at("curves").empty());
-  for (const Json& c : report.at("curves")) EXPECT_TRUE(std::filesystem::exists(folder_ / "r" / c.at("file").get<std::string>()));
+  for (const Json& c : report.at("curves"))
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "r" / c.at("file").get<std::string>()));
 }
 
 TEST_F(Compare, OtherSizesHaveNoPlacesButDistributions) {
   write_history(folder_ / "b", 48, 40, kFrames, blotches);
   const Json report = compared(folder_, task("b"), "r");
   ASSERT_EQ(report.at("undefined_sections").size(), 1u);
-  EXPECT_NE(report.at("undefined_sections")[0].at("reason").get<std::string>().find("64 x 64 pixels, B 48 x 40"), std::string::npos);
+  EXPECT_NE(report.at("undefined_sections")[0].at("reason").get<std::string>().find("64 x 64 pixels, B 48 x 40"),
+            std::string::npos);
   EXPECT_GT(figure(report, "color_distribution").at("high").get<double>(), value(report, "color_distribution"));
 }
 
@@ -140,9 +146,12 @@ TEST_F(Compare, ThroughATransferFindsTheSameTexelsAgain) {
   }
   std::filesystem::create_directories(folder_ / "t");
   write_exr(folder_ / "t/coordinates.exr", coordinates, {"source.x", "source.y"}, ExrDepth::Float);
-  write_atomically(folder_ / "t/transfer.json", R"({"format": "patinate.transfer", "version": 1, "width": 64, "height": 64, "history": {"path": "../a", "key": "", "name": "test",
+  write_atomically(
+      folder_ / "t/transfer.json",
+      R"({"format": "patinate.transfer", "version": 1, "width": 64, "height": 64, "history": {"path": "../a", "key": "", "name": "test",
     "width": 64, "height": 64}, "coordinates": "coordinates.exr", "texel_size_mm": 1, "mesh": {"made_from": "mesh.obj"}})");
-  write_history(folder_ / "turned", kSide, kSide, kFrames, [](int x, int y, int f, int c) { return blotches(kSide - 1 - x, kSide - 1 - y, f, c); });
+  write_history(folder_ / "turned", kSide, kSide, kFrames,
+                [](int x, int y, int f, int c) { return blotches(kSide - 1 - x, kSide - 1 - y, f, c); });
   CompareTask through = task("turned");
   through.through = folder_ / "t";
   EXPECT_EQ(value(compared(folder_, through, "r"), "ciede2000_mean"), 0.0);
@@ -151,24 +160,34 @@ TEST_F(Compare, ThroughATransferFindsTheSameTexelsAgain) {
   EXPECT_EQ(value(compared(folder_, itself, "s"), "ciede2000_p95"), 0.0);
   write_history(folder_ / "small", 8, 8, 2, blotches);
   through.a = folder_ / "small";
-  EXPECT_NE(error_text([&] { (void)plan_compare(through, folder_ / "e"); }).find("looks into a history of 64 x 64 pixels"), std::string::npos);
+  EXPECT_NE(
+      error_text([&] { (void)plan_compare(through, folder_ / "e"); }).find("looks into a history of 64 x 64 pixels"),
+      std::string::npos);
 }
 
 TEST_F(Compare, SaysWhatCannotBeSaid) {
   const auto constant = [](int, int, int, int) { return 0.25f; };
   write_history(folder_ / "constant", kSide, kSide, kFrames, constant);
   const Json report = compared(folder_, task("constant"), "r");
-  EXPECT_NE(figure(report, "onset_distance").at("undefined").get<std::string>().find("B does not age visibly"), std::string::npos);
-  EXPECT_NE(figure(report, "time_shift_median").at("undefined").get<std::string>().find("no place ages visibly on both sides"), std::string::npos);
+  EXPECT_NE(figure(report, "onset_distance").at("undefined").get<std::string>().find("B does not age visibly"),
+            std::string::npos);
+  EXPECT_NE(figure(report, "time_shift_median")
+                .at("undefined")
+                .get<std::string>()
+                .find("no place ages visibly on both sides"),
+            std::string::npos);
   EXPECT_TRUE(figure(report, "correlation_length_distance").at("value").is_null());
   write_history(folder_ / "single", kSide, kSide, 1, blotches);
   const Json single = compared(folder_, task("single"), "s");
-  EXPECT_NE(figure(single, "onset_distance").at("undefined").get<std::string>().find("only one common time"), std::string::npos);
+  EXPECT_NE(figure(single, "onset_distance").at("undefined").get<std::string>().find("only one common time"),
+            std::string::npos);
   EXPECT_EQ(value(single, "ciede2000_mean"), 0.0);
 }
 
 TEST_F(Compare, CracksAreMeasuredWhenAskedForAndMissedWhereThereAreNone) {
-  const auto bricks = [](int x, int y, int f, int) { return f > 0 && (y % 16 < 2 || (x + y / 16 % 2 * 12) % 24 < 2) ? 0.05f : 0.5f; };
+  const auto bricks = [](int x, int y, int f, int) {
+    return f > 0 && (y % 16 < 2 || (x + y / 16 % 2 * 12) % 24 < 2) ? 0.05f : 0.5f;
+  };
   write_history(folder_ / "bricks", kSide, kSide, 3, bricks);
   write_history(folder_ / "plain", kSide, kSide, 3, [](int, int, int, int) { return 0.5f; });
   CompareTask t = task("plain");
@@ -178,7 +197,8 @@ TEST_F(Compare, CracksAreMeasuredWhenAskedForAndMissedWhereThereAreNone) {
   EXPECT_NEAR(value(report, "junction_angle_a"), 90.0, 6.0);  // Arms of 6 px.
   EXPECT_NEAR(value(report, "crack_width_a"), 2.0, 0.3);
   EXPECT_EQ(value(report, "crack_share_b"), 0.0);
-  EXPECT_NE(figure(report, "junction_angle_b").at("undefined").get<std::string>().find("no dark lines are found in B"), std::string::npos);
+  EXPECT_NE(figure(report, "junction_angle_b").at("undefined").get<std::string>().find("no dark lines are found in B"),
+            std::string::npos);
   EXPECT_TRUE(figure(report, "cell_area_distance").at("value").is_null());
 }
 
@@ -187,7 +207,10 @@ TEST_F(Compare, RefusesWhatHasNothingInCommon) {
   HistoryManifest late = read_history_manifest(folder_ / "b");
   for (HistoryFrame& f : late.frames) f.time += 100.0;
   write_history_manifest(folder_ / "b/history.json", late);
-  EXPECT_NE(error_text([&] { (void)plan_compare(task("b"), folder_ / "e"); }).find("A covers 0 to 8 s, B 100 to 102 s: no time in common; --clock span"), std::string::npos);
+  EXPECT_NE(error_text([&] {
+              (void)plan_compare(task("b"), folder_ / "e");
+            }).find("A covers 0 to 8 s, B 100 to 102 s: no time in common; --clock span"),
+            std::string::npos);
   const auto half = [&](const std::string& name, bool left) {
     write_history(folder_ / name, kSide, kSide, 3, blotches);
     ImageU8 mask(kSide, kSide);
@@ -222,7 +245,8 @@ TEST(ControlClasses, AreByPhysicalValueWhenThatMeansTheSameOnBothSides) {
   EXPECT_EQ(other.note, "by rank: the units differ (mm, 1/mm)");
   b.controls[0] = {"height", 100.0, 200.0, "mm"};
   EXPECT_NE(shared_controls(a, b).at(0).note.find("hardly overlap (0 to 10 mm; 100 to 200 mm)"), std::string::npos);
-  EXPECT_EQ(control_classes({0.3f, 0.1f, 0.9f, 0.5f, 0.7f}, a.controls[0], shared_controls(a, b).at(0), 5), (std::vector<int>{1, 0, 4, 2, 3}));
+  EXPECT_EQ(control_classes({0.3f, 0.1f, 0.9f, 0.5f, 0.7f}, a.controls[0], shared_controls(a, b).at(0), 5),
+            (std::vector<int>{1, 0, 4, 2, 3}));
   b.controls[0] = {"height", 5.0, 5.0, "mm"};
   EXPECT_NE(shared_controls(a, b).at(0).undefined.find("constant"), std::string::npos);
   b.controls[0].name = "other";
@@ -235,7 +259,12 @@ TEST(ReportParts, SurviveTheirJson) {
   Section s{.name = "n", .title = "t", .paragraphs = {"p"}};
   s.figures.push_back({.name = "f", .title = "F", .unit = "u", .value = 1.5, .low = 1.0, .high = 2.0, .split = 0.5});
   s.figures.push_back({.name = "g", .title = "G", .unit = "u", .undefined = "why"});
-  s.curves.push_back({.name = "c", .title = "C", .x_name = "x, s", .y_name = "y", .x = {0, 1}, .columns = {{"one", {1.0, std::nullopt}, {{0, 2}, {0, 2}}}}});
+  s.curves.push_back({.name = "c",
+                      .title = "C",
+                      .x_name = "x, s",
+                      .y_name = "y",
+                      .x = {0, 1},
+                      .columns = {{"one", {1.0, std::nullopt}, {{0, 2}, {0, 2}}}}});
   const Section back = section_from_json(section_json(s));
   EXPECT_EQ(section_json(back).dump(), section_json(s).dump());
   EXPECT_EQ(curve_csv(back.curves[0]), "x  s,one,one low,one high\n0,1,0,2\n1,,0,2\n");

@@ -24,13 +24,16 @@ std::vector<std::uint32_t> all_of(const ColorStack& stack) {
 ColorStack gaussian(int side, std::uint64_t seed, std::array<double, 3> mean, double sigma) {
   return make_stack(side, side, 1, 0.0, [&](int x, int y, double) {
     RandomStream random(seed, static_cast<std::uint64_t>(y * side + x));
-    return std::array<double, 3>{mean[0] + sigma * random.normal(), mean[1] + sigma * random.normal(), mean[2] + sigma * random.normal()};
+    return std::array<double, 3>{mean[0] + sigma * random.normal(), mean[1] + sigma * random.normal(),
+                                 mean[2] + sigma * random.normal()};
   });
 }
 
 double distance(const ColorStack& a, const ColorStack& b) {
   const BlockGrid ga = make_blocks(a, 8), gb = make_blocks(b, 8);
-  return sliced_distance(SortedColors(a, 0, all_of(a), ga.block_of, 1 << 20, 0), ga.all(), SortedColors(b, 0, all_of(b), gb.block_of, 1 << 20, 0), gb.all()).value();
+  return sliced_distance(SortedColors(a, 0, all_of(a), ga.block_of, 1 << 20, 0), ga.all(),
+                         SortedColors(b, 0, all_of(b), gb.block_of, 1 << 20, 0), gb.all())
+      .value();
 }
 
 TEST(SlicedDistance, AxesAreUnitVectorsThatFavourNoDirection) {
@@ -51,7 +54,8 @@ TEST(SlicedDistance, OfAShiftedDistributionIsTheShiftWhereverTheTexelsLie) {
   ColorStack b = a;
   for (std::size_t i = 0; i < b.num_texels(); ++i) {  // Shifted by (2, -1, 2), of length 3, and turned upside down.
     const std::size_t from = b.num_texels() - 1 - i;
-    b.lab[3 * i] = a.lab[3 * from] + 2.0f, b.lab[3 * i + 1] = a.lab[3 * from + 1] - 1.0f, b.lab[3 * i + 2] = a.lab[3 * from + 2] + 2.0f;
+    b.lab[3 * i] = a.lab[3 * from] + 2.0f, b.lab[3 * i + 1] = a.lab[3 * from + 1] - 1.0f,
+              b.lab[3 * i + 2] = a.lab[3 * from + 2] + 2.0f;
   }
   EXPECT_NEAR(distance(a, b), 3.0, 1e-5);  // Rounding of floats.
   EXPECT_EQ(distance(a, a), 0.0);
@@ -60,7 +64,8 @@ TEST(SlicedDistance, OfAShiftedDistributionIsTheShiftWhereverTheTexelsLie) {
 TEST(SlicedDistance, OfTwoSpreadsIsTheirDifference) {
   // Isotropic Gaussians of one mean: along every axis W2 = |s1 - s2|, so the scaled figure is sqrt(3) |s1 - s2|.
   const double found = distance(gaussian(128, 1, {50, 0, 0}, 4), gaussian(128, 2, {50, 0, 0}, 9));
-  EXPECT_NEAR(found, std::sqrt(3.0) * 5.0, 4.0 * std::sqrt(3.0) * 9.0 / std::sqrt(2.0 * 128 * 128));  // 4 sigma of a standard deviation.
+  EXPECT_NEAR(found, std::sqrt(3.0) * 5.0,
+              4.0 * std::sqrt(3.0) * 9.0 / std::sqrt(2.0 * 128 * 128));  // 4 sigma of a standard deviation.
 }
 
 TEST(SlicedDistance, WeighsBlocksAsIfTheyWereRepeated) {
@@ -72,14 +77,17 @@ TEST(SlicedDistance, WeighsBlocksAsIfTheyWereRepeated) {
   for (std::size_t i = 0; i < a.num_texels(); ++i) {
     for (int k = 0; k < weights[grid.block_of[i]]; ++k) {
       repeated.texels.push_back(static_cast<std::uint32_t>(repeated.texels.size()));
-      repeated.lab.insert(repeated.lab.end(), a.lab.begin() + static_cast<std::ptrdiff_t>(3 * i), a.lab.begin() + static_cast<std::ptrdiff_t>(3 * i) + 3);
+      repeated.lab.insert(repeated.lab.end(), a.lab.begin() + static_cast<std::ptrdiff_t>(3 * i),
+                          a.lab.begin() + static_cast<std::ptrdiff_t>(3 * i) + 3);
     }
   }
   ASSERT_EQ(repeated.num_texels(), 256u);
-  const double weighted =
-      sliced_distance(SortedColors(a, 0, all_of(a), grid.block_of, 1 << 20, 0), weights, SortedColors(b, 0, all_of(b), grid.block_of, 1 << 20, 0), grid.all()).value();
+  const double weighted = sliced_distance(SortedColors(a, 0, all_of(a), grid.block_of, 1 << 20, 0), weights,
+                                          SortedColors(b, 0, all_of(b), grid.block_of, 1 << 20, 0), grid.all())
+                              .value();
   EXPECT_NEAR(weighted, distance(repeated, b), 1e-9);
-  EXPECT_FALSE(sliced_distance(SortedColors(a, 0, all_of(a), grid.block_of, 1 << 20, 0), std::vector<int>(4, 0), SortedColors(b, 0, all_of(b), grid.block_of, 1 << 20, 0), grid.all()));
+  EXPECT_FALSE(sliced_distance(SortedColors(a, 0, all_of(a), grid.block_of, 1 << 20, 0), std::vector<int>(4, 0),
+                               SortedColors(b, 0, all_of(b), grid.block_of, 1 << 20, 0), grid.all()));
 }
 
 TEST(BlockBootstrap, StandardErrorOfAMeanIsTheTextbooksWhateverTheThreads) {
@@ -104,14 +112,18 @@ TEST(BlockBootstrap, StandardErrorOfAMeanIsTheTextbooksWhateverTheThreads) {
 }
 
 TEST(BlockBootstrap, IntervalCoversTheTruthAboutAsOftenAsItSays) {
-  // Surfaces of independent blocks whose mean L* is 0; 1.96 standard errors around the found mean hold 0 in about 95 of 100.
+  // Surfaces of independent blocks whose mean L* is 0; 1.96 standard errors around the found mean hold 0 in about 95 of
+  // 100.
   int covered = 0;
   for (std::uint64_t trial = 0; trial < 200; ++trial) {
-    ColorStack stack = make_stack(8, 8, 1, 0.0, [&](int x, int y, double) { return std::array<double, 3>{RandomStream(trial, static_cast<std::uint64_t>(8 * y + x)).normal(), 0, 0}; });
+    ColorStack stack = make_stack(8, 8, 1, 0.0, [&](int x, int y, double) {
+      return std::array<double, 3>{RandomStream(trial, static_cast<std::uint64_t>(8 * y + x)).normal(), 0, 0};
+    });
     const BlockGrid grid = make_blocks(stack, 8);
     const BlockFigure figure = [&](const std::vector<int>& wa, const std::vector<int>&) {
       double sum = 0, count = 0;
-      for (std::size_t i = 0; i < 64; ++i) sum += wa[grid.block_of[i]] * static_cast<double>(stack.lab[3 * i]), count += wa[grid.block_of[i]];
+      for (std::size_t i = 0; i < 64; ++i)
+        sum += wa[grid.block_of[i]] * static_cast<double>(stack.lab[3 * i]), count += wa[grid.block_of[i]];
       return std::vector<double>{sum / count};
     };
     const auto errors = block_standard_errors(grid, grid, figure, {.resamples = 200, .seed = trial});
@@ -125,7 +137,8 @@ TEST(BlockBootstrap, SaysNothingOfTooFewBlocks) {
   const ColorStack stack = gaussian(1, 1, {50, 0, 0}, 1);
   const BlockGrid grid = make_blocks(stack, 8);
   EXPECT_EQ(grid.used.size(), 1u);
-  EXPECT_FALSE(block_standard_errors(grid, grid, [](const auto&, const auto&) { return std::vector<double>{1.0}; }, {}));
+  EXPECT_FALSE(
+      block_standard_errors(grid, grid, [](const auto&, const auto&) { return std::vector<double>{1.0}; }, {}));
 }
 
 TEST(BlockGrid, HalvesAreAChessBoardThatSharesNothing) {

@@ -15,12 +15,15 @@ namespace {
 using testing_support::make_stack;
 
 ColorStack of_image(const ImageF& image) {
-  return make_stack(image.width(), image.height(), 1, 0.0, [&](int x, int y, double) { return std::array<double, 3>{static_cast<double>(image.at(x, y)), 0, 0}; });
+  return make_stack(image.width(), image.height(), 1, 0.0, [&](int x, int y, double) {
+    return std::array<double, 3>{static_cast<double>(image.at(x, y)), 0, 0};
+  });
 }
 
 ImageF white_noise(int side, std::uint64_t seed) {
   ImageF image(side, side);
-  for (std::int64_t i = 0; i < image.num_pixels(); ++i) image.data()[i] = static_cast<float>(50.0 + 10.0 * RandomStream(seed, static_cast<std::uint64_t>(i)).normal());
+  for (std::int64_t i = 0; i < image.num_pixels(); ++i)
+    image.data()[i] = static_cast<float>(50.0 + 10.0 * RandomStream(seed, static_cast<std::uint64_t>(i)).normal());
   return image;
 }
 
@@ -31,14 +34,17 @@ TEST(Spatial, SpectrumOfWhiteNoiseIsFlatAtItsVariance) {
   EXPECT_EQ(structure.tile_px(), 64);
   const std::vector<double> power = structure.spectrum(grid.all());
   for (std::size_t k = 0; k < power.size(); ++k) {
-    // About 2 pi r^2 / 4 waves of a ring in each of 16 independent tiles: 4 sigma; the lowest rings lose power to the mean that is removed.
+    // About 2 pi r^2 / 4 waves of a ring in each of 16 independent tiles: 4 sigma; the lowest rings lose power to the
+    // mean that is removed.
     const double r = structure.frequencies()[k] * 64, sigma = 1.0 / std::sqrt(16.0 * std::numbers::pi * r * r / 4.0);
     EXPECT_NEAR(power[k] / 100.0, 1.0, 4.0 * sigma + (r < 2.0 ? 0.35 : 0.0)) << r;
   }
 }
 
 TEST(Spatial, SpectrumOfAWaveStandsAtItsFrequency) {
-  const ColorStack stack = make_stack(128, 128, 1, 0.0, [](int x, int, double) { return std::array<double, 3>{50 + 10 * std::sin(2 * std::numbers::pi * x / 8.0), 0, 0}; });
+  const ColorStack stack = make_stack(128, 128, 1, 0.0, [](int x, int, double) {
+    return std::array<double, 3>{50 + 10 * std::sin(2 * std::numbers::pi * x / 8.0), 0, 0};
+  });
   const BlockGrid grid = make_blocks(stack, 8);
   const SpatialStructure structure(stack, 0, grid);
   const std::vector<double> power = structure.spectrum(grid.all());
@@ -76,7 +82,8 @@ TEST(Spatial, WhatLiesOutsideHasNoInfluence) {
   stack.rgb = stack.lab;
   const ColorStack cut = of_image(crop(image, 0, 0, 96, 128));
   const BlockGrid ga = make_blocks(stack, 1), gb = make_blocks(cut, 1);
-  const auto a = SpatialStructure(stack, 0, ga).correlation_length(ga.all()), b = SpatialStructure(cut, 0, gb).correlation_length(gb.all());
+  const auto a = SpatialStructure(stack, 0, ga).correlation_length(ga.all()),
+             b = SpatialStructure(cut, 0, gb).correlation_length(gb.all());
   ASSERT_TRUE(a && b);
   EXPECT_NEAR(*a, *b, 1e-9);
 }

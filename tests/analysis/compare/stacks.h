@@ -10,7 +10,8 @@
 namespace patinate::testing_support {
 
 /// Every pixel a texel; `lab(x, y, t)` at times 0, 1 / (T - 1), ..., 1 times `span`.
-[[nodiscard]] inline ColorStack make_stack(int width, int height, int num_times, double span, const std::function<std::array<double, 3>(int x, int y, double time)>& lab) {
+[[nodiscard]] inline ColorStack make_stack(int width, int height, int num_times, double span,
+                                           const std::function<std::array<double, 3>(int x, int y, double time)>& lab) {
   ColorStack stack;
   stack.width = width;
   stack.height = height;

@@ -6,8 +6,8 @@
 #include "analysis/figures/aging.h"
 #include "analysis/figures/pixel_difference.h"
 #include "analysis/figures/time_warp.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "tests/analysis/compare/stacks.h"
 
 namespace patinate::analysis {
@@ -45,7 +45,9 @@ TEST(Aging, MonotoneFitIsTheNearestNonDecreasingSequence) {
 
 TEST(Aging, OnsetAndSaturationOfARampAreATenthAndNineTenthsOfIt) {
   // Texel x ages linearly from x to x + 4, 40 Delta E in L*.
-  const ColorStack stack = make_stack(4, 1, 21, 10.0, [](int x, int, double t) { return std::array<double, 3>{80.0 - 10.0 * std::clamp(t - x, 0.0, 4.0), 0, 0}; });
+  const ColorStack stack = make_stack(4, 1, 21, 10.0, [](int x, int, double t) {
+    return std::array<double, 3>{80.0 - 10.0 * std::clamp(t - x, 0.0, 4.0), 0, 0};
+  });
   const TexelAging aging = texel_aging(stack, 5.0);
   for (std::size_t x = 0; x < 4; ++x) {
     EXPECT_NEAR(static_cast<double>(aging.change[x]), 40.0, 1e-4);
@@ -56,16 +58,24 @@ TEST(Aging, OnsetAndSaturationOfARampAreATenthAndNineTenthsOfIt) {
 }
 
 TEST(Aging, WhatDoesNotChangeHasNoOnset) {
-  const ColorStack stack = make_stack(2, 1, 5, 1.0, [](int x, int, double t) { return std::array<double, 3>{50.0 + (x == 1 ? 3.0 * t : 0.0), 0, 0}; });
+  const ColorStack stack = make_stack(2, 1, 5, 1.0, [](int x, int, double t) {
+    return std::array<double, 3>{50.0 + (x == 1 ? 3.0 * t : 0.0), 0, 0};
+  });
   const TexelAging aging = texel_aging(stack, 5.0);
   EXPECT_EQ(aging.ages[0], 0);
   EXPECT_EQ(aging.ages[1], 0);
   EXPECT_EQ(aging.covered_at[0], 5);
-  EXPECT_THROW((void)texel_aging(make_stack(1, 1, 1, 0.0, [](int, int, double) { return std::array<double, 3>{1, 2, 3}; }), 5.0), InvalidInput);
+  EXPECT_THROW((void)texel_aging(make_stack(1, 1, 1, 0.0,
+                                            [](int, int, double) {
+                                              return std::array<double, 3>{1, 2, 3};
+                                            }),
+                                 5.0),
+               InvalidInput);
 }
 
 TEST(TimeWarp, OfASurfaceAgainstItselfIsNoneAndLeavesNothing) {
-  const ColorStack a = make_stack(12, 9, 15, 8.0, [](int x, int y, double t) { return aged(x, y, step(t, 3.0 + 0.1 * x, 0.8)); });
+  const ColorStack a =
+      make_stack(12, 9, 15, 8.0, [](int x, int y, double t) { return aged(x, y, step(t, 3.0 + 0.1 * x, 0.8)); });
   const TimeWarp warp = find_time_warp(a, a);
   for (std::size_t i = 0; i < warp.times.size(); ++i) {
     EXPECT_EQ(warp.warped[i], warp.times[i]);
@@ -75,7 +85,9 @@ TEST(TimeWarp, OfASurfaceAgainstItselfIsNoneAndLeavesNothing) {
 
 TEST(TimeWarp, IsFoundAgainWhereTheSurfaceChanges) {
   // B shows at t what A shows at w(t) = t^2 / 8: A at time s is B at sqrt(8 s).
-  const auto color = [](int x, int y, double t) { return aged(x, y, 0.5 * step(t, 2.0 + 0.1 * x, 0.9) + 0.5 * step(t, 5.5, 0.9)); };
+  const auto color = [](int x, int y, double t) {
+    return aged(x, y, 0.5 * step(t, 2.0 + 0.1 * x, 0.9) + 0.5 * step(t, 5.5, 0.9));
+  };
   const ColorStack a = make_stack(12, 9, 33, 8.0, color);
   const ColorStack b = make_stack(12, 9, 33, 8.0, [&](int x, int y, double t) { return color(x, y, t * t / 8.0); });
   const TimeWarp warp = find_time_warp(a, b);
@@ -84,7 +96,8 @@ TEST(TimeWarp, IsFoundAgainWhereTheSurfaceChanges) {
   for (std::size_t i = 0; i < warp.times.size(); ++i) {
     before += warp.before[i], after += warp.after[i];
     if (warp.times[i] > 0.5) {
-      EXPECT_NEAR(warp.warped[i], std::sqrt(8.0 * warp.times[i]), kStep + 0.02) << warp.times[i];  // + what blending between B's frames bends.
+      EXPECT_NEAR(warp.warped[i], std::sqrt(8.0 * warp.times[i]), kStep + 0.02)
+          << warp.times[i];  // + what blending between B's frames bends.
     }
     if (i > 0) {
       EXPECT_GE(warp.warped[i], warp.warped[i - 1]);
@@ -98,16 +111,24 @@ TEST(TimeWarp, ShiftOfEveryTexelIsFoundAgainWithNoiseToo) {
   const auto later = [](int x) { return -0.6 + 1.2 * x / 23.0; };
   for (const double noise : {0.0, 1.0}) {
     const auto noisy = [&](std::uint64_t seed, int x, int y, double t, std::array<double, 3> lab) {
-      RandomStream random(seed, static_cast<std::uint64_t>(y * 24 + x), static_cast<std::uint32_t>(std::lround(16 * t)));
+      RandomStream random(seed, static_cast<std::uint64_t>(y * 24 + x),
+                          static_cast<std::uint32_t>(std::lround(16 * t)));
       for (double& v : lab) v += noise * random.normal();
       return lab;
     };
-    const ColorStack a = make_stack(24, 10, 33, 8.0, [&](int x, int y, double t) { return noisy(1, x, y, t, aged(x, y, step(t, 4.0, 0.7))); });
-    const ColorStack b = make_stack(24, 10, 33, 8.0, [&](int x, int y, double t) { return noisy(2, x, y, t, aged(x, y, step(t - later(x), 4.0, 0.7))); });
+    const ColorStack a = make_stack(
+        24, 10, 33, 8.0, [&](int x, int y, double t) { return noisy(1, x, y, t, aged(x, y, step(t, 4.0, 0.7))); });
+    const ColorStack b = make_stack(24, 10, 33, 8.0, [&](int x, int y, double t) {
+      return noisy(2, x, y, t, aged(x, y, step(t - later(x), 4.0, 0.7)));
+    });
     const TimeShift shift = find_time_shift(a, b, std::vector<std::uint8_t>(240, 1));
-    // Bound of an unbiased estimate: noise of both sides over the energy of the slope; without noise what blending between frames bends.
-    const double slope = std::sqrt((30.0 * 30 + 25 * 25 + 15 * 15) / (6.0 * 0.7) / 0.25), sigma = std::sqrt(2.0) * noise / slope;
-    for (std::size_t i = 0; i < 240; ++i) EXPECT_NEAR(static_cast<double>(shift.shift[i]), later(static_cast<int>(i % 24)), 5.0 * sigma + 0.01) << i << " noise " << noise;
+    // Bound of an unbiased estimate: noise of both sides over the energy of the slope; without noise what blending
+    // between frames bends.
+    const double slope = std::sqrt((30.0 * 30 + 25 * 25 + 15 * 15) / (6.0 * 0.7) / 0.25),
+                 sigma = std::sqrt(2.0) * noise / slope;
+    for (std::size_t i = 0; i < 240; ++i)
+      EXPECT_NEAR(static_cast<double>(shift.shift[i]), later(static_cast<int>(i % 24)), 5.0 * sigma + 0.01)
+          << i << " noise " << noise;
   }
 }
 
@@ -127,7 +148,8 @@ TEST(PixelDifference, OfAShiftedCopyIsThePublishedPairsAndOfItselfIsZero) {
   const std::array<std::array<double, 3>, 4> other{{{73, 25, -18}, {61, -5, 29}, {56, -27, -3}, {58, 24, 15}}};
   const std::array<double, 4> published{27.1492, 22.8977, 31.9030, 19.4535};
   const ColorStack a = make_stack(8, 8, 2, 1.0, [](int, int, double) { return std::array<double, 3>{50, 2.5, 0}; });
-  const ColorStack b = make_stack(8, 8, 2, 1.0, [&](int x, int y, double) { return other[static_cast<std::size_t>((y / 4) * 2 + x / 4)]; });
+  const ColorStack b = make_stack(
+      8, 8, 2, 1.0, [&](int x, int y, double) { return other[static_cast<std::size_t>((y / 4) * 2 + x / 4)]; });
   const std::vector<PixelDifference> found = pixel_differences(a, b), none = pixel_differences(a, a);
   EXPECT_NEAR(found[0].ciede2000_mean, (published[0] + published[1] + published[2] + published[3]) / 4, 1e-4);
   EXPECT_NEAR(found[1].ciede2000_median, published[1], 1e-4);

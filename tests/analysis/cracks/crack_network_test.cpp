@@ -7,11 +7,11 @@
 #include <functional>
 #include <limits>
 
-#include "patinate/datasets/crackle.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/metrics/color_curves.h"
+#include "patinate/core/error.h"
+#include "patinate/datasets/crackle.h"
+#include "patinate/image/image_io.h"
 #include "tests/support/test_data.h"
 
 namespace patinate::analysis {
@@ -31,8 +31,10 @@ ImageU8 voronoi(int side, const std::vector<std::array<double, 2>>& sites, doubl
       for (std::size_t i = 0; i < sites.size(); ++i) {
         if (i == nearest) continue;
         // Distance to the bisector.
-        const double dx = sites[i][0] - sites[nearest][0], dy = sites[i][1] - sites[nearest][1], apart = std::hypot(dx, dy);
-        const double d = ((sites[nearest][0] + sites[i][0]) / 2 - x) * dx / apart + ((sites[nearest][1] + sites[i][1]) / 2 - y) * dy / apart;
+        const double dx = sites[i][0] - sites[nearest][0], dy = sites[i][1] - sites[nearest][1],
+                     apart = std::hypot(dx, dy);
+        const double d = ((sites[nearest][0] + sites[i][0]) / 2 - x) * dx / apart +
+                         ((sites[nearest][1] + sites[i][1]) / 2 - y) * dy / apart;
         if (std::abs(d) <= width / 2) cracks.at(x, y) = 255;
       }
     }
@@ -47,7 +49,8 @@ std::vector<std::array<double, 2>> hexagonal(int side, double spacing, double an
     for (int i = -20; i <= 20; ++i) {
       const double u = spacing * (i + 0.5 * (j & 1)), v = spacing * std::sqrt(0.75) * j;
       const double x = side / 2.0 + c * u - s * v, y = side / 2.0 + s * u + c * v;
-      if (x > -2 * spacing && y > -2 * spacing && x < side + 2 * spacing && y < side + 2 * spacing) sites.push_back({x, y});
+      if (x > -2 * spacing && y > -2 * spacing && x < side + 2 * spacing && y < side + 2 * spacing)
+        sites.push_back({x, y});
     }
   }
   return sites;
@@ -65,7 +68,8 @@ double mean_cell(const CrackNetwork& network) {
   return sum;
 }
 
-/// An arm's end is known to about half a pixel, 12 px away: 2.4 degrees for one junction; far less for the mean of a hundred.
+/// An arm's end is known to about half a pixel, 12 px away: 2.4 degrees for one junction; far less for the mean of a
+/// hundred.
 constexpr double kArm = 12.0, kDegrees = 2.0;
 
 TEST(CrackNetwork, EvenCellsMeetAtOneHundredAndTwentyDegrees) {
@@ -73,8 +77,10 @@ TEST(CrackNetwork, EvenCellsMeetAtOneHundredAndTwentyDegrees) {
     const double spacing = 44.0;
     const CrackNetwork network = measure_cracks(voronoi(320, hexagonal(320, spacing, turn), 3.0), {}, kArm);
     ASSERT_GT(network.junctions.size(), 60u);
-    EXPECT_NEAR(mean_angle(network), 120.0, 2.0 * kDegrees);  // Of three angles the two smaller ones are taken: noise lowers their mean.
-    EXPECT_NEAR(mean_cell(network), std::sqrt(0.75) * spacing * spacing, 0.06 * spacing * spacing);  // Center lines take a pixel.
+    EXPECT_NEAR(mean_angle(network), 120.0,
+                2.0 * kDegrees);  // Of three angles the two smaller ones are taken: noise lowers their mean.
+    EXPECT_NEAR(mean_cell(network), std::sqrt(0.75) * spacing * spacing,
+                0.06 * spacing * spacing);  // Center lines take a pixel.
     EXPECT_NEAR(network.width_px().value(), 3.0, 0.35);
   }
 }
@@ -110,9 +116,13 @@ TEST(CrackNetwork, LengthIsTheSameInEveryDirection) {
     const double c = std::cos(degrees * 0.017453292519943295), s = std::sin(degrees * 0.017453292519943295);
     ImageU8 cracks(240, 240);
     for (int y = 0; y < 240; ++y) {
-      for (int x = 0; x < 240; ++x) cracks.at(x, y) = std::abs((x - 120) * s - (y - 120) * c) <= 2.0 && std::abs((x - 120) * c + (y - 120) * s) <= 100.0 ? 255 : 0;
+      for (int x = 0; x < 240; ++x)
+        cracks.at(x, y) =
+            std::abs((x - 120) * s - (y - 120) * c) <= 2.0 && std::abs((x - 120) * c + (y - 120) * s) <= 100.0 ? 255
+                                                                                                               : 0;
     }
-    EXPECT_NEAR(measure_cracks(cracks, {}, 3.0).length_px, 200.0, 0.055 * 200.0 + 5.0) << degrees;  // The weights' worst direction is 5.2 % off; both ends lose half the width.
+    EXPECT_NEAR(measure_cracks(cracks, {}, 3.0).length_px, 200.0, 0.055 * 200.0 + 5.0)
+        << degrees;  // The weights' worst direction is 5.2 % off; both ends lose half the width.
   }
 }
 
@@ -161,10 +171,13 @@ ImageU8 where(const ImageF& values, const std::function<bool(float)>& condition)
 TEST(CrackNetwork, WavinessOfASineIsItsAmplitudeOverTheRootOfTwo) {
   for (const double amplitude : {0.0, 6.0, 12.0}) {
     ImageU8 cracks(240, 80);
-    for (double x = 20.0; x <= 220.0; x += 0.2) cracks.at(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(40.0 + amplitude * std::sin((x - 20.0) * 2.0 * M_PI / 100.0)))) = 255;
+    for (double x = 20.0; x <= 220.0; x += 0.2)
+      cracks.at(static_cast<int>(std::lround(x)),
+                static_cast<int>(std::lround(40.0 + amplitude * std::sin((x - 20.0) * 2.0 * M_PI / 100.0)))) = 255;
     const CrackNetwork network = measure_cracks(cracks, {}, 8.0);
     ASSERT_EQ(network.segments.size(), 1u);
-    EXPECT_NEAR(network.segments[0].chord_px, 200.0, 1.0 + amplitude);  // Ends are where the line is farthest apart, not where it is drawn to.
+    EXPECT_NEAR(network.segments[0].chord_px, 200.0,
+                1.0 + amplitude);  // Ends are where the line is farthest apart, not where it is drawn to.
     // Pixels are 1 px wide and stand closer together where the line is steep: a tenth.
     EXPECT_NEAR(network.segments[0].waviness, amplitude / std::sqrt(2.0) / 200.0, 0.15 * amplitude / 200.0 + 0.002);
   }
@@ -180,7 +193,8 @@ HalfOfCracks half_of(const CrackNetwork& n) {
 }
 
 TEST(CrackNetwork, PaintCrackleMeetsAtOneHundredAndTwentyDegreesWhereItIsThinAndAtNinetyWhereThick) {
-  // The paper's other claim: thin paint has wavy cracks that meet evenly, thick paint straight ones that end on each other. At 0.06 mm a pixel, arms of 10 px.
+  // The paper's other claim: thin paint has wavy cracks that meet evenly, thick paint straight ones that end on each
+  // other. At 0.06 mm a pixel, arms of 10 px.
   datasets::CrackleOptions options{.width = 700, .height = 700, .texel_size_mm = 0.06, .thickness_max_mm = 0.30};
   for (const double simultaneity : {1.0, 0.0}) {
     options.simultaneity = simultaneity;
@@ -192,22 +206,26 @@ TEST(CrackNetwork, PaintCrackleMeetsAtOneHundredAndTwentyDegreesWhereItIsThinAnd
         if (cracks.contains(x, y) && !crack.is_dead_end) cracks.at(x, y) = 255;
       }
     }
-    const HalfOfCracks thin = half_of(measure_cracks(cracks, where(data.thickness_mm, [](float h) { return h < 0.16f; }), 10.0));
-    const HalfOfCracks thick = half_of(measure_cracks(cracks, where(data.thickness_mm, [](float h) { return h > 0.24f; }), 10.0));
+    const HalfOfCracks thin =
+        half_of(measure_cracks(cracks, where(data.thickness_mm, [](float h) { return h < 0.16f; }), 10.0));
+    const HalfOfCracks thick =
+        half_of(measure_cracks(cracks, where(data.thickness_mm, [](float h) { return h > 0.24f; }), 10.0));
     EXPECT_GT(thick.cell, 2.0 * thin.cell);
     EXPECT_NEAR(thick.angle, 90.0, 6.0);
     if (simultaneity == 0.0) {
       EXPECT_LT(thin.angle, 100.0);
       continue;
     }
-    // Evenly meeting cracks lose some of their 120 degrees to noise, as the mean leaves out the largest angle: borders of random Voronoi cells have 106.
+    // Evenly meeting cracks lose some of their 120 degrees to noise, as the mean leaves out the largest angle: borders
+    // of random Voronoi cells have 106.
     EXPECT_NEAR(thin.angle, 106.0, 4.0);
     EXPECT_GT(thin.waviness, 1.1 * thick.waviness);
   }
 }
 
 TEST(CrackNetwork, PaintCrackleIsLargeAndSquareWhereItIsThickAndSmallWhereThin) {
-  // The paper's claim, on the generator's own cracks: cell size goes with thickness squared, later cracks end on earlier ones.
+  // The paper's claim, on the generator's own cracks: cell size goes with thickness squared, later cracks end on
+  // earlier ones.
   datasets::CrackleOptions options;
   options.width = options.height = 640;
   const datasets::CrackleDataset data = datasets::crackle(options);
@@ -229,7 +247,8 @@ TEST(CrackNetwork, PhotographsOfCraquelureAgreeWithTheirAuthorsMasks) {
     double precision, recall;  // Measured with these settings; a center line within 2 px of the other's cracks counts.
   };
   // ge230's hairlines are partly below the contrast that is asked for.
-  for (const Expected& e : {Expected{"fl187.jpg", "fl187_r5_minArea500_closeR3.tif", 0.95, 0.90}, Expected{"ge230.jpg", "ge230_r4_minArea250_closeR4.tif", 0.95, 0.80}}) {
+  for (const Expected& e : {Expected{"fl187.jpg", "fl187_r5_minArea500_closeR3.tif", 0.95, 0.90},
+                            Expected{"ge230.jpg", "ge230_r4_minArea250_closeR4.tif", 0.95, 0.80}}) {
     const ImageF rgb = read_color(folder / e.photo);
     const ImageU8 lying = read_mask(folder / e.mask);  // Turned by 90 degrees.
     ImageF lightness(rgb.width(), rgb.height());
@@ -237,7 +256,8 @@ TEST(CrackNetwork, PhotographsOfCraquelureAgreeWithTheirAuthorsMasks) {
     for (int y = 0; y < rgb.height(); ++y) {
       for (int x = 0; x < rgb.width(); ++x) {
         const auto p = rgb.pixel(x, y);
-        lightness.at(x, y) = static_cast<float>(lab_from_linear(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]))[0]);
+        lightness.at(x, y) = static_cast<float>(
+            lab_from_linear(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]))[0]);
         truth.at(x, y) = lying.at(y, lying.height() - 1 - x);
       }
     }
@@ -249,7 +269,8 @@ TEST(CrackNetwork, PhotographsOfCraquelureAgreeWithTheirAuthorsMasks) {
           if (lines.at(x, y) == 0) continue;
           bool is_near = false;
           for (int j = -2; j <= 2; ++j) {
-            for (int i = -2; i <= 2; ++i) is_near = is_near || (other.contains(x + i, y + j) && other.at(x + i, y + j) != 0);
+            for (int i = -2; i <= 2; ++i)
+              is_near = is_near || (other.contains(x + i, y + j) && other.at(x + i, y + j) != 0);
           }
           num_near += is_near, num += 1;
         }
@@ -259,7 +280,8 @@ TEST(CrackNetwork, PhotographsOfCraquelureAgreeWithTheirAuthorsMasks) {
     EXPECT_GT(share_near(thinned(found), truth), e.precision) << e.photo;
     EXPECT_GT(share_near(thinned(truth), found), e.recall) << e.photo;
     // Both say the same of how cracks meet: mostly on one another.
-    EXPECT_NEAR(mean_angle(measure_cracks(found, {}, 12.0)), mean_angle(measure_cracks(truth, {}, 12.0)), 5.0) << e.photo;
+    EXPECT_NEAR(mean_angle(measure_cracks(found, {}, 12.0)), mean_angle(measure_cracks(truth, {}, 12.0)), 5.0)
+        << e.photo;
   }
 }
 

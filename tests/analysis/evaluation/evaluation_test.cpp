@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "analysis/evaluation/coherence.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 
@@ -22,7 +22,8 @@ SynthesisSource blotchy_source(int side = kSide) {
   ImageF frame(side, side, 3);
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
-      for (int c = 0; c < 3; ++c) frame.at(x, y, c) = 255.0f * std::clamp(testing_support::blotches(x, y, 2, c), 0.0f, 1.0f);
+      for (int c = 0; c < 3; ++c)
+        frame.at(x, y, c) = 255.0f * std::clamp(testing_support::blotches(x, y, 2, c), 0.0f, 1.0f);
     }
   }
   source.frames = {frame};
@@ -36,7 +37,10 @@ SynthesisSource blotchy_source(int side = kSide) {
 /// Where texel (x, y) comes from, over a flat surface as large as the source.
 template <class Where>
 SynthesizedMap flat_map(const SynthesisSource& source, Where&& where) {
-  SynthesizedMap map{.name = "map", .surface = flat_surface(source.width(), source.height(), 1.0), .coordinates = ImageF(source.width(), source.height(), 2), .control = source.control};
+  SynthesizedMap map{.name = "map",
+                     .surface = flat_surface(source.width(), source.height(), 1.0),
+                     .coordinates = ImageF(source.width(), source.height(), 2),
+                     .control = source.control};
   for (int y = 0; y < source.height(); ++y) {
     for (int x = 0; x < source.width(); ++x) {
       const auto [sx, sy] = where(x, y);
@@ -66,7 +70,8 @@ EvaluationOptions quick() {
 TEST(Evaluation, TheSourceItselfLosesNothing) {
   const SynthesisSource source = blotchy_source();
   const Evaluation e = evaluate(source, flat_map(source, [](int x, int y) { return std::pair{x, y}; }), quick(), 1);
-  for (const char* zero : {"control_error_mean", "control_error_p95", "control_error_s3_mean", "control_error_s3_p95", "gradient_emd", "spectrum", "rep64", "scale_error_median", "scale_error_p99"}) {
+  for (const char* zero : {"control_error_mean", "control_error_p95", "control_error_s3_mean", "control_error_s3_p95",
+                           "gradient_emd", "spectrum", "rep64", "scale_error_median", "scale_error_p99"}) {
     EXPECT_EQ(value_of(e, zero), 0.0) << zero;
   }
   EXPECT_EQ(value_of(e, "coherent_share"), 1.0);
@@ -83,8 +88,15 @@ TEST(Evaluation, AShuffleKeepsColorsAndLosesTheRest) {
   std::vector<int> order(kSide * kSide);
   std::iota(order.begin(), order.end(), 0);
   RandomStream random(7, 0);
-  for (std::size_t i = order.size(); i-- > 1;) std::swap(order[i], order[random.below(static_cast<std::uint32_t>(i + 1))]);
-  const Evaluation e = evaluate(source, flat_map(source, [&](int x, int y) { return std::pair{order[static_cast<std::size_t>(y * kSide + x)] % kSide, order[static_cast<std::size_t>(y * kSide + x)] / kSide}; }), quick(), 1);
+  for (std::size_t i = order.size(); i-- > 1;)
+    std::swap(order[i], order[random.below(static_cast<std::uint32_t>(i + 1))]);
+  const Evaluation e = evaluate(source,
+                                flat_map(source,
+                                         [&](int x, int y) {
+                                           return std::pair{order[static_cast<std::size_t>(y * kSide + x)] % kSide,
+                                                            order[static_cast<std::size_t>(y * kSide + x)] / kSide};
+                                         }),
+                                quick(), 1);
   EXPECT_LT(value_of(e, "coherent_share"), 0.002);
   EXPECT_LT(value_of(e, "texels_per_piece"), 1.01);
   EXPECT_EQ(value_of(e, "used_share"), 1.0);
@@ -98,7 +110,12 @@ TEST(Evaluation, AShuffleKeepsColorsAndLosesTheRest) {
 
 TEST(Evaluation, TilesRepeatAndAreCountedAsPieces) {
   const SynthesisSource source = blotchy_source();
-  const Evaluation e = evaluate(source, flat_map(source, [](int x, int y) { return std::pair{x % 32, y % 32}; }), quick(), 1);
+  const Evaluation e = evaluate(source,
+                                flat_map(source,
+                                         [](int x, int y) {
+                                           return std::pair{x % 32, y % 32};
+                                         }),
+                                quick(), 1);
   EXPECT_EQ(value_of(e, "rep64"), 1.0);
   EXPECT_EQ(value_of(e, "texels_per_piece"), 32.0 * 32.0);
   EXPECT_NEAR(value_of(e, "used_share"), 1.0 / 9.0, 1e-12);
@@ -107,29 +124,53 @@ TEST(Evaluation, TilesRepeatAndAreCountedAsPieces) {
 TEST(Evaluation, RepetitionCountsFromFourToSixtyFourTexels) {
   const SynthesisSource source = blotchy_source(160);
   // Columns 0 and `gap` show the same, all others themselves.
-  for (const auto& [gap, share] : {std::pair{3, 0.0}, std::pair{4, 2.0 / 160.0}, std::pair{64, 2.0 / 160.0}, std::pair{65, 0.0}}) {
-    const Evaluation e = evaluate(source, flat_map(source, [gap = gap](int x, int y) { return std::pair{x == gap ? 0 : x, y}; }), quick(), 1);
-    const double mixed = value_of(e, "rep64");  // Rows near make pairs that are a little farther: at 65 none, at 3 those with 3 or more rows between.
-    if (gap == 3) EXPECT_LE(mixed, 2.0 / 160.0);
-    else EXPECT_NEAR(mixed, share, 1e-12) << gap;
+  for (const auto& [gap, share] :
+       {std::pair{3, 0.0}, std::pair{4, 2.0 / 160.0}, std::pair{64, 2.0 / 160.0}, std::pair{65, 0.0}}) {
+    const Evaluation e = evaluate(source,
+                                  flat_map(source,
+                                           [gap = gap](int x, int y) {
+                                             return std::pair{x == gap ? 0 : x, y};
+                                           }),
+                                  quick(), 1);
+    const double mixed = value_of(e, "rep64");  // Rows near make pairs that are a little farther: at 65 none, at 3
+                                                // those with 3 or more rows between.
+    if (gap == 3)
+      EXPECT_LE(mixed, 2.0 / 160.0);
+    else
+      EXPECT_NEAR(mixed, share, 1e-12) << gap;
   }
 }
 
 TEST(Evaluation, AWrongScaleIsMeasured) {
   const SynthesisSource source = blotchy_source();
   // Every step is two source pixels: what is shown is half as large as it should be.
-  const Evaluation e = evaluate(source, flat_map(source, [](int x, int y) { return std::pair{2 * x % kSide, 2 * y % kSide}; }), quick(), 1);
+  const Evaluation e = evaluate(source,
+                                flat_map(source,
+                                         [](int x, int y) {
+                                           return std::pair{2 * x % kSide, 2 * y % kSide};
+                                         }),
+                                quick(), 1);
   EXPECT_NEAR(value_of(e, "scale_error_median"), 1.0, 1e-9);
   EXPECT_LT(value_of(e, "coherent_share"), 0.001);
   EvaluationOptions halved = quick();
   halved.source_step = 2;
-  EXPECT_GT(value_of(evaluate(source, flat_map(source, [](int x, int y) { return std::pair{2 * x % kSide, 2 * y % kSide}; }), halved, 1), "coherent_share"), 0.97);
+  EXPECT_GT(value_of(evaluate(source,
+                              flat_map(source,
+                                       [](int x, int y) {
+                                         return std::pair{2 * x % kSide, 2 * y % kSide};
+                                       }),
+                              halved, 1),
+                     "coherent_share"),
+            0.97);
 }
 
 /// A plane cut in two charts, the right one turned by 90 degrees: a picture laid over it as one has no seam.
 SynthesizedMap over_cut_plane(const SynthesisSource& source, int resolution, double shift_mm) {
   const double side = source.width();
-  SynthesizedMap map{.name = "cut", .surface = std::make_shared<TexelMap>(testing_support::cut_plane(side), resolution, resolution), .coordinates = ImageF(resolution, resolution, 2, -1.0f), .control = {}};
+  SynthesizedMap map{.name = "cut",
+                     .surface = std::make_shared<TexelMap>(testing_support::cut_plane(side), resolution, resolution),
+                     .coordinates = ImageF(resolution, resolution, 2, -1.0f),
+                     .control = {}};
   const TexelMap& surface = *map.surface;
   for (TexelId t = 0; t < surface.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;
@@ -141,13 +182,16 @@ SynthesizedMap over_cut_plane(const SynthesisSource& source, int resolution, dou
   return map;
 }
 
-/// Mean color difference of pixels beside each other: along x between columns x and x + 1 (or all), and along y when all.
+/// Mean color difference of pixels beside each other: along x between columns x and x + 1 (or all), and along y when
+/// all.
 double mean_difference(const ImageF& frame, int column) {
   double sum = 0.0;
   int n = 0;
   const auto add = [&](int x, int y, int dx, int dy) {
     double squares = 0.0;
-    for (int c = 0; c < 3; ++c) squares += std::pow(static_cast<double>(frame.at(x + dx, y + dy, c)) - static_cast<double>(frame.at(x, y, c)), 2.0);
+    for (int c = 0; c < 3; ++c)
+      squares +=
+          std::pow(static_cast<double>(frame.at(x + dx, y + dy, c)) - static_cast<double>(frame.at(x, y, c)), 2.0);
     sum += std::sqrt(squares);
     ++n;
   };
@@ -162,7 +206,8 @@ double mean_difference(const ImageF& frame, int column) {
 
 TEST(Evaluation, ASeamOfAPictureLaidOverItCannotBeTold) {
   const SynthesisSource source = blotchy_source();
-  const Evaluation whole = evaluate(source, over_cut_plane(source, 192, 0.0), quick(), 1), broken = evaluate(source, over_cut_plane(source, 192, 40.0), quick(), 1);
+  const Evaluation whole = evaluate(source, over_cut_plane(source, 192, 0.0), quick(), 1),
+                   broken = evaluate(source, over_cut_plane(source, 192, 40.0), quick(), 1);
   // What the picture itself has between the two columns where it is cut.
   const double expected = mean_difference(source.frames[0], kSide / 2 - 1) / mean_difference(source.frames[0], -1);
   EXPECT_NEAR(value_of(whole, "seam_gradient_ratio"), expected, 0.03);
@@ -175,7 +220,8 @@ TEST(Evaluation, PictureOfTheToolIsExplained) {
   MadePicture made{.frame = 0, .codes = ImageF(kSide, kSide, 3)};
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
-      for (int c = 0; c < 3; ++c) made.codes.at(x, y, c) = std::round(source.frames[0].at(y, x, c)) + (x < kSide / 4 && y == 0 ? 40.0f : 0.0f);
+      for (int c = 0; c < 3; ++c)
+        made.codes.at(x, y, c) = std::round(source.frames[0].at(y, x, c)) + (x < kSide / 4 && y == 0 ? 40.0f : 0.0f);
     }
   }
   EXPECT_NEAR(value_of(evaluate(source, map, quick(), 1, &made), "explained_pixels"), 1.0 - 0.25 / kSide, 1e-3);
@@ -187,9 +233,11 @@ TEST(Evaluation, SameForAnyNumberOfThreads) {
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
-  const Evaluation a = evaluate(source, map, quick(), 1, nullptr, one), b = evaluate(source, map, quick(), 1, nullptr, three);
+  const Evaluation a = evaluate(source, map, quick(), 1, nullptr, one),
+                   b = evaluate(source, map, quick(), 1, nullptr, three);
   ASSERT_EQ(a.figures.size(), b.figures.size());
-  for (std::size_t i = 0; i < a.figures.size(); ++i) EXPECT_EQ(a.figures[i].value, b.figures[i].value) << a.figures[i].name;
+  for (std::size_t i = 0; i < a.figures.size(); ++i)
+    EXPECT_EQ(a.figures[i].value, b.figures[i].value) << a.figures[i].name;
   EXPECT_EQ(a.hash, b.hash);
 }
 

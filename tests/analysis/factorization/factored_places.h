@@ -7,12 +7,13 @@
 #include <cmath>
 #include <vector>
 
-#include "patinate/analysis/factorization.h"
 #include "libcommon/core/random.h"
+#include "patinate/analysis/factorization.h"
 
 namespace patinate::testing_support {
 
-/// Curves of three channels: a rise with a long tail, a steeper one, and one that overshoots. Ends at 0 and 1 but for 1e-6.
+/// Curves of three channels: a rise with a long tail, a steeper one, and one that overshoots. Ends at 0 and 1 but for
+/// 1e-6.
 [[nodiscard]] inline double true_curve(int channel, double s) {
   const auto rise = [&](double at, double width) { return 1.0 / (1.0 + std::exp(-(s - at) / width)); };
   if (channel == 0) return 0.6 * rise(35.0, 4.0) + 0.4 * rise(60.0, 7.0);
@@ -39,7 +40,8 @@ struct FactoredOptions {
   FactoredPlaces out;
   out.series.times = o.times;
   if (o.times.empty()) {
-    for (int t = 0; t < 48; ++t) out.series.times.push_back(100.0 * std::pow((t + (t % 3 == 1 ? 0.4 : 0.0)) / 47.0, 1.15));
+    for (int t = 0; t < 48; ++t)
+      out.series.times.push_back(100.0 * std::pow((t + (t % 3 == 1 ? 0.4 : 0.0)) / 47.0, 1.15));
   }
   const std::size_t num_times = out.series.times.size();
   for (int i = 0; i < o.count; ++i) {
@@ -49,12 +51,15 @@ struct FactoredOptions {
     p.rate = std::exp(o.spread * std::clamp(random.normal(), -2.0, 2.0));
     p.offset = 5.0 * std::clamp(random.normal(), -2.0, 2.0);
     for (std::size_t c = 0; c < 3; ++c) {
-      p.gain[c] = p.status == PlaceStatus::Unchanged ? 0.0 : (random.uniform() < 0.3 ? -1.0 : 1.0) * (0.15 + 0.2 * random.uniform());
+      p.gain[c] = p.status == PlaceStatus::Unchanged
+                      ? 0.0
+                      : (random.uniform() < 0.3 ? -1.0 : 1.0) * (0.15 + 0.2 * random.uniform());
       p.base[c] = 0.4 + 0.1 * random.uniform();
     }
     for (std::size_t c = 0; c < 3; ++c) {
       for (const double t : out.series.times) {
-        double v = p.base[c] + p.gain[c] * true_curve(static_cast<int>(c), p.rate * t - p.offset) + o.noise * random.normal();
+        double v =
+            p.base[c] + p.gain[c] * true_curve(static_cast<int>(c), p.rate * t - p.offset) + o.noise * random.normal();
         if (random.uniform() < o.outliers) v = random.uniform();
         out.series.values.push_back(static_cast<float>(v));
       }
@@ -63,7 +68,8 @@ struct FactoredOptions {
       for (std::size_t t = 0; t < num_times; ++t) {
         const bool is_seen = random.uniform() >= o.unseen;
         out.series.is_seen.push_back(is_seen ? 255 : 0);
-        for (std::size_t c = 0; c < 3 && !is_seen; ++c) out.series.values[(static_cast<std::size_t>(i) * 3 + c) * num_times + t] = 9.0f;
+        for (std::size_t c = 0; c < 3 && !is_seen; ++c)
+          out.series.values[(static_cast<std::size_t>(i) * 3 + c) * num_times + t] = 9.0f;
       }
     }
     out.truth.push_back(p);
@@ -77,7 +83,8 @@ inline void bring_to_gauge(const TemporalCurve& fitted, std::vector<PlaceFactors
   for (int c = 0; c < 3; ++c) {
     double low = 1e9, high = -1e9;
     for (int i = 0; i <= 2000; ++i) {
-      const double s = fitted.low + (fitted.high - fitted.low) * i / 2000.0, v = true_curve(c, (s - gauge.shift) / gauge.scale);
+      const double s = fitted.low + (fitted.high - fitted.low) * i / 2000.0,
+                   v = true_curve(c, (s - gauge.shift) / gauge.scale);
       low = std::min(low, v), high = std::max(high, v);
     }
     for (PlaceFactors& p : truth) {
@@ -90,8 +97,9 @@ inline void bring_to_gauge(const TemporalCurve& fitted, std::vector<PlaceFactors
 
 /// 95th percentiles of the differences from the truth, over places that are fitted.
 struct FactorErrors {
-  double rate = 0.0, offset = 0.0, gain = 0.0, base = 0.0, value = 0.0;  ///< Share; time; linear; linear; root mean square.
-  double fitted_share = 0.0;                                             ///< Of those that change.
+  double rate = 0.0, offset = 0.0, gain = 0.0, base = 0.0,
+         value = 0.0;         ///< Share; time; linear; linear; root mean square.
+  double fitted_share = 0.0;  ///< Of those that change.
 };
 [[nodiscard]] inline FactorErrors factor_errors(const FactoredPlaces& places, const Factorization& made) {
   std::vector<PlaceFactors> truth = places.truth;
@@ -105,21 +113,28 @@ struct FactorErrors {
     for (int c = 0; c < 3; ++c) {
       for (const double t : places.series.times) {
         const auto k = static_cast<std::size_t>(c);
-        const double v = places.truth[i].base[k] + places.truth[i].gain[k] * true_curve(c, places.truth[i].rate * t - places.truth[i].offset);
+        const double v = places.truth[i].base[k] +
+                         places.truth[i].gain[k] * true_curve(c, places.truth[i].rate * t - places.truth[i].offset);
         squares += std::pow(factored_value(made.models[0].curve, f, c, t) - v, 2), count += 1.0;
       }
     }
     if (f.status != PlaceStatus::Fitted) continue;
     rate.push_back(std::abs(f.rate / truth[i].rate - 1.0));
     offset.push_back(std::abs(f.offset - truth[i].offset));
-    for (std::size_t c = 0; c < 3; ++c) gain.push_back(std::abs(f.gain[c] - truth[i].gain[c])), base.push_back(std::abs(f.base[c] - truth[i].base[c]));
+    for (std::size_t c = 0; c < 3; ++c)
+      gain.push_back(std::abs(f.gain[c] - truth[i].gain[c])), base.push_back(std::abs(f.base[c] - truth[i].base[c]));
   }
   const auto p95 = [](std::vector<double>& list) {
     std::sort(list.begin(), list.end());
     return list.empty() ? 1e9 : list[static_cast<std::size_t>(0.95 * static_cast<double>(list.size() - 1))];
   };
   const double fitted = static_cast<double>(rate.size()) / changing;
-  return {.rate = p95(rate), .offset = p95(offset), .gain = p95(gain), .base = p95(base), .value = std::sqrt(squares / count), .fitted_share = fitted};
+  return {.rate = p95(rate),
+          .offset = p95(offset),
+          .gain = p95(gain),
+          .base = p95(base),
+          .value = std::sqrt(squares / count),
+          .fitted_share = fitted};
 }
 
 }  // namespace patinate::testing_support

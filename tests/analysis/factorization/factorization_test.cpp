@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_job.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 #include "tests/analysis/factorization/factored_places.h"
@@ -25,8 +25,11 @@ using testing_support::true_curve;
 
 const FactorizationOptions kQuick{.num_intervals = 24, .num_training = 96};
 
-/// Root mean square error of values fitted with p parameters to n samples of noise sigma, when the curve is known: sigma sqrt(p / n).
-double bound_of_values(double sigma, double num_parameters, double num_samples) { return sigma * std::sqrt(num_parameters / num_samples); }
+/// Root mean square error of values fitted with p parameters to n samples of noise sigma, when the curve is known:
+/// sigma sqrt(p / n).
+double bound_of_values(double sigma, double num_parameters, double num_samples) {
+  return sigma * std::sqrt(num_parameters / num_samples);
+}
 
 TEST(TemporalCurve, ReproducesCubicsAndTheirSlopes) {
   std::vector<double> clocks, values;
@@ -58,20 +61,22 @@ TEST(Factorization, OfFactoredPlacesReturnsTheirFactors) {
 }
 
 TEST(Factorization, UnderNoiseAndOutliersIsAsGoodAsAKnownCurveAllows) {
-  constexpr double kNoise = 0.01, kCauchyLoss = 1.1, kUnknownCurve = 1.1;  // 95 % efficiency, 2 % of the values lost; the curve has errors too.
+  constexpr double kNoise = 0.01, kCauchyLoss = 1.1,
+                   kUnknownCurve = 1.1;  // 95 % efficiency, 2 % of the values lost; the curve has errors too.
   const FactoredPlaces places = factored_places({.count = 300, .noise = kNoise, .outliers = 0.02});
   const Factorization made = factorize(places.series, kQuick);
   const FactorErrors e = factor_errors(places, made);
   EXPECT_EQ(e.fitted_share, 1.0);
   EXPECT_LT(e.value, kCauchyLoss * kUnknownCurve * bound_of_values(kNoise, 8, 3.0 * 48));
   for (const double noise : made.models[0].noise) EXPECT_NEAR(noise, kNoise, 0.001);
-  // Rates are off by as much as they say of themselves, but for the curve, whose own errors (of 96 places) all of them share: nine tenths of them
-  // lie within 2 x 1.645 standard deviations times this.
+  // Rates are off by as much as they say of themselves, but for the curve, whose own errors (of 96 places) all of them
+  // share: nine tenths of them lie within 2 x 1.645 standard deviations times this.
   constexpr double kSharedCurve = 1.6;
   std::vector<PlaceFactors> truth = places.truth;
   apply_gauge(clock_gauge(truth), truth);
   std::vector<double> shares;
-  for (std::size_t i = 0; i < truth.size(); ++i) shares.push_back((made.factors[0][i].rate - truth[i].rate) / made.factors[0][i].rate_stddev);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    shares.push_back((made.factors[0][i].rate - truth[i].rate) / made.factors[0][i].rate_stddev);
   std::sort(shares.begin(), shares.end());
   EXPECT_LT(shares[shares.size() * 95 / 100] - shares[shares.size() * 5 / 100], kSharedCurve * 2 * 1.645);
 }
@@ -93,14 +98,16 @@ TEST(Factorization, MaskedValuesDoNotMatterAndStillPlacesAreSaid) {
 
 TEST(Factorization, EveryChannelMayHaveAClockOfItsOwn) {
   FactoredPlaces places = factored_places({.count = 200});
-  const Factorization made = factorize(places.series, {.clock = FactorClock::Channels, .num_intervals = 24, .num_training = 96});
+  const Factorization made =
+      factorize(places.series, {.clock = FactorClock::Channels, .num_intervals = 24, .num_training = 96});
   ASSERT_EQ(made.models.size(), 3u);
   double squares = 0.0;
   for (std::size_t i = 0; i < places.truth.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       const auto k = static_cast<std::size_t>(c);
       for (const double t : places.series.times) {
-        const double v = places.truth[i].base[k] + places.truth[i].gain[k] * true_curve(c, places.truth[i].rate * t - places.truth[i].offset);
+        const double v = places.truth[i].base[k] +
+                         places.truth[i].gain[k] * true_curve(c, places.truth[i].rate * t - places.truth[i].offset);
         squares += std::pow(factored_value(made.models[k].curve, made.factors[k][i], 0, t) - v, 2);
       }
     }
@@ -142,7 +149,8 @@ TEST(Factorization, GoesOnForSlowPlacesWhereFastOnesHaveBeen) {
     }
     ++covered;
     for (int c = 0; c < 3; ++c) {
-      const double truth = p.base[static_cast<std::size_t>(c)] + p.gain[static_cast<std::size_t>(c)] * true_curve(c, p.rate * 85.0 - p.offset);
+      const double truth = p.base[static_cast<std::size_t>(c)] +
+                           p.gain[static_cast<std::size_t>(c)] * true_curve(c, p.rate * 85.0 - p.offset);
       worst = std::max(worst, std::abs(factored_value(made.models[0].curve, made.factors[0][i], c, 85.0) - truth));
     }
   }
@@ -167,7 +175,8 @@ TEST(Factorization, SaysWhatItCannotTakeApart) {
   EXPECT_THROW((void)factorize(places.series, {.max_rate = 1.0}), InvalidInput);
 }
 
-/// A history whose pixels are factored places, a masked column, a pixel without change, and frames with masks of their own.
+/// A history whose pixels are factored places, a masked column, a pixel without change, and frames with masks of their
+/// own.
 fs::path write_history(const fs::path& folder, const FactoredPlaces& places, int width, int height) {
   fs::create_directories(folder);
   HistoryManifest manifest;
@@ -201,10 +210,13 @@ TEST(FactorizationJob, WritesTheSameHistoryWithoutNoiseAndMarksWhatNobodySaw) {
   for (int t = 0; t < 30; ++t) options.times.push_back(2.5 * t);
   const FactoredPlaces places = factored_places(options);
   const fs::path history = write_history(folder / "history", places, 24, 16);
-  const FactorizationTask task{.history = history, .options = {.num_intervals = 20, .num_training = 64}, .times = {36.0, 90.0}};
+  const FactorizationTask task{
+      .history = history, .options = {.num_intervals = 20, .num_training = 64}, .times = {36.0, 90.0}};
   make(plan_factorization(task, folder / "one"), 1);
   make(plan_factorization(task, folder / "five"), 5);
-  for (const char* name : {"factorization.json", "report.html", "maps/rate.exr", "maps/base.exr", "history/history.json", "history/frames/0031.exr", "history/masks/0031.png", "history/controls/rate.exr"}) {
+  for (const char* name :
+       {"factorization.json", "report.html", "maps/rate.exr", "maps/base.exr", "history/history.json",
+        "history/frames/0031.exr", "history/masks/0031.png", "history/controls/rate.exr"}) {
     EXPECT_EQ(read_file(folder / "one" / name), read_file(folder / "five" / name)) << name;
   }
   const HistoryReader made(folder / "one/history");
@@ -224,11 +236,17 @@ TEST(FactorizationJob, WritesTheSameHistoryWithoutNoiseAndMarksWhatNobodySaw) {
       EXPECT_EQ(clock.data()[i], 0);
     }
     for (std::size_t c = 0; c < 3 && is_inside; ++c) {
-      const double v = places.truth[i].base[c] + places.truth[i].gain[c] * true_curve(static_cast<int>(c), places.truth[i].rate * options.times[12] - places.truth[i].offset);
-      before += std::pow(static_cast<double>(noisy.data()[3 * i + c]) - v, 2), after += std::pow(static_cast<double>(clean.data()[3 * i + c]) - v, 2);
+      const double v =
+          places.truth[i].base[c] +
+          places.truth[i].gain[c] *
+              true_curve(static_cast<int>(c), places.truth[i].rate * options.times[12] - places.truth[i].offset);
+      before += std::pow(static_cast<double>(noisy.data()[3 * i + c]) - v, 2),
+          after += std::pow(static_cast<double>(clean.data()[3 * i + c]) - v, 2);
     }
   }
-  EXPECT_LT(after, 0.2 * before);  // Noise of 3 x 30 values, 8 numbers: a tenth of the squares; and frame 12 is no average one.
+  EXPECT_LT(
+      after,
+      0.2 * before);  // Noise of 3 x 30 values, 8 numbers: a tenth of the squares; and frame 12 is no average one.
   const FactorizationManifest m = read_factorization(folder / "one");
   EXPECT_EQ(m.num_extrapolated, 1);
   EXPECT_EQ(m.models.size(), 1u);
@@ -243,7 +261,9 @@ TEST(FactorizationJob, BadInputIsOneLine) {
   const fs::path six = write_history(folder / "six", factored_places(options), 8, 8);
   EXPECT_THROW((void)plan_factorization({.history = six, .times = {std::nan("")}}, folder / "out"), InvalidInput);
   // So far ahead that no place has been there.
-  EXPECT_THROW(make(plan_factorization({.history = six, .options = {.num_training = 16}, .times = {1e6}}, folder / "out"), 1), InvalidInput);
+  EXPECT_THROW(
+      make(plan_factorization({.history = six, .options = {.num_training = 16}, .times = {1e6}}, folder / "out"), 1),
+      InvalidInput);
 }
 
 }  // namespace

@@ -16,7 +16,8 @@ namespace {
 using Objective = std::function<double(const std::vector<double>&)>;
 
 /// Points around the best as a search would leave them.
-std::vector<BoxPoint> cloud(const Objective& f, const std::vector<double>& best, int num_points = 80, double spread = 0.1) {
+std::vector<BoxPoint> cloud(const Objective& f, const std::vector<double>& best, int num_points = 80,
+                            double spread = 0.1) {
   std::vector<BoxPoint> points;
   for (int k = 0; k < num_points; ++k) {
     RandomStream random(1, static_cast<std::uint64_t>(k));
@@ -29,13 +30,15 @@ std::vector<BoxPoint> cloud(const Objective& f, const std::vector<double>& best,
 }
 
 /// A scan of each parameter, the others moved by `slopes` where given.
-BoxScans scan(const Objective& f, const std::vector<double>& best, const std::vector<std::vector<double>>& slopes = {}) {
+BoxScans scan(const Objective& f, const std::vector<double>& best,
+              const std::vector<std::vector<double>>& slopes = {}) {
   BoxScans scans(best.size());
   for (std::size_t i = 0; i < best.size(); ++i) {
     for (const double place : scan_places(best[i], 16)) {
       BoxPoint p{.at = best};
       for (std::size_t j = 0; j < best.size(); ++j) {
-        if (j != i && !slopes.empty()) p.at[j] = std::min(1.0, std::max(0.0, best[j] + slopes[i][j] * (place - best[i])));
+        if (j != i && !slopes.empty())
+          p.at[j] = std::min(1.0, std::max(0.0, best[j] + slopes[i][j] * (place - best[i])));
       }
       p.at[i] = place;
       p.objective = f(p.at);
@@ -58,7 +61,8 @@ TEST(Determined, IntervalOfAConeReachesAsFarAsItsSlopeSays) {
 }
 
 TEST(Determined, WhatChangesNothingIsSaidToHaveNoEffect) {
-  const std::vector<ParameterVerdict> v = verdict_of([](const auto& x) { return std::abs(x[0] - 0.4) + 0.1; }, {0.4, 0.7}, 0.01);
+  const std::vector<ParameterVerdict> v =
+      verdict_of([](const auto& x) { return std::abs(x[0] - 0.4) + 0.1; }, {0.4, 0.7}, 0.01);
   EXPECT_EQ(v[0].determination, Determination::Determined);
   EXPECT_EQ(v[1].determination, Determination::WithoutEffect);
   EXPECT_EQ(v[1].effect, 0.0);
@@ -67,7 +71,8 @@ TEST(Determined, WhatChangesNothingIsSaidToHaveNoEffect) {
 }
 
 TEST(Determined, AnEffectBelowTheThresholdIsNotDetermined) {
-  const std::vector<ParameterVerdict> v = verdict_of([](const auto& x) { return 0.02 * x[0] + std::abs(x[1] - 0.5); }, {0.3, 0.5}, 0.05);
+  const std::vector<ParameterVerdict> v =
+      verdict_of([](const auto& x) { return 0.02 * x[0] + std::abs(x[1] - 0.5); }, {0.3, 0.5}, 0.05);
   EXPECT_EQ(v[0].determination, Determination::Undetermined);
   EXPECT_EQ(v[1].determination, Determination::Determined);
 }
@@ -82,7 +87,9 @@ TEST(Determined, ABestAtTheEdgeIsBoundedOnOneSideOnly) {
 TEST(Determined, ValleyOfAQuadraticIsItsInverseHessian) {
   // x^T H x / 2 with off-diagonal -r: the errors are correlated by r, and y = r x is the valley's floor for a given x.
   for (const double r : {-0.9, 0.6}) {
-    const auto f = [r](const auto& x) { return 0.5 * (std::pow(x[0] - 0.5, 2) + std::pow(x[1] - 0.5, 2) - 2 * r * (x[0] - 0.5) * (x[1] - 0.5)); };
+    const auto f = [r](const auto& x) {
+      return 0.5 * (std::pow(x[0] - 0.5, 2) + std::pow(x[1] - 0.5, 2) - 2 * r * (x[0] - 0.5) * (x[1] - 0.5));
+    };
     std::string problem;
     const std::optional<Valley> valley = valley_of({{0.5, 0.5}, 0.0}, cloud(f, {0.5, 0.5}), problem);
     ASSERT_TRUE(valley.has_value()) << problem;
@@ -93,13 +100,17 @@ TEST(Determined, ValleyOfAQuadraticIsItsInverseHessian) {
 }
 
 TEST(Determined, IntervalsOfCorrelatedParametersGrowWhenTheOthersMoveAlongTheValley) {
-  // A cone over an ellipse, so that interpolation between places is exact: held, it rises as |x|; along the valley as sqrt(1 - r^2) |x|.
+  // A cone over an ellipse, so that interpolation between places is exact: held, it rises as |x|; along the valley as
+  // sqrt(1 - r^2) |x|.
   const double r = 0.8, threshold = 0.06;
-  const auto q = [r](const auto& x) { return std::pow(x[0] - 0.5, 2) + std::pow(x[1] - 0.5, 2) - 2 * r * (x[0] - 0.5) * (x[1] - 0.5); };
+  const auto q = [r](const auto& x) {
+    return std::pow(x[0] - 0.5, 2) + std::pow(x[1] - 0.5, 2) - 2 * r * (x[0] - 0.5) * (x[1] - 0.5);
+  };
   const Objective f = [q](const auto& x) { return std::sqrt(std::max(0.0, q(x))); };
   const BoxScans scans = scan(f, {0.5, 0.5});
   const std::vector<ParameterVerdict> held = determine({{0.5, 0.5}, 0.0}, {}, scans, BoxScans(2), threshold);
-  const std::vector<ParameterVerdict> moved = determine({{0.5, 0.5}, 0.0}, {}, scans, scan(f, {0.5, 0.5}, {{1, r}, {r, 1}}), threshold);
+  const std::vector<ParameterVerdict> moved =
+      determine({{0.5, 0.5}, 0.0}, {}, scans, scan(f, {0.5, 0.5}, {{1, r}, {r, 1}}), threshold);
   for (int i = 0; i < 2; ++i) {
     EXPECT_NEAR(held[static_cast<std::size_t>(i)].high, 0.5 + threshold, 1e-9);
     EXPECT_NEAR(moved[static_cast<std::size_t>(i)].high, 0.5 + threshold / std::sqrt(1 - r * r), 1e-9);
@@ -115,7 +126,8 @@ TEST(Determined, OfASumOnlyTheSumIsDetermined) {
   const std::optional<Valley> valley = valley_of(best, cloud(f, best.at), problem);
   ASSERT_TRUE(valley.has_value()) << problem;
   EXPECT_LT(valley->correlation[0][1], -0.999);
-  for (const ParameterVerdict& p : determine(best, {}, scan(f, best.at), scan(f, best.at, valley->slopes), 1e-3)) EXPECT_EQ(p.determination, Determination::Undetermined);
+  for (const ParameterVerdict& p : determine(best, {}, scan(f, best.at), scan(f, best.at, valley->slopes), 1e-3))
+    EXPECT_EQ(p.determination, Determination::Undetermined);
 }
 
 TEST(Determined, WhateverWasTriedAndIsAsGoodBelongsToTheInterval) {
@@ -132,7 +144,9 @@ TEST(Determined, SaysWhenPointsAreTooFewOrNoQuadratic) {
   const auto cone = [](const auto& x) { return std::abs(x[0] - 0.4) + std::abs(x[1] - 0.4); };
   EXPECT_FALSE(valley_of({{0.4, 0.4}, 0.0}, cloud(cone, {0.4, 0.4}, 5), problem).has_value());
   EXPECT_TRUE(testing_support::has(problem, "only 5 points"));
-  const auto rough = [](const std::vector<double>& x) { return 1.0 + RandomStream(3, static_cast<std::uint64_t>(1e12 * (x[0] + 2 * x[1]))).uniform(); };
+  const auto rough = [](const std::vector<double>& x) {
+    return 1.0 + RandomStream(3, static_cast<std::uint64_t>(1e12 * (x[0] + 2 * x[1]))).uniform();
+  };
   EXPECT_FALSE(valley_of({{0.4, 0.4}, 0.0}, cloud(rough, {0.4, 0.4}, 400), problem).has_value());
   EXPECT_TRUE(testing_support::has(problem, "no quadratic"));
 }
@@ -144,7 +158,8 @@ TEST(Determined, WithoutAScanNothingIsSaid) {
 
 TEST(Determined, UndefinedPlacesBoundAnInterval) {
   const double infinity = std::numeric_limits<double>::infinity();
-  const std::vector<ParameterVerdict> v = verdict_of([&](const auto& x) { return x[0] > 0.8 ? infinity : 0.01 * x[0]; }, {0.4}, 0.1);
+  const std::vector<ParameterVerdict> v =
+      verdict_of([&](const auto& x) { return x[0] > 0.8 ? infinity : 0.01 * x[0]; }, {0.4}, 0.1);
   EXPECT_EQ(v[0].determination, Determination::AtMost);
   EXPECT_LE(v[0].high, 0.8);
   EXPECT_LE(v[0].effect, 0.01);  // Of defined places.

@@ -27,7 +27,8 @@ double sphere(const Point& x, const Point& optimum) { return distance(x, optimum
 constexpr double kFound = 5e-3;  ///< Share of the range: five times the step at which the search ends.
 
 TEST(Evolution, FindsTheMiddleOfASphereInOneToTenDimensionsWithinTheBudgetOfAFit) {
-  // Published runs of CMA-ES on the sphere come nearer by a factor of ten in about 33 n evaluations (four decades in 650 for n = 5).
+  // Published runs of CMA-ES on the sphere come nearer by a factor of ten in about 33 n evaluations (four decades in
+  // 650 for n = 5).
   struct Case {
     int evaluations_per_dimension;
     double within;
@@ -38,7 +39,8 @@ TEST(Evolution, FindsTheMiddleOfASphereInOneToTenDimensionsWithinTheBudgetOfAFit
       for (std::size_t i = 0; i < n; ++i) optimum.push_back(0.2 + 0.05 * static_cast<double>(i));
       const int budget = 1 + c.evaluations_per_dimension * static_cast<int>(n);
       for (const std::uint64_t seed : {1u, 2u, 3u}) {
-        const Minimum m = minimize([&](const Point& x) { return sphere(x, optimum); }, Point(n, 0.7), budget, {.seed = seed});
+        const Minimum m =
+            minimize([&](const Point& x) { return sphere(x, optimum); }, Point(n, 0.7), budget, {.seed = seed});
         EXPECT_LT(distance(m.at, optimum), c.within) << n << " dimensions, seed " << seed;
         EXPECT_LE(m.num_evaluations, budget);
       }
@@ -60,7 +62,8 @@ TEST(Evolution, FollowsTheCurvedValleyOfRosenbrock) {
 TEST(Evolution, LearnsTheShapeOfAnEllipsoidThatIsAThousandTimesLongerThanWideAndTurned) {
   const Point optimum{0.6, 0.4, 0.5};
   const auto f = [&](const Point& x) {
-    const double u = (x[0] - optimum[0] + x[1] - optimum[1]) / std::sqrt(2.0), v = (x[0] - optimum[0] - x[1] + optimum[1]) / std::sqrt(2.0), w = x[2] - optimum[2];
+    const double u = (x[0] - optimum[0] + x[1] - optimum[1]) / std::sqrt(2.0),
+                 v = (x[0] - optimum[0] - x[1] + optimum[1]) / std::sqrt(2.0), w = x[2] - optimum[2];
     return 1e6 * u * u + v * v + 1e3 * w * w;
   };
   const Minimum m = minimize(f, {0.2, 0.2, 0.9}, 1500, {.tolerance = 1e-6, .seed = 5});
@@ -94,7 +97,9 @@ TEST(Evolution, NoiseOfATenthOfTheRiseMovesTheOptimumLittle) {
   double worst = 0.0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     std::uint64_t call = 0;
-    const auto f = [&](const Point& x) { return std::sqrt(sphere(x, optimum)) + 0.01 * RandomStream(seed, call++, 99).normal(); };
+    const auto f = [&](const Point& x) {
+      return std::sqrt(sphere(x, optimum)) + 0.01 * RandomStream(seed, call++, 99).normal();
+    };
     const Minimum m = minimize(f, {0.8, 0.2}, 240, {.seed = seed});
     worst = std::max(worst, distance(m.at, optimum));
   }
@@ -105,7 +110,8 @@ TEST(Evolution, NoiseOfATenthOfTheRiseMovesTheOptimumLittle) {
 TEST(Evolution, OnlyRanksMatter) {
   const Point optimum{0.3, 0.8};
   const Minimum plain = minimize([&](const Point& x) { return sphere(x, optimum); }, {0.5, 0.5}, 100, {.seed = 9});
-  const Minimum bent = minimize([&](const Point& x) { return std::exp(30 * sphere(x, optimum)) - 7; }, {0.5, 0.5}, 100, {.seed = 9});
+  const Minimum bent =
+      minimize([&](const Point& x) { return std::exp(30 * sphere(x, optimum)) - 7; }, {0.5, 0.5}, 100, {.seed = 9});
   EXPECT_EQ(plain.at, bent.at);
 }
 
@@ -117,7 +123,9 @@ TEST(Evolution, UndefinedValuesAreWorseThanAllOthers) {
 }
 
 TEST(Evolution, FromAnEndItGoesOnElsewhereAndFindsTheDeeperOfTwoValleys) {
-  const auto f = [](const Point& x) { return std::min(1.0 + 30 * sphere(x, {0.1, 0.1}), 200 * sphere(x, {0.85, 0.85})); };
+  const auto f = [](const Point& x) {
+    return std::min(1.0 + 30 * sphere(x, {0.1, 0.1}), 200 * sphere(x, {0.85, 0.85}));
+  };
   const Minimum once = minimize(f, {0.1, 0.1}, 2000, {.step = 0.05, .seed = 11});
   EXPECT_NEAR(once.value, 1.0, 1e-3);
   const Minimum again = minimize(f, {0.1, 0.1}, 2000, {.step = 0.05, .restarts = 8, .seed = 11});
@@ -134,8 +142,10 @@ TEST(Evolution, TheSameValuesLeadToTheSameSearchInWhateverOrderTheyAreComputed) 
   Evolution forward({0.4, 0.6}, {.seed = 13}), backward({0.4, 0.6}, {.seed = 13});
   for (int g = 0; g < 8; ++g) {
     std::vector<double> a(static_cast<std::size_t>(forward.population())), b(a.size());
-    for (int k = 0; k < forward.population(); ++k) a[static_cast<std::size_t>(k)] = sphere(forward.candidate(k), {0.2, 0.9});
-    for (int k = backward.population() - 1; k >= 0; --k) b[static_cast<std::size_t>(k)] = sphere(backward.candidate(k), {0.2, 0.9});
+    for (int k = 0; k < forward.population(); ++k)
+      a[static_cast<std::size_t>(k)] = sphere(forward.candidate(k), {0.2, 0.9});
+    for (int k = backward.population() - 1; k >= 0; --k)
+      b[static_cast<std::size_t>(k)] = sphere(backward.candidate(k), {0.2, 0.9});
     ASSERT_EQ(a, b);
     forward.tell(a);
     backward.tell(b);
@@ -149,7 +159,10 @@ TEST(Evolution, SaysWhatIsWrong) {
   EXPECT_TRUE(has(error_of([] { (void)Evolution({0.5}, {.step = 0.0}); }), "(0, 1]"));
   Evolution evolution({0.5});
   EXPECT_TRUE(has(error_of([&] { evolution.tell(std::vector<double>{1.0}); }), "candidates"));
-  EXPECT_TRUE(has(error_of([&] { evolution.tell(std::vector<double>(static_cast<std::size_t>(evolution.population()), std::nan(""))); }), "NaN"));
+  EXPECT_TRUE(has(error_of([&] {
+                    evolution.tell(std::vector<double>(static_cast<std::size_t>(evolution.population()), std::nan("")));
+                  }),
+                  "NaN"));
 }
 
 }  // namespace

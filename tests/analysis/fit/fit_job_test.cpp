@@ -35,7 +35,8 @@ Json run(FitTask task, const fs::path& output, int num_threads = 0, std::stop_to
 std::string tree_of(const fs::path& folder) {
   std::vector<std::string> lines;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file() && entry.path().filename() != "job.json") lines.push_back(fs::relative(entry.path(), folder).string() + " " + hash_file(entry.path()));
+    if (entry.is_regular_file() && entry.path().filename() != "job.json")
+      lines.push_back(fs::relative(entry.path(), folder).string() + " " + hash_file(entry.path()));
   }
   std::sort(lines.begin(), lines.end());
   std::string text;
@@ -48,7 +49,8 @@ TEST(FitJob, FindsKnownValuesAgainAndSaysWhichOneDoesNothing) {
   FitTask task = green_task(captured(folder));
   const Json report = run(std::move(task), folder.path() / "fit");
   const Json& p = report.at("parameters");
-  // Two significant digits: the search ends at a thousandth of the range, a factor of 1.005 in the rate, and frames are half floats.
+  // Two significant digits: the search ends at a thousandth of the range, a factor of 1.005 in the rate, and frames are
+  // half floats.
   EXPECT_NEAR(p[0].at("best").get<double>(), kGreenTruth[0], 0.02 * kGreenTruth[0]);
   EXPECT_NEAR(p[1].at("best").get<double>(), kGreenTruth[1], 0.02 * kGreenTruth[1]);
   EXPECT_EQ(p[0].at("determination"), "determined");
@@ -70,9 +72,13 @@ TEST(FitJob, AnIntervalHoldsTheTruthWhenOtherSeedsDiffer) {
   for (int k = 0; k < kRuns; ++k) {
     FitTask task = green_task(history, 0.05);
     task.parameters.resize(2);
-    task.age = [inner = task.age, k](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) { return inner({v[0], v[1], 0.0}, shift + 100 * static_cast<std::uint64_t>(k), c); };
+    task.age = [inner = task.age, k](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) {
+      return inner({v[0], v[1], 0.0}, shift + 100 * static_cast<std::uint64_t>(k), c);
+    };
     task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
-      return [look = inner(v, shift, c)](const std::vector<double>& l, const RunControl& lc) { return look({l[0], l[1], 0.0}, lc); };
+      return [look = inner(v, shift, c)](const std::vector<double>& l, const RunControl& lc) {
+        return look({l[0], l[1], 0.0}, lc);
+      };
     };
     task.options.evaluations = 25;
     task.options.looks = 13;
@@ -82,7 +88,8 @@ TEST(FitJob, AnIntervalHoldsTheTruthWhenOtherSeedsDiffer) {
     const Json interval = report.at("parameters")[0].at("interval");
     num_held += interval[0].get<double>() <= kGreenTruth[0] && kGreenTruth[0] <= interval[1].get<double>();
   }
-  // Another seed moves the optimum by z - z', the truth lies z away, and E (z - z')^2 = 1 + z^2: with four seeds the root mean square is rarely below |z|.
+  // Another seed moves the optimum by z - z', the truth lies z away, and E (z - z')^2 = 1 + z^2: with four seeds the
+  // root mean square is rarely below |z|.
   EXPECT_GE(num_held, 2);
 }
 
@@ -102,7 +109,8 @@ TEST(FitJob, AScanOfOnePlaceIsAScan) {
   }
 }
 
-// The least step of the search for a look is 0.05: the range between that and a first step of 0.02 is empty, which std::clamp must not be asked for (`dev` and `asan` check it).
+// The least step of the search for a look is 0.05: the range between that and a first step of 0.02 is empty, which
+// std::clamp must not be asked for (`dev` and `asan` check it).
 TEST(FitJob, AFirstStepBelowTheLeastOfALookIsUsed) {
   const TempFolder folder;
   FitTask task = green_task(captured(folder));
@@ -111,7 +119,8 @@ TEST(FitJob, AFirstStepBelowTheLeastOfALookIsUsed) {
   task.options.scan = 0;
   task.options.seeds = 0;
   task.options.step = 0.02;
-  ASSERT_TRUE(std::any_of(task.parameters.begin(), task.parameters.end(), [](const FitParameter& p) { return p.is_look; }));
+  ASSERT_TRUE(
+      std::any_of(task.parameters.begin(), task.parameters.end(), [](const FitParameter& p) { return p.is_look; }));
   const Json report = run(std::move(task), folder.path() / "fit");
   EXPECT_LE(report.at("objective").at("after").get<double>(), report.at("objective").at("before").get<double>());
 }
@@ -148,7 +157,8 @@ TEST(FitJob, StoppedAnywhereItGoesOnAndEndsInTheSameBytes) {
     std::stop_source stop;
     FitTask task = task_of(&num_pieces);
     int calls = 0;
-    task.age = [inner = task.age, &calls, after, &stop](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) {
+    task.age = [inner = task.age, &calls, after, &stop](const std::vector<double>& v, std::uint64_t shift,
+                                                        const RunControl& c) {
       if (++calls == after) stop.request_stop();
       return inner(v, shift, c);
     };
@@ -172,7 +182,8 @@ TEST(FitJob, ALargerBudgetGoesOnFromASmallerOne) {
   int num_agings = 0;
   (void)run(task_of(13, nullptr), folder.path() / "fit");
   (void)run(task_of(19, &num_agings), folder.path() / "fit");
-  // One more generation of six, then as after any search: a seed, scans of two parameters (each again along the valley at most), one of the look, before and after.
+  // One more generation of six, then as after any search: a seed, scans of two parameters (each again along the valley
+  // at most), one of the look, before and after.
   EXPECT_GE(num_agings, 6 + 1 + 2 * 2 + 1 + 2);
   EXPECT_LE(num_agings, 6 + 1 + 2 * 2 * 2 + 1 + 2);
   (void)run(task_of(19, nullptr), folder.path() / "at_once");
@@ -186,7 +197,9 @@ TEST(FitJob, LooksAloneNeedOneAging) {
   task.parameters[0].start = kGreenTruth[0];
   task.parameters = {task.parameters[1]};
   task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
-    return [look = inner({kGreenTruth[0], v[0], 0.0}, shift, c)](const std::vector<double>& l, const RunControl& lc) { return look({kGreenTruth[0], l[0], 0.0}, lc); };
+    return [look = inner({kGreenTruth[0], v[0], 0.0}, shift, c)](const std::vector<double>& l, const RunControl& lc) {
+      return look({kGreenTruth[0], l[0], 0.0}, lc);
+    };
   };
   task.options.seeds = 0;
   const Json report = run(std::move(task), folder.path() / "fit");
@@ -220,9 +233,21 @@ TEST(FitJob, SaysBeforeAnyWorkWhatCannotBeFitted) {
   EXPECT_TRUE(has(message([](FitTask& t) { t.parameters[0].start = 3.0; }), "/rate: starts at 3"));
   EXPECT_TRUE(has(message([](FitTask& t) { t.outline.times = {100, 101}; }), "no time in common"));
   EXPECT_TRUE(has(message([](FitTask& t) { t.outline.times = {8, 9}; }), "only one time in common"));
-  EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::ColorByControl}}; t.outline.control_names = {"hits", "y"}; }), "no control in common"));
-  EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::Ciede2000}}; t.outline.width = 64; }), "place by place"));
-  EXPECT_TRUE(has(message([](FitTask& t) { t.terms = {{.figure = FitFigure::Covered}}; t.objective.visible_delta_e = 500; }), "does not age visibly"));
+  EXPECT_TRUE(has(message([](FitTask& t) {
+                    t.terms = {{.figure = FitFigure::ColorByControl}};
+                    t.outline.control_names = {"hits", "y"};
+                  }),
+                  "no control in common"));
+  EXPECT_TRUE(has(message([](FitTask& t) {
+                    t.terms = {{.figure = FitFigure::Ciede2000}};
+                    t.outline.width = 64;
+                  }),
+                  "place by place"));
+  EXPECT_TRUE(has(message([](FitTask& t) {
+                    t.terms = {{.figure = FitFigure::Covered}};
+                    t.objective.visible_delta_e = 500;
+                  }),
+                  "does not age visibly"));
   AgedSurface one = green_plate(kGreenTruth);
   one.times.resize(1);
   one.colors.resize(1);

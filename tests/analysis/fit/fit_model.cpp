@@ -16,9 +16,16 @@ constexpr int kWidth = 24, kHeight = 16, kLastDay = 8;
 }  // namespace
 
 AgedSurface green_plate(const std::vector<double>& values) {
-  AgedSurface frames{.name = "plate", .time_unit = TimeUnit::Days, .texel_size_mm = 1.0, .times = {}, .colors = {}, .mask = ImageU8(kWidth, kHeight), .controls = {}};
+  AgedSurface frames{.name = "plate",
+                     .time_unit = TimeUnit::Days,
+                     .texel_size_mm = 1.0,
+                     .times = {},
+                     .colors = {},
+                     .mask = ImageU8(kWidth, kHeight),
+                     .controls = {}};
   for (std::uint8_t& v : frames.mask.values()) v = 255;
-  SurfaceControl x{.parameter = {.name = "x", .low = 0.0, .high = kWidth - 1.0, .unit = "px"}, .values = ImageF(kWidth, kHeight)};
+  SurfaceControl x{.parameter = {.name = "x", .low = 0.0, .high = kWidth - 1.0, .unit = "px"},
+                   .values = ImageF(kWidth, kHeight)};
   for (int day = 0; day <= kLastDay; ++day) {
     frames.times.push_back(day);
     ImageF color(kWidth, kHeight, 3);
@@ -40,13 +47,28 @@ FitTask green_task(const std::filesystem::path& history, double chance, int* num
   FitTask task;
   task.history = history;
   task.model_name = "green plate";
-  task.parameters = {{.range = {.name = "/rate", .low = 0.02, .high = 2.0, .scale = FitScale::Log}, .start = 0.1, .is_whole = false, .is_look = false},
-                     {.range = {.name = "/strength", .low = 0.0, .high = 1.0, .scale = FitScale::Linear}, .start = 0.3, .is_whole = false, .is_look = true},
-                     {.range = {.name = "/idle", .low = 0.0, .high = 10.0, .scale = FitScale::Linear}, .start = 5.0, .is_whole = false, .is_look = false}};
+  task.parameters = {{.range = {.name = "/rate", .low = 0.02, .high = 2.0, .scale = FitScale::Log},
+                      .start = 0.1,
+                      .is_whole = false,
+                      .is_look = false},
+                     {.range = {.name = "/strength", .low = 0.0, .high = 1.0, .scale = FitScale::Linear},
+                      .start = 0.3,
+                      .is_whole = false,
+                      .is_look = true},
+                     {.range = {.name = "/idle", .low = 0.0, .high = 10.0, .scale = FitScale::Linear},
+                      .start = 5.0,
+                      .is_whole = false,
+                      .is_look = false}};
   const AgedSurface start = green_plate({0.1, 0.3, 5.0});
-  task.outline = {.name = "plate", .width = kWidth, .height = kHeight, .time_unit = TimeUnit::Days, .times = start.times, .control_names = {"x"}};
+  task.outline = {.name = "plate",
+                  .width = kWidth,
+                  .height = kHeight,
+                  .time_unit = TimeUnit::Days,
+                  .times = start.times,
+                  .control_names = {"x"}};
   const auto mutex = std::make_shared<std::mutex>();
-  task.age = [chance, num_agings, mutex](const std::vector<double>& values, std::uint64_t seed_shift, const RunControl&) -> LookAt {
+  task.age = [chance, num_agings, mutex](const std::vector<double>& values, std::uint64_t seed_shift,
+                                         const RunControl&) -> LookAt {
     if (num_agings) {
       const std::scoped_lock lock(*mutex);
       ++*num_agings;
@@ -56,7 +78,9 @@ FitTask green_task(const std::filesystem::path& history, double chance, int* num
   };
   task.terms = {{}};
   task.add_inputs = [](JobInputs& inputs) { inputs.add_value("model", "green plate"); };
-  task.write_model = [](const std::filesystem::path& folder, const std::vector<double>& values) { write_atomically(folder / "model.txt", number_text(values[0])); };
+  task.write_model = [](const std::filesystem::path& folder, const std::vector<double>& values) {
+    write_atomically(folder / "model.txt", number_text(values[0]));
+  };
   task.command = "fit";
   return task;
 }

@@ -23,7 +23,12 @@ std::vector<FitTerm> all_terms() {
 }
 
 SurfaceOutline outline_of(const AgedSurface& frames) {
-  return {.name = frames.name, .width = frames.mask.width(), .height = frames.mask.height(), .time_unit = frames.time_unit, .times = frames.times, .control_names = {"x"}};
+  return {.name = frames.name,
+          .width = frames.mask.width(),
+          .height = frames.mask.height(),
+          .time_unit = frames.time_unit,
+          .times = frames.times,
+          .control_names = {"x"}};
 }
 
 /// Half floats of the file against floats in memory.
@@ -36,7 +41,8 @@ TEST(FitObjective, IsZeroForTheSameSurfaceInEveryFigure) {
   const FitObjective objective(open_series(folder.path() / "a").series, outline_of(frames), all_terms(), {});
   const ObjectiveValue value = objective(frames);
   ASSERT_EQ(value.figures.size(), kFitFigureNames.size());
-  for (std::size_t i = 0; i < value.figures.size(); ++i) EXPECT_NEAR(value.figures[i].value(), 0.0, kHalfDeltaE) << kFitFigureNames[i];
+  for (std::size_t i = 0; i < value.figures.size(); ++i)
+    EXPECT_NEAR(value.figures[i].value(), 0.0, kHalfDeltaE) << kFitFigureNames[i];
 }
 
 TEST(FitObjective, EqualsTheFiguresOfAComparison) {
@@ -49,9 +55,12 @@ TEST(FitObjective, EqualsTheFiguresOfAComparison) {
   const ObjectiveValue value = objective(b);
   CompareOptions compare = compare_options(options);
   compare.num_resamples = 0;
-  const ComparedPair pair = load_pair(open_series(folder.path() / "a").series, open_series(folder.path() / "b").series, compare);
+  const ComparedPair pair =
+      load_pair(open_series(folder.path() / "a").series, open_series(folder.path() / "b").series, compare);
   std::vector<Figure> figures;
-  for (const Section& s : {colors_section(pair, compare), controls_section(pair, compare), places_section(pair, compare)}) figures.insert(figures.end(), s.figures.begin(), s.figures.end());
+  for (const Section& s :
+       {colors_section(pair, compare), controls_section(pair, compare), places_section(pair, compare)})
+    figures.insert(figures.end(), s.figures.begin(), s.figures.end());
   const auto compared = [&](const std::string& name) {
     for (const Figure& f : figures) {
       if (f.name == name) return f.value.value();
@@ -62,7 +71,8 @@ TEST(FitObjective, EqualsTheFiguresOfAComparison) {
   const auto fitted = [&](FitFigure figure) { return value.figures[static_cast<std::size_t>(figure)].value(); };
   const double span = 8.0;
   EXPECT_NEAR(fitted(FitFigure::ColorDistribution), compared("color_distribution"), kHalfDeltaE);
-  EXPECT_NEAR(fitted(FitFigure::Covered), 100.0 * compared("covered_distance"), 0.5);  // Texels at the border of being visible: half a per cent of them.
+  EXPECT_NEAR(fitted(FitFigure::Covered), 100.0 * compared("covered_distance"),
+              0.5);  // Texels at the border of being visible: half a per cent of them.
   EXPECT_NEAR(fitted(FitFigure::Onset), 100.0 * compared("onset_distance") / span, 0.2);
   EXPECT_NEAR(fitted(FitFigure::Saturation), 100.0 * compared("saturation_distance") / span, 0.2);
   EXPECT_NEAR(fitted(FitFigure::ColorByControl), compared("color_by_x"), kHalfDeltaE);
@@ -74,7 +84,8 @@ TEST(FitObjective, IsTheWeightedMeanOfItsFigures) {
   const TempFolder folder;
   const AgedSurface a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
   write_surface(folder.path() / "a", a, "0123456789abcdef");
-  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(b), {{FitFigure::MeanColor, 3.0}, {FitFigure::Covered, 0.5}}, {});
+  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(b),
+                               {{FitFigure::MeanColor, 3.0}, {FitFigure::Covered, 0.5}}, {});
   const ObjectiveValue v = objective(b);
   EXPECT_DOUBLE_EQ(v.objective.value(), (3.0 * v.figures[0].value() + 0.5 * v.figures[1].value()) / 3.5);
 }
@@ -88,7 +99,8 @@ TEST(FitObjective, OnTheClockOfSpansTheSpeedOfTheClockDoesNotMatter) {
   write_surface(folder.path() / "a", a, "0123456789abcdef");
   ObjectiveOptions options;
   options.clock = Clock::Span;
-  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(a), {{FitFigure::Ciede2000}}, options);
+  const FitObjective objective(open_series(folder.path() / "a").series, outline_of(a), {{FitFigure::Ciede2000}},
+                               options);
   EXPECT_NEAR(objective(slow).objective.value(), 0.0, kHalfDeltaE);
 }
 
@@ -108,16 +120,24 @@ TEST(FitParameter, RangesAreReadAndRefused) {
   EXPECT_EQ(r.low, 0.001);
   EXPECT_EQ(r.high, 0.1);
   EXPECT_EQ(r.scale, FitScale::Log);
-  for (const auto& [text, part] : {std::pair{"rules/0=1:2", "JSON pointer"}, {"/a", "LOW:HIGH"}, {"/a=2:1", "upside down"}, {"/a=1:1", "upside down"}, {"/a=0:1:log", "above 0"}, {"/a=x:1", "two numbers"},
-                                   {"/a=0:1:lag", "did you mean `log`"}, {"/a=1", "LOW:HIGH"}}) {
+  for (const auto& [text, part] : {std::pair{"rules/0=1:2", "JSON pointer"},
+                                   {"/a", "LOW:HIGH"},
+                                   {"/a=2:1", "upside down"},
+                                   {"/a=1:1", "upside down"},
+                                   {"/a=0:1:log", "above 0"},
+                                   {"/a=x:1", "two numbers"},
+                                   {"/a=0:1:lag", "did you mean `log`"},
+                                   {"/a=1", "LOW:HIGH"}}) {
     EXPECT_TRUE(has(error_of<UsageError>([&text = text] { (void)parse_fit_range(text); }), part)) << text;
   }
-  EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("color_distribution"); }), "did you mean `color_distribution`"));
+  EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("color_distribution"); }),
+                  "did you mean `color_distribution`"));
   EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("covered=-1"); }), "weight > 0"));
 }
 
 TEST(FitParameter, ValuesAndSharesOfTheRangeAreInverse) {
-  const FitParameter linear{.range = {.name = "/a", .low = -2.0, .high = 6.0}, .start = 0.0}, log{.range = {.name = "/b", .low = 0.01, .high = 100.0, .scale = FitScale::Log}, .start = 1.0};
+  const FitParameter linear{.range = {.name = "/a", .low = -2.0, .high = 6.0}, .start = 0.0},
+      log{.range = {.name = "/b", .low = 0.01, .high = 100.0, .scale = FitScale::Log}, .start = 1.0};
   EXPECT_EQ(value_at(linear, 0.5), 2.0);
   EXPECT_EQ(value_at(log, 0.5), 1.0);
   for (const double u : {0.0, 0.1, 0.37, 0.9, 1.0}) {

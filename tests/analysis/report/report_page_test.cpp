@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::analysis {
@@ -17,7 +17,10 @@ using testing_support::TempFolder;
 TEST(ReportPart, IsReadBackHoweverLargeItsPicturesAre) {
   const TempFolder folder;
   const std::string large = "data:image/png;base64," + std::string(std::size_t{70} << 20, 'A');
-  Json part{{"name", "map"}, {"figures", {1, 2}}, {"pictures", Json::array({Json{{"name", "source"}, {"source", "data:,"}}, Json{{"name", "made"}, {"source", large}}})}};
+  Json part{{"name", "map"},
+            {"figures", {1, 2}},
+            {"pictures",
+             Json::array({Json{{"name", "source"}, {"source", "data:,"}}, Json{{"name", "made"}, {"source", large}}})}};
   save_part(folder / "map.json", part);
   EXPECT_LT(std::filesystem::file_size(folder / "map.json"), 1000u);
   EXPECT_TRUE(load_part(folder / "map.json") == part);

@@ -5,9 +5,9 @@
 #include <sstream>
 
 #include "analysis/statistics/history_statistics.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "tests/support/histories.h"
@@ -20,25 +20,33 @@ namespace {
 using testing_support::TempFolder;
 
 TEST(ColorClasses, EveryPixelBelongsToTheNearestCode) {
-  const std::vector<ColorClass> classes{parse_color_class("white=#ffffff"), parse_color_class("Green=#00fF00"), parse_color_class("black=#000000")};
+  const std::vector<ColorClass> classes{parse_color_class("white=#ffffff"), parse_color_class("Green=#00fF00"),
+                                        parse_color_class("black=#000000")};
   ImageF image(4, 1, 3);
-  const std::array<std::array<float, 3>, 4> codes{{{0.9f, 0.9f, 0.9f}, {0.2f, 0.7f, 0.1f}, {0.1f, 0.2f, 0.1f}, {0.3f, 0.3f, 0.3f}}};
+  const std::array<std::array<float, 3>, 4> codes{
+      {{0.9f, 0.9f, 0.9f}, {0.2f, 0.7f, 0.1f}, {0.1f, 0.2f, 0.1f}, {0.3f, 0.3f, 0.3f}}};
   for (int x = 0; x < 4; ++x) {
-    for (int c = 0; c < 3; ++c) image.at(x, 0, c) = linear_from_srgb(codes[static_cast<std::size_t>(x)][static_cast<std::size_t>(c)]);
+    for (int c = 0; c < 3; ++c)
+      image.at(x, 0, c) = linear_from_srgb(codes[static_cast<std::size_t>(x)][static_cast<std::size_t>(c)]);
   }
   EXPECT_EQ(class_shares(image, {}, classes), (std::vector<double>{0.25, 0.25, 0.5}));
   ImageU8 mask(4, 1);
   EXPECT_THROW((void)class_shares(image, mask, classes), InvalidInput);
   mask.at(1, 0) = 255;
   EXPECT_EQ(class_shares(image, mask, classes), (std::vector<double>{0.0, 1.0, 0.0}));
-  for (const char* bad : {"", "#ffffff", "a=ffffff", "a=#fffff", "a=#gggggg", "=#ffffff", "a=#fffffff"}) EXPECT_THROW((void)parse_color_class(bad), InvalidInput) << bad;
+  for (const char* bad : {"", "#ffffff", "a=ffffff", "a=#fffff", "a=#gggggg", "=#ffffff", "a=#fffffff"})
+    EXPECT_THROW((void)parse_color_class(bad), InvalidInput) << bad;
 }
 
 TEST(HistoryStatistics, OfARampAreItsTimesAndShares) {
   const TempFolder folder;
   // Columns 0 to 15 never change; the others go from white to black over frames 2 to 6.
-  testing_support::write_history(folder.path(), 32, 32, 9, [](int x, int, int f, int) { return x < 16 ? 1.0f : linear_from_srgb(std::clamp(1.0f - 0.25f * static_cast<float>(f - 2), 0.0f, 1.0f)); });
-  const HistoryStatistics s = history_statistics(open_series(folder.path()).series, {parse_color_class("white=#ffffff"), parse_color_class("black=#000000")}, 0, 5.0);
+  testing_support::write_history(folder.path(), 32, 32, 9, [](int x, int, int f, int) {
+    return x < 16 ? 1.0f : linear_from_srgb(std::clamp(1.0f - 0.25f * static_cast<float>(f - 2), 0.0f, 1.0f));
+  });
+  const HistoryStatistics s =
+      history_statistics(open_series(folder.path()).series,
+                         {parse_color_class("white=#ffffff"), parse_color_class("black=#000000")}, 0, 5.0);
   EXPECT_EQ(s.ages_share, 0.5);
   EXPECT_EQ(s.covered.front(), 0.0);
   EXPECT_EQ(s.covered[3], 0.5);
@@ -56,7 +64,8 @@ TEST(HistoryStatistics, OfARampAreItsTimesAndShares) {
 
 TEST(HistoryStatistics, ClassesOfABananaFollowThePublishedCurve) {
   PATINATE_REQUIRE_DATA(folder, "timelapse/banana_14_B");
-  const char* palette[] = {"w=#ffffff", "g1=#576a26", "g2=#919e39", "yg=#b1ab3e", "y1=#d6c350", "y2=#eece5a", "yb=#d1a123", "b1=#966521", "b2=#5c361f", "b3=#261d19"};
+  const char* palette[] = {"w=#ffffff",  "g1=#576a26", "g2=#919e39", "yg=#b1ab3e", "y1=#d6c350",
+                           "y2=#eece5a", "yb=#d1a123", "b1=#966521", "b2=#5c361f", "b3=#261d19"};
   std::vector<ColorClass> classes;
   for (const char* p : palette) classes.push_back(parse_color_class(p));
   std::map<std::string, std::vector<double>> published;
@@ -68,14 +77,15 @@ TEST(HistoryStatistics, ClassesOfABananaFollowThePublishedCurve) {
     for (std::size_t k = 9; k < 19; ++k) shares.push_back(parse_number(cells[k]).value());
   }
   ASSERT_EQ(published.size(), 20u);
-  // Theirs were counted on smaller copies of the photographs: mixed pixels along edges and on speckles change class. One class in ten
-  // steps of lightness holds about 1 % of the picture within half an 8-bit code of its border.
+  // Theirs were counted on smaller copies of the photographs: mixed pixels along edges and on speckles change class.
+  // One class in ten steps of lightness holds about 1 % of the picture within half an 8-bit code of its border.
   constexpr double kMixedPixels = 0.02;
   int number = 0;
   for (const auto& [file, shares] : published) {
     if (number++ % 5 != 0) continue;  // Four of the twenty photographs.
     const std::vector<double> found = class_shares(read_color(folder / file), {}, classes);
-    for (std::size_t k = 0; k < shares.size(); ++k) EXPECT_NEAR(found[k], shares[k], kMixedPixels) << file << " " << classes[k].name;
+    for (std::size_t k = 0; k < shares.size(); ++k)
+      EXPECT_NEAR(found[k], shares[k], kMixedPixels) << file << " " << classes[k].name;
   }
 }
 

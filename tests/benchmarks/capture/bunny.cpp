@@ -55,7 +55,9 @@ Vec3 any_direction(RandomStream& random) {
 
 }  // namespace
 
-std::size_t Bunny::index(const std::string& name) const { return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()); }
+std::size_t Bunny::index(const std::string& name) const {
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
 
 std::optional<Bunny> find_bunny() {
   const char* data = std::getenv("PATINATE_DATA");
@@ -66,7 +68,8 @@ std::optional<Bunny> find_bunny() {
   return read_bunny(std::filesystem::path(data) / "scans/bunny");
 }
 
-RigidTransform perturbed(const RigidTransform& pose, const PointCloud& source, double angle_deg, double shift_mm, std::uint64_t item) {
+RigidTransform perturbed(const RigidTransform& pose, const PointCloud& source, double angle_deg, double shift_mm,
+                         std::uint64_t item) {
   RandomStream random(11, item);
   const Vec3 at = pose.apply(middle_of(source));
   RigidTransform by{rotation_of(any_direction(random) * (angle_deg * kDegree)), Vec3::Zero()};

@@ -27,7 +27,8 @@ struct Bunny {
 [[nodiscard]] std::optional<Bunny> find_bunny();
 
 /// Turned about the source's middle, as `pose` puts it, and shifted, each in any direction.
-[[nodiscard]] RigidTransform perturbed(const RigidTransform& pose, const PointCloud& source, double angle_deg, double shift_mm, std::uint64_t item);
+[[nodiscard]] RigidTransform perturbed(const RigidTransform& pose, const PointCloud& source, double angle_deg,
+                                       double shift_mm, std::uint64_t item);
 
 struct Gap {
   double deg = 0.0;

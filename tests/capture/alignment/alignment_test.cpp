@@ -7,9 +7,9 @@
 
 #include "capture/timelapse/ingest.h"
 #include "datasets_synthetic/crackle_io.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
@@ -46,7 +46,8 @@ Eigen::Matrix3d view(double degrees, double scale, double perspective, int width
   Eigen::Matrix3d to_middle = Eigen::Matrix3d::Identity(), turn = Eigen::Matrix3d::Identity();
   to_middle(0, 2) = -0.5 * width;
   to_middle(1, 2) = -0.5 * height;
-  turn.topLeftCorner<2, 2>() << scale * std::cos(angle), -scale * std::sin(angle), scale * std::sin(angle), scale * std::cos(angle);
+  turn.topLeftCorner<2, 2>() << scale * std::cos(angle), -scale * std::sin(angle), scale * std::sin(angle),
+      scale * std::cos(angle);
   turn(0, 2) = 12.3;
   turn(1, 2) = -7.6;
   turn(2, 0) = perspective;
@@ -85,13 +86,18 @@ TEST_F(CrackleAlignment, FindsAKnownViewToHalfAPixelAtTheCorners) {
     large.seed = static_cast<decltype(large.seed)>(seed);
     make(large, "seed" + std::to_string(seed));
     for (const auto& c : kCases) {
-      const Eigen::Matrix3d image_from_reference = view(c.degrees, c.scale, c.perspective, frame_.width(), frame_.height());
+      const Eigen::Matrix3d image_from_reference =
+          view(c.degrees, c.scale, c.perspective, frame_.width(), frame_.height());
       ImageF image = warp_image(backlight_, image_from_reference, frame_.width(), frame_.height()).values;
       RandomStream random(7, 0);
-      for (float& v : image.values()) v = std::max(0.0f, v + static_cast<float>(c.noise * (random.uniform() + random.uniform() - 1.0)));
+      for (float& v : image.values())
+        v = std::max(0.0f, v + static_cast<float>(c.noise * (random.uniform() + random.uniform() - 1.0)));
       const ImageAlignment found = align_images(frame_, image);
       ASSERT_EQ(found.status, AlignmentStatus::Converged) << c.degrees << ": " << alignment_status_text(found.status);
-      EXPECT_LT(corner_error(found.reference_from_image, image_from_reference.inverse(), frame_.width(), frame_.height()), 0.5) << c.degrees;
+      EXPECT_LT(
+          corner_error(found.reference_from_image, image_from_reference.inverse(), frame_.width(), frame_.height()),
+          0.5)
+          << c.degrees;
       EXPECT_GT(found.num_inliers, 30);
       EXPECT_LT(found.residual_px, 2.0);
     }
@@ -111,8 +117,9 @@ TEST_F(CrackleAlignment, ThicknessFromAnotherPoseIsThatFromTheFramesPose) {
   const HistoryReader same = thickness("backlight.png", "backlight_blank.png", "\"none\"");
   const Eigen::Matrix3d image_from_reference = view(7, 0.8, 1e-4, frame_.width(), frame_.height());
   for (const std::string name : {"backlight", "backlight_blank"}) {
-    write_srgb8(folder / (name + "_turned.png"),
-                warp_image(read_color(folder / (name + ".png")), image_from_reference, frame_.width(), frame_.height()).values);
+    write_srgb8(
+        folder / (name + "_turned.png"),
+        warp_image(read_color(folder / (name + ".png")), image_from_reference, frame_.width(), frame_.height()).values);
   }
   const HistoryReader turned = thickness("backlight_turned.png", "backlight_blank_turned.png", "\"auto\"");
   const ImageU8 mask = turned.read_mask();
@@ -132,7 +139,8 @@ TEST_F(CrackleAlignment, RefusesPhotographsOfOtherThings) {
   datasets::CrackleOptions other = options();
   other.seed = 99;
   (void)run_job(datasets::plan_crackle(other, folder_ / "other"), {}, {});
-  EXPECT_NE(align_images(frame_, light_of(read_color(folder_ / "other/backlight.png"))).status, AlignmentStatus::Converged);
+  EXPECT_NE(align_images(frame_, light_of(read_color(folder_ / "other/backlight.png"))).status,
+            AlignmentStatus::Converged);
   ImageF flat(200, 200);
   for (float& v : flat.values()) v = 0.5f;
   EXPECT_EQ(align_images(frame_, flat).status, AlignmentStatus::TooFewDetails);

@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "tests/support/errors.h"
 
 namespace patinate::capture {
@@ -50,14 +50,16 @@ Views views_of(const CameraParameters& truth, int num, double tilt, double sigma
   for (int v = 0; v < num; ++v) {
     CameraParameters p = truth;
     const double side = 2.4 * v;
-    p.rotation = Eigen::AngleAxisd(tilt, Vec3(std::cos(side), std::sin(side), 0)).toRotationMatrix() * Eigen::AngleAxisd(0.3 * v, Vec3::UnitZ()).toRotationMatrix();
+    p.rotation = Eigen::AngleAxisd(tilt, Vec3(std::cos(side), std::sin(side), 0)).toRotationMatrix() *
+                 Eigen::AngleAxisd(0.3 * v, Vec3::UnitZ()).toRotationMatrix();
     p.translation = Vec3(10.0 * (v % 3 - 1), 8.0 * (v % 4 - 1.5), 330 + 15 * (v % 5)) - p.rotation * Vec3(60, 45, 0);
     PointView view{.points_mm = target_points(), .pixels = {}, .name = ""};
     for (const Vec3& point : view.points_mm) view.pixels.push_back(noisy(p, point));
     views.targets.push_back(view);
   }
   for (int i = 0; i < 40; ++i) {
-    views.scanner.points_mm.emplace_back(160 * random.uniform() - 80, 120 * random.uniform() - 60, 60 * random.uniform());
+    views.scanner.points_mm.emplace_back(160 * random.uniform() - 80, 120 * random.uniform() - 60,
+                                         60 * random.uniform());
     views.scanner.pixels.push_back(noisy(truth, views.scanner.points_mm.back()));
   }
   return views;
@@ -68,7 +70,8 @@ Eigen::VectorXd deviation_of(const CameraCalibration& c, const CameraParameters&
   Eigen::VectorXd e(kNumCameraNumbers);
   const CameraParameters& p = c.camera;
   e.head<4>() << p.fx - truth.fx, p.fy - truth.fy, p.cx - truth.cx, p.cy - truth.cy;
-  for (int i = 0; i < 5; ++i) e[4 + i] = p.distortion[static_cast<std::size_t>(i)] - truth.distortion[static_cast<std::size_t>(i)];
+  for (int i = 0; i < 5; ++i)
+    e[4 + i] = p.distortion[static_cast<std::size_t>(i)] - truth.distortion[static_cast<std::size_t>(i)];
   e.segment<3>(9) = axis_angle_of(p.rotation * truth.rotation.transpose());
   e.tail<3>() = p.translation - truth.translation;
   return e;
@@ -160,8 +163,10 @@ TEST(CameraCalibration, MistakesAreNamed) {
   };
   EXPECT_EQ(error([](Views&) {}), "");
   EXPECT_TRUE(has(error([](Views& v) { v.targets[1].pixels.pop_back(); }), "view 2: 63 points, but 62 pixels"));
-  EXPECT_TRUE(has(error([](Views& v) { v.targets[1].pixels.resize(3), v.targets[1].points_mm.resize(3); }), "at least 4"));
-  EXPECT_TRUE(has(error([](Views& v) { v.targets[1].pixels.resize(9), v.targets[1].points_mm.resize(9); }), "view 2: its points lie on a line"));
+  EXPECT_TRUE(
+      has(error([](Views& v) { v.targets[1].pixels.resize(3), v.targets[1].points_mm.resize(3); }), "at least 4"));
+  EXPECT_TRUE(has(error([](Views& v) { v.targets[1].pixels.resize(9), v.targets[1].points_mm.resize(9); }),
+                  "view 2: its points lie on a line"));
   EXPECT_TRUE(has(error([](Views& v) { v.targets[0].pixels[7].x() = std::nan(""); }), "point 8 is not finite"));
   EXPECT_TRUE(has(error([](Views& v) { v.targets.clear(), v.scanner = {}; }), "views of a target or scanner points"));
   EXPECT_TRUE(has(error([](Views& v) {
@@ -170,7 +175,8 @@ TEST(CameraCalibration, MistakesAreNamed) {
                   }),
                   "lie on a plane"));
   EXPECT_TRUE(has(error([](Views& v) {
-                    v.targets.resize(1), v.targets[0].pixels.resize(5), v.targets[0].points_mm = {{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {9, 9, 0}, {5, 5, 0}};
+                    v.targets.resize(1), v.targets[0].pixels.resize(5),
+                        v.targets[0].points_mm = {{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {9, 9, 0}, {5, 5, 0}};
                     v.scanner = {};
                   }),
                   "too few points: 10 numbers for 14 unknowns"));

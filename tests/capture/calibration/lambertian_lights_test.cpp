@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <numbers>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "tests/support/errors.h"
 
 namespace patinate::capture {
@@ -31,7 +31,8 @@ Camera camera_above() {
   return Camera(p);
 }
 
-const std::vector<Vec3> kPositions{{200, 60, 330}, {-180, 150, 300}, {40, -220, 350}, {-120, -140, 380}, {150, 180, 280}};
+const std::vector<Vec3> kPositions{
+    {200, 60, 330}, {-180, 150, 300}, {40, -220, 350}, {-120, -140, 380}, {150, 180, 280}};
 const Vec3 kIntensity(1.0e5, 1.2e5, 0.9e5);
 
 struct Scene {
@@ -41,7 +42,8 @@ struct Scene {
 };
 
 /// Grids of 20 x 20 points on squares of 160 mm, tilted up to 25 degrees to all sides at different heights.
-std::vector<ShadedSample> planes(const Camera& camera, const Vec3& light, int num_poses, const Scene& scene, std::uint64_t seed) {
+std::vector<ShadedSample> planes(const Camera& camera, const Vec3& light, int num_poses, const Scene& scene,
+                                 std::uint64_t seed) {
   std::vector<ShadedSample> samples;
   RandomStream random(seed, 0, 0);
   const CameraParameters& c = camera.parameters();
@@ -54,9 +56,12 @@ std::vector<ShadedSample> planes(const Camera& camera, const Vec3& light, int nu
       s.normal = turn.col(2);
       s.pixel = *camera.project(s.point_mm);
       const Vec3 to_light = light - s.point_mm;
-      const double r2 = (s.pixel - Vec2(0.5 * (c.width - 1), 0.5 * (c.height - 1))).squaredNorm() / Vec2(0.5 * c.width, 0.5 * c.height).squaredNorm();
+      const double r2 = (s.pixel - Vec2(0.5 * (c.width - 1), 0.5 * (c.height - 1))).squaredNorm() /
+                        Vec2(0.5 * c.width, 0.5 * c.height).squaredNorm();
       const double lens = 1.0 + scene.vignetting[0] * r2 + scene.vignetting[1] * r2 * r2;
-      s.value = 0.8 / kPi * kIntensity * std::max(0.0, to_light.normalized().dot(s.normal)) / to_light.squaredNorm() * lens + Vec3::Constant(scene.ambient);
+      s.value =
+          0.8 / kPi * kIntensity * std::max(0.0, to_light.normalized().dot(s.normal)) / to_light.squaredNorm() * lens +
+          Vec3::Constant(scene.ambient);
       for (int k = 0; k < 3; ++k) s.value[k] += scene.noise * random.normal();
       samples.push_back(s);
     }
@@ -64,15 +69,18 @@ std::vector<ShadedSample> planes(const Camera& camera, const Vec3& light, int nu
   return samples;
 }
 
-LambertianLightResult solve(int num_poses, const Scene& scene, const LambertianLightOptions& options, std::uint64_t seed = 1) {
+LambertianLightResult solve(int num_poses, const Scene& scene, const LambertianLightOptions& options,
+                            std::uint64_t seed = 1) {
   std::vector<std::vector<ShadedSample>> samples;
-  for (std::size_t k = 0; k < kPositions.size(); ++k) samples.push_back(planes(camera_above(), kPositions[k], num_poses, scene, 10 * seed + k));
+  for (std::size_t k = 0; k < kPositions.size(); ++k)
+    samples.push_back(planes(camera_above(), kPositions[k], num_poses, scene, 10 * seed + k));
   return lights_from_lambertian(camera_above(), samples, options);
 }
 
 double worst_mm(const LambertianLightResult& result) {
   double worst = 0.0;
-  for (std::size_t k = 0; k < kPositions.size(); ++k) worst = std::max(worst, (result.lights[k].light.position - kPositions[k]).norm());
+  for (std::size_t k = 0; k < kPositions.size(); ++k)
+    worst = std::max(worst, (result.lights[k].light.position - kPositions[k]).norm());
   return worst;
 }
 
@@ -95,7 +103,8 @@ TEST(LambertianLights, AmbientAndVignettingAreFoundWithThem) {
 }
 
 TEST(LambertianLights, TenPosesOfAPlaneReachTheGoalAndTheirCovarianceHolds) {
-  // What rounding to 8 sRGB bits does to values of 0.28 (steps of 0.0045 / sqrt(12)); each of 400 samples a pose is one pixel.
+  // What rounding to 8 sRGB bits does to values of 0.28 (steps of 0.0045 / sqrt(12)); each of 400 samples a pose is one
+  // pixel.
   constexpr double kNoise = 0.0013;
   constexpr int kTrials = 3;
   double squares = 0.0, mahalanobis = 0.0;
@@ -120,7 +129,8 @@ TEST(LambertianLights, VignettingFittedAlongKeepsTheGoal) {
   const double fitted = worst_mm(solve(10, scene, {.albedo = 0.8, .has_vignetting = true}));
   std::printf("1 %% vignetting: %.3f mm fitted along, %.3f mm when not\n", fitted, blind);
   EXPECT_LT(fitted, 0.5);
-  const double strong = worst_mm(solve(10, {.vignetting = {-0.3, 0.05}, .noise = 0.0013}, {.albedo = 0.8, .has_vignetting = true}));
+  const double strong =
+      worst_mm(solve(10, {.vignetting = {-0.3, 0.05}, .noise = 0.0013}, {.albedo = 0.8, .has_vignetting = true}));
   EXPECT_LT(strong, 0.5);
 }
 
@@ -129,13 +139,15 @@ TEST(LambertianLights, OneFlatPoseOfAFarLightLeavesTheDistanceOpenAndSaysSo) {
   const Vec3 far = 4000.0 * Vec3(0.2, 0.1, 1.0).normalized();
   std::vector<ShadedSample> samples = planes(camera, far, 1, {}, 1);
   RandomStream random(3, 0, 0);
-  for (ShadedSample& s : samples) s.value *= 150.0, s.value += 0.002 * Vec3(random.normal(), random.normal(), random.normal());
+  for (ShadedSample& s : samples)
+    s.value *= 150.0, s.value += 0.002 * Vec3(random.normal(), random.normal(), random.normal());
   const LambertianLightResult result = lights_from_lambertian(camera, {samples});
   EXPECT_EQ(result.lights[0].status, CalibrationStatus::Undetermined);
   EXPECT_GT(result.lights[0].distance_sd, 0.1);
   // The same light over ten poses: still far, but its direction is known.
   samples = planes(camera, far, 10, {}, 1);
-  for (ShadedSample& s : samples) s.value *= 150.0, s.value += 0.002 * Vec3(random.normal(), random.normal(), random.normal());
+  for (ShadedSample& s : samples)
+    s.value *= 150.0, s.value += 0.002 * Vec3(random.normal(), random.normal(), random.normal());
   const Vec3 found = lights_from_lambertian(camera, {samples}).lights[0].light.position;
   EXPECT_LT(std::acos(found.normalized().dot(far.normalized())) * 180 / kPi, 0.5);
 }
@@ -150,7 +162,8 @@ TEST(LambertianLights, ShadowsAndHighlightsPullLittle) {
 }
 
 TEST(LambertianLights, ALightBehindTheObjectIsNamed) {
-  // The upper half of a ball of 50 mm, seen from above; the light stands below its equator, so that a few samples at the rim are all it reaches.
+  // The upper half of a ball of 50 mm, seen from above; the light stands below its equator, so that a few samples at
+  // the rim are all it reaches.
   const auto ball = [](const Vec3& light) {
     std::vector<ShadedSample> samples;
     for (int i = 0; i < 800; ++i) {
@@ -165,7 +178,9 @@ TEST(LambertianLights, ALightBehindTheObjectIsNamed) {
     }
     return samples;
   };
-  const auto error = [&](const Vec3& light) { return error_of([&] { (void)lights_from_lambertian(camera_above(), {ball(kPositions[0]), ball(light)}); }); };
+  const auto error = [&](const Vec3& light) {
+    return error_of([&] { (void)lights_from_lambertian(camera_above(), {ball(kPositions[0]), ball(light)}); });
+  };
   EXPECT_EQ(error({150, 0, 250}), "");
   const std::string behind = error({100, 0, -400});
   EXPECT_TRUE(has(behind, "light 2 lies behind the object")) << behind;
@@ -179,8 +194,14 @@ TEST(LambertianLights, BlackWhiteAndWrongSamplesAreNamed) {
   };
   EXPECT_EQ(error([](auto&) {}), "");
   EXPECT_TRUE(has(error([](auto& s) { s.resize(10); }), "light 1: too few samples"));
-  EXPECT_TRUE(has(error([](auto& s) { for (auto& v : s) v.value.setZero(); }), "light 1: the photographs are black"));
-  EXPECT_TRUE(has(error([](auto& s) { for (auto& v : s) v.value.setOnes(); }), "light 1: nearly all samples are saturated"));
+  EXPECT_TRUE(has(error([](auto& s) {
+                    for (auto& v : s) v.value.setZero();
+                  }),
+                  "light 1: the photographs are black"));
+  EXPECT_TRUE(has(error([](auto& s) {
+                    for (auto& v : s) v.value.setOnes();
+                  }),
+                  "light 1: nearly all samples are saturated"));
   EXPECT_TRUE(has(error([](auto& s) { s[3].normal *= 2; }), "normal is not of length 1"));
   EXPECT_TRUE(has(error([](auto& s) { s[3].value[1] = std::nan(""); }), "not finite"));
   EXPECT_TRUE(has(error_of([] { (void)lights_from_lambertian(camera_above(), {}); }), "at least one light"));

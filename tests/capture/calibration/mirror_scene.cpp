@@ -14,7 +14,8 @@ MirrorScene four_spheres() {
   p.fx = 2400, p.fy = 2410, p.cx = 1230, p.cy = 1020;
   p.distortion = {-0.12, 0.05, 4e-4, -3e-4, 0.0};
   // From above the table (world z up): z of the camera points down, tilted a little.
-  p.rotation = Eigen::AngleAxisd(0.2, Vec3::UnitX()).toRotationMatrix() * Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX()).toRotationMatrix();
+  p.rotation = Eigen::AngleAxisd(0.2, Vec3::UnitX()).toRotationMatrix() *
+               Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX()).toRotationMatrix();
   p.translation = {0, 0, 600};
   return {Camera(p), {{-120, -80, 40}, {120, -80, 40}, {-120, 80, 40}, {120, 80, 40}}, 40.0};
 }
@@ -28,7 +29,8 @@ Vec2 highlight_of(const Camera& camera, const Vec3& center, double radius, const
   // Angle of incidence less angle of reflection, which rises along the arc.
   const auto excess = [&](double angle) {
     const Vec3 n = normal_at(angle), point = center + radius * n;
-    const Vec3 e = (camera.center() - point).normalized(), l = is_distant ? to_light : Vec3((light - point).normalized());
+    const Vec3 e = (camera.center() - point).normalized(),
+               l = is_distant ? to_light : Vec3((light - point).normalized());
     return std::acos(n.dot(e)) - std::acos(n.dot(l));
   };
   double low = 0.0, high = whole;
@@ -36,12 +38,14 @@ Vec2 highlight_of(const Camera& camera, const Vec3& center, double radius, const
   return *camera.project(center + radius * normal_at(0.5 * (low + high)));
 }
 
-std::vector<Vec2> outline_of(const Camera& camera, const Vec3& center, double radius, int count, double sigma, RandomStream& random) {
+std::vector<Vec2> outline_of(const Camera& camera, const Vec3& center, double radius, int count, double sigma,
+                             RandomStream& random) {
   const Vec3 axis = center - camera.center();
   const double distance = axis.norm();
   const Vec3 u = axis.unitOrthogonal(), v = axis.normalized().cross(u);
   // The circle where rays touch: nearer to the camera than the center by radius^2 / distance.
-  const double nearer = radius * radius / distance, rim = radius * std::sqrt(1.0 - radius * radius / (distance * distance));
+  const double nearer = radius * radius / distance,
+               rim = radius * std::sqrt(1.0 - radius * radius / (distance * distance));
   std::vector<Vec2> points;
   for (int i = 0; i < count; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / count;
@@ -54,15 +58,19 @@ std::vector<Vec2> outline_of(const Camera& camera, const Vec3& center, double ra
 std::vector<MirrorSphere> spheres_of(const MirrorScene& scene, int count, double sigma, RandomStream& random) {
   std::vector<MirrorSphere> spheres;
   for (const Vec3& center : scene.centers) {
-    spheres.push_back({.radius_mm = scene.radius_mm, .outline_px = outline_of(scene.camera, center, scene.radius_mm, count, sigma, random), .name = ""});
+    spheres.push_back({.radius_mm = scene.radius_mm,
+                       .outline_px = outline_of(scene.camera, center, scene.radius_mm, count, sigma, random),
+                       .name = ""});
   }
   return spheres;
 }
 
-ImageF photograph_of(const MirrorScene& scene, const std::vector<Vec3>& lights, double light_radius, double noise, std::uint64_t seed) {
+ImageF photograph_of(const MirrorScene& scene, const std::vector<Vec3>& lights, double light_radius, double noise,
+                     std::uint64_t seed) {
   const CameraParameters& p = scene.camera.parameters();
   ImageF photo(p.width, p.height, 1, 0.1f);
-  const auto sphere_hit = [](const Vec3& origin, const Vec3& direction, const Vec3& center, double radius) -> std::optional<double> {
+  const auto sphere_hit = [](const Vec3& origin, const Vec3& direction, const Vec3& center,
+                             double radius) -> std::optional<double> {
     const double along = (center - origin).dot(direction);
     const double half = radius * radius - (center - origin - along * direction).squaredNorm();
     if (half < 0 || along < 0) return std::nullopt;
@@ -94,7 +102,8 @@ ImageF photograph_of(const MirrorScene& scene, const std::vector<Vec3>& lights, 
   }
   for (int y = 0; y < p.height; ++y) {
     RandomStream random(seed, static_cast<std::uint64_t>(y), 7);
-    for (int x = 0; x < p.width; ++x) photo.at(x, y) = std::max(0.0f, photo.at(x, y) + static_cast<float>(noise * random.normal()));
+    for (int x = 0; x < p.width; ++x)
+      photo.at(x, y) = std::max(0.0f, photo.at(x, y) + static_cast<float>(noise * random.normal()));
   }
   return photo;
 }

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 namespace {

@@ -15,13 +15,17 @@ namespace {
 
 TEST(IngestSynthetic, CrackledPaintGivesItsThicknessAlsoUnderTheCracks) {
   const testing_support::TempFolder folder;
-  const datasets::CrackleOptions paint{
-      .width = 256, .height = 256, .num_frames = 3, .law = datasets::TransmissionLaw::BeerLambert, .absorption_per_mm = 3.0};
+  const datasets::CrackleOptions paint{.width = 256,
+                                       .height = 256,
+                                       .num_frames = 3,
+                                       .law = datasets::TransmissionLaw::BeerLambert,
+                                       .absorption_per_mm = 3.0};
   (void)run_job(datasets::plan_crackle(paint, folder / "crackle"), {}, {});
   IngestOptions options;
   options.thickness.curve = ThicknessCurve::BeerLambert;  // The law of the synthetic paint.
   options.thickness.mode_filter.spatial_sigma_px = 10.0;  // Cracks are up to 6 px wide, and the plate is small.
-  (void)run_job(plan_ingest(read_capture_project(folder / "crackle/capture.json"), options, folder / "history"), {}, {});
+  (void)run_job(plan_ingest(read_capture_project(folder / "crackle/capture.json"), options, folder / "history"), {},
+                {});
 
   const HistoryReader history(folder / "history");
   EXPECT_EQ(history.num_frames(), 3);
@@ -43,8 +47,8 @@ TEST(IngestSynthetic, CrackledPaintGivesItsThicknessAlsoUnderTheCracks) {
     std::nth_element(values.begin(), at, values.end());
     return *at;
   };
-  // Measured: 0.3 % and 1.6 %, in the cracks and outside. The photograph's noise and 8 bits are 1 % of T; what is left comes from
-  // the curvature of the paint within the window.
+  // Measured: 0.3 % and 1.6 %, in the cracks and outside. The photograph's noise and 8 bits are 1 % of T; what is left
+  // comes from the curvature of the paint within the window.
   EXPECT_LT(quantile(everywhere, 0.5), 0.005);
   EXPECT_LT(quantile(everywhere, 0.95), 0.025);
   ASSERT_GT(in_cracks.size(), 500u);

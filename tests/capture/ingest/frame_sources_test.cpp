@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "capture/timelapse/ingest.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "tests/support/movies.h"
 #include "tests/support/temp_folder.h"
@@ -40,8 +40,9 @@ void write_movie(const fs::path& file) {
 
 CaptureProject project_of(const TempFolder& folder, const std::string& frames, const std::string& more = "") {
   const fs::path file = folder / "capture.json";
-  write_atomically(file, R"({"format": "patinate.capture", "version": 1, "name": "movie", "kind": "fixed", "frames": )" + frames +
-                             (more.empty() ? "" : ", " + more) + "}");
+  write_atomically(
+      file, R"({"format": "patinate.capture", "version": 1, "name": "movie", "kind": "fixed", "frames": )" + frames +
+                (more.empty() ? "" : ", " + more) + "}");
   return read_capture_project(file);
 }
 
@@ -82,8 +83,8 @@ TEST(FrameSources, WithoutIntervalTheRateOfAMovieGivesTheTimes) {
 TEST(FrameSources, ChosenImagesKeepTheirTimes) {
   const TempFolder folder;
   write_movie(folder / "clip.avi");
-  const CaptureProject project =
-      project_of(folder, R"({"pattern": "clip.avi", "interval": 2, "from": 1, "to": 10, "every": 3})", R"("exclude": [4])");
+  const CaptureProject project = project_of(
+      folder, R"({"pattern": "clip.avi", "interval": 2, "from": 1, "to": 10, "every": 3})", R"("exclude": [4])");
   EXPECT_EQ(times_of(project), (std::vector<double>{2.0, 14.0, 20.0}));  // Images 1, 7, 10.
   const HistoryReader history = ingest(project, folder / "out");
   const float expected = linear_from_srgb(static_cast<float>(movie_frame(7).at(5, 2, 1)) / 255.0f);

@@ -68,9 +68,10 @@ TEST(FrameTimes, SayWhatWasTried) {
     (void)find_frame_times({"a_2020-01-01.png", "b_2020-01-01.png"}, {"2021:01:01 00:00:00", ""}, TimeUnit::Days);
     FAIL();
   } catch (const InvalidInput& e) {
-    EXPECT_EQ(std::string(e.what()),
-              "frames: no times; tried dates in file names (a_2020-01-01.png and b_2020-01-01.png have the same date in the "
-              "name) and EXIF (b_2020-01-01.png has no EXIF date); give `interval`, or a list with times");
+    EXPECT_EQ(
+        std::string(e.what()),
+        "frames: no times; tried dates in file names (a_2020-01-01.png and b_2020-01-01.png have the same date in the "
+        "name) and EXIF (b_2020-01-01.png has no EXIF date); give `interval`, or a list with times");
   }
 }
 

@@ -8,9 +8,9 @@
 #include <set>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "tests/capture/ingest/ingest_folder.h"
 #include "tests/support/errors.h"
@@ -41,12 +41,13 @@ ImageU8 photo_codes(int index, int channels = 3) {
 
 /// A folder with three photographs and a project file; `more` are further keys.
 void write_project(const fs::path& folder, const std::string& more = "",
-                   const std::string& frames = R"({"pattern": "frames/*.png", "interval": 2.5, "start": 1})", int channels = 3) {
+                   const std::string& frames = R"({"pattern": "frames/*.png", "interval": 2.5, "start": 1})",
+                   int channels = 3) {
   fs::create_directories(folder / "frames");
   for (int i = 0; i < 3; ++i) write_codes(folder / "frames" / (std::to_string(i) + ".png"), photo_codes(i, channels));
   write_atomically(folder / "capture.json",
-                   R"({"format": "patinate.capture", "version": 1, "name": "test", "kind": "fixed", "frames": )" + frames +
-                       (more.empty() ? "" : ", " + more) + "}");
+                   R"({"format": "patinate.capture", "version": 1, "name": "test", "kind": "fixed", "frames": )" +
+                       frames + (more.empty() ? "" : ", " + more) + "}");
 }
 
 TEST(Ingest, WritesTheLinearPhotographsAtTheirTimes) {
@@ -200,11 +201,14 @@ TEST(CaptureProject, MistakesInTheProjectAreNamedWithTheirPlace) {
       {R"("texel_size_mm": -1)", "/texel_size_mm"},
       {R"("mask": "nothing.png")", "nothing.png: does not exist"},
       {R"("transmission": {"photo": "nothing.png"})", "nothing.png: does not exist"},
-      {R"("transmission": {"photo": "frames/0.png", "align": "automatic"})", "/transmission/align: found \"automatic\""},
-      {R"("transmission": {"photo": "frames/0.png", "align": [[[0, 0], [0, 0]]]})", "/transmission/align: found an array of 1; expected four"},
+      {R"("transmission": {"photo": "frames/0.png", "align": "automatic"})",
+       "/transmission/align: found \"automatic\""},
+      {R"("transmission": {"photo": "frames/0.png", "align": [[[0, 0], [0, 0]]]})",
+       "/transmission/align: found an array of 1; expected four"},
       {R"("transmission": {"photo": "frames/0.png", "align": "auto"})", "0.png: cannot be aligned"},
       {R"("controls": [{"name": "a b", "file": "frames/0.png"}])", "/controls/0/name"},
-      {R"("controls": [{"name": "a", "file": "frames/0.png"}, {"name": "a", "file": "frames/0.png"}])", "/controls/1/name"},
+      {R"("controls": [{"name": "a", "file": "frames/0.png"}, {"name": "a", "file": "frames/0.png"}])",
+       "/controls/1/name"},
       {R"("scan": {"mesh": "m.ply"})", "no `unit`"},
   };
   for (const auto& c : kCases) {
@@ -389,9 +393,11 @@ TEST(Ingest, OptionsOutOfRangeAreErrors) {
 TEST(IngestRealData, CopperAgesFromTheRight) {
   PATINATE_REQUIRE_DATA(frames, "timelapse/copper_patinating/frames_every4");
   const TempFolder folder;
-  write_atomically(folder / "capture.json",
-                   R"({"format": "patinate.capture", "version": 1, "name": "copper", "kind": "fixed", "time_unit": "min",
-                       "frames": {"pattern": ")" + (frames / "*.png").string() + R"(", "interval": 19.4}})");
+  write_atomically(
+      folder / "capture.json",
+      R"({"format": "patinate.capture", "version": 1, "name": "copper", "kind": "fixed", "time_unit": "min",
+                       "frames": {"pattern": ")" +
+          (frames / "*.png").string() + R"(", "interval": 19.4}})");
   const HistoryReader history = ingest(folder.path());
   ASSERT_EQ(history.num_frames(), 26);
   EXPECT_EQ(history.manifest().width, 256);
@@ -412,7 +418,8 @@ TEST(IngestRealData, BananaTakesItsUnevenDatesFromTheNames) {
   const TempFolder folder;
   write_atomically(folder / "capture.json",
                    R"({"format": "patinate.capture", "version": 1, "name": "banana", "kind": "fixed", "time_unit": "d",
-                       "frames": {"pattern": ")" + (photos / "*.png").string() + R"("}, "scale": 0.25})");
+                       "frames": {"pattern": ")" +
+                       (photos / "*.png").string() + R"("}, "scale": 0.25})");
   EXPECT_EQ(read_capture_project(folder / "capture.json").time_source, "dates in file names");
   const HistoryReader history = ingest(folder.path());
   ASSERT_EQ(history.num_frames(), 20);

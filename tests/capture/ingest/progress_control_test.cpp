@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "patinate/history/memory_history.h"
 #include "patinate/image/color.h"
 
@@ -41,9 +41,10 @@ std::vector<double> even_times() {
 
 TEST(Progress, IsTheShareOfTimeThatAPixelSpentAged) {
   for (double noise : {0.0, 0.02}) {
-    const ProgressMap map =
-        progress_from_history(even_times(), [&](int i) { return switching_frame(i, noise); }, {}, {.smoothing_px = 1.5});
-    // Switched at 1 - x / W of the time, so aged for x / W of it. A frame apart is 1 / 20; a blurred front and noise as much.
+    const ProgressMap map = progress_from_history(even_times(), [&](int i) { return switching_frame(i, noise); }, {},
+                                                  {.smoothing_px = 1.5});
+    // Switched at 1 - x / W of the time, so aged for x / W of it. A frame apart is 1 / 20; a blurred front and noise as
+    // much.
     constexpr double kTolerance = 0.1;
     for (int x = 4; x < kWidth - 4; x += 5) {
       EXPECT_NEAR(static_cast<double>(map.values.at(x, 8)), (x + 0.5) / kWidth, kTolerance) << x;
@@ -62,7 +63,8 @@ TEST(Progress, BackgroundNeitherAgesNorMovesTheRange) {
 }
 
 TEST(Progress, AveragesOverTimeNotOverFrames) {
-  // Frames crowd at the start: times 0, 1, 2, 3, 100. A pixel that is aged from frame 4 on is aged half of the last interval.
+  // Frames crowd at the start: times 0, 1, 2, 3, 100. A pixel that is aged from frame 4 on is aged half of the last
+  // interval.
   const std::vector<double> times{0, 1, 2, 3, 100};
   const auto frame = [](int i) { return ImageF(8, 8, 3, i == 4 ? 0.5f : 0.1f); };
   EXPECT_NEAR(progress_from_history(times, frame, {}).values.at(4, 4), 0.485f, 1e-3f);
@@ -108,7 +110,9 @@ TEST(Progress, GivesTheSameBitsForAnyNumberOfThreads) {
   const auto with_threads = [](int n) {
     RunControl control;
     control.num_threads = n;
-    return progress_from_history(even_times(), [](int i) { return switching_frame(i, 0.02); }, {}, {}, control).values;
+    return progress_from_history(
+               even_times(), [](int i) { return switching_frame(i, 0.02); }, {}, {}, control)
+        .values;
   };
   EXPECT_EQ(with_threads(1), with_threads(3));
 }
@@ -132,7 +136,9 @@ TEST(Progress, OfAHistoryIsThatOfItsFramesTimesAndMask) {
   }
   images.mask = ImageU8(kWidth, kHeight, 1, 255);
   for (int x = 0; x < kWidth; ++x) images.mask.at(x, 0) = 0;
-  const ProgressMap made = progress_from_history(MemoryHistory(images)), expected = progress_from_history(times, [](int i) { return switching_frame(i, 0.005); }, images.mask);
+  const ProgressMap made = progress_from_history(MemoryHistory(images)),
+                    expected = progress_from_history(
+                        times, [](int i) { return switching_frame(i, 0.005); }, images.mask);
   EXPECT_EQ(made.values, expected.values);
   EXPECT_EQ(made.low, expected.low);
   EXPECT_EQ(made.high, expected.high);

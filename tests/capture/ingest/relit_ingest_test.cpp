@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "datasets_synthetic/mold_io.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/geometry/point_cloud_io.h"
 #include "patinate/history/history.h"
@@ -36,7 +36,9 @@ datasets::MoldOptions small() {
   return o;
 }
 
-void make(const datasets::MoldOptions& options, const fs::path& folder) { run_job(datasets::plan_mold(options, folder), {}, {}); }
+void make(const datasets::MoldOptions& options, const fs::path& folder) {
+  run_job(datasets::plan_mold(options, folder), {}, {});
+}
 
 /// For tests of something else than highlights, whose fit takes most of the time.
 RelitOptions without_highlights() {
@@ -132,8 +134,8 @@ TEST(RelitIngest, DisturbedMoldIsWithinWhatWasMeasured) {
   const TempFolder temp;
   ingest(shared_disturbed(), temp / "history");
   const MoldErrors e = testing_support::mold_errors(shared_disturbed(), temp / "history");
-  // Measured at this size, where a pixel is 1.5 mm and spokes are two pixels wide: RMS 9.0 %, median 2.6 %, drift 1.5 % (docs/algorithms/relit.md has
-  // those at the usual size). Bounds against regressions, a third above.
+  // Measured at this size, where a pixel is 1.5 mm and spokes are two pixels wide: RMS 9.0 %, median 2.6 %, drift 1.5 %
+  // (docs/algorithms/relit.md has those at the usual size). Bounds against regressions, a third above.
   EXPECT_LT(e.albedo_rms, 0.12);
   EXPECT_LT(e.albedo_median, 0.034);
   EXPECT_GT(e.valid_share, 0.85);
@@ -146,7 +148,8 @@ TEST(RelitIngest, DisturbedMoldIsWithinWhatWasMeasured) {
   ASSERT_TRUE(history.read_frame_extra(2, "stddev").has_value());
   EXPECT_TRUE(history.read_frame_extra(2, "specular").has_value());
   EXPECT_TRUE(fs::exists(temp / "history/report.html"));
-  // Its narrow highlights are rejected as well as without a lobe; subtracting lobes of a mixture of copper and patina makes it 5 % worse.
+  // Its narrow highlights are rejected as well as without a lobe; subtracting lobes of a mixture of copper and patina
+  // makes it 5 % worse.
   ingest(shared_disturbed(), temp / "matt", without_highlights());
   const MoldErrors matt = testing_support::mold_errors(shared_disturbed(), temp / "matt");
   EXPECT_LT(e.albedo_median, 1.02 * matt.albedo_median);
@@ -175,17 +178,21 @@ TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
     for (Json& step : json["steps"]) step.erase("transform");
   });
   // Another object in the place of the second step's: a sphere.
-  std::string sphere = "ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\nproperty float z\nelement face 361\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string sphere =
+      "ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\nproperty float z\nelement face "
+      "361\nproperty list uchar int vertex_indices\nend_header\n";
   for (int j = 0; j < 20; ++j) {
     for (int i = 0; i < 20; ++i) {
       const double x = 3.0 * (i - 9.5), y = 3.0 * (j - 9.5);
-      sphere += std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(std::sqrt(60.0 * 60.0 - x * x - y * y)) + "\n";
+      sphere += std::to_string(x) + " " + std::to_string(y) + " " +
+                std::to_string(std::sqrt(60.0 * 60.0 - x * x - y * y)) + "\n";
     }
   }
   for (int j = 0; j < 19; ++j) {
     for (int i = 0; i < 19; ++i) {
       const int a = 20 * j + i;
-      sphere += "4 " + std::to_string(a) + " " + std::to_string(a + 1) + " " + std::to_string(a + 21) + " " + std::to_string(a + 20) + "\n";
+      sphere += "4 " + std::to_string(a) + " " + std::to_string(a + 1) + " " + std::to_string(a + 21) + " " +
+                std::to_string(a + 20) + "\n";
     }
   }
   write_atomically(temp / "mold/step01/scan.ply", sphere);
@@ -228,7 +235,8 @@ TEST(RelitIngest, GivesTheSameBytesForAnyNumberOfThreads) {
 }
 
 TEST(RelitIngest, LengthUnitsDoNotMatter) {
-  // The same project in micrometers: camera, lights' positions and scans; the strengths of lights are for distances in mm.
+  // The same project in micrometers: camera, lights' positions and scans; the strengths of lights are for distances in
+  // mm.
   const TempFolder temp;
   fs::copy(shared_exact(), temp / "mold", fs::copy_options::recursive);
   change(temp / "mold/capture.json", [](Json& json) {
@@ -241,7 +249,8 @@ TEST(RelitIngest, LengthUnitsDoNotMatter) {
       for (std::size_t r = 0; r < 3; ++r) step["transform"][r][3] = 1000.0 * step["transform"][r][3].get<double>();
     }
   });
-  for (const char* step : {"step00", "step01", "step02"}) change_points(temp / "mold" / step / "scan.ply", [](Vec3& p) { p *= 1000.0; });
+  for (const char* step : {"step00", "step01", "step02"})
+    change_points(temp / "mold" / step / "scan.ply", [](Vec3& p) { p *= 1000.0; });
   ingest(temp / "mold", temp / "history", without_highlights());
   EXPECT_LT(testing_support::mold_errors(shared_exact(), temp / "history").albedo_worst, kHalfRounding);
 }
@@ -252,8 +261,11 @@ TEST(RelitIngest, ReadyMadeAlbedoIsBroughtIn) {
   change(temp / "mold/capture.json", [](Json& json) {
     json.erase("reference_patch");
     for (std::size_t k = 0; k < json["steps"].size(); ++k) {
-      json["steps"][k] = {{"time", 10.0 * static_cast<double>(k)}, {"albedo", "truth/albedo/000" + std::to_string(k) + ".exr"}, {"position", "truth/position.exr"},
-                          {"normal", "truth/normal.exr"}, {"transform", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}};
+      json["steps"][k] = {{"time", 10.0 * static_cast<double>(k)},
+                          {"albedo", "truth/albedo/000" + std::to_string(k) + ".exr"},
+                          {"position", "truth/position.exr"},
+                          {"normal", "truth/normal.exr"},
+                          {"transform", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}};
     }
   });
   ingest(temp / "mold", temp / "history");
@@ -265,10 +277,13 @@ TEST(RelitIngest, ReadyMadeAlbedoIsBroughtIn) {
 /// A bump under directional lights, without a scan.
 void write_stereo(const fs::path& folder) {
   constexpr int kSide = 48;
-  const std::vector<Vec3> lights{Vec3(0.5, 0.0, 1.0).normalized(), Vec3(-0.5, 0.1, 1.0).normalized(), Vec3(0.1, 0.5, 1.0).normalized(), Vec3(0.0, -0.5, 1.0).normalized(),
+  const std::vector<Vec3> lights{Vec3(0.5, 0.0, 1.0).normalized(), Vec3(-0.5, 0.1, 1.0).normalized(),
+                                 Vec3(0.1, 0.5, 1.0).normalized(), Vec3(0.0, -0.5, 1.0).normalized(),
                                  Vec3(0.3, 0.3, 1.0).normalized()};
-  Json json{{"format", "patinate.capture"}, {"version", 1}, {"name", "bump"}, {"kind", "relit"}, {"unit", "mm"}, {"response", "linear"}};
-  for (const Vec3& l : lights) json["lights"].push_back({{"direction", {l.x(), l.y(), l.z()}}, {"intensity", {3.0, 3.0, 3.0}}});
+  Json json{{"format", "patinate.capture"}, {"version", 1}, {"name", "bump"}, {"kind", "relit"}, {"unit", "mm"},
+            {"response", "linear"}};
+  for (const Vec3& l : lights)
+    json["lights"].push_back({{"direction", {l.x(), l.y(), l.z()}}, {"intensity", {3.0, 3.0, 3.0}}});
   for (int step = 0; step < 2; ++step) {
     Json photos = Json::array();
     for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -276,7 +291,9 @@ void write_stereo(const fs::path& folder) {
       for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {
           const Vec3 n = Vec3(0.02 * (x - 24), -0.02 * (y - 24), 1.0).normalized();
-          for (int c = 0; c < 3; ++c) photo.at(x, y, c) = static_cast<float>((0.6 - 0.1 * c - 0.2 * step) / std::numbers::pi * 3.0 * std::max(0.0, n.dot(lights[i])));
+          for (int c = 0; c < 3; ++c)
+            photo.at(x, y, c) = static_cast<float>((0.6 - 0.1 * c - 0.2 * step) / std::numbers::pi * 3.0 *
+                                                   std::max(0.0, n.dot(lights[i])));
         }
       }
       const std::string name = std::to_string(step) + "_" + std::to_string(i) + ".exr";
@@ -336,13 +353,28 @@ TEST(RelitIngest, SaysWhatIsWrongWithAProject) {
   const auto nothing = [](Json&) {};
   expect_complaint(complaint([](Json& j) { j["steps"][1]["photos"].erase(0); }), "/steps/1/photos");
   expect_complaint(complaint([](Json& j) { j["steps"][1]["photos"][0] = "none.png"; }), "none.png");
-  expect_complaint(complaint(nothing, [](const fs::path& f) { write_exr(f / "step01/light0.exr", ImageF(64, 48, 3, 0.5f), {"R", "G", "B"}, ExrDepth::Float); }), "expected 128 x 96");
-  expect_complaint(complaint(nothing, [](const fs::path& f) { write_exr(f / "step01/light2.exr", ImageF(128, 96, 3), {"R", "G", "B"}, ExrDepth::Float); }), "black");
+  expect_complaint(
+      complaint(nothing,
+                [](const fs::path& f) {
+                  write_exr(f / "step01/light0.exr", ImageF(64, 48, 3, 0.5f), {"R", "G", "B"}, ExrDepth::Float);
+                }),
+      "expected 128 x 96");
+  expect_complaint(complaint(nothing,
+                             [](const fs::path& f) {
+                               write_exr(f / "step01/light2.exr", ImageF(128, 96, 3), {"R", "G", "B"}, ExrDepth::Float);
+                             }),
+                   "black");
   expect_complaint(complaint([](Json& j) { j.erase("reference_patch"); },
-                             [](const fs::path& f) { write_exr(f / "step01/light2.exr", ImageF(128, 96, 3), {"R", "G", "B"}, ExrDepth::Float); }),
+                             [](const fs::path& f) {
+                               write_exr(f / "step01/light2.exr", ImageF(128, 96, 3), {"R", "G", "B"}, ExrDepth::Float);
+                             }),
                    "black everywhere");
-  expect_complaint(complaint([](Json& j) { j.erase("reference_patch"); j["steps"][1]["photos"][2] = "white.png"; },
-                             [](const fs::path& f) { write_codes(f / "white.png", ImageU8(128, 96, 3, 255)); }),
+  expect_complaint(complaint(
+                       [](Json& j) {
+                         j.erase("reference_patch");
+                         j["steps"][1]["photos"][2] = "white.png";
+                       },
+                       [](const fs::path& f) { write_codes(f / "white.png", ImageU8(128, 96, 3, 255)); }),
                    "saturated everywhere");
   expect_complaint(complaint([](Json& j) { j["steps"][1]["time"] = 90; }), "not later than");
   expect_complaint(complaint([](Json& j) { j["steps"][1].erase("scan"); }), "directional");
@@ -351,11 +383,17 @@ TEST(RelitIngest, SaysWhatIsWrongWithAProject) {
   expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][0][0] = -1; }), "mirrors");
   expect_complaint(complaint([](Json& j) { j["lights"][1]["position"] = {10, 0, -400}; }), "/lights/1: stands behind");
   expect_complaint(complaint([](Json& j) { j["lights"][1]["intensity"][1] = 0; }), "/lights/1");
-  expect_complaint(complaint(nothing, [](const fs::path& f) { change_points(f / "step01/scan.ply", [](Vec3& p) { p.x() = -p.x(); }); }), "mirrored");
+  expect_complaint(
+      complaint(nothing,
+                [](const fs::path& f) { change_points(f / "step01/scan.ply", [](Vec3& p) { p.x() = -p.x(); }); }),
+      "mirrored");
   expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][0][3] = 300.0; }), "do not overlap");
   expect_complaint(complaint([](Json& j) { j["steps"][1]["transform"][2][3] = 20.0; }), "off the reference");
   expect_complaint(complaint([](Json& j) { j["camera"]["translation"][2] = -400.0; }), "behind the camera");
-  expect_complaint(complaint([](Json& j) { j["reference_patch"]["polygon"] = {{1, 1}, {1, 1}, {1, 1}}; }), "covers no pixel");
+  expect_complaint(complaint([](Json& j) {
+                     j["reference_patch"]["polygon"] = {{1, 1}, {1, 1}, {1, 1}};
+                   }),
+                   "covers no pixel");
   expect_complaint(complaint([](Json& j) { j["reference"] = 7; }), "/reference");
   expect_complaint(complaint([](Json& j) { j["steps"][0]["exclude"] = true; }), "not excluded");
   expect_complaint(complaint([](Json& j) { j["steps"][0]["phtos"] = 1; }), "phtos");

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "capture/timelapse/ingest.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "tests/capture/ingest/ingest_folder.h"
@@ -43,10 +43,12 @@ Camera camera_above(double k1 = -0.1) {
   return Camera(p);
 }
 
-const PhotoPart kWhole{.x0 = 0, .y0 = 0, .width = kWidth, .height = kHeight, .num_columns = kWidth, .num_rows = kHeight};
+const PhotoPart kWhole{
+    .x0 = 0, .y0 = 0, .width = kWidth, .height = kHeight, .num_columns = kWidth, .num_rows = kHeight};
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
-  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)), static_cast<double>(image.at(x, y, 2))};
+  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
+          static_cast<double>(image.at(x, y, 2))};
 }
 
 TEST(ScanMaps, ASphereIsWhereItIsAndEvenlyCurved) {
@@ -116,8 +118,10 @@ TEST(ScanMaps, TexelsOfAPlaneHaveTheSizeThatTheFocalLengthGives) {
   const ScanMaps maps = scan_maps(plane, Camera(p), part);
   EXPECT_EQ(maps.num_seen, 45 * kHeight);
   const double pixel_mm = kDistance / 160.0;
-  for (float size : maps.texel_size_mm.values()) EXPECT_NEAR(static_cast<double>(size), pixel_mm * std::sqrt(2.0), 1e-5);
-  for (float curvature : maps.curvature_per_mm.values()) EXPECT_NEAR(curvature, 0.0F, 1e-2F);  // The border is not flat to a smoothed surface.
+  for (float size : maps.texel_size_mm.values())
+    EXPECT_NEAR(static_cast<double>(size), pixel_mm * std::sqrt(2.0), 1e-5);
+  for (float curvature : maps.curvature_per_mm.values())
+    EXPECT_NEAR(curvature, 0.0F, 1e-2F);  // The border is not flat to a smoothed surface.
 }
 
 TEST(ScanMaps, EveryNumberOfThreadsGivesTheSameBits) {
@@ -125,12 +129,14 @@ TEST(ScanMaps, EveryNumberOfThreadsGivesTheSameBits) {
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
-  const ScanMaps a = scan_maps(sphere, camera_above(), kWhole, {}, one), b = scan_maps(sphere, camera_above(), kWhole, {}, three);
+  const ScanMaps a = scan_maps(sphere, camera_above(), kWhole, {}, one),
+                 b = scan_maps(sphere, camera_above(), kWhole, {}, three);
   EXPECT_EQ(a.position_mm, b.position_mm);
   EXPECT_EQ(a.curvature_per_mm, b.curvature_per_mm);
 }
 
-/// A furrowed relief, 50 mm wide, of which the camera sees more than all: z = 2 cos(2 pi x / 20), furrows at x = -10 and 10.
+/// A furrowed relief, 50 mm wide, of which the camera sees more than all: z = 2 cos(2 pi x / 20), furrows at x = -10
+/// and 10.
 Mesh relief() {
   return make_patch(60, 60, [](double u, double v) {
     const double x = 50 * u - 25;
@@ -145,7 +151,9 @@ const char* const kCamera =
 /// Three photographs of a relief that is given in cm.
 void write_project(const fs::path& folder, const std::string& more, const std::string& camera = kCamera) {
   fs::create_directories(folder / "frames");
-  for (int i = 0; i < 3; ++i) write_codes(folder / "frames" / (std::to_string(i) + ".png"), ImageU8(kWidth, kHeight, 3, static_cast<std::uint8_t>(60 + 40 * i)));
+  for (int i = 0; i < 3; ++i)
+    write_codes(folder / "frames" / (std::to_string(i) + ".png"),
+                ImageU8(kWidth, kHeight, 3, static_cast<std::uint8_t>(60 + 40 * i)));
   Mesh mesh = relief();
   scale_mesh(mesh, 0.1);
   write_obj(folder / "relief.obj", mesh);
@@ -230,7 +238,8 @@ TEST(IngestScan, SaysWhatIsWrongWithIt) {
   camera.replace(camera.find("10]}"), 2, "-9");
   write_project(folder.path(), R"(, "unit": "cm")", camera);
   const std::string unseen = ingest_error(folder.path());
-  EXPECT_TRUE(has(unseen, "the camera does not see the mesh: its middle lies 90 mm behind the camera; check `unit`")) << unseen;
+  EXPECT_TRUE(has(unseen, "the camera does not see the mesh: its middle lies 90 mm behind the camera; check `unit`"))
+      << unseen;
   write_project(folder.path(), R"(, "unit": "cm", "controls": [{"name": "accessibility", "file": "frames/0.png"}])");
   EXPECT_TRUE(has(ingest_error(folder.path()), "no other control"));
   write_project(folder.path(), R"(, "unit": "cm")");

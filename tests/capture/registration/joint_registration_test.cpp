@@ -7,8 +7,8 @@
 
 #include "capture/registration/pose_graph.h"
 #include "capture/registration/reference_methods.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "tests/capture/registration/scan_shapes.h"
 
 namespace patinate::capture {
@@ -22,7 +22,8 @@ using testing_support::scan_of;
 
 RigidTransform random_motion(std::uint64_t item, double angle_deg, double shift) {
   RandomStream random(77, item);
-  const Vec3 axis(random.normal(), random.normal(), random.normal()), by(random.normal(), random.normal(), random.normal());
+  const Vec3 axis(random.normal(), random.normal(), random.normal()),
+      by(random.normal(), random.normal(), random.normal());
   return {rotation_of(axis.normalized() * (angle_deg * 3.14159265358979 / 180.0)), shift * by.normalized()};
 }
 
@@ -36,7 +37,8 @@ Steps strips(int count, double angle_deg) {
   for (int k = 0; k < count; ++k) {
     const double low = -50.0 + 40.0 * k / (count - 1), high = low + 60.0;
     const auto seed = static_cast<std::uint64_t>(60 + k);
-    const PointCloud part = part_of(scan_of(relief, {.size = 90, .offset = 0.2 * k, .noise_mm = 0.05, .seed = seed}), [&](const Vec3& p) { return p.x() >= low && p.x() <= high; });
+    const PointCloud part = part_of(scan_of(relief, {.size = 90, .offset = 0.2 * k, .noise_mm = 0.05, .seed = seed}),
+                                    [&](const Vec3& p) { return p.x() >= low && p.x() <= high; });
     const RigidTransform motion = k == 0 ? RigidTransform{} : random_motion(seed, angle_deg, 20.0);
     steps.scans.push_back(moved(part, motion));
     steps.truth.push_back(motion.inverse());
@@ -53,7 +55,8 @@ TEST(PoseGraph, ConsistentEdgesGiveBackThePoses) {
   start[2] = truth[2];
   std::vector<PoseEdge> edges;
   for (const auto& [i, j] : {std::pair{0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 0}, {0, 2}}) {
-    edges.push_back({i, j, truth[static_cast<std::size_t>(i)].inverse() * truth[static_cast<std::size_t>(j)], Matrix6::Identity()});
+    edges.push_back(
+        {i, j, truth[static_cast<std::size_t>(i)].inverse() * truth[static_cast<std::size_t>(j)], Matrix6::Identity()});
   }
   const auto found = solve_poses(start, edges, 2);
   for (std::size_t k = 0; k < 5; ++k) {
@@ -63,7 +66,8 @@ TEST(PoseGraph, ConsistentEdgesGiveBackThePoses) {
 }
 
 TEST(PoseGraph, ALoopSharesItsErrorByInformation) {
-  // Three poses on a line, 1 and 1 apart by two edges, 2.3 by the third: least squares puts 0.1 on each edge of equal weight.
+  // Three poses on a line, 1 and 1 apart by two edges, 2.3 by the third: least squares puts 0.1 on each edge of equal
+  // weight.
   std::vector<PoseEdge> edges;
   const auto at = [](double x) { return RigidTransform{Eigen::Matrix3d::Identity(), Vec3(x, 0, 0)}; };
   edges.push_back({0, 1, at(1.0), Matrix6::Identity()});
@@ -94,12 +98,16 @@ TEST(RegisterJointly, AnyScanCanBeTheReference) {
   const Steps steps = strips(3, 20.0);
   std::vector<std::optional<RigidTransform>> initial;
   for (std::size_t k = 0; k < 3; ++k) initial.emplace_back(random_motion(k, 3.0, 1.0) * steps.truth[k]);
-  const JointRegistration first = register_jointly(steps.scans, initial, 0), last = register_jointly(steps.scans, initial, 2);
+  const JointRegistration first = register_jointly(steps.scans, initial, 0),
+                          last = register_jointly(steps.scans, initial, 2);
   const RigidTransform last_from_first = last.scans[0].reference_from_scan;
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_EQ(last.scans[k].status, RegistrationStatus::Converged);
     // Both settle where nothing moves by more than 1e-7 of the size.
-    EXPECT_LT(largest_gap(steps.scans[k], last.scans[k].reference_from_scan, last_from_first * first.scans[k].reference_from_scan), 1e-3) << k;
+    EXPECT_LT(largest_gap(steps.scans[k], last.scans[k].reference_from_scan,
+                          last_from_first * first.scans[k].reference_from_scan),
+              1e-3)
+        << k;
   }
 }
 
@@ -123,11 +131,17 @@ TEST(RegisterJointly, OneScanOrABadReferenceIsRefused) {
 TEST(ReferenceMethods, PclComesCloseAndTheSymmetricMethodCloser) {
   const PointCloud target = scan_of(relief, {.size = 70, .noise_mm = 0.03, .seed = 90});
   const RigidTransform source_from_target = random_motion(1, 4.0, 1.0);
-  const PointCloud source = moved(scan_of(relief, {.size = 70, .offset = 0.4, .noise_mm = 0.03, .seed = 91}), source_from_target);
-  const auto gap = [&](const PairRegistration& r) { return largest_gap(target, r.target_from_source * source_from_target, {}); };
+  const PointCloud source =
+      moved(scan_of(relief, {.size = 70, .offset = 0.4, .noise_mm = 0.03, .seed = 91}), source_from_target);
+  const auto gap = [&](const PairRegistration& r) {
+    return largest_gap(target, r.target_from_source * source_from_target, {});
+  };
   const double own = gap(register_pair(target, source, RigidTransform{}));
   EXPECT_LT(own, 0.02);
-  for (const auto& [method, most] : {std::pair{RegistrationMethod::PclPlane, 0.2}, {RegistrationMethod::PclGicp, 0.3}, {RegistrationMethod::PclPoint, 2.0}}) {  // Point-to-point locks onto the grid, of 1.4 mm.
+  for (const auto& [method, most] :
+       {std::pair{RegistrationMethod::PclPlane, 0.2},
+        {RegistrationMethod::PclGicp, 0.3},
+        {RegistrationMethod::PclPoint, 2.0}}) {  // Point-to-point locks onto the grid, of 1.4 mm.
     const PairRegistration pcl = register_pair_with_pcl(target, source, RigidTransform{}, {.method = method});
     EXPECT_LT(gap(pcl), most) << static_cast<int>(method);
     EXPECT_LT(own, gap(pcl)) << static_cast<int>(method);

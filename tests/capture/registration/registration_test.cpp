@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "capture/registration/rotation_search.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "tests/capture/registration/scan_shapes.h"
 
 namespace patinate::capture {
@@ -24,7 +24,9 @@ using testing_support::scan_of;
 constexpr double kPi = 3.14159265358979323846;
 
 /// A turn about the scan's middle and a shift.
-RigidTransform motion(const Vec3& axis, double angle_deg, const Vec3& shift) { return {rotation_of(axis.normalized() * (angle_deg * kPi / 180.0)), shift}; }
+RigidTransform motion(const Vec3& axis, double angle_deg, const Vec3& shift) {
+  return {rotation_of(axis.normalized() * (angle_deg * kPi / 180.0)), shift};
+}
 
 TEST(RegisterPair, RecoversAKnownMotionToRounding) {
   const PointCloud target = scan_of(relief);
@@ -39,9 +41,9 @@ TEST(RegisterPair, RecoversAKnownMotionToRounding) {
 }
 
 TEST(RegisterPair, StaysWithinItsCovarianceUnderNoise) {
-  // Other points of the same surface, each with noise of its own: the error, in units of the covariance, is a chi-square of 6
-  // degrees of freedom. Its mean over n runs lies within 4 sd of 6; one run passes 33 once in 10^5. The covariance may be too large by the
-  // scatter that curvature adds to it, by a factor of 2 at most here.
+  // Other points of the same surface, each with noise of its own: the error, in units of the covariance, is a
+  // chi-square of 6 degrees of freedom. Its mean over n runs lies within 4 sd of 6; one run passes 33 once in 10^5. The
+  // covariance may be too large by the scatter that curvature adds to it, by a factor of 2 at most here.
   const GridScan grid{.noise_mm = 0.1};
   constexpr int kRuns = 12;
   double sum = 0.0;
@@ -49,7 +51,8 @@ TEST(RegisterPair, StaysWithinItsCovarianceUnderNoise) {
     const auto seed = static_cast<std::uint64_t>(2 * run + 10);
     const PointCloud target = scan_of(relief, {.noise_mm = grid.noise_mm, .seed = seed});
     const RigidTransform source_from_target = motion(Vec3(1, -run, 2), 4.0, Vec3(2, 1, -1));
-    const PointCloud source = moved(scan_of(relief, {.offset = 0.37, .noise_mm = grid.noise_mm, .seed = seed + 1}), source_from_target);
+    const PointCloud source =
+        moved(scan_of(relief, {.offset = 0.37, .noise_mm = grid.noise_mm, .seed = seed + 1}), source_from_target);
     const PairRegistration found = register_pair(target, source, RigidTransform{});
     ASSERT_EQ(found.status, RegistrationStatus::Converged);
     const RigidTransform error = found.target_from_source * source_from_target;
@@ -67,9 +70,12 @@ TEST(RegisterPair, StaysWithinItsCovarianceUnderNoise) {
 TEST(RegisterPair, SwappedScansGiveTheInverse) {
   const PointCloud target = scan_of(relief, {.noise_mm = 0.05, .seed = 1});
   const RigidTransform start = motion(Vec3(0, 1, 1), 8.0, Vec3(3, 0, 1));
-  const PointCloud source = moved(part_of(scan_of(relief, {.offset = 0.41, .noise_mm = 0.05, .seed = 2}), [](const Vec3& p) { return p.x() < 25.0; }), start.inverse());
+  const PointCloud source = moved(part_of(scan_of(relief, {.offset = 0.41, .noise_mm = 0.05, .seed = 2}),
+                                          [](const Vec3& p) { return p.x() < 25.0; }),
+                                  start.inverse());
   const RigidTransform guess = motion(Vec3(1, 0, 0), 3.0, Vec3(0, 1, 0)) * start;
-  const PairRegistration forth = register_pair(target, source, guess), back = register_pair(source, target, guess.inverse());
+  const PairRegistration forth = register_pair(target, source, guess),
+                         back = register_pair(source, target, guess.inverse());
   EXPECT_EQ(forth.status, RegistrationStatus::Converged);
   EXPECT_EQ(back.status, RegistrationStatus::Converged);
   // Both end where nothing moves by more than 1e-10 of the object's size.
@@ -79,7 +85,8 @@ TEST(RegisterPair, SwappedScansGiveTheInverse) {
 
 TEST(RegisterPair, NeitherUnitNorOriginMatter) {
   const PointCloud target = scan_of(relief, {.size = 80, .noise_mm = 0.05, .seed = 3});
-  const PointCloud source = moved(scan_of(relief, {.size = 80, .offset = 0.3, .noise_mm = 0.05, .seed = 4}), motion(Vec3(1, 1, 0), 5.0, Vec3(1, 2, 3)));
+  const PointCloud source = moved(scan_of(relief, {.size = 80, .offset = 0.3, .noise_mm = 0.05, .seed = 4}),
+                                  motion(Vec3(1, 1, 0), 5.0, Vec3(1, 2, 3)));
   const PairRegistration plain = register_pair(target, source, RigidTransform{});
   ASSERT_EQ(plain.status, RegistrationStatus::Converged);
   for (const double unit : {1e-3, 25.4}) {
@@ -99,11 +106,13 @@ TEST(RegisterPair, NeitherUnitNorOriginMatter) {
 
 TEST(RegisterPair, GivesTheSameBitsForAnyNumberOfThreads) {
   const PointCloud target = scan_of(relief, {.size = 90, .noise_mm = 0.05, .seed = 5});
-  const PointCloud source = moved(scan_of(relief, {.size = 90, .offset = 0.3, .noise_mm = 0.05, .seed = 6}), motion(Vec3(1, 1, 1), 70.0, Vec3(1, 2, 3)));
+  const PointCloud source = moved(scan_of(relief, {.size = 90, .offset = 0.3, .noise_mm = 0.05, .seed = 6}),
+                                  motion(Vec3(1, 1, 1), 70.0, Vec3(1, 2, 3)));
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
-  const PairRegistration a = register_pair(target, source, std::nullopt, {}, one), b = register_pair(target, source, std::nullopt, {}, three);
+  const PairRegistration a = register_pair(target, source, std::nullopt, {}, one),
+                         b = register_pair(target, source, std::nullopt, {}, three);
   EXPECT_EQ(a.status, RegistrationStatus::Converged);
   EXPECT_TRUE(a.is_found_by_search);
   EXPECT_EQ(a.target_from_source.rotation, b.target_from_source.rotation);
@@ -125,9 +134,12 @@ TEST(RegisterPair, NamesWhatAPlaneACylinderAndASphereLeaveOpen) {
   };
   for (const Case& c : cases) {
     for (const double noise : {0.0, 0.05}) {
-      const PointCloud target = scan_of(c.height, {.noise_mm = noise, .seed = 7}), source = scan_of(c.height, {.offset = 0.43, .noise_mm = noise, .seed = 8});
-      const PairRegistration found = register_pair(target, source, motion(Vec3(0, 1, 0.3), 0.3, Vec3(0.2, 0, 0.5)), {.start = RegistrationStart::Given});
-      EXPECT_EQ(found.status, RegistrationStatus::Degenerate) << c.name << ", noise " << noise << ": " << name_of(found.status);
+      const PointCloud target = scan_of(c.height, {.noise_mm = noise, .seed = 7}),
+                       source = scan_of(c.height, {.offset = 0.43, .noise_mm = noise, .seed = 8});
+      const PairRegistration found = register_pair(target, source, motion(Vec3(0, 1, 0.3), 0.3, Vec3(0.2, 0, 0.5)),
+                                                   {.start = RegistrationStart::Given});
+      EXPECT_EQ(found.status, RegistrationStatus::Degenerate)
+          << c.name << ", noise " << noise << ": " << name_of(found.status);
       std::vector<FreeMotion::Kind> kinds;
       for (const FreeMotion& m : found.free_motions) kinds.push_back(m.kind);
       EXPECT_EQ(kinds, c.motions) << c.name << ", noise " << noise;
@@ -151,7 +163,8 @@ TEST(RegisterPair, FindsAnObjectTurnedByAnyAngle) {
     RandomStream random(9, static_cast<std::uint64_t>(k));
     const Vec3 axis(random.normal(), random.normal(), random.normal());
     const RigidTransform source_from_target = motion(axis, 60.0 + 60.0 * k, Vec3(300.0 * random.normal(), 0, 200));
-    const PointCloud part = part_of(scan_of(relief, {.offset = 0.3, .noise_mm = 0.05, .seed = 21}), [](const Vec3& p) { return p.y() > -20.0; });
+    const PointCloud part = part_of(scan_of(relief, {.offset = 0.3, .noise_mm = 0.05, .seed = 21}),
+                                    [](const Vec3& p) { return p.y() > -20.0; });
     const PairRegistration found = register_pair(target, moved(part, source_from_target), std::nullopt);
     EXPECT_EQ(found.status, RegistrationStatus::Converged);
     // Noise of 0.05 mm over 10^4 points leaves micrometers.
@@ -161,14 +174,16 @@ TEST(RegisterPair, FindsAnObjectTurnedByAnyAngle) {
 
 TEST(RegisterPair, AMirroredScanIsNoFit) {
   const PointCloud target = scan_of(relief, {.noise_mm = 0.05, .seed = 22});
-  const PairRegistration found = register_pair(target, mirrored(scan_of(relief, {.offset = 0.3, .noise_mm = 0.05, .seed = 23})), std::nullopt);
+  const PairRegistration found =
+      register_pair(target, mirrored(scan_of(relief, {.offset = 0.3, .noise_mm = 0.05, .seed = 23})), std::nullopt);
   EXPECT_NE(found.status, RegistrationStatus::Converged);
   EXPECT_NE(found.status, RegistrationStatus::Degenerate);
 }
 
 TEST(RegisterPair, ScansThatShareNothingAreNoFit) {
   const PointCloud whole = scan_of(relief, {.size = 110});
-  const PointCloud left = part_of(whole, [](const Vec3& p) { return p.x() < -5.0; }), right = part_of(whole, [](const Vec3& p) { return p.x() > 5.0; });
+  const PointCloud left = part_of(whole, [](const Vec3&p) { return p.x() < -5.0; }),
+                   right = part_of(whole, [](const Vec3&p) { return p.x() > 5.0; });
   for (const auto& start : {std::optional<RigidTransform>(RigidTransform{}), std::optional<RigidTransform>()}) {
     const PairRegistration found = register_pair(left, right, start);
     EXPECT_NE(found.status, RegistrationStatus::Converged);
@@ -179,7 +194,8 @@ TEST(RegisterPair, ScansThatShareNothingAreNoFit) {
 TEST(RegisterPair, APartThatChangedDoesNotPullTheRest) {
   // A fifth of the surface has grown by 1.5 mm; plain least squares over all of it would be off by a good part of that.
   const auto grown = [](double x, double y) { return relief(x, y) + (x > 30.0 ? 1.5 : 0.0); };
-  const PointCloud target = scan_of(relief, {.noise_mm = 0.03, .seed = 30}), source = scan_of(grown, {.offset = 0.4, .noise_mm = 0.03, .seed = 31});
+  const PointCloud target = scan_of(relief, {.noise_mm = 0.03, .seed = 30}),
+                   source = scan_of(grown, {.offset = 0.4, .noise_mm = 0.03, .seed = 31});
   const PairRegistration found = register_pair(target, source, motion(Vec3(1, 0, 1), 2.0, Vec3(1, 1, 1)));
   EXPECT_EQ(found.status, RegistrationStatus::Converged);
   EXPECT_LT(largest_gap(source, found.target_from_source, {}), 0.03);
@@ -187,7 +203,8 @@ TEST(RegisterPair, APartThatChangedDoesNotPullTheRest) {
 }
 
 TEST(RegisterPair, PointsNoisierThanTheyAreApartAreAveragedFirst) {
-  const PointCloud target = scan_of(relief, {.size = 250, .noise_mm = 0.8, .seed = 40}), source = scan_of(relief, {.size = 250, .offset = 0.4, .noise_mm = 0.8, .seed = 41});
+  const PointCloud target = scan_of(relief, {.size = 250, .noise_mm = 0.8, .seed = 40}),
+                   source = scan_of(relief, {.size = 250, .offset = 0.4, .noise_mm = 0.8, .seed = 41});
   const PairRegistration found = register_pair(target, source, motion(Vec3(1, 0, 1), 3.0, Vec3(1, 1, 1)));
   EXPECT_EQ(found.status, RegistrationStatus::Converged);
   EXPECT_LT(largest_gap(source, found.target_from_source, {}), 0.15) << "a fifth of the noise, from 62,500 points";
@@ -215,7 +232,8 @@ TEST(RotationSearch, SixtyRotationsLeaveNoneFartherThanFortyFiveDegrees) {
   double farthest = 0.0;
   for (std::uint64_t k = 0; k < 3000; ++k) {
     RandomStream random(3, k);
-    const Eigen::Quaterniond q = Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+    const Eigen::Quaterniond q =
+        Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
     double nearest = 180.0;
     for (const Eigen::Matrix3d& r : rotations) nearest = std::min(nearest, angle_between_deg(r, q.toRotationMatrix()));
     farthest = std::max(farthest, nearest);

@@ -24,9 +24,11 @@ PointCloud scan_of(const std::function<double(double, double)>& height, const Gr
 }
 
 double relief(double x, double y) {
-  const auto hill = [&](double cx, double cy, double width, double tall) { return tall * std::exp(-((x - cx) * (x - cx) + (y - cy) * (y - cy)) / (width * width)); };
-  return hill(-18, 12, 16, 14) + hill(25, 20, 11, 9) + hill(10, -24, 14, -11) + hill(-30, -28, 9, 7) + 1.2 * std::sin(0.31 * x + 0.12 * y) + 0.08 * x -
-         0.002 * y * y;
+  const auto hill = [&](double cx, double cy, double width, double tall) {
+    return tall * std::exp(-((x - cx) * (x - cx) + (y - cy) * (y - cy)) / (width * width));
+  };
+  return hill(-18, 12, 16, 14) + hill(25, 20, 11, 9) + hill(10, -24, 14, -11) + hill(-30, -28, 9, 7) +
+         1.2 * std::sin(0.31 * x + 0.12 * y) + 0.08 * x - 0.002 * y * y;
 }
 
 PointCloud part_of(const PointCloud& cloud, const std::function<bool(const Vec3&)>& keeps) {

@@ -23,7 +23,8 @@ TEST(FrameShift, IsFoundBetweenPixelsOnAGrowingSceneUnderAnotherExposure) {
   constexpr double kTolerance = 0.05;
   const PreparedFrame first = prepared({.growth = 0.5});
   for (const auto& [x, y] : {std::pair{0.3, -0.7}, {1.25, 0.0}, {-5.4, 3.6}, {17.8, -21.1}}) {
-    const FrameShift shift = measure_shift(first, prepared({.growth = 0.55, .exposure = 1.3, .frame_from_scene = shifted(x, y)}));
+    const FrameShift shift =
+        measure_shift(first, prepared({.growth = 0.55, .exposure = 1.3, .frame_from_scene = shifted(x, y)}));
     EXPECT_NEAR(shift.x, x, kTolerance);
     EXPECT_NEAR(shift.y, y, kTolerance);
     EXPECT_EQ(shift.status, ShiftStatus::Measured);
@@ -47,10 +48,15 @@ TEST(FrameShift, OfAUniformPictureIsNotGuessed) {
 TEST(FrameMotion, RecoversATurnAndASize) {
   // Truth as above; corners must land within a tenth of a pixel.
   Eigen::Affine2d truth = Eigen::Affine2d::Identity();
-  truth.translate(Eigen::Vector2d(95.5 + 6.0, 95.5 - 9.0)).rotate(3.5 * std::numbers::pi / 180.0).scale(1.07).translate(Eigen::Vector2d(-95.5, -95.5));
-  const FrameMotion motion = measure_motion(prepared({.growth = 0.4}), prepared({.growth = 0.45, .exposure = 0.8, .frame_from_scene = truth}));
+  truth.translate(Eigen::Vector2d(95.5 + 6.0, 95.5 - 9.0))
+      .rotate(3.5 * std::numbers::pi / 180.0)
+      .scale(1.07)
+      .translate(Eigen::Vector2d(-95.5, -95.5));
+  const FrameMotion motion =
+      measure_motion(prepared({.growth = 0.4}), prepared({.growth = 0.45, .exposure = 0.8, .frame_from_scene = truth}));
   EXPECT_TRUE(motion.is_reliable);
-  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0), Eigen::Vector2d(191, 0), Eigen::Vector2d(0, 191), Eigen::Vector2d(191, 191)}) {
+  for (const Eigen::Vector2d& corner :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(191, 0), Eigen::Vector2d(0, 191), Eigen::Vector2d(191, 191)}) {
     EXPECT_LT((motion.frame_from_reference * corner - truth * corner).norm(), 0.1);
   }
 }

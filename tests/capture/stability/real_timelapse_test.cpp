@@ -11,9 +11,9 @@
 
 #include "capture/stability/highlights.h"
 #include "capture/stability/survey.h"
+#include "libcommon/core/files.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/core/files.h"
 #include "tests/support/test_data.h"
 
 namespace patinate::capture {
@@ -114,9 +114,10 @@ std::size_t num_common(const std::set<int>& a, const std::set<int>& b) {
 /// Prints and returns precision and recall of what is named moved or a jump.
 std::pair<double, double> rate(const char* name, const Surveyed& s, const std::set<int>& truth) {
   const double hits = static_cast<double>(num_common(s.named, truth));
-  const double precision = hits / static_cast<double>(s.named.size()), recall = hits / static_cast<double>(truth.size());
-  std::printf("%s: %zu truly moved, %zu named (%zu as moved): precision %.3f, recall %.3f\n", name, truth.size(), s.named.size(),
-              s.shifted.size(), precision, recall);
+  const double precision = hits / static_cast<double>(s.named.size()),
+               recall = hits / static_cast<double>(truth.size());
+  std::printf("%s: %zu truly moved, %zu named (%zu as moved): precision %.3f, recall %.3f\n", name, truth.size(),
+              s.named.size(), s.shifted.size(), precision, recall);
   return {precision, recall};
 }
 
@@ -169,7 +170,8 @@ double share(const ImageU8& mask) {
 TEST(RealTimelapse, TheStreakOnTheCopperIsMaskedFromTopToBottom) {
   PATINATE_REQUIRE_DATA(folder, "timelapse/copper_patinating/frames_every4");
   const auto files = list_files(folder, "*.png");
-  const ImageU8 found = find_standing_highlight(static_cast<int>(files.size()), [&](int i) { return read_color(files[static_cast<std::size_t>(i)]); }, 1.0f);
+  const ImageU8 found = find_standing_highlight(
+      static_cast<int>(files.size()), [&](int i) { return read_color(files[static_cast<std::size_t>(i)]); }, 1.0f);
   std::printf("copper_patinating: standing highlight on %.1f %%\n", 100.0 * share(found));
   EXPECT_LT(share(found), 0.25);
   // The streak's core in the first photograph, by eye: brighter than code 235 in every channel.
@@ -189,15 +191,18 @@ TEST(RealTimelapse, TheStreakOnTheCopperIsMaskedFromTopToBottom) {
 }
 
 TEST(RealTimelapse, WhiteMaterialIsNoHighlight) {
-  for (const char* name : {"banana_14_B", "clay_solidifying/frames_every4", "decaying_melon/frames_every4", "salt_crystallizing/frames_every4"}) {
+  for (const char* name : {"banana_14_B", "clay_solidifying/frames_every4", "decaying_melon/frames_every4",
+                           "salt_crystallizing/frames_every4"}) {
     PATINATE_REQUIRE_DATA(folder, std::string("timelapse/") + name);
     const auto files = list_files(folder, "*.png");
     const auto read_frame = [&](int i) { return read_color(files[static_cast<std::size_t>(i)]); };
     const ImageU8 standing = find_standing_highlight(static_cast<int>(files.size()), read_frame, 1.0f);
     double saturated = 0.0;
     const int last = static_cast<int>(files.size()) - 1;
-    for (int i : {0, last / 2, last}) saturated = std::max(saturated, share(find_saturated(read_frame(i), linear_from_srgb(253.5f / 255.0f))));
-    std::printf("%s: standing highlight %.2f %%, saturated up to %.2f %%\n", name, 100.0 * share(standing), 100.0 * saturated);
+    for (int i : {0, last / 2, last})
+      saturated = std::max(saturated, share(find_saturated(read_frame(i), linear_from_srgb(253.5f / 255.0f))));
+    std::printf("%s: standing highlight %.2f %%, saturated up to %.2f %%\n", name, 100.0 * share(standing),
+                100.0 * saturated);
     // The tray under the salt mirrors the flash; nothing else stands. Crystals, net and background are white.
     EXPECT_LT(share(standing), std::string(name).starts_with("salt") ? 0.09 : 1e-9) << name;
     EXPECT_LT(saturated, 0.01) << name;

@@ -8,8 +8,8 @@
 #include "capture/stability/flat_field.h"
 #include "capture/stability/highlights.h"
 #include "capture/stability/stabilize.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "tests/capture/stability/stability_scene.h"
 
 namespace patinate::capture {
@@ -27,7 +27,8 @@ FramePair exact_pair(int reference, int frame, const Eigen::Affine2d& motion) {
 }
 
 TEST(Stabilize, AnchorsKeepErrorsFromAddingUpAndAWrongPairFromCounting) {
-  // Truth: the camera drifts along a line. Every neighbor is measured 0.1 px too far, every pair with an anchor within 0.01 px.
+  // Truth: the camera drifts along a line. Every neighbor is measured 0.1 px too far, every pair with an anchor within
+  // 0.01 px.
   constexpr int kNumFrames = 33, kAnchor = 16;
   const auto truth = [](int i) { return Eigen::Affine2d(Eigen::Translation2d(0.5 * i, -0.25 * i)); };
   const auto between = [&](int a, int b, double error) {
@@ -43,14 +44,17 @@ TEST(Stabilize, AnchorsKeepErrorsFromAddingUpAndAWrongPairFromCounting) {
   EXPECT_TRUE(solved.unlinked_frames.empty());
   for (int i = 0; i < kNumFrames; ++i) {
     // The chain alone would be 3.2 px off at the end.
-    EXPECT_LT((solved.frame_from_first[static_cast<std::size_t>(i)].translation() - truth(i).translation()).norm(), 0.35) << i;
+    EXPECT_LT((solved.frame_from_first[static_cast<std::size_t>(i)].translation() - truth(i).translation()).norm(),
+              0.35)
+        << i;
   }
 }
 
 TEST(Stabilize, SaysWhichFrameNothingTies) {
   FramePair loose = exact_pair(1, 2, Eigen::Affine2d::Identity());
   loose.motion.is_reliable = false;
-  const StabilizedMotions solved = solve_motions(3, {exact_pair(0, 1, Eigen::Affine2d(Eigen::Translation2d(3.0, 0.0))), loose}, 64, 64);
+  const StabilizedMotions solved =
+      solve_motions(3, {exact_pair(0, 1, Eigen::Affine2d(Eigen::Translation2d(3.0, 0.0))), loose}, 64, 64);
   EXPECT_EQ(solved.unlinked_frames, std::vector<int>{2});
   EXPECT_NEAR(solved.frame_from_first[2].translation().x(), 3.0, 1e-6);
   EXPECT_THROW((void)solve_motions(2, {exact_pair(0, 5, Eigen::Affine2d::Identity())}, 64, 64), InvalidInput);
@@ -63,12 +67,14 @@ TEST(Stabilize, ResamplingUndoesAKnownMotionAndMarksWhatLeftTheView) {
   const ImageF back = resample_frame(moved, motion, 192, 192, valid);
   double worst = 0.0;
   for (int y = 8; y < 184; ++y) {
-    for (int x = 8; x < 180; ++x) worst = std::max(worst, static_cast<double>(std::abs(back.at(x, y) - still.at(x, y))) / static_cast<double>(still.at(x, y)));
+    for (int x = 8; x < 180; ++x)
+      worst = std::max(
+          worst, static_cast<double>(std::abs(back.at(x, y) - still.at(x, y))) / static_cast<double>(still.at(x, y)));
   }
-  EXPECT_LT(worst, 0.05);  // Discretization: cubics on waves of 6 px and more.
+  EXPECT_LT(worst, 0.05);           // Discretization: cubics on waves of 6 px and more.
   EXPECT_EQ(valid.at(187, 50), 0);  // 187 + 5.5 > 191.
   EXPECT_EQ(valid.at(185, 50), 255);
-  EXPECT_EQ(valid.at(50, 3), 0);    // 3 - 3.25 < 0.
+  EXPECT_EQ(valid.at(50, 3), 0);  // 3 - 3.25 < 0.
   EXPECT_EQ(valid.at(50, 4), 255);
 }
 
@@ -83,7 +89,8 @@ TEST(Deflicker, KnownGainsAreRecoveredAndATrendStays) {
   // Truth: brightness exp(-0.02 i) (the material darkens by 2 % a frame) times a flicker of 10 %.
   constexpr int kNumFrames = 60;
   std::vector<double> flicker;
-  for (int i = 0; i < kNumFrames; ++i) flicker.push_back(0.1 * RandomStream(3, static_cast<std::uint64_t>(i), 0).normal());
+  for (int i = 0; i < kNumFrames; ++i)
+    flicker.push_back(0.1 * RandomStream(3, static_cast<std::uint64_t>(i), 0).normal());
   std::vector<std::array<double, 3>> gains;
   for (std::size_t i = 1; i < flicker.size(); ++i) {
     const double gain = -0.02 + flicker[i] - flicker[i - 1];
@@ -109,12 +116,15 @@ TEST(Deflicker, OneSpoiltPhotographIsMendedAlone) {
     gains[14][c] -= 0.3;
   }
   const auto factors = deflicker_factors(gains);
-  for (std::size_t i = 0; i < factors.size(); ++i) EXPECT_NEAR(factors[i][1], i == 14 ? std::exp(-0.3) : 1.0, 1e-3) << i;
+  for (std::size_t i = 0; i < factors.size(); ++i)
+    EXPECT_NEAR(factors[i][1], i == 14 ? std::exp(-0.3) : 1.0, 1e-3) << i;
   EXPECT_THROW((void)deflicker_factors(gains, {.half_width = 0}), InvalidInput);
 }
 
 /// Light of a flash: falls to 0.3 in the corners.
-double fall_off(int x, int y) { return std::exp(-1.2 * (std::pow(x / 95.5 - 1.0, 2) + std::pow(y / 95.5 - 1.0, 2)) / 2.0); }
+double fall_off(int x, int y) {
+  return std::exp(-1.2 * (std::pow(x / 95.5 - 1.0, 2) + std::pow(y / 95.5 - 1.0, 2)) / 2.0);
+}
 
 TEST(FlatField, AKnownFallOffIsTakenOutOfATexturedGrowingScene) {
   const auto bare = [](int i) { return render_scene({.growth = 0.1 * i}); };
@@ -128,7 +138,8 @@ TEST(FlatField, AKnownFallOffIsTakenOutOfATexturedGrowingScene) {
     return image;
   };
   const ImageF gain = estimate_flat_field(6, frame);
-  // The logarithm of this fall-off is a polynomial, so the gain must differ by just it from that of the same scene in even light.
+  // The logarithm of this fall-off is a polynomial, so the gain must differ by just it from that of the same scene in
+  // even light.
   const ImageF even = estimate_flat_field(6, bare);
   double low = 1e9, high = 0.0;
   for (int y = 0; y < 192; y += 5) {
@@ -172,13 +183,15 @@ ImageF plate(bool has_streak, double growth) {
 }
 
 TEST(Highlights, AStandingStreakIsFoundAndWhatGrowsIsNot) {
-  const ImageU8 found = find_standing_highlight(20, [](int i) { return plate(true, 0.05 * i); }, 1.0f);
+  const ImageU8 found = find_standing_highlight(
+      20, [](int i) { return plate(true, 0.05 * i); }, 1.0f);
   for (int y = 4; y < 188; y += 9) {
     for (int x = 72; x <= 88; ++x) EXPECT_EQ(found.at(x, y), 255) << x << " " << y;
     EXPECT_EQ(found.at(40, y), 0);
     EXPECT_EQ(found.at(120, y), 0);
   }
-  const ImageU8 none = find_standing_highlight(20, [](int i) { return plate(false, 0.05 * i); }, 1.0f);
+  const ImageU8 none = find_standing_highlight(
+      20, [](int i) { return plate(false, 0.05 * i); }, 1.0f);
   EXPECT_TRUE(std::all_of(none.values().begin(), none.values().end(), [](std::uint8_t v) { return v == 0; }));
 }
 
@@ -191,11 +204,11 @@ TEST(Highlights, SaturatedSpotsAreFoundAndWideWhiteIsNot) {
       }
     }
   };
-  paint(0, 0, 100, 200);    // A white plate, half of the picture, with a cracked pattern:
+  paint(0, 0, 100, 200);  // A white plate, half of the picture, with a cracked pattern:
   for (int y = 0; y < 200; y += 12) {
     for (int x = 0; x < 100; ++x) image.at(x, y, 0) = image.at(x, y, 1) = image.at(x, y, 2) = 0.2f;
   }
-  paint(150, 40, 6, 30);    // A glint.
+  paint(150, 40, 6, 30);         // A glint.
   image.at(180, 150, 0) = 1.0f;  // A speck, in one channel.
   const ImageU8 found = find_saturated(image, 0.99f);
   EXPECT_EQ(found.at(50, 50), 0);
@@ -211,7 +224,8 @@ constexpr std::uint8_t kV = 255, kS = 128, kO = 0;
 FillPlan plan_of(const std::vector<std::uint8_t>& course, double longest_gap) {
   std::vector<double> times;
   for (std::size_t i = 0; i < course.size(); ++i) times.push_back(static_cast<double>(i));
-  return plan_fill(times, [&](int i) { return ImageU8(1, 1, 1, course[static_cast<std::size_t>(i)]); }, {.longest_gap = longest_gap});
+  return plan_fill(times, [&](int i) { return ImageU8(1, 1, 1, course[static_cast<std::size_t>(i)]); },
+                   {.longest_gap = longest_gap});
 }
 
 TEST(Fill, AGapIsFilledOnlyBetweenKnownFramesThatAreClose) {

@@ -15,7 +15,8 @@ double texture(double x, double y) {
   double sum = 0.0;
   for (int k = 0; k < kNumWaves; ++k) {
     RandomStream random(11, static_cast<std::uint64_t>(k), 0);
-    const double angle = 2.0 * std::numbers::pi * random.uniform(), period = 6.0 + 30.0 * random.uniform(), phase = 6.3 * random.uniform();
+    const double angle = 2.0 * std::numbers::pi * random.uniform(), period = 6.0 + 30.0 * random.uniform(),
+                 phase = 6.3 * random.uniform();
     sum += std::cos(2.0 * std::numbers::pi * (x * std::cos(angle) + y * std::sin(angle)) / period + phase);
   }
   return sum / std::sqrt(0.5 * kNumWaves);
@@ -27,7 +28,8 @@ double grains(double x, double y, double growth) {
   double most = 0.0;
   for (int k = 0; k < kNumGrains; ++k) {
     RandomStream random(12, static_cast<std::uint64_t>(k), 0);
-    const double cx = 192.0 * random.uniform(), cy = 192.0 * random.uniform(), radius = growth * (4.0 + 8.0 * random.uniform());
+    const double cx = 192.0 * random.uniform(), cy = 192.0 * random.uniform(),
+                 radius = growth * (4.0 + 8.0 * random.uniform());
     const double inside = 1.0 / (1.0 + std::exp((std::hypot(x - cx, y - cy) - radius) / 0.8));
     if (radius > 0.5) most = std::max(most, inside);
   }

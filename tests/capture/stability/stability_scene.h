@@ -10,7 +10,7 @@ namespace patinate::testing_support {
 
 struct StabilityScene {
   int size = 192;
-  double growth = 0.0;       ///< [0, 1]. Share of the final radius of what grows.
+  double growth = 0.0;  ///< [0, 1]. Share of the final radius of what grows.
   double exposure = 1.0;
   Eigen::Affine2d frame_from_scene = Eigen::Affine2d::Identity();
 };

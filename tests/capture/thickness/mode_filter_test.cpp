@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "capture/thickness/mode_filter_reference.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 namespace {
@@ -29,8 +29,9 @@ ImageF cracked_paint(int width, int height, float slope, std::uint64_t seed) {
 }
 
 TEST(ModeFilter, ReachesTheHighestPeakOfTheExactHistogram) {
-  // Heights are compared, not positions: where two peaks are equally high either is right. Discretization: 0.4 % for each cut at
-  // 3 sigma, and nodes 0.4 sigma apart, not on pixels (worst at sigma 3: 2.04 %; 4 % with nodes 0.5 sigma apart).
+  // Heights are compared, not positions: where two peaks are equally high either is right. Discretization: 0.4 % for
+  // each cut at 3 sigma, and nodes 0.4 sigma apart, not on pixels (worst at sigma 3: 2.04 %; 4 % with nodes 0.5 sigma
+  // apart).
   constexpr double kDiscretization = 0.025;
   const ImageF in = cracked_paint(32, 24, 0.002f, 1);
   ImageU8 mask(32, 24, 1, 255);
@@ -71,7 +72,8 @@ TEST(ModeFilter, LiesWithinATenthOfABinOfTheExactModeOnSmoothPaint) {
 }
 
 TEST(ModeFilter, LeavesThicknessUnderThinCracksUnchanged) {
-  // Constant paint at a value, cracks covering 3 of 17 columns: the mode is the paint, to the bin refinement's precision.
+  // Constant paint at a value, cracks covering 3 of 17 columns: the mode is the paint, to the bin refinement's
+  // precision.
   ImageF in(96, 96, 1, 0.4f);
   for (int y = 0; y < 96; ++y) {
     for (int x = 0; x < 96; ++x) {

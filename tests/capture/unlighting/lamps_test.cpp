@@ -13,7 +13,8 @@ namespace {
 
 using namespace testing_support;
 
-/// Makes the given intensities a guess: each is off by a factor whose geometric mean is 1. @returns the factors that lead back.
+/// Makes the given intensities a guess: each is off by a factor whose geometric mean is 1. @returns the factors that
+/// lead back.
 std::vector<Vec3> spoil_intensities(UnlightInput& input) {
   std::vector<Vec3> truth;
   Vec3 sum = Vec3::Zero();
@@ -33,7 +34,8 @@ std::vector<Vec3> spoil_intensities(UnlightInput& input) {
 double worst_strength_error(const UnlightResult& result, const std::vector<Vec3>& truth, int channels) {
   double worst = 0.0;
   for (std::size_t k = 0; k < truth.size(); ++k) {
-    for (int c = 0; c < channels; ++c) worst = std::max(worst, std::abs(result.lights[k].strength[c] / truth[k][c] - 1.0));
+    for (int c = 0; c < channels; ++c)
+      worst = std::max(worst, std::abs(result.lights[k].strength[c] / truth[k][c] - 1.0));
   }
   return worst;
 }
@@ -71,7 +73,8 @@ TEST(LampEstimate, BothAreFoundOnTheNoisyRig) {
 }
 
 TEST(LampEstimate, APlaneUnderDistantLampsDoesNotTellThem) {
-  LitRelief scene = lit_relief({.size = 32, .height_mm = 0.0, .num_lights = 5, .kind = Light::Kind::Directional, .is_gray = true});
+  LitRelief scene =
+      lit_relief({.size = 32, .height_mm = 0.0, .num_lights = 5, .kind = Light::Kind::Directional, .is_gray = true});
   scene.input.normal = ImageF();
   const UnlightResult result = unlight(scene.input, {.specular = SpecularMode::None, .estimate_strengths = true});
   EXPECT_FALSE(result.is_converged);
@@ -102,10 +105,12 @@ TEST(PhotometricStereo, ShadowsDoNotBendTheNormals) {
 }
 
 TEST(PhotometricStereo, UnknownStrengthsAreRecoveredAlong) {
-  LitRelief scene = lit_relief({.size = 64, .num_lights = 10, .kind = Light::Kind::Directional, .cast_shadows = false, .is_gray = true});
+  LitRelief scene = lit_relief(
+      {.size = 64, .num_lights = 10, .kind = Light::Kind::Directional, .cast_shadows = false, .is_gray = true});
   scene.input.normal = scene.input.position_mm = ImageF();
   scene.input.camera_center.reset();
-  for (std::size_t k = 0; k < scene.input.lights.size(); ++k) scene.input.lights[k].intensity = Vec3::Constant(scene.input.lights[k].intensity.mean());
+  for (std::size_t k = 0; k < scene.input.lights.size(); ++k)
+    scene.input.lights[k].intensity = Vec3::Constant(scene.input.lights[k].intensity.mean());
   const double factor = 1.25;
   scene.input.lights[3].intensity *= factor;
   const UnlightResult result = unlight(scene.input, {.specular = SpecularMode::None, .estimate_strengths = true});
@@ -121,7 +126,8 @@ TEST(PhotometricStereo, SaysWhatItNeeds) {
   scene = lit_relief({.size = 16, .num_lights = 4, .kind = Light::Kind::Directional, .cast_shadows = false});
   scene.input.normal = ImageF();
   EXPECT_THROW((void)unlight(scene.input, {.normals = NormalMode::Keep}), InvalidInput);
-  for (Light& light : scene.input.lights) light.direction = Vec3(light.direction.x(), 0, light.direction.z()).normalized();
+  for (Light& light : scene.input.lights)
+    light.direction = Vec3(light.direction.x(), 0, light.direction.z()).normalized();
   EXPECT_THROW((void)unlight(scene.input), InvalidInput);  // In a plane.
 }
 

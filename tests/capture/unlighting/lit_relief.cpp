@@ -55,7 +55,8 @@ class Relief {
 };
 
 Vec3 albedo_at(double u, double v, bool is_gray) {
-  const double wave = 0.5 + 0.5 * std::sin(17.0 * u + 3.0 * std::sin(9.0 * v)), check = std::fmod(std::floor(8.0 * u) + std::floor(8.0 * v), 2.0);
+  const double wave = 0.5 + 0.5 * std::sin(17.0 * u + 3.0 * std::sin(9.0 * v)),
+               check = std::fmod(std::floor(8.0 * u) + std::floor(8.0 * v), 2.0);
   const Vec3 color(0.25 + 0.35 * wave, 0.2 + 0.25 * v + 0.1 * check, 0.35 - 0.15 * wave + 0.15 * u);
   return is_gray ? Vec3(Vec3::Constant(color.mean())) : color;
 }
@@ -83,7 +84,8 @@ Mesh scan_of(const Relief& relief, const LitReliefOptions& o) {
   const int n = 2 * o.size;
   for (int j = 0; j <= n; ++j) {
     for (int i = 0; i <= n; ++i) {
-      const double x = (i / static_cast<double>(n) - 0.5) * o.side_mm, y = (0.5 - j / static_cast<double>(n)) * o.side_mm;
+      const double x = (i / static_cast<double>(n) - 0.5) * o.side_mm,
+                   y = (0.5 - j / static_cast<double>(n)) * o.side_mm;
       RandomStream random(o.seed, mesh.positions.size(), 7);
       mesh.positions.push_back(relief.point(x, y) + Vec3(0, 0, o.scan_noise_mm * random.normal()));
     }
@@ -112,7 +114,8 @@ void put(ImageF& image, int x, int y, const Vec3& v) {
 /// Exposure (into the lamps' intensities), noise, codes.
 void photograph(LitRelief& scene, const LitReliefOptions& o) {
   std::vector<float> values;
-  for (const ImageF& photo : scene.input.photos) values.insert(values.end(), photo.values().begin(), photo.values().end());
+  for (const ImageF& photo : scene.input.photos)
+    values.insert(values.end(), photo.values().begin(), photo.values().end());
   std::erase_if(values, [](float v) { return !(v > 0.0f); });
   const double share = o.saturated > 0.0 ? 1.0 - o.saturated : 1.0;
   const auto white = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -124,7 +127,8 @@ void photograph(LitRelief& scene, const LitReliefOptions& o) {
     ImageU8 valid(photo.width(), photo.height(), 1, 255);
     for (int y = 0; y < photo.height(); ++y) {
       for (int x = 0; x < photo.width(); ++x) {
-        RandomStream random(o.seed, static_cast<std::uint64_t>((static_cast<int>(k) * photo.height() + y) * photo.width() + x), 9);
+        RandomStream random(
+            o.seed, static_cast<std::uint64_t>((static_cast<int>(k) * photo.height() + y) * photo.width() + x), 9);
         for (float& v : photo.pixel(x, y)) {
           const double exposed = exposure * static_cast<double>(v);
           double value = exposed * (1.0 + o.noise_share * random.normal());
@@ -160,13 +164,15 @@ LitRelief lit_relief(const LitReliefOptions& o) {
   for (int y = 0; y < n; ++y) {
     for (int x = 0; x < n; ++x) {
       const double u = (x + 0.5) / n, v = (y + 0.5) / n;
-      const Vec3 p = relief.point((u - 0.5) * o.side_mm * 0.98, (0.5 - v) * o.side_mm * 0.98), to_eye = (*scene.input.camera_center - p).normalized();
+      const Vec3 p = relief.point((u - 0.5) * o.side_mm * 0.98, (0.5 - v) * o.side_mm * 0.98),
+                 to_eye = (*scene.input.camera_center - p).normalized();
       const Vec3 normal = relief.normal(p.x(), p.y()), albedo = albedo_at(u, v, o.is_gray);
       const double gloss = o.gloss * (o.gloss_varies ? u : 1.0);
       put(scene.input.position_mm, x, y, p);
       put(scene.normal, x, y, normal);
       put(scene.albedo, x, y, albedo);
-      put(scene.input.normal, x, y, disturbed(normal, o.normal_noise_deg, RandomStream(o.seed, static_cast<std::uint64_t>(y * n + x), 5)));
+      put(scene.input.normal, x, y,
+          disturbed(normal, o.normal_noise_deg, RandomStream(o.seed, static_cast<std::uint64_t>(y * n + x), 5)));
       for (int k = 0; k < o.num_lights; ++k) {
         const Light& light = scene.input.lights[static_cast<std::size_t>(k)];
         const Vec3 l = direction_to(light, p);
@@ -178,7 +184,8 @@ LitRelief lit_relief(const LitReliefOptions& o) {
           const double half = std::max(0.0, normal.dot((l + to_eye).normalized()));
           const double a2 = std::pow(o.roughness, 4.0), spread = half * half * (a2 - 1.0) + 1.0;
           const double lobe = gloss * (o.lobe == Gloss::Ggx ? a2 / (4.0 * std::numbers::pi * spread * spread)
-                                                            : (o.gloss_exponent + 8.0) / (8.0 * std::numbers::pi) * std::pow(half, o.gloss_exponent));
+                                                            : (o.gloss_exponent + 8.0) / (8.0 * std::numbers::pi) *
+                                                                  std::pow(half, o.gloss_exponent));
           value += cosine * light_at(light, p).cwiseProduct(albedo / std::numbers::pi + Vec3::Constant(lobe));
         }
         put(scene.input.photos[static_cast<std::size_t>(k)], x, y, value);
@@ -209,7 +216,8 @@ double median_angle_deg(const ImageF& a, const ImageF& b, const ImageU8& mask) {
   for (int y = 0; y < a.height(); ++y) {
     for (int x = 0; x < a.width(); ++x) {
       if (!is_inside(mask, x, y)) continue;
-      const Vec3 p = Eigen::Vector3f(a.at(x, y, 0), a.at(x, y, 1), a.at(x, y, 2)).cast<double>(), q = Eigen::Vector3f(b.at(x, y, 0), b.at(x, y, 1), b.at(x, y, 2)).cast<double>();
+      const Vec3 p = Eigen::Vector3f(a.at(x, y, 0), a.at(x, y, 1), a.at(x, y, 2)).cast<double>(),
+                 q = Eigen::Vector3f(b.at(x, y, 0), b.at(x, y, 1), b.at(x, y, 2)).cast<double>();
       angles.push_back(std::atan2(p.cross(q).norm(), p.dot(q)) * 180.0 / std::numbers::pi);
     }
   }

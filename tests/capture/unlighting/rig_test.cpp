@@ -1,4 +1,5 @@
-// The rig of the goals: 8 near lamps, cast shadows, a scan whose normals are 1.8 degrees off, sRGB of 8 bit; and what each part of the method is for.
+// The rig of the goals: 8 near lamps, cast shadows, a scan whose normals are 1.8 degrees off, sRGB of 8 bit; and what
+// each part of the method is for.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,10 +15,13 @@ namespace {
 using namespace testing_support;
 
 // Goals: root mean square of the albedo's relative error, and median of the normals' angle.
-constexpr double kLambertPercent = 1.1, kGlossPercent = 2.5, kSaturatedPercent = 2.8, kNormal8Deg = 0.6, kNormal24Deg = 0.3;
+constexpr double kLambertPercent = 1.1, kGlossPercent = 2.5, kSaturatedPercent = 2.8, kNormal8Deg = 0.6,
+                 kNormal24Deg = 0.3;
 
 /// Noise such that least squares with the true normals and shadows is off by 0.7 %, which the goals were measured at.
-LitReliefOptions rig() { return {.size = 72, .normal_noise_deg = 1.8, .scan_noise_mm = 0.05, .noise_share = 0.017, .coding = Coding::Srgb8}; }
+LitReliefOptions rig() {
+  return {.size = 72, .normal_noise_deg = 1.8, .scan_noise_mm = 0.05, .noise_share = 0.017, .coding = Coding::Srgb8};
+}
 
 UnlightResult unlight_with_shadows(LitRelief& scene, const UnlightOptions& options = {}) {
   scene.input.blockers = &scene.scan;
@@ -81,7 +85,8 @@ double median_specular(const UnlightResult& result, int channel, int x0, int x1)
 }
 
 TEST(UnlightRig, TheLobeThatWasRenderedIsFound) {
-  LitRelief scene = lit_relief({.gloss = 0.08, .lobe = Gloss::Ggx, .roughness = 0.45, .normal_noise_deg = 1.8, .noise_share = 0.005});
+  LitRelief scene =
+      lit_relief({.gloss = 0.08, .lobe = Gloss::Ggx, .roughness = 0.45, .normal_noise_deg = 1.8, .noise_share = 0.005});
   const UnlightResult result = unlight_with_shadows(scene);
   EXPECT_EQ(result.lobe, SpecularLobe::Ggx);
   // A few lamps see few angles of the lobe; what its series of roughnesses and the interpolation leave.
@@ -90,7 +95,8 @@ TEST(UnlightRig, TheLobeThatWasRenderedIsFound) {
 }
 
 TEST(UnlightRig, ALobeThatVariesIsFoundWhereItIs) {
-  LitRelief scene = lit_relief({.gloss = 0.1, .lobe = Gloss::Ggx, .gloss_varies = true, .normal_noise_deg = 1.0, .noise_share = 0.005});
+  LitRelief scene = lit_relief(
+      {.gloss = 0.1, .lobe = Gloss::Ggx, .gloss_varies = true, .normal_noise_deg = 1.0, .noise_share = 0.005});
   const UnlightResult result = unlight_with_shadows(scene, {.specular_window_px = 8.0});
   EXPECT_LT(median_specular(result, 0, 0, 24), 0.03);
   EXPECT_NEAR(median_specular(result, 0, 40, 56), 0.05, 0.012);

@@ -47,35 +47,45 @@ LitRelief patches_of_gloss(int block, int every, LitReliefOptions o) {
   o.gloss = 0.1;
   const LitRelief glossy = lit_relief(o);
   for (std::size_t k = 0; k < scene.input.photos.size(); ++k) {
-    const double exposure = scene.input.lights[k].intensity.x() / glossy.input.lights[k].intensity.x();  // Each was exposed for itself.
+    const double exposure =
+        scene.input.lights[k].intensity.x() / glossy.input.lights[k].intensity.x();  // Each was exposed for itself.
     for (int y = 0; y < o.size; ++y) {
       for (int x = 0; x < o.size; ++x) {
         if ((x / block + 2 * (y / block)) % every != 0) continue;
-        for (int c = 0; c < 3; ++c) scene.input.photos[k].at(x, y, c) = static_cast<float>(exposure * static_cast<double>(glossy.input.photos[k].at(x, y, c)));
+        for (int c = 0; c < 3; ++c)
+          scene.input.photos[k].at(x, y, c) =
+              static_cast<float>(exposure * static_cast<double>(glossy.input.photos[k].at(x, y, c)));
       }
     }
   }
   return scene;
 }
 
-double error_percent(const LitRelief& scene, SpecularMode mode) { return relative_error_percent(unlight(scene.input, {.specular = mode}), scene.albedo); }
+double error_percent(const LitRelief& scene, SpecularMode mode) {
+  return relative_error_percent(unlight(scene.input, {.specular = mode}), scene.albedo);
+}
 
 TEST(SharedHighlights, PatchesOfGlossAreFoundAmongMattMaterial) {
-  const LitRelief scene = patches_of_gloss(24, 5, {.cast_shadows = false, .normal_noise_deg = 1.8, .noise_share = 0.017});
-  const double none = error_percent(scene, SpecularMode::None), fit = error_percent(scene, SpecularMode::Fit), chosen = error_percent(scene, SpecularMode::Auto);
+  const LitRelief scene =
+      patches_of_gloss(24, 5, {.cast_shadows = false, .normal_noise_deg = 1.8, .noise_share = 0.017});
+  const double none = error_percent(scene, SpecularMode::None), fit = error_percent(scene, SpecularMode::Fit),
+               chosen = error_percent(scene, SpecularMode::Auto);
   EXPECT_LT(fit, 0.75 * none);
   EXPECT_LT(chosen, 1.1 * fit);
 }
 
 TEST(SharedHighlights, NarrowOnesOfAFewTexelsAreRejectedNotSubtracted) {
-  const LitRelief scene = patches_of_gloss(4, 5, {.cast_shadows = false, .gloss_exponent = 400.0, .normal_noise_deg = 1.8, .noise_share = 0.017});
-  const double none = error_percent(scene, SpecularMode::None), fit = error_percent(scene, SpecularMode::Fit), chosen = error_percent(scene, SpecularMode::Auto);
+  const LitRelief scene = patches_of_gloss(
+      4, 5, {.cast_shadows = false, .gloss_exponent = 400.0, .normal_noise_deg = 1.8, .noise_share = 0.017});
+  const double none = error_percent(scene, SpecularMode::None), fit = error_percent(scene, SpecularMode::Fit),
+               chosen = error_percent(scene, SpecularMode::Auto);
   EXPECT_GT(fit, 1.2 * none);  // They pull a wide faint lobe over everything.
   EXPECT_LT(chosen, 1.02 * none);
 }
 
 TEST(SharedHighlights, ALobeOfAllTexelsStaysAsItWasFitted) {
-  const LitRelief scene = lit_relief({.cast_shadows = false, .gloss = 0.05, .lobe = Gloss::Ggx, .normal_noise_deg = 1.8, .noise_share = 0.005});
+  const LitRelief scene = lit_relief(
+      {.cast_shadows = false, .gloss = 0.05, .lobe = Gloss::Ggx, .normal_noise_deg = 1.8, .noise_share = 0.005});
   const UnlightResult fit = unlight(scene.input, {.specular = SpecularMode::Fit});
   const UnlightResult chosen = unlight(scene.input);
   EXPECT_EQ(chosen.specular, fit.specular);

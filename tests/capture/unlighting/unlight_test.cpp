@@ -50,7 +50,8 @@ TEST(Unlight, ADisturbedNormalIsFoundAgainFromExactPhotographs) {
 }
 
 TEST(Unlight, PhotographsWithoutNoiseAreNotRejectedWhereTheScanIsALittleOff) {
-  // Most normals exact, so that the noise that is found is rounding's; the others 1.8 degrees off, which are some 3 % in grazing light.
+  // Most normals exact, so that the noise that is found is rounding's; the others 1.8 degrees off, which are some 3 %
+  // in grazing light.
   LitRelief scene = lit_relief({.size = 64, .cast_shadows = false, .normal_noise_deg = 1.8});
   constexpr int kExact = 40;
   for (int y = 0; y < 64; ++y) {
@@ -99,7 +100,8 @@ TEST(Unlight, StandardDeviationsAreThoseOfTheErrors) {
   const UnlightResult result = unlight(scene.input, {.normal_sigma_deg = 1.8});
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < result.albedo.values().size(); ++i) {
-    const double z = static_cast<double>((result.albedo.values()[i] - scene.albedo.values()[i]) / result.stddev.values()[i]);
+    const double z =
+        static_cast<double>((result.albedo.values()[i] - scene.albedo.values()[i]) / result.stddev.values()[i]);
     sum += z * z;
     count += 1.0;
   }

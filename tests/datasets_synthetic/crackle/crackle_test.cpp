@@ -7,10 +7,10 @@
 #include <numeric>
 
 #include "datasets_synthetic/crackle_io.h"
+#include "libcommon/metrics/correlation.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/metrics/correlation.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::datasets {

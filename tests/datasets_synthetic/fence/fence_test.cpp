@@ -5,9 +5,9 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "patinate/datasets/ledge.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/error.h"
+#include "patinate/datasets/ledge.h"
 
 namespace patinate::datasets {
 namespace {
@@ -31,7 +31,8 @@ TEST(Fence, IsMadeOfClosedBodiesThatFaceOutward) {
   EXPECT_NEAR(box.low.y(), 0.0, 1e-9);  // posts stand on the ground
   EXPECT_NEAR(box.high.y(), 1.04 * 900.0, 1e-9);
   EXPECT_NEAR(box.low.x() + box.high.x(), 0.0, 1e-9);
-  // Posts alone are two times 90 x 90 x some 929; planks five times some 100 x 21.6 x 830, rails two times some 620 x 67 x 49.
+  // Posts alone are two times 90 x 90 x some 929; planks five times some 100 x 21.6 x 830, rails two times some 620 x
+  // 67 x 49.
   EXPECT_NEAR(closed_volume(mesh), 2 * 7.5e6 + 5 * 1.8e6 + 2 * 2.1e6, 3e6);
 }
 
@@ -48,9 +49,11 @@ TEST(Fence, GrainRunsAlongPlanks) {
   double along = 0.0, across = 0.0;
   for (TexelId t = 256; t < map.num_texels() - 256; ++t) {
     if (!map.is_covered(t) || !map.is_covered(t + 1) || !map.is_covered(t + 256)) continue;
-    if (map.point(t + 1).triangle != map.point(t).triangle || map.point(t + 256).triangle != map.point(t).triangle) continue;
+    if (map.point(t + 1).triangle != map.point(t).triangle || map.point(t + 256).triangle != map.point(t).triangle)
+      continue;
     const auto x = static_cast<int>(t % 256), y = static_cast<int>(t / 256);
-    const bool is_upright = std::abs(map.mm_per_texel(map.point(t).triangle).col(1).y()) > 1.0;  // the texture's columns run up the fence
+    const bool is_upright =
+        std::abs(map.mm_per_texel(map.point(t).triangle).col(1).y()) > 1.0;  // the texture's columns run up the fence
     const double right = std::abs(static_cast<double>(grain.at(x + 1, y, 0)) - static_cast<double>(grain.at(x, y, 0)));
     const double down = std::abs(static_cast<double>(grain.at(x, y + 1, 0)) - static_cast<double>(grain.at(x, y, 0)));
     if (!is_upright) continue;

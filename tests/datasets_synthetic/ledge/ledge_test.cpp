@@ -18,7 +18,8 @@ TEST(Ledge, IsMadeOfClosedBodiesThatFaceOutward) {
     const auto p = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(t[k])]; };
     volume += p(0).dot(p(1).cross(p(2))) / 6.0;
   }
-  // Wall 1000 x 1000 x 100; a sill's section is a trapezoid 130 deep, 30 high in front and 30 + (0.08 + 0.8) * 130 at its back.
+  // Wall 1000 x 1000 x 100; a sill's section is a trapezoid 130 deep, 30 high in front and 30 + (0.08 + 0.8) * 130 at
+  // its back.
   EXPECT_NEAR(volume, 1e8 + (480.0 + 440.0 + 400.0) * 130.0 * (30.0 + 0.44 * 130.0), 1.0);
   for (const std::array<int, 3>& around : triangle_neighbors(mesh)) {
     for (const int n : around) EXPECT_GE(n, 0);

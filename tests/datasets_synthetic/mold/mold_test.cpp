@@ -9,8 +9,8 @@
 
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/mold_light.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
@@ -37,7 +37,8 @@ MoldOptions small_exact() {
 }
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
-  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)), static_cast<double>(image.at(x, y, 2))};
+  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
+          static_cast<double>(image.at(x, y, 2))};
 }
 
 TEST(Mold, ExactPhotographsAreTheFormulaOfTheFormatToRounding) {
@@ -53,12 +54,15 @@ TEST(Mold, ExactPhotographsAreTheFormulaOfTheFormatToRounding) {
       for (int x = 0; x < o.width; ++x) {
         if (view.mask.at(x, y) == 0) continue;
         const Vec3 p = vector_at(view.position_mm, x, y), n = vector_at(view.normal, x, y);
-        const MoldLook look = mold.look(static_cast<double>(view.object_mm.at(x, y, 0)), static_cast<double>(view.object_mm.at(x, y, 1)), step * o.interval_d);
+        const MoldLook look = mold.look(static_cast<double>(view.object_mm.at(x, y, 0)),
+                                        static_cast<double>(view.object_mm.at(x, y, 1)), step * o.interval_d);
         for (std::size_t i = 0; i < rig.lights.size(); ++i) {
           const Vec3 away = rig.lights[i].position - p;
           const double cosine = std::max(0.0, n.dot(away.normalized()));
-          const Vec3 expected = look.albedo.cwiseProduct(rig.lights[i].intensity) / std::numbers::pi * cosine / away.squaredNorm();
-          EXPECT_LT((vector_at(photos.lit[i], x, y) - expected).norm(), 1e-5);  // Floats of maps and photographs, through color's slope.
+          const Vec3 expected =
+              look.albedo.cwiseProduct(rig.lights[i].intensity) / std::numbers::pi * cosine / away.squaredNorm();
+          EXPECT_LT((vector_at(photos.lit[i], x, y) - expected).norm(),
+                    1e-5);  // Floats of maps and photographs, through color's slope.
           ++num_checked;
         }
       }
@@ -108,7 +112,8 @@ TEST(Mold, HighlightsOnlyAddLightAndCastShadowsOnlyTakeIt) {
   MoldOptions polished = o, shaded = o;
   polished.highlights = 1.0;
   shaded.shadows = true;
-  const MoldPhotos shiny = mold_photos(Mold(polished), rig, 0, surface), dark = mold_photos(Mold(shaded), rig, 0, surface);
+  const MoldPhotos shiny = mold_photos(Mold(polished), rig, 0, surface),
+                   dark = mold_photos(Mold(shaded), rig, 0, surface);
   int num_brighter = 0, num_shadowed = 0;
   for (std::size_t i = 0; i < rig.lights.size(); ++i) {
     for (std::size_t k = 0; k < plain.lit[i].values().size(); ++k) {
@@ -117,7 +122,8 @@ TEST(Mold, HighlightsOnlyAddLightAndCastShadowsOnlyTakeIt) {
       EXPECT_LE(dark.lit[i].values()[k], value);
       num_brighter += shiny.lit[i].values()[k] > value + 0.3f;
     }
-    for (std::size_t k = 0; k < dark.in_light[i].values().size(); ++k) num_shadowed += dark.in_light[i].values()[k] < plain.in_light[i].values()[k];
+    for (std::size_t k = 0; k < dark.in_light[i].values().size(); ++k)
+      num_shadowed += dark.in_light[i].values()[k] < plain.in_light[i].values()[k];
   }
   EXPECT_GT(num_brighter, 50);
   EXPECT_GT(num_shadowed, 50);
@@ -135,7 +141,8 @@ TEST(Mold, PatinaComesFirstToHollowsDullsThemAndSparesTheLacquer) {
       const double change = (aged.albedo - fresh.albedo).norm();
       if (mold.is_lacquered(x, y)) {
         ++num_lacquered;
-        EXPECT_LT((mold.look(x, y, 60.0).albedo - fresh.albedo).norm(), 0.02);  // At its edge, where the lacquer is 0.99.
+        EXPECT_LT((mold.look(x, y, 60.0).albedo - fresh.albedo).norm(),
+                  0.02);  // At its edge, where the lacquer is 0.99.
       } else if (mold.curvature(x, y) > 0.03) {
         hollow_change += change;
         ++num_hollow;

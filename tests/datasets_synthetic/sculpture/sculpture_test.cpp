@@ -9,9 +9,9 @@
 #include <set>
 
 #include "datasets_synthetic/curve2.h"
+#include "libcommon/geometry/curvature.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/error.h"
-#include "libcommon/geometry/curvature.h"
 
 namespace patinate::datasets {
 namespace {

@@ -23,7 +23,8 @@ void expect_right_and_down(const TexelMap& map, const FlowFrames& frames) {
     const Vec3 area = area_vector(map.mesh(), static_cast<int>(t)), normal = area.normalized();
     if (!(area.norm() > 1e-9)) continue;
     EXPECT_LT((frames[t].transpose() * frames[t] - Eigen::Matrix2d::Identity()).norm(), 1e-9);
-    EXPECT_LT((frames[t].col(0).cross(frames[t].col(1)) + normal).norm(), 1e-9) << "right x down looks away from the surface";
+    EXPECT_LT((frames[t].col(0).cross(frames[t].col(1)) + normal).norm(), 1e-9)
+        << "right x down looks away from the surface";
   }
 }
 
@@ -52,7 +53,9 @@ double worst_bend(const Mesh& mesh, const FlowFrames& frames, const std::vector<
     bool is_near = false;
     for (const Vec3& pole : poles) is_near |= (at - pole).norm() < keep_away;
     for (int n : neighbors[t]) {
-      if (n >= 0 && !is_near) worst = std::max(worst, std::acos(std::clamp(frames[t].col(1).dot(frames[static_cast<std::size_t>(n)].col(1)), -1.0, 1.0)));
+      if (n >= 0 && !is_near)
+        worst = std::max(
+            worst, std::acos(std::clamp(frames[t].col(1).dot(frames[static_cast<std::size_t>(n)].col(1)), -1.0, 1.0)));
     }
   }
   return worst;
@@ -86,7 +89,8 @@ TEST(DirectionField, LeastCurvatureOfALyingCylinderIsItsAxis) {
     return Vec3(80.0 * v, 10.0 * std::cos(2.0 * std::numbers::pi * u), 10.0 * std::sin(2.0 * std::numbers::pi * u));
   });
   const TexelMap map(mesh, 256, 256);
-  const FlowFrames frames = direction_frames(map, DirectionKind::Curvature, Vec3(-1, 1, 0));  // "Down" has a part along the axis.
+  const FlowFrames frames =
+      direction_frames(map, DirectionKind::Curvature, Vec3(-1, 1, 0));  // "Down" has a part along the axis.
   expect_right_and_down(map, frames);
   for (const FlowFrame& f : frames) EXPECT_GT(f.col(1).x(), std::cos(0.05));
 }

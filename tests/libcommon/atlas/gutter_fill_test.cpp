@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 namespace {
@@ -27,7 +27,8 @@ std::int64_t squared_distance(std::uint32_t from, int x, int y, int width) {
 
 // Oracle: brute force. Distances are compared, since several texels may be as near.
 TEST(GutterFill, FindsTheNearestTexelOfAll) {
-  for (const auto& [width, height, rarity] : {std::array{40, 33, 50}, std::array{1, 57, 9}, std::array{64, 1, 9}, std::array{31, 47, 3}, std::array{25, 90, 700}}) {
+  for (const auto& [width, height, rarity] : {std::array{40, 33, 50}, std::array{1, 57, 9}, std::array{64, 1, 9},
+                                              std::array{31, 47, 3}, std::array{25, 90, 700}}) {
     const Image<std::uint32_t> values = scattered(width, height, static_cast<std::uint32_t>(rarity), 7);
     Image<std::uint32_t> filled = values;
     fill_gutters(filled);
@@ -51,7 +52,10 @@ TEST(GutterFill, HeightOfStripsAndThreadsChangeNothing) {
     GutterFill gutters(values.width(), values.height(), rows);
     GutterFill::Sweep sweep;
     Image<std::uint32_t> filled = values;
-    const auto strip = [&](int s) { return std::span(filled.row(gutters.begin(s)).data(), static_cast<std::size_t>(70 * (gutters.end(s) - gutters.begin(s)))); };
+    const auto strip = [&](int s) {
+      return std::span(filled.row(gutters.begin(s)).data(),
+                       static_cast<std::size_t>(70 * (gutters.end(s) - gutters.begin(s))));
+    };
     for (int s = 0; s < gutters.num_strips(); ++s) gutters.look(strip(s));
     RunControl control;
     control.num_threads = rows % 3 + 1;

@@ -9,10 +9,10 @@
 #include <set>
 #include <vector>
 
-#include "patinate/atlas/dilate.h"
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/atlas/raster.h"
 #include "libcommon/core/random.h"
+#include "patinate/atlas/dilate.h"
 #include "patinate/geometry/mesh_io.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"
@@ -46,11 +46,16 @@ TEST(TexelMap, APointIsWhereItsTexelWasDrawn) {
   std::vector<Drawn> drawn(static_cast<std::size_t>(map.num_texels()));
   for (int t = 0; t < map.mesh().num_triangles(); ++t) {
     std::array<Vec2, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) p[k] = texel_from_uv(map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[static_cast<std::size_t>(t)][k])], 100, 73);
-    for_each_texel(p, 100, 73, [&](int x, int y, double b1, double b2, double) {
-      Drawn& point = drawn[static_cast<std::size_t>(TexelId{y} * 100 + x)];
-      if (point.triangle < 0) point = {t, static_cast<float>(b1), static_cast<float>(b2)};
-    }, [] {});
+    for (std::size_t k = 0; k < 3; ++k)
+      p[k] = texel_from_uv(
+          map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[static_cast<std::size_t>(t)][k])], 100, 73);
+    for_each_texel(
+        p, 100, 73,
+        [&](int x, int y, double b1, double b2, double) {
+          Drawn& point = drawn[static_cast<std::size_t>(TexelId{y} * 100 + x)];
+          if (point.triangle < 0) point = {t, static_cast<float>(b1), static_cast<float>(b2)};
+        },
+        [] {});
   }
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     const SurfacePoint point = map.point(t);
@@ -117,8 +122,9 @@ TEST(TexelMap, LabelsCharts) {
   EXPECT_EQ(charts.size(), 2u);
 }
 
-// On a plane, whatever its charts, the neighbor at an offset lies at that offset: closed form. The tolerance is the atlas's own grid:
-// half a texel in each direction for the neighbor, plus one where the nearest covered texel is not the nearest one.
+// On a plane, whatever its charts, the neighbor at an offset lies at that offset: closed form. The tolerance is the
+// atlas's own grid: half a texel in each direction for the neighbor, plus one where the nearest covered texel is not
+// the nearest one.
 TEST(TexelMap, GatherCrossesASeamStraight) {
   constexpr double kSide = 64.0;
   const TexelMap map(cut_plane(kSide), 128, 128);

@@ -19,10 +19,13 @@ using testing_support::square_offsets;
 
 const Vec3 kUp(0.0, 1.0, 0.0);
 
-std::shared_ptr<const FlowFrames> downward(const TexelMap& map) { return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, kUp)); }
+std::shared_ptr<const FlowFrames> downward(const TexelMap& map) {
+  return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, kUp));
+}
 
 // Of neighbors that gather() finds, to the texel and 1/256 pixel.
-void expect_equal_to_gather(const TexelMap& map, const std::shared_ptr<const FlowFrames>& frames, double step_mm, std::int64_t& num_missing) {
+void expect_equal_to_gather(const TexelMap& map, const std::shared_ptr<const FlowFrames>& frames, double step_mm,
+                            std::int64_t& num_missing) {
   std::vector<Vec2> offsets = square_offsets(2, step_mm);
   const TexelNeighborhood neighborhood(map, offsets, frames, step_mm);
   TexelNeighborhood::Cursor cursor(neighborhood);
@@ -54,7 +57,8 @@ TEST(TexelNeighborhood, EqualsGatherForEveryTexelAndStoresOnlyBands) {
   EXPECT_LT(neighborhood.num_stored(), map.num_covered() / 3);
 }
 
-// In a band of r texels beside a seam a texel at distance d has (r + 1 - d) of 2 r + 1 rows of neighbors beyond it: of r = 2, less than a third of them all. And its row says which.
+// In a band of r texels beside a seam a texel at distance d has (r + 1 - d) of 2 r + 1 rows of neighbors beyond it: of
+// r = 2, less than a third of them all. And its row says which.
 TEST(TexelNeighborhood, StoresOnlyNeighborsThatLeaveTheGridWhereTrianglesAreLarge) {
   constexpr std::int64_t kNeighbors = 24 + 8, kBytes = 8, kRowBytes = 24;
   for (const auto& [cells, is_large] : {std::pair{8, true}, std::pair{64, false}}) {
@@ -62,7 +66,8 @@ TEST(TexelNeighborhood, StoresOnlyNeighborsThatLeaveTheGridWhereTrianglesAreLarg
     std::int64_t num_missing = 0;
     expect_equal_to_gather(map, downward(map), map.median_texel_size_mm(), num_missing);
     const TexelNeighborhood neighborhood(map, square_offsets(2, map.median_texel_size_mm()), downward(map), 1.0);
-    const std::int64_t all = neighborhood.num_stored() * kNeighbors * kBytes, rows = neighborhood.num_stored() * kRowBytes;
+    const std::int64_t all = neighborhood.num_stored() * kNeighbors * kBytes,
+                       rows = neighborhood.num_stored() * kRowBytes;
     if (is_large) {
       EXPECT_LT(neighborhood.stored_bytes(), all / 2 + rows);
     } else {
@@ -82,7 +87,8 @@ TEST(TexelNeighborhood, EqualsGatherOnARealAtlas) {
   EXPECT_LT(static_cast<double>(num_missing), 0.02 * static_cast<double>(map.num_covered() * 24));
 }
 
-// A plane in charts that are turned, mirrored and of other sizes: where neighbors lie in the plane is known. That the frames agree over every seam is what makes it exact.
+// A plane in charts that are turned, mirrored and of other sizes: where neighbors lie in the plane is known. That the
+// frames agree over every seam is what makes it exact.
 TEST(TexelNeighborhood, NeighborsLieWhereTheySayWhateverTheChartsDo) {
   const TexelMap map(testing_support::patchwork_plane(64.0, 4), 256, 256);
   const std::shared_ptr<const FlowFrames> frames = downward(map);
@@ -97,7 +103,8 @@ TEST(TexelNeighborhood, NeighborsLieWhereTheySayWhateverTheChartsDo) {
       const TexelNeighbor& n = found[k];
       if (n.texel < 0) continue;
       const Vec3 step = map.position_mm(n.texel) - map.position_mm(t);
-      ASSERT_LT((Vec2(step.x(), -step.y()) - n.offset_mm).norm(), 1e-3) << t << " " << k;  // Frames lean by up to 2e-4 to their UVs.
+      ASSERT_LT((Vec2(step.x(), -step.y()) - n.offset_mm).norm(), 1e-3)
+          << t << " " << k;  // Frames lean by up to 2e-4 to their UVs.
       // Half a texel of the chart over there, in each direction.
       const double texel_mm = map.mm_per_texel(map.triangle(n.texel)).col(0).norm();
       num_far += (n.offset_mm - offsets[k]).norm() > 0.7072 * texel_mm ? 1 : 0;
@@ -110,7 +117,8 @@ TEST(TexelNeighborhood, NeighborsLieWhereTheySayWhateverTheChartsDo) {
   EXPECT_LT(static_cast<double>(num_far), 0.15 * static_cast<double>(num_crossing));
 }
 
-/// A plane of 51.2 texels a side in an atlas of 64, with a slit of one texel upward, in column 17, and one across, in row 41: 1.28 texels, of which one shows its center.
+/// A plane of 51.2 texels a side in an atlas of 64, with a slit of one texel upward, in column 17, and one across, in
+/// row 41: 1.28 texels, of which one shows its center.
 Mesh slit_plane() {
   constexpr int kCells = 40, kColumn = 8, kRow = 12;
   Mesh mesh = testing_support::unit_plane(64.0, kCells);
@@ -160,15 +168,25 @@ TEST(TexelNeighborhood, AMirroredChartHasMirroredNeighbors) {
     Vec2 (*uv)(const Vec2&);
     std::array<int, 2> (*offset)(int, int);  // Of texels; places mirror likewise, about the atlas's middle.
   };
-  const std::array<Mirror, 3> mirrors{Mirror{"left and right", [](const Vec2& p) { return Vec2(1.0 - p.x(), p.y()); }, [](int x, int y) { return std::array{-x, y}; }},
-                                      Mirror{"up and down", [](const Vec2& p) { return Vec2(p.x(), 1.0 - p.y()); }, [](int x, int y) { return std::array{x, -y}; }},
-                                      Mirror{"rows and columns", [](const Vec2& p) { return Vec2(p.y(), p.x()); }, [](int x, int y) { return std::array{-y, -x}; }}};
+  const std::array<Mirror, 3> mirrors{Mirror{"left and right", [](const Vec2& p) { return Vec2(1.0 - p.x(), p.y()); },
+                                             [](int x, int y) {
+                                               return std::array{-x, y};
+                                             }},
+                                      Mirror{"up and down", [](const Vec2& p) { return Vec2(p.x(), 1.0 - p.y()); },
+                                             [](int x, int y) {
+                                               return std::array{x, -y};
+                                             }},
+                                      Mirror{"rows and columns", [](const Vec2& p) { return Vec2(p.y(), p.x()); },
+                                             [](int x, int y) {
+                                               return std::array{-y, -x};
+                                             }}};
   const TexelMap map(mesh, kSlitSide, kSlitSide);
   const double step = map.median_texel_size_mm();
   const std::vector<Vec2> offsets = square_offsets(kRadius, step);
   const auto index_of = [](int x, int y) {
     const int index = (y + kRadius) * (2 * kRadius + 1) + x + kRadius;
-    return static_cast<std::size_t>(index > (2 * kRadius + 1) * kRadius + kRadius ? index - 1 : index);  // square_offsets() leaves the middle out.
+    return static_cast<std::size_t>(
+        index > (2 * kRadius + 1) * kRadius + kRadius ? index - 1 : index);  // square_offsets() leaves the middle out.
   };
   const auto own_frames = std::make_shared<const FlowFrames>(uv_frames(map));
   const TexelNeighborhood neighborhood(map, offsets, own_frames, step);
@@ -179,7 +197,8 @@ TEST(TexelNeighborhood, AMirroredChartHasMirroredNeighbors) {
     const auto frames = std::make_shared<const FlowFrames>(uv_frames(other));
     const auto mirrored = [&](TexelId t) {
       if (t < 0) return t;
-      const auto at = mirror.offset(2 * static_cast<int>(t % kSlitSide) - kLast, 2 * static_cast<int>(t / kSlitSide) - kLast);
+      const auto at =
+          mirror.offset(2 * static_cast<int>(t % kSlitSide) - kLast, 2 * static_cast<int>(t / kSlitSide) - kLast);
       return TexelId{(at[1] + kLast) / 2} * kSlitSide + (at[0] + kLast) / 2;
     };
     const TexelNeighborhood other_neighborhood(other, offsets, frames, step);

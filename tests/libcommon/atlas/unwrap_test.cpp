@@ -8,9 +8,9 @@
 #include <numbers>
 #include <stop_token>
 
-#include "patinate/datasets/sculpture.h"
-#include "patinate/atlas/texel_map.h"
 #include "libcommon/core/random.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/datasets/sculpture.h"
 #include "patinate/geometry/mesh_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"
@@ -33,7 +33,9 @@ Mesh strip_uvs(Mesh mesh) {
 
 /// Twice the signed area of a triangle in the atlas.
 double twice_uv_area(const Mesh& mesh, std::size_t t) {
-  const auto uv = [&](std::size_t k) -> const Vec2& { return mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])]; };
+  const auto uv = [&](std::size_t k) -> const Vec2& {
+    return mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
+  };
   const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
   return a.x() * b.y() - a.y() * b.x();
 }
@@ -44,7 +46,8 @@ void expect_valid(const UnwrapResult& r, const Mesh& in, int resolution = 1024) 
   ASSERT_EQ(r.triangle_chart.size(), in.triangles.size());
   EXPECT_TRUE(r.mesh.triangles == in.triangles);
   EXPECT_TRUE(r.mesh.positions == in.positions);
-  for (const Vec2& uv : r.mesh.uvs) ASSERT_TRUE(uv.allFinite() && uv.minCoeff() >= 0.0 && uv.maxCoeff() <= 1.0) << uv.transpose();
+  for (const Vec2& uv : r.mesh.uvs)
+    ASSERT_TRUE(uv.allFinite() && uv.minCoeff() >= 0.0 && uv.maxCoeff() <= 1.0) << uv.transpose();
   const double size = bounding_box(in).diagonal();
   for (std::size_t t = 0; t < in.triangles.size(); ++t) {
     const double twice = twice_uv_area(r.mesh, t);
@@ -56,7 +59,8 @@ void expect_valid(const UnwrapResult& r, const Mesh& in, int resolution = 1024) 
     ASSERT_GE(r.triangle_chart[t], 0);
     ASSERT_LT(r.triangle_chart[t], r.num_charts);
   }
-  for (int scale : {1, 2}) EXPECT_EQ(TexelMap(r.mesh, scale * resolution, scale * resolution).num_overlapping(), 0) << "at " << scale << " x";
+  for (int scale : {1, 2})
+    EXPECT_EQ(TexelMap(r.mesh, scale * resolution, scale * resolution).num_overlapping(), 0) << "at " << scale << " x";
 }
 
 void expect_isometric(const UnwrapResult& r) {
@@ -66,7 +70,8 @@ void expect_isometric(const UnwrapResult& r) {
   EXPECT_NEAR(r.l2_stretch, 1.0, kRounding);
 }
 
-// Developable surfaces have the plane's metric (Gauss): a map that keeps angles and is not bent by its borders keeps lengths.
+// Developable surfaces have the plane's metric (Gauss): a map that keeps angles and is not bent by its borders keeps
+// lengths.
 TEST(Unwrap, LaysAPlaneFlatInOneChart) {
   const Mesh plane = strip_uvs(make_patch(20, 10, [](double u, double v) { return Vec3(3.0 * u, 2.0 * v, 1.0); }));
   const UnwrapResult r = unwrap(plane);
@@ -78,7 +83,8 @@ TEST(Unwrap, LaysAPlaneFlatInOneChart) {
 
 TEST(Unwrap, UnrollsACylinderWithoutStretch) {
   // The polyhedron is developable itself: flat facets between straight rulings.
-  const Mesh cylinder = strip_uvs(make_patch(48, 12, [](double u, double v) { return Vec3(std::cos(2 * kPi * u), std::sin(2 * kPi * u), 4.0 * v); }));
+  const Mesh cylinder = strip_uvs(make_patch(
+      48, 12, [](double u, double v) { return Vec3(std::cos(2 * kPi * u), std::sin(2 * kPi * u), 4.0 * v); }));
   const UnwrapResult r = unwrap(cylinder);
   expect_valid(r, cylinder);
   expect_isometric(r);
@@ -119,7 +125,8 @@ TEST(Unwrap, BoundsTheStretchOfASphere) {
 Mesh make_blob(int levels) {
   Mesh mesh = strip_uvs(make_icosphere(1.0, levels));
   for (Vec3& p : mesh.positions) {
-    p *= 1.0 + 0.25 * std::sin(3.1 * p.x() + 1.0) * std::cos(2.3 * p.y() - 0.4) + 0.2 * std::sin(4.7 * p.z() + p.x()) + 0.1 * p.y();
+    p *= 1.0 + 0.25 * std::sin(3.1 * p.x() + 1.0) * std::cos(2.3 * p.y() - 0.4) + 0.2 * std::sin(4.7 * p.z() + p.x()) +
+         0.1 * p.y();
   }
   return mesh;
 }
@@ -127,7 +134,8 @@ Mesh make_blob(int levels) {
 double largest_difference(const UnwrapResult& a, const UnwrapResult& b) {
   if (a.mesh.uv_triangles != b.mesh.uv_triangles) return 1e30;
   double most = 0.0;
-  for (std::size_t i = 0; i < a.mesh.uvs.size(); ++i) most = std::max(most, (a.mesh.uvs[i] - b.mesh.uvs[i]).cwiseAbs().maxCoeff());
+  for (std::size_t i = 0; i < a.mesh.uvs.size(); ++i)
+    most = std::max(most, (a.mesh.uvs[i] - b.mesh.uvs[i]).cwiseAbs().maxCoeff());
   return most;
 }
 
@@ -165,7 +173,8 @@ TEST(Unwrap, CoversThreeFifthsOfTheAtlasWithAnUrn) {
   const TexelMap map(r.mesh, 1024, 1024);
   const double covered = static_cast<double>(map.num_covered()) / static_cast<double>(map.num_texels());
   EXPECT_GE(covered, 0.6);
-  EXPECT_NEAR(covered, r.packing, 0.005);  // Texel centers sample the area; the error is of borders, some thousand texels of a million.
+  EXPECT_NEAR(covered, r.packing,
+              0.005);  // Texel centers sample the area; the error is of borders, some thousand texels of a million.
   EXPECT_LE(r.stretch.p95, 1.5);
   EXPECT_LE(r.num_charts, 80);
 }
@@ -196,7 +205,8 @@ Mesh make_ring(int nu, int nv, bool twisted, bool closed_v, const std::function<
   Mesh mesh;
   const int rows = closed_v ? nv : nv + 1;
   for (int i = 0; i < nu; ++i) {
-    for (int j = 0; j < rows; ++j) mesh.positions.push_back(point(static_cast<double>(i) / nu, static_cast<double>(j) / nv));
+    for (int j = 0; j < rows; ++j)
+      mesh.positions.push_back(point(static_cast<double>(i) / nu, static_cast<double>(j) / nv));
   }
   const auto index = [&](int i, int j) {
     if (i == nu) i = 0, j = twisted ? nv - j : j;
@@ -219,18 +229,22 @@ TEST(Unwrap, CutsSurfacesWithoutAnInside) {
     return Vec3(r * std::cos(a), r * std::sin(a), w * std::sin(a / 2));
   });
   expect_valid(unwrap(moebius), moebius);
-  const Mesh klein = make_ring(60, 30, true, true, [](double u, double v) {  // The figure-8 immersion, which passes through itself.
-    const double a = 2 * kPi * u, b = 2 * kPi * v;
-    const double r = 2.0 + std::cos(a / 2) * std::sin(b) - std::sin(a / 2) * std::sin(2 * b);
-    return Vec3(r * std::cos(a), r * std::sin(a), std::sin(a / 2) * std::sin(b) + std::cos(a / 2) * std::sin(2 * b));
-  });
+  const Mesh klein =
+      make_ring(60, 30, true, true, [](double u, double v) {  // The figure-8 immersion, which passes through itself.
+        const double a = 2 * kPi * u, b = 2 * kPi * v;
+        const double r = 2.0 + std::cos(a / 2) * std::sin(b) - std::sin(a / 2) * std::sin(2 * b);
+        return Vec3(r * std::cos(a), r * std::sin(a),
+                    std::sin(a / 2) * std::sin(b) + std::cos(a / 2) * std::sin(2 * b));
+      });
   expect_valid(unwrap(klein), klein);
 }
 
 TEST(Unwrap, KeepsSpikesApart) {
-  // Neighboring triangles face anywhere: conformal maps fold, fans at borders wind over themselves, and must be cut again.
+  // Neighboring triangles face anywhere: conformal maps fold, fans at borders wind over themselves, and must be cut
+  // again.
   Mesh spiky = make_blob(2);
-  for (std::size_t i = 0; i < spiky.positions.size(); ++i) spiky.positions[i] *= 1.0 + 0.15 * RandomStream(7, i).normal();
+  for (std::size_t i = 0; i < spiky.positions.size(); ++i)
+    spiky.positions[i] *= 1.0 + 0.15 * RandomStream(7, i).normal();
   const UnwrapResult r = unwrap(spiky);
   expect_valid(r, spiky);
 }
@@ -292,7 +306,8 @@ TEST(Unwrap, PlacesThousandsOfPieces) {
   for (int i = 0; i < 4000; ++i) {
     const Vec3 at(i % 64, i / 64, 0.0);
     soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-    soup.positions.insert(soup.positions.end(), {at, at + Vec3(0.4 + 1e-4 * i, 0, 0), at + Vec3(0.1, 0.5, 0.01 * (i % 7))});
+    soup.positions.insert(soup.positions.end(),
+                          {at, at + Vec3(0.4 + 1e-4 * i, 0, 0), at + Vec3(0.1, 0.5, 0.01 * (i % 7))});
   }
   const UnwrapResult r = unwrap(soup);
   expect_valid(r, soup);

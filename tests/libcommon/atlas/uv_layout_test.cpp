@@ -11,8 +11,8 @@
 namespace patinate {
 namespace {
 
-using testing_support::TempFolder;
 using testing_support::cut_plane;
+using testing_support::TempFolder;
 using testing_support::unit_plane;
 
 /// Copies of a plane side by side in space, each a surface of its own, with UVs moved by `uv_offset` times its number.
@@ -110,7 +110,8 @@ TEST(UvLayout, HugeUvsAreAProblemAndNotACrash) {
 TEST(UvLayout, MissingAndFlatUvsAreAProblem) {
   Mesh mesh = unit_plane(1.0);
   mesh.uv_triangles[3][1] = -1;
-  EXPECT_NE(find_uv_layout(mesh).problem.find("1 of its 32 triangles"), std::string::npos) << find_uv_layout(mesh).problem;
+  EXPECT_NE(find_uv_layout(mesh).problem.find("1 of its 32 triangles"), std::string::npos)
+      << find_uv_layout(mesh).problem;
   mesh.uvs.clear();
   mesh.uv_triangles.clear();
   EXPECT_EQ(find_uv_layout(mesh).problem, "it has no UVs");

@@ -32,8 +32,8 @@ namespace patinate::testing_support {
   return make_patch(cells, cells, [side](double u, double v) { return Vec3(side * (u - 0.5), side * (v - 0.5), 0); });
 }
 
-/// Two walls of `length` mm that meet at the y axis under the angle `phi` and open to +z; 100 times as long in y. The left
-/// half of the atlas is the wall at x < 0, its columns from the bottom upwards.
+/// Two walls of `length` mm that meet at the y axis under the angle `phi` and open to +z; 100 times as long in y. The
+/// left half of the atlas is the wall at x < 0, its columns from the bottom upwards.
 [[nodiscard]] inline Mesh groove(double length, double phi) {
   const double x = length * std::sin(phi / 2), z = length * std::cos(phi / 2), y = 50 * length;
   return side_by_side({make_patch(8, 1, [=](double u, double v) { return Vec3(-u * x, y * (1 - 2 * v), u * z); }),
@@ -42,7 +42,8 @@ namespace patinate::testing_support {
 
 /// Physical value of a texel.
 [[nodiscard]] inline double value_at(const ControlMap& control, TexelId t) {
-  return control.low + (control.high - control.low) * static_cast<double>(control.values.values()[static_cast<std::size_t>(t)]);
+  return control.low +
+         (control.high - control.low) * static_cast<double>(control.values.values()[static_cast<std::size_t>(t)]);
 }
 
 }  // namespace patinate::testing_support

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <numbers>
 
-#include "patinate/controls/control_kinds.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/controls/spray_path_io.h"
+#include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
@@ -290,9 +290,10 @@ TEST(MakeControl, KnowsEveryKindAndNamesOthers) {
     (void)make_control("acessibility", map);
     FAIL();
   } catch (const UsageError& e) {
-    EXPECT_EQ(std::string(e.what()).find("unknown kind of control `acessibility`; did you mean `accessibility`?; there are "
-                                         "`accessibility`, `ray_share`, "),
-              0u);
+    EXPECT_EQ(
+        std::string(e.what()).find("unknown kind of control `acessibility`; did you mean `accessibility`?; there are "
+                                   "`accessibility`, `ray_share`, "),
+        0u);
   }
 }
 

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <numbers>
 
-#include "patinate/controls/control_kinds.h"
 #include "libcommon/controls/distance_io.h"
+#include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 #include "tests/libcommon/controls/control_shapes.h"
 #include "tests/support/temp_folder.h"
@@ -58,7 +58,8 @@ TEST(DistanceMap, OnACylinderIsThatOfItsUnrolledPlane) {
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     const double u = (static_cast<double>(t % 48) + 0.5) / 48, v = 1 - (static_cast<double>(t / 48) + 0.5) / 24;
     const double expected = std::hypot(4 * 1.5 * std::numbers::pi * u, 10 * v - 3);
-    EXPECT_NEAR(value_at(control, t), expected, 0.004 * expected) << t;  // chords in place of arcs, and curved edges between
+    EXPECT_NEAR(value_at(control, t), expected, 0.004 * expected)
+        << t;  // chords in place of arcs, and curved edges between
   }
 }
 
@@ -67,7 +68,8 @@ TEST(DistanceMap, StraightThroughTheAirIsShorter) {
   const Vec3 point(4, 3, 0);
   const ControlMap control = distance_map(map, {.curves = {{point}}}, {.metric = DistanceMetric::Euclidean});
   for (TexelId t = 0; t < map.num_texels(); ++t) {
-    EXPECT_NEAR(value_at(control, t), (map.position_mm(t) - point).norm(), 0.02);  // the surface between the corners is curved
+    EXPECT_NEAR(value_at(control, t), (map.position_mm(t) - point).norm(),
+                0.02);  // the surface between the corners is curved
   }
 }
 
@@ -80,7 +82,9 @@ TEST(DistanceMap, BendsRoundACorner) {
   for (Triangle& t : mesh.triangles) {
     for (int& corner : t) {
       for (int i = 0; i < corner; ++i) {
-        if ((mesh.positions[static_cast<std::size_t>(i)] - mesh.positions[static_cast<std::size_t>(corner)]).norm() < 1e-12) corner = i;
+        if ((mesh.positions[static_cast<std::size_t>(i)] - mesh.positions[static_cast<std::size_t>(corner)]).norm() <
+            1e-12)
+          corner = i;
       }
     }
   }
@@ -99,7 +103,9 @@ TEST(DistanceMap, BendsRoundACorner) {
 
 TEST(DistanceMap, KnowsRidgesFromValleys) {
   // A step of three planes: a ridge at x = 4, z = 3 and a valley at x = 4, z = 0.
-  const Mesh mesh = make_patch(2, 2, [](double u, double v) { return Vec3(u < 0.4 ? -4 : u > 0.6 ? 4 : 0, 4 * v, u < 0.4 || u > 0.6 ? 0 : 3); });
+  const Mesh mesh = make_patch(2, 2, [](double u, double v) {
+    return Vec3(u < 0.4 ? -4 : u > 0.6 ? 4 : 0, 4 * v, u < 0.4 || u > 0.6 ? 0 : 3);
+  });
   const TexelMap map(mesh, 32, 16);  // a roof
   const ControlMap control = distance_map(map, {.edges = DistanceSource::Edges::Ridges});
   for (TexelId t = 0; t < map.num_texels(); ++t) {

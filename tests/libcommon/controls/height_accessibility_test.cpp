@@ -32,17 +32,21 @@ HeightAccessibilityOptions fine() {
   return options;
 }
 
-double at(const HeightAccessibility& found, std::size_t k, const Vec3& p) { return sample_field(found.field, found.definitions[k].values, p).value(); }
+double at(const HeightAccessibility& found, std::size_t k, const Vec3& p) {
+  return sample_field(found.field, found.definitions[k].values, p).value();
+}
 
 TEST(HeightAccessibility, BottomsAndCrestsOfFurrowsHaveTheirClosedForms) {
   const HeightAccessibility found = height_accessibility(furrows(), Vec3::UnitZ(), fine());
-  // The radius of curvature is 1 / (A k^2): a cylinder, so half of that is the mean curvature; the largest sphere at the bottom has that radius.
+  // The radius of curvature is 1 / (A k^2): a cylinder, so half of that is the mean curvature; the largest sphere at
+  // the bottom has that radius.
   const double bend = kAmplitude * kWave * kWave;
   const Vec3 bottom(0.5 * kPeriod, 0.0, 0.0), crest(0.0, 0.0, 0.0);
   constexpr double kDiscretization = 0.05;  // Smoothing 0.5 mm takes 1 - exp(-(k s)^2 / 2) = 3.4 % of the curvature.
   EXPECT_NEAR(at(found, 0, bottom) / (0.5 * bend), 1.0, kDiscretization);
   EXPECT_NEAR(at(found, 0, crest) / (-0.5 * bend), 1.0, kDiscretization);
-  EXPECT_NEAR(at(found, 2, bottom) / bend, 1.0, 0.1);  // The points that stop the sphere are 0.4 % of the diagonal apart.
+  EXPECT_NEAR(at(found, 2, bottom) / bend, 1.0,
+              0.1);  // The points that stop the sphere are 0.4 % of the diagonal apart.
   EXPECT_GT(at(found, 1, bottom), at(found, 1, crest) + 0.02);
   EXPECT_LT(found.definitions[0].low, 0.0);
   EXPECT_GT(found.definitions[0].high, 0.0);
@@ -54,7 +58,8 @@ TEST(HeightAccessibility, TheThreeDefinitionsAgreeOnFurrows) {
     EXPECT_EQ(found.correlation[a][a], 1.0);
     for (std::size_t b = 0; b < 3; ++b) {
       EXPECT_EQ(found.correlation[a][b], found.correlation[b][a]);
-      EXPECT_GT(found.correlation[a][b], 0.6);  // All rise from crest to bottom; ties where rays and spheres see nothing.
+      EXPECT_GT(found.correlation[a][b],
+                0.6);  // All rise from crest to bottom; ties where rays and spheres see nothing.
     }
   }
 }
@@ -71,8 +76,9 @@ TEST(HeightAccessibility, TurnsWithTheObjectAndItsViewer) {
 }
 
 TEST(HeightAccessibility, APlaneIsEven) {
-  const HeightAccessibility found =
-      height_accessibility(testing_support::make_patch(4, 4, [](double u, double v) { return Vec3(20 * u, 20 * v, 3 * u); }), Vec3::UnitZ(), fine());
+  const HeightAccessibility found = height_accessibility(
+      testing_support::make_patch(4, 4, [](double u, double v) { return Vec3(20 * u, 20 * v, 3 * u); }), Vec3::UnitZ(),
+      fine());
   for (float v : found.definitions[0].values.values()) EXPECT_NEAR(static_cast<double>(v), 0.0, 1e-6);
   EXPECT_GE(found.definitions[0].high - found.definitions[0].low, 0.001 / 0.5 - 1e-12);
 }

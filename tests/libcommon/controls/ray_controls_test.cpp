@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "libcommon/controls/light_set.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/controls/height.h"
-#include "libcommon/controls/light_set.h"
 #include "patinate/core/error.h"
 #include "tests/libcommon/controls/control_shapes.h"
 
@@ -49,9 +49,10 @@ TEST(ExposureMap, OfTheFloorOfARoundHoleIsTheFormFactorOfItsOpening) {
   }
 }
 
-/// Sky that a point at `d` from the bottom of a wall sees: in two dimensions, (sin a - sin b) / 2 for the angles a, b from the
-/// normal between which it is open: a = 90 degrees, along the wall; b towards the top of the other wall. At the bottom b is
-/// 90 degrees - phi, which makes (1 - cos phi) / 2; over a whole wall the mean is sin(phi / 2) (Hottel's crossed strings).
+/// Sky that a point at `d` from the bottom of a wall sees: in two dimensions, (sin a - sin b) / 2 for the angles a, b
+/// from the normal between which it is open: a = 90 degrees, along the wall; b towards the top of the other wall. At
+/// the bottom b is 90 degrees - phi, which makes (1 - cos phi) / 2; over a whole wall the mean is sin(phi / 2)
+/// (Hottel's crossed strings).
 double groove_exposure(double length, double phi, double d) {
   const Vec2 wall(-std::sin(phi / 2), std::cos(phi / 2)), normal(std::cos(phi / 2), std::sin(phi / 2));
   const Vec2 to_top = Vec2(length * std::sin(phi / 2), length * std::cos(phi / 2)) - d * wall;
@@ -67,7 +68,8 @@ TEST(ExposureMap, OfTheWallsOfAGrooveFollowsItsOpening) {
     double mean = 0.0;
     for (int x = 0; x < kSize; ++x) {
       const double seen = value_at(control, (kSize / 2) * 2 * kSize + x);
-      EXPECT_NEAR(seen, groove_exposure(10, phi, 10 * (x + 0.5) / kSize), kDirections) << degrees << " deg, texel " << x;
+      EXPECT_NEAR(seen, groove_exposure(10, phi, 10 * (x + 0.5) / kSize), kDirections)
+          << degrees << " deg, texel " << x;
       mean += seen / kSize;
     }
     EXPECT_NEAR(mean, std::sin(phi / 2), 0.005);
@@ -146,7 +148,8 @@ TEST(SunMap, HasAHalfShadowWhereHalfTheDiscIsHidden) {
   const TexelMap map(side_by_side({plane(10), wall}), 512, 64);
   const double half = std::sqrt(0.5);
   const ControlMap control = sun_map(map, kUpZ, {.direction = {half, 0, half}, .radius_deg = 5});
-  EXPECT_NEAR(control.values.at(77, 32), half / 2, 0.03);  // x = -2, where the middle of the sun stands on the wall's edge
+  EXPECT_NEAR(control.values.at(77, 32), half / 2,
+              0.03);  // x = -2, where the middle of the sun stands on the wall's edge
 }
 
 TEST(RayShareMap, IsWhatTheGrooveHidesAndNothingOnAPlane) {
@@ -162,10 +165,13 @@ TEST(RayShareMap, IsWhatTheGrooveHidesAndNothingOnAPlane) {
 }
 
 TEST(RayShareMap, LooksNoFartherThanItsReach) {
-  // From a plane, what lies above within the reach: a lid at height 1 and the cone of rays that meet it before 2, 1 - (1/2)^2...
+  // From a plane, what lies above within the reach: a lid at height 1 and the cone of rays that meet it before 2, 1 -
+  // (1/2)^2...
   const Mesh lid = make_patch(1, 1, [](double u, double v) { return Vec3(40 * (u - 0.5), 40 * (0.5 - v), 1); });
   const TexelMap map(side_by_side({plane(2), lid}), 64, 32);
-  const auto middle = [&](double reach) { return value_at(ray_share_map(map, {.num_rays = 1024, .reach_mm = reach}), 16 * 64 + 16); };
+  const auto middle = [&](double reach) {
+    return value_at(ray_share_map(map, {.num_rays = 1024, .reach_mm = reach}), 16 * 64 + 16);
+  };
   EXPECT_EQ(middle(0.9), 0.0);
   EXPECT_NEAR(middle(2.0), 0.75, 0.01);  // cosine > 1/2: sin^2(60 degrees)
   EXPECT_NEAR(middle(10.0), 0.99, 0.01);

@@ -18,7 +18,8 @@ using testing_support::value_at;
 const SprayOptions kAll{.full_percent = 100};
 
 SprayStroke stroke(double x, double flow) {
-  return {.points = {{.position_mm = {x, -4, 5}, .dwell = 2, .aim_mm = {x, -4, 0}}, {.position_mm = {x, 4, 5}, .aim_mm = {x, 4, 0}}},
+  return {.points = {{.position_mm = {x, -4, 5}, .dwell = 2, .aim_mm = {x, -4, 0}},
+                     {.position_mm = {x, 4, 5}, .aim_mm = {x, 4, 0}}},
           .flow = flow};
 }
 
@@ -48,8 +49,9 @@ TEST(SprayStrokes, PaintAsManyStopsOfTheSameTotal) {
 
 TEST(SprayStrokes, AreReadFromCsvAndJsonAlike) {
   const TempFolder folder;
-  std::ofstream(folder / "a.csv") << "# two strokes\nstroke,x,y,z,direction_x,direction_y,direction_z,spread,flow,dwell\n"
-                                     "left,-4,0,5,0,0,-1,10,2,3\r\nleft,-4,2,5,0,0,-1,20,,\n\ntop,1,1,9,,,,,,4\n";
+  std::ofstream(folder / "a.csv")
+      << "# two strokes\nstroke,x,y,z,direction_x,direction_y,direction_z,spread,flow,dwell\n"
+         "left,-4,0,5,0,0,-1,10,2,3\r\nleft,-4,2,5,0,0,-1,20,,\n\ntop,1,1,9,,,,,,4\n";
   std::ofstream(folder / "a.json") << R"({"format": "patinate.strokes", "version": 1, "strokes": [
       {"name": "left", "flow": 2, "points": [{"position": [-4,0,5], "direction": [0,0,-1], "spread": 10, "dwell": 3},
                                              {"position": [-4,2,5], "direction": [0,0,-1], "spread": 20}]},
@@ -83,21 +85,28 @@ TEST(SprayStrokes, NameTheLineOfAnError) {
     }
     return "";
   };
-  const auto has = [](const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; };
-  EXPECT_TRUE(has(error_of("a.csv", "stroke,x,y,z,spred\na,1,2,3,4\n"), "line 1: unknown column `spred`; did you mean `spread`?"));
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(has(error_of("a.csv", "stroke,x,y,z,spred\na,1,2,3,4\n"),
+                  "line 1: unknown column `spred`; did you mean `spread`?"));
   EXPECT_TRUE(has(error_of("a.csv", "stroke,x,y,z\na,1,2\n"), "line 2: found 3 values; expected 4"));
   EXPECT_TRUE(has(error_of("a.csv", "stroke,x,y,z,dwell\na,1,2,3,-1\n"), "line 2: the dwell is negative"));
   EXPECT_TRUE(has(error_of("a.csv", "stroke,x,y,z,spread\na,1,2,3,0\n"), "line 2: the spread is outside"));
   EXPECT_TRUE(has(error_of("a.csv", "stroke,x,y,z,flow\na,1,2,3,-2\n"), "flow that is not >= 0"));
   EXPECT_TRUE(has(error_of("a.csv", "stroke,x,y,z\n"), "holds no stroke"));
   EXPECT_TRUE(has(error_of("a.csv", "stroke,x,y,z,direction_x\na,1,2,3,1\n"), "all three are needed"));
-  EXPECT_TRUE(has(error_of("a.json", R"({"format": "patinate.strokes", "version": 1, "strokes": [{"points": [{"positon": [1,2,3]}]}]})"), "position"));
+  EXPECT_TRUE(
+      has(error_of("a.json",
+                   R"({"format": "patinate.strokes", "version": 1, "strokes": [{"points": [{"positon": [1,2,3]}]}]})"),
+          "position"));
   EXPECT_NE(error_of("a.json", "{"), "");
 }
 
 TEST(SprayMap, SaysWhichStopsPaintNothing) {
   const TexelMap map(plane(10), 8, 8);
-  const SprayStop good{.position_mm = {0, 0, 5}, .aim_mm = {0, 0, 0}}, past{.position_mm = {0, 0, 5}, .aim_mm = {0, 0, 90}};
+  const SprayStop good{.position_mm = {0, 0, 5}, .aim_mm = {0, 0, 0}},
+      past{.position_mm = {0, 0, 5}, .aim_mm = {0, 0, 90}};
   const ControlMap control = spray_map(map, {good, past});
   ASSERT_EQ(control.notes.size(), 1u);
   EXPECT_NE(control.notes[0].find("1 of 2 stops paint nothing, the first is stop 2"), std::string::npos);

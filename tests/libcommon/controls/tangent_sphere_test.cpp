@@ -21,9 +21,10 @@ TEST(TangentSphereMap, TouchesBothWallsOfADihedralEdge) {
   // At distance d from an edge of angle phi the sphere that touches both walls has radius d tan(phi / 2).
   for (const double degrees : {60.0, 90.0, 120.0}) {
     const double phi = degrees * std::numbers::pi / 180, x = 10 * std::sin(phi / 2), z = 10 * std::cos(phi / 2);
-    const TexelMap map(side_by_side({make_patch(4, 4, [=](double u, double v) { return Vec3(-u * x, 10 * (1 - v), u * z); }),
-                                     make_patch(4, 4, [=](double u, double v) { return Vec3(u * x, 10 * v, u * z); })}),
-                       64, 33);
+    const TexelMap map(
+        side_by_side({make_patch(4, 4, [=](double u, double v) { return Vec3(-u * x, 10 * (1 - v), u * z); }),
+                      make_patch(4, 4, [=](double u, double v) { return Vec3(u * x, 10 * v, u * z); })}),
+        64, 33);
     const ControlMap control = tangent_sphere_map(map, {.largest_mm = 1000, .full_percent = 100});
     for (int column = 4; column < 30; ++column) {
       const double d = 10 * (column + 0.5) / 32, expected = d * std::tan(phi / 2);
@@ -46,7 +47,8 @@ TEST(TangentSphereMap, InsideAHollowSphereIsItsRadius) {
   const double radius = 3.0;
   const TexelMap map(make_patch(48, 24,
                                 [&](double u, double v) {
-                                  const double a = -2 * std::numbers::pi * u, b = std::numbers::pi * (0.05 + 0.9 * v - 0.5);
+                                  const double a = -2 * std::numbers::pi * u,
+                                               b = std::numbers::pi * (0.05 + 0.9 * v - 0.5);
                                   return Vec3(radius * std::sin(a) * std::cos(b), radius * std::sin(b),
                                               radius * std::cos(a) * std::cos(b));
                                 }),

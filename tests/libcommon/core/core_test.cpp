@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "libcommon/core/hash.h"
-#include "patinate/core/options.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/options.h"
 
 namespace patinate {
 namespace {
@@ -144,8 +144,8 @@ TEST(ParallelFor, SeveralThreadsMayEachStartLoops) {
   EXPECT_EQ(num_right, 10 * 50);
 }
 
-// Five chunks that wait for each other are all begun only if five threads run them, whatever the number of processors. The wait has an
-// end so that a failure is a failure and not a hang.
+// Five chunks that wait for each other are all begun only if five threads run them, whatever the number of processors.
+// The wait has an end so that a failure is a failure and not a hang.
 TEST(ParallelFor, RunsOnAsManyThreadsAsWereAskedFor) {
   RunControl control;
   control.num_threads = 5;
@@ -165,7 +165,8 @@ TEST(ContentHash, SeparatesValues) {
 }
 
 TEST(Text, NumbersReadBackExactly) {
-  for (double x : {0.0, 0.1, 1.0 / 3.0, 1e-300, -7.5, 12345678.9, 1e20 / 3.0, -1e-6, std::numeric_limits<double>::max(), std::numeric_limits<double>::denorm_min()}) {
+  for (double x : {0.0, 0.1, 1.0 / 3.0, 1e-300, -7.5, 12345678.9, 1e20 / 3.0, -1e-6, std::numeric_limits<double>::max(),
+                   std::numeric_limits<double>::denorm_min()}) {
     EXPECT_EQ(parse_number(number_text(x)), x);
   }
   EXPECT_FALSE(parse_number("nan"));
@@ -196,7 +197,8 @@ TEST(Text, RoundsToSignificantDigits) {
 TEST(Text, ShortTextsOfDifferentNumbersDiffer) {
   using Texts = std::vector<std::string>;
   EXPECT_EQ(short_number_texts(std::vector{0.0, 1.0 / 3.0, 12.5}), (Texts{"0", "0.333", "12.5"}));
-  EXPECT_EQ(short_number_texts(std::vector{0.0, 120.0375, 240.075, 360.1125, 480.15}), (Texts{"0", "120", "240", "360", "480"}));
+  EXPECT_EQ(short_number_texts(std::vector{0.0, 120.0375, 240.075, 360.1125, 480.15}),
+            (Texts{"0", "120", "240", "360", "480"}));
   EXPECT_EQ(short_number_texts(std::vector{120.0, 172.5}), (Texts{"120", "172.5"}));
   EXPECT_EQ(short_number_texts(std::vector{1.6e9, 1.6e9 + 60.0}), (Texts{"1600000000", "1600000060"}));
   EXPECT_EQ(short_number_texts(std::vector{0.3, 0.1 + 0.2}), (Texts{"0.3", "0.30000000000000004"}));

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <chrono>
@@ -7,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/temporary_file.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
@@ -30,7 +29,8 @@ std::string message_of(Function&& f) {
 
 TEST(Files, AreListedInNaturalOrder) {
   TempFolder folder;
-  for (const char* name : {"10.png", "9.png", "a2.png", "a10.png", "x.txt", "09.png"}) std::ofstream(folder / name) << "x";
+  for (const char* name : {"10.png", "9.png", "a2.png", "a10.png", "x.txt", "09.png"})
+    std::ofstream(folder / name) << "x";
   std::vector<std::string> names;
   for (const auto& p : list_files(folder.path(), "*.png")) names.push_back(p.filename());
   EXPECT_EQ(names, (std::vector<std::string>{"09.png", "9.png", "10.png", "a2.png", "a10.png"}));
@@ -39,7 +39,9 @@ TEST(Files, AreListedInNaturalOrder) {
 /// Works in a folder until the end of a test.
 class WorkingFolder {
  public:
-  explicit WorkingFolder(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) { std::filesystem::current_path(folder); }
+  explicit WorkingFolder(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) {
+    std::filesystem::current_path(folder);
+  }
   ~WorkingFolder() { std::filesystem::current_path(before_); }
   WorkingFolder(const WorkingFolder&) = delete;
   WorkingFolder& operator=(const WorkingFolder&) = delete;
@@ -53,7 +55,8 @@ TEST(Files, OfAPatternWithoutAFolderLieInTheWorkingFolder) {
   for (const char* name : {"10.png", "9.png"}) std::ofstream(folder / name) << "x";
   const WorkingFolder here(folder.path());
   const std::filesystem::path pattern("*.png");
-  EXPECT_EQ(list_files(pattern.parent_path(), pattern.filename().string()), (std::vector<std::filesystem::path>{"9.png", "10.png"}));
+  EXPECT_EQ(list_files(pattern.parent_path(), pattern.filename().string()),
+            (std::vector<std::filesystem::path>{"9.png", "10.png"}));
   EXPECT_EQ(list_files(".", "9.*"), (std::vector<std::filesystem::path>{"./9.png"}));
 }
 
@@ -82,7 +85,8 @@ TEST(Files, AFailedWriteLeavesTheOldFile) {
   EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
 }
 
-// A process that ends at once while two threads write: neither the half-written file nor one that is finished too late is left.
+// A process that ends at once while two threads write: neither the half-written file nor one that is finished too late
+// is left.
 TEST(Files, AbandonedFilesAreRemovedAndNoneIsFinishedAnyMore) {
   TempFolder folder;
   const auto end_while_writing = [&folder] {
@@ -102,7 +106,8 @@ TEST(Files, AbandonedFilesAreRemovedAndNoneIsFinishedAnyMore) {
 std::filesystem::path left_by(const std::filesystem::path& path, const std::string& machine, const std::string& pid) {
   std::string name = AtomicFile(path).temporary().filename().string();
   const std::size_t at = name.find(".tmp") + 4, dash = name.find('-', at), second = name.find('-', dash + 1);
-  return path.parent_path() / (name.substr(0, at) + (machine.empty() ? name.substr(at, dash - at) : machine) + "-" + pid + "-00c0ffee" + name.substr(name.find('-', second + 1)));
+  return path.parent_path() / (name.substr(0, at) + (machine.empty() ? name.substr(at, dash - at) : machine) + "-" +
+                               pid + "-00c0ffee" + name.substr(name.find('-', second + 1)));
 }
 
 constexpr const char* kNobody = "999999999";  // No process has that number: the kernel's limit is 2^22.
@@ -110,7 +115,8 @@ constexpr const char* kNobody = "999999999";  // No process has that number: the
 TEST(Files, WhatAKilledWriterLeftIsRemoved) {
   TempFolder folder;
   std::ofstream(left_by(folder / "a.txt", "", kNobody)) << "half";
-  std::ofstream(left_by(folder / "a.txt", "", std::to_string(::getpid()))) << "half by a process that had this id before";
+  std::ofstream(left_by(folder / "a.txt", "", std::to_string(::getpid())))
+      << "half by a process that had this id before";
   std::ofstream(left_by(folder / "marker", "", kNobody)) << "half";  // Without an extension.
   write_atomically(folder / "a.txt", "whole");
   write_atomically(folder / "marker", "whole");
@@ -129,14 +135,17 @@ TEST(Files, TwoWritersOfOneFileHaveFilesOfTheirOwn) {
   EXPECT_EQ(read_file(folder / "a.txt"), "other");
 }
 
-// A process id says nothing about another machine. Names of earlier versions, of which the machine is not known, count as such.
+// A process id says nothing about another machine. Names of earlier versions, of which the machine is not known, count
+// as such.
 TEST(Files, WhatAnotherMachineWritesStaysUnlessItIsLongUnwritten) {
   TempFolder folder;
-  const std::vector<std::filesystem::path> others{left_by(folder / "a.txt", "0badf00d", kNobody), folder / (".a.tmp" + std::string(kNobody) + ".txt")};
+  const std::vector<std::filesystem::path> others{left_by(folder / "a.txt", "0badf00d", kNobody),
+                                                  folder / (".a.tmp" + std::string(kNobody) + ".txt")};
   for (const auto& other : others) std::ofstream(other) << "half";
   write_atomically(folder / "a.txt", "whole");
   for (const auto& other : others) EXPECT_TRUE(std::filesystem::exists(other)) << other;
-  for (const auto& other : others) std::filesystem::last_write_time(other, std::filesystem::file_time_type::clock::now() - std::chrono::hours(24 * 8));
+  for (const auto& other : others)
+    std::filesystem::last_write_time(other, std::filesystem::file_time_type::clock::now() - std::chrono::hours(24 * 8));
   write_atomically(folder / "a.txt", "whole");
   EXPECT_EQ(list_files(folder.path(), "*").size(), 1u);
 }
@@ -152,20 +161,27 @@ TEST(Files, ATemporaryNameIsKnownAndNoOther) {
   TempFolder folder;
   EXPECT_TRUE(is_temporary(AtomicFile(folder / "a.b.txt").temporary()));
   EXPECT_TRUE(is_temporary(AtomicFile(folder / "a").temporary()));
-  for (const char* name : {"a.txt", ".a.tmp.txt", ".a.tmpx.txt", "a.tmp12.txt", ".a.tmp-1.txt", ".a.tmp1e9.txt", ".a.tmp00c0ffee-1-00c0ffee.txt"}) EXPECT_FALSE(is_temporary(name)) << name;
+  for (const char* name : {"a.txt", ".a.tmp.txt", ".a.tmpx.txt", "a.tmp12.txt", ".a.tmp-1.txt", ".a.tmp1e9.txt",
+                           ".a.tmp00c0ffee-1-00c0ffee.txt"})
+    EXPECT_FALSE(is_temporary(name)) << name;
 }
 
 TEST(Files, WhatKilledWritersOfSeveralFilesLeftIsRemoved) {
   TempFolder folder;
   const AtomicFile own(folder / "map-c.bin");
-  const std::filesystem::path dead_a = left_by(folder / "map-a.bin", "", kNobody), dead_b = left_by(folder / "map-b.bin", "", kNobody), other = left_by(folder / "other.bin", "", kNobody);
-  for (const std::filesystem::path& path : {dead_a, dead_b, other, own.temporary(), folder / ".map-d.tmpx.bin", folder / ".map-e.tmp-1.bin", folder / ".map-f.tmp1e99.bin", folder / "map-g.bin"}) {
+  const std::filesystem::path dead_a = left_by(folder / "map-a.bin", "", kNobody),
+                              dead_b = left_by(folder / "map-b.bin", "", kNobody),
+                              other = left_by(folder / "other.bin", "", kNobody);
+  for (const std::filesystem::path& path :
+       {dead_a, dead_b, other, own.temporary(), folder / ".map-d.tmpx.bin", folder / ".map-e.tmp-1.bin",
+        folder / ".map-f.tmp1e99.bin", folder / "map-g.bin"}) {
     std::ofstream(path) << "half";
   }
   remove_abandoned(folder.path(), "map-");
   EXPECT_EQ(list_files(folder.path(), ".map-?.*").size(), 4u);
   EXPECT_FALSE(std::filesystem::exists(dead_a) || std::filesystem::exists(dead_b));
-  EXPECT_TRUE(std::filesystem::exists(own.temporary()) && std::filesystem::exists(folder / "map-g.bin") && std::filesystem::exists(other));
+  EXPECT_TRUE(std::filesystem::exists(own.temporary()) && std::filesystem::exists(folder / "map-g.bin") &&
+              std::filesystem::exists(other));
   remove_abandoned(folder / "missing", "map-");
 }
 
@@ -208,8 +224,10 @@ TEST(Json, UnknownKeysComeWithASuggestion) {
 
 }  // namespace
 TEST(Json, ADocumentOfAnOlderVersionGetsTheWordsOfTheNext) {
-  const Json before = Json::parse(R"({"format": "x", "version": 1, "behaviour": {"op": "behaviour", "list": ["behaviour", 1, "behaviours"]}})");
-  const Json now = Json::parse(R"({"format": "x", "version": 2, "behavior": {"op": "behavior", "list": ["behavior", 1, "behaviours"]}})");
+  const Json before = Json::parse(
+      R"({"format": "x", "version": 1, "behaviour": {"op": "behaviour", "list": ["behaviour", 1, "behaviours"]}})");
+  const Json now = Json::parse(
+      R"({"format": "x", "version": 2, "behavior": {"op": "behavior", "list": ["behavior", 1, "behaviours"]}})");
   Json document = before;
   update_spelling(document, 1, {{"behaviour", "behavior"}});
   EXPECT_EQ(document, now);

@@ -18,11 +18,14 @@ std::string json_error(const std::string& text, const JsonTextLimits& limits = {
   return error_of<IoError>([&] { (void)parse_json("a.json", text, limits); });
 }
 
-// RFC 8259: "the names within an object SHOULD be unique"; which one counts is up to the reader, so two readers may differ.
+// RFC 8259: "the names within an object SHOULD be unique"; which one counts is up to the reader, so two readers may
+// differ.
 TEST(JsonText, AKeyGivenTwiceIsRefusedWithItsPointer) {
   EXPECT_EQ(json_error(R"({"a": 1, "b": 2, "a": 3})"), "a.json: /a: is given twice; keep one of them");
-  EXPECT_EQ(json_error(R"([0, {"x": [{"k": 1}, {"k": 1, "k": 1}]}])"), "a.json: /1/x/1/k: is given twice; keep one of them");
-  EXPECT_EQ(json_error(R"({"a": {"a": 1}, "b": {"a": {}, "\u0061": []}})"), "a.json: /b/a: is given twice; keep one of them");
+  EXPECT_EQ(json_error(R"([0, {"x": [{"k": 1}, {"k": 1, "k": 1}]}])"),
+            "a.json: /1/x/1/k: is given twice; keep one of them");
+  EXPECT_EQ(json_error(R"({"a": {"a": 1}, "b": {"a": {}, "\u0061": []}})"),
+            "a.json: /b/a: is given twice; keep one of them");
   EXPECT_EQ(json_error(R"([{"a": 1}, {"a": 1, "b": {"a": 2}}, {"A": 1, "a": 2}])"), "");
 }
 

@@ -12,22 +12,30 @@ namespace {
 using testing_support::has;
 
 TEST(Printable, LeavesPlainTextOfEveryLanguageAsItIs) {
-  for (const std::string text : {"", "a b", "Grünspan 緑青 патина", "\xF0\x9F\x8F\xBA"}) EXPECT_EQ(printable_line(text), text);
+  for (const std::string text : {"", "a b", "Grünspan 緑青 патина", "\xF0\x9F\x8F\xBA"})
+    EXPECT_EQ(printable_line(text), text);
 }
 
 TEST(Printable, ShowsWhatATerminalWouldObey) {
   EXPECT_EQ(printable_line("a\x1b[31mred\x07"), "a\\x1b[31mred\\x07");
   EXPECT_EQ(printable_line("title \x1b]0;x\x1b\\"), "title \\x1b]0;x\\x1b\\");
-  EXPECT_EQ(printable_line("\xC2\x9B" "2J\x7f"), "\\xc2\\x9b2J\\x7f");              // CSI as one character of Unicode; delete.
-  EXPECT_EQ(printable_line("gnp.\xE2\x80\xAE" "exe"), "gnp.\\xe2\\x80\\xaeexe");     // From here on right to left.
+  EXPECT_EQ(printable_line("\xC2\x9B"
+                           "2J\x7f"),
+            "\\xc2\\x9b2J\\x7f");  // CSI as one character of Unicode; delete.
+  EXPECT_EQ(printable_line("gnp.\xE2\x80\xAE"
+                           "exe"),
+            "gnp.\\xe2\\x80\\xaeexe");  // From here on right to left.
   EXPECT_EQ(printable_line("a\nb\r\n\tc"), "a b   c");
   EXPECT_EQ(printable_line(std::string_view("a\0b", 3)), "a\\x00b");
 }
 
 TEST(Printable, ShowsBytesThatAreNoUtf8) {
-  EXPECT_EQ(printable_line("a\xFF" "b\xC3"), "a\\xffb\\xc3");
-  EXPECT_EQ(printable_line("\xC0\xAF\xED\xA0\x80"), "\\xc0\\xaf\\xed\\xa0\\x80");     // Overlong; half of a surrogate pair.
-  EXPECT_EQ(printable_line("\xF4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");              // Beyond Unicode.
+  EXPECT_EQ(printable_line("a\xFF"
+                           "b\xC3"),
+            "a\\xffb\\xc3");
+  EXPECT_EQ(printable_line("\xC0\xAF\xED\xA0\x80"),
+            "\\xc0\\xaf\\xed\\xa0\\x80");                                 // Overlong; half of a surrogate pair.
+  EXPECT_EQ(printable_line("\xF4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");  // Beyond Unicode.
 }
 
 TEST(Printable, ShortensLongLinesInTheMiddleWithoutTearingCharacters) {

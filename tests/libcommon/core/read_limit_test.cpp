@@ -4,9 +4,9 @@
 
 #include <fstream>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "patinate/core/error.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
@@ -41,7 +41,8 @@ TEST_F(ReadLimits, LinksCountByWhereTheyLead) {
   EXPECT_EQ(read_file(shown() / "inner/text.txt"), "inside");
   EXPECT_EQ(read_file(shown() / "to_inside.txt"), "inside");
   EXPECT_EQ(read_file(shown() / "inner/../to_inside.txt"), "inside");
-  for (const fs::path& path : {shown() / "to_outside.txt", shown() / "outer/text.txt", shown() / "../other/text.txt", other() / "text.txt", shown() / "outer/missing.txt", fs::path("/etc/passwd")}) {
+  for (const fs::path& path : {shown() / "to_outside.txt", shown() / "outer/text.txt", shown() / "../other/text.txt",
+                               other() / "text.txt", shown() / "outer/missing.txt", fs::path("/etc/passwd")}) {
     EXPECT_FALSE(may_read(path)) << path;
     EXPECT_THROW((void)read_file(path), IoError) << path;
     EXPECT_THROW((void)hash_file(path), IoError) << path;
@@ -74,7 +75,8 @@ TEST_F(ReadLimits, HoldsForPicturesAndForBuffersOfMeshes) {
   const auto gltf = [](const std::string& uri) {
     return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
       "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]}],
-      "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": ")" + uri + R"("}]})";
+      "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": ")" +
+           uri + R"("}]})";
   };
   write_atomically(shown() / "mesh.gltf", gltf("../other/triangle.bin"));
   EXPECT_NO_THROW((void)probe_image(shown() / "picture.png"));

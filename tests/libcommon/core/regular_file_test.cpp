@@ -11,9 +11,9 @@
 #include <fstream>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "patinate/core/error.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 

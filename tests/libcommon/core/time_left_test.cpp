@@ -41,7 +41,9 @@ TEST(TimeLeft, OfResumedWorkCountsWhatThisRunDoes) {
 }
 
 TEST(TimeLeft, FollowsAChangeOfSpeedWithinAThirdOfTheTime) {
-  const auto faster = [](double t) { return t < 60.0 ? 0.1 * t / 60.0 : 0.1 + 0.9 * (t - 60.0) / 90.0; };  // Nine tenths in the last 90 s.
+  const auto faster = [](double t) {
+    return t < 60.0 ? 0.1 * t / 60.0 : 0.1 + 0.9 * (t - 60.0) / 90.0;
+  };  // Nine tenths in the last 90 s.
   EXPECT_LT(largest_error(150.0, faster, 0.1, 95.0), 1.1);
 }
 

@@ -9,8 +9,8 @@
 #include <random>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/geometry/camera_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
@@ -57,7 +57,9 @@ TEST(Camera, SeesPointsWhereTheFormulaOfOpenCvSaysSo) {
   std::uniform_real_distribution<double> side(-30.0, 30.0);
   for (int i = 0; i < 200; ++i) {
     const Vec3 world(side(random), side(random), side(random));
-    const auto component = [&](int r) { return p.rotation(r, 0) * world[0] + p.rotation(r, 1) * world[1] + p.rotation(r, 2) * world[2] + p.translation[r]; };
+    const auto component = [&](int r) {
+      return p.rotation(r, 0) * world[0] + p.rotation(r, 1) * world[1] + p.rotation(r, 2) * world[2] + p.translation[r];
+    };
     // As it stands in OpenCV's documentation of projectPoints, term by term.
     const double x = component(0) / component(2), y = component(1) / component(2), r = std::hypot(x, y);
     const double k1 = -0.21, k2 = 0.08, p1 = 1.5e-3, p2 = -0.9e-3, k3 = -0.012;
@@ -91,7 +93,8 @@ TEST(Camera, ScalesWithItsWorld) {
   EXPECT_LT((*scaled.project({3000, -4000, 5000}) - *camera.project({3, -4, 5})).norm(), 1e-9);
 }
 
-// Newton's search halves its start until it is within the lens, and half of infinity is infinite: at the ends of what is allowed it still ends.
+// Newton's search halves its start until it is within the lens, and half of infinity is infinite: at the ends of what
+// is allowed it still ends.
 TEST(Camera, RaysOfExtremeCamerasEnd) {
   const CameraParameters plain = lens();
   for (const double f : {0.64, 6.4e8}) {
@@ -118,7 +121,8 @@ TEST(Camera, RefusesParametersThatAreNoCamera) {
   };
   EXPECT_TRUE(has(error([](auto& p) { p.fx = 0; }), "focal lengths"));
   EXPECT_TRUE(has(error([](auto& p) { p.fy = std::nan(""); }), "focal lengths"));
-  EXPECT_TRUE(has(error([](auto& p) { p.fx = 1e-320; }), "focal lengths 1e-320, 690 are out of range; use 0.64 to 640000000"));
+  EXPECT_TRUE(
+      has(error([](auto& p) { p.fx = 1e-320; }), "focal lengths 1e-320, 690 are out of range; use 0.64 to 640000000"));
   EXPECT_TRUE(has(error([](auto& p) { p.fy = 1e300; }), "focal lengths"));
   EXPECT_TRUE(has(error([](auto& p) { p.cx = INFINITY; }), "principal point"));
   EXPECT_TRUE(has(error([](auto& p) { p.cy = -1e300; }), "principal point"));
@@ -195,7 +199,8 @@ TEST(CameraIo, FilesNestedTooDeepAreAnError) {
     for (int i = 0; i < 100000; ++i) text += part;
     write_atomically(folder / "camera.yml", text);
     const std::string error = error_of([&] { (void)read_camera(folder / "camera.yml"); });
-    EXPECT_TRUE(has(error, "no OpenCV calibration") || has(error, "`image_width` does not hold what it should")) << part;
+    EXPECT_TRUE(has(error, "no OpenCV calibration") || has(error, "`image_width` does not hold what it should"))
+        << part;
   }
 }
 

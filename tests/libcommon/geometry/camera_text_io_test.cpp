@@ -7,10 +7,10 @@
 #include <opencv2/core/persistence.hpp>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/opencv_file.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/camera_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
@@ -82,7 +82,9 @@ TEST(ColmapCamera, ReadsEveryLensModelOfAFileThatColmapWrote) {
 
 TEST(ColmapCamera, NamesWhatItCannotRead) {
   const ColmapModel model;
-  const auto error = [&](const char* image) { return error_of<IoError>([&] { (void)read_colmap_camera(model.folder.path(), image); }); };
+  const auto error = [&](const char* image) {
+    return error_of<IoError>([&] { (void)read_colmap_camera(model.folder.path(), image); });
+  };
   EXPECT_TRUE(has(error("fish.jpg"), "cameras.txt: line 7: the lens model `OPENCV_FISHEYE` is not read"));
   EXPECT_TRUE(has(error("other.jpg"), "no image `other.jpg`; expected one of first.png, second.png"));
   EXPECT_TRUE(has(error(""), "several images"));
@@ -138,8 +140,11 @@ TEST(CameraIo, OneImageOfSeveralIsChosenInTheProject) {
     return read_camera(JsonReader((model.folder / "capture.json").string(), json), 1000.0);
   };
   EXPECT_EQ(camera(R"({"file": "images.txt", "image": "second.png"})").parameters().translation, Vec3(0, 0, 100000));
-  EXPECT_EQ(camera(R"({"file": "dish_par.txt", "image": "dish0001.png", "width": 640, "height": 480})").parameters().height, 480);
-  EXPECT_TRUE(has(error_of<IoError>([&] { (void)camera(R"({"file": "dish_par.txt", "image": "dish0001.png"})"); }), "width"));
+  EXPECT_EQ(
+      camera(R"({"file": "dish_par.txt", "image": "dish0001.png", "width": 640, "height": 480})").parameters().height,
+      480);
+  EXPECT_TRUE(
+      has(error_of<IoError>([&] { (void)camera(R"({"file": "dish_par.txt", "image": "dish0001.png"})"); }), "width"));
 }
 
 TEST(CameraIo, WhatWeWriteOpenCvReads) {
@@ -181,13 +186,17 @@ TEST(OpenCvFile, NestingHiddenInStringsAndCommentsDoesNotMatter) {
     write_atomically(folder / name, text);
     return OpenCvFile(folder / name).numbers("a").value_or(std::vector<double>());
   };
-  EXPECT_EQ(reads("a.yml", "%YAML:1.0\n---\nb: \"" + deep + "\"\na: [1, 2.5] # " + deep + "\n"), (std::vector<double>{1, 2.5}));
-  EXPECT_EQ(reads("a.yml", "%YAML:1.0\n---\nb: " + deep.substr(0, 50) + std::string(50, ']') + "\na:\n   - 1\n   - +2.\n"), (std::vector<double>{1, 2}));
+  EXPECT_EQ(reads("a.yml", "%YAML:1.0\n---\nb: \"" + deep + "\"\na: [1, 2.5] # " + deep + "\n"),
+            (std::vector<double>{1, 2.5}));
+  EXPECT_EQ(
+      reads("a.yml", "%YAML:1.0\n---\nb: " + deep.substr(0, 50) + std::string(50, ']') + "\na:\n   - 1\n   - +2.\n"),
+      (std::vector<double>{1, 2}));
   std::string bullets = "%YAML:1.0\n---\na: 7\nb:\n", tags = "<?xml version=\"1.0\"?><opencv_storage><!-- ";
   for (int i = 0; i < 100'000; ++i) bullets += " - ", tags += "<a>";
   EXPECT_EQ(reads("a.yml", bullets), (std::vector<double>{7}));
   EXPECT_EQ(reads("a.xml", tags + " --><a>1 2</a></opencv_storage>"), (std::vector<double>{1, 2}));
-  EXPECT_TRUE(has(error_of<IoError>([&] { (void)reads("a.xml", tags + " --><a><b><c>" + tags.substr(40)); }), "no OpenCV calibration"));
+  EXPECT_TRUE(has(error_of<IoError>([&] { (void)reads("a.xml", tags + " --><a><b><c>" + tags.substr(40)); }),
+                  "no OpenCV calibration"));
 }
 
 TEST(OpenCvFile, ReadsEveryFormThatOpenCvWrites) {
@@ -196,8 +205,17 @@ TEST(OpenCvFile, ReadsEveryFormThatOpenCvWrites) {
     cv::FileStorage storage((folder / name).string(), cv::FileStorage::WRITE);
     cv::Mat m(2, 3, CV_64F);
     for (int i = 0; i < 6; ++i) m.at<double>(i / 3, i % 3) = 0.1 * i - 0.25;
-    storage << "date" << "Tue 05 Nov: [not a list]" << "matrix" << m << "list" << "[" << 1 << 2.5 << "]" << "count" << 3;
-    storage << "points" << "{" << "x" << 1 << "inner" << "{" << "y" << 2 << "}" << "}";
+    storage << "date"
+            << "Tue 05 Nov: [not a list]"
+            << "matrix" << m << "list"
+            << "[" << 1 << 2.5 << "]"
+            << "count" << 3;
+    storage << "points"
+            << "{"
+            << "x" << 1 << "inner"
+            << "{"
+            << "y" << 2 << "}"
+            << "}";
     storage.release();
     const OpenCvFile file(folder / name);
     const auto matrix = file.numbers("matrix");
@@ -213,7 +231,8 @@ TEST(OpenCvFile, ReadsEveryFormThatOpenCvWrites) {
 
 TEST(OpenCvFile, AMatrixOfAnotherSizeIsRefused) {
   const TempFolder folder;
-  write_atomically(folder / "a.yml", "%YAML:1.0\n---\na: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 1, 2 ]\n");
+  write_atomically(folder / "a.yml",
+                   "%YAML:1.0\n---\na: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 1, 2 ]\n");
   EXPECT_FALSE(OpenCvFile(folder / "a.yml").numbers("a"));
 }
 

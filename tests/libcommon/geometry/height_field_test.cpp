@@ -87,7 +87,8 @@ TEST(HeightCurvature, IsExactForQuadricsUpToTheBorderAndBesideHoles) {
       if (field.seen.at(i, j) == 0) continue;
       const double x = 0.5 * i - 7.5, y = 7.5 - 0.5 * j;
       const double hx = 2 * a * x + c * y, hy = 2 * b * y + c * x;
-      const double expected = ((1 + hx * hx) * 2 * b - 2 * hx * hy * c + (1 + hy * hy) * 2 * a) / (2 * std::pow(1 + hx * hx + hy * hy, 1.5));
+      const double expected = ((1 + hx * hx) * 2 * b - 2 * hx * hy * c + (1 + hy * hy) * 2 * a) /
+                              (2 * std::pow(1 + hx * hx + hy * hy, 1.5));
       worst = std::max(worst, std::abs(static_cast<double>(found.at(i, j)) - expected));
     }
   }

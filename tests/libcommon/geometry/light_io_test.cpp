@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
@@ -28,7 +28,8 @@ Camera some_camera() {
 }
 
 /// The error of reading a file of this text; "" when there is none.
-std::string error_of(const std::string& text, const LightRows& rows = {.frame = LightRows::Frame::Scanner}, const char* name = "lights.lp") {
+std::string error_of(const std::string& text, const LightRows& rows = {.frame = LightRows::Frame::Scanner},
+                     const char* name = "lights.lp") {
   const TempFolder folder;
   write_atomically(folder / name, text);
   try {
@@ -44,7 +45,8 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 TEST(LightIo, DirectionsOfAnLpFileAreTurnedIntoTheScannersFrame) {
   const TempFolder folder;
-  write_atomically(folder / "dome.lp", "3\r\nC:\\shots\\a picture 01.jpg 1 0 0\r\nb.jpg\t0 1 0\r\nc.jpg 0.0 0.0 1.0\r\n\r\n");
+  write_atomically(folder / "dome.lp",
+                   "3\r\nC:\\shots\\a picture 01.jpg 1 0 0\r\nb.jpg\t0 1 0\r\nc.jpg 0.0 0.0 1.0\r\n\r\n");
   const Camera camera = some_camera();
   const std::vector<Light> lights = read_lights(folder / "dome.lp", 1000.0, &camera);
   ASSERT_EQ(lights.size(), 3u);
@@ -66,12 +68,15 @@ TEST(LightIo, LpFilesOfVirtualDomesHaveAZeroAfterTheCountAndNumbersForNames) {
   write_atomically(folder / "targets.lp", "2 0 \n0001.png 0.6 0.0000 0.8\n0002.png 0.0000 0.0000 1.0000\n\n");
   EXPECT_EQ(read_lights(folder / "targets.lp", 1.0, nullptr, rows).size(), 2u);
   // Four decimals of a direction at most 3e-5 longer or shorter than 1; a name of digits is no fourth number.
-  write_atomically(folder / "icosphere.lp", "3\n00000001 0.2764 -0.8506 0.4472\n00000002 -0.7236 -0.5257 0.4472\n00000003 0.0 8.03142613720921e-14 1.0\n");
+  write_atomically(
+      folder / "icosphere.lp",
+      "3\n00000001 0.2764 -0.8506 0.4472\n00000002 -0.7236 -0.5257 0.4472\n00000003 0.0 8.03142613720921e-14 1.0\n");
   const std::vector<Light> lights = read_lights(folder / "icosphere.lp", 1.0, nullptr, rows);
   ASSERT_EQ(lights.size(), 3u);
   EXPECT_EQ(lights[1].name, "00000002");
   EXPECT_NEAR(lights[1].direction.x(), -0.7236, 1e-4);
-  EXPECT_TRUE(has(error_of("2 1\na 0 0 1 5\nb 0 0 1 6\n"), "expected `NAME x y z`"));  // Further parameters are not known.
+  EXPECT_TRUE(
+      has(error_of("2 1\na 0 0 1 5\nb 0 0 1 6\n"), "expected `NAME x y z`"));  // Further parameters are not known.
   EXPECT_TRUE(has(error_of("3 0\na 0 0 1\nb 0 0 1\n"), "says 3 lights, but 2 follow"));
 }
 
@@ -79,7 +84,8 @@ TEST(LightIo, PositionsOfAnLpFileAreSeenWhereTheCameraPutsThem) {
   const TempFolder folder;
   write_atomically(folder / "dome.lp", "1\na.jpg 0.05 0.02 -0.4\n");
   const Camera camera = some_camera();
-  const std::vector<Light> lights = read_lights(folder / "dome.lp", 1000.0, &camera, {.kind = LightRows::Kind::Positions});
+  const std::vector<Light> lights =
+      read_lights(folder / "dome.lp", 1000.0, &camera, {.kind = LightRows::Kind::Positions});
   // 400 mm in front of the camera, 50 to the right, 20 up: at fx X / Z + cx, and above the center.
   const auto seen = camera.project(lights[0].position);
   ASSERT_TRUE(seen);
@@ -106,7 +112,8 @@ TEST(LightIo, TablesByRowsAndByColumnsHoldTheSameLights) {
   write_atomically(folder / "rows.txt", "# x y z\n0.6 0 0.8\n0 -0.6 0.8\n0 0 1\n0.36 0.48 0.8\n");
   write_atomically(folder / "columns.txt", " 0.6 0 0 0.36\n 0 -0.6 0 0.48\n 0.8 0.8 1 0.8\n");
   const LightRows rows{.frame = LightRows::Frame::Scanner};
-  const std::vector<Light> a = read_lights(folder / "rows.txt", 1, nullptr, rows), b = read_lights(folder / "columns.txt", 1, nullptr, rows);
+  const std::vector<Light> a = read_lights(folder / "rows.txt", 1, nullptr, rows),
+                           b = read_lights(folder / "columns.txt", 1, nullptr, rows);
   ASSERT_EQ(a.size(), 4u);
   ASSERT_EQ(b.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((a[i].direction - b[i].direction).norm(), kRounding);
@@ -136,7 +143,8 @@ TEST(LightIo, MistakesAreNamedWithTheirLine) {
 }
 
 TEST(LightIo, TheProjectsFormHasItsUnitAndStrengths) {
-  Json json = Json::parse(R"([{"position": [0.1, 0.2, 0.3], "intensity": [1e5, 2e5, 3e5], "name": "left"}, {"direction": [0, 3, 4]}])");
+  Json json = Json::parse(
+      R"([{"position": [0.1, 0.2, 0.3], "intensity": [1e5, 2e5, 3e5], "name": "left"}, {"direction": [0, 3, 4]}])");
   const std::vector<Light> lights = read_lights(JsonReader("capture.json", json), 1000.0);
   EXPECT_LT((lights[0].position - Vec3(100, 200, 300)).norm(), 1e-10);
   EXPECT_EQ(lights[0].intensity, Vec3(1e5, 2e5, 3e5));
@@ -165,13 +173,16 @@ TEST(LightIo, BadProjectLightsAreRefused) {
   EXPECT_TRUE(has(error(R"([{"direction": [0,0,0]}])"), "length above 0"));
   EXPECT_TRUE(has(error(R"([{"position": [1,2]}])"), "/lights/0/position"));
   EXPECT_TRUE(has(error(R"([{"position": [1,2,3], "color": 1}])"), "color"));
-  EXPECT_TRUE(has(error(R"({"file": "a.lp", "kind": "places"})"), "did you mean") || has(error(R"({"file": "a.lp", "kind": "places"})"), "directions"));
+  EXPECT_TRUE(has(error(R"({"file": "a.lp", "kind": "places"})"), "did you mean") ||
+              has(error(R"({"file": "a.lp", "kind": "places"})"), "directions"));
   EXPECT_TRUE(has(error(R"("missing.lp")"), "missing.lp"));
 }
 
 TEST(LightIo, ACalibrationOfOursSaysItsUnit) {
   const TempFolder folder;
-  write_atomically(folder / "rig.json", R"({"format": "patinate.calibration", "version": 1, "unit": "cm", "lights": [{"position": [1, 2, 3]}], "more": 1})");
+  write_atomically(
+      folder / "rig.json",
+      R"({"format": "patinate.calibration", "version": 1, "unit": "cm", "lights": [{"position": [1, 2, 3]}], "more": 1})");
   EXPECT_EQ(read_lights(folder / "rig.json", 1000.0)[0].position, Vec3(10, 20, 30));
 }
 

@@ -7,8 +7,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

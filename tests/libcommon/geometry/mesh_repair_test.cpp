@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/geometry/topology.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"
 
@@ -32,7 +32,9 @@ void turn_round(Mesh& mesh, std::size_t t) {
 double volume(const Mesh& mesh) {
   double sum = 0.0;
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    sum += mesh.positions[static_cast<std::size_t>(mesh.triangles[static_cast<std::size_t>(t)][0])].dot(area_vector(mesh, t)) / 6.0;
+    sum += mesh.positions[static_cast<std::size_t>(mesh.triangles[static_cast<std::size_t>(t)][0])].dot(
+               area_vector(mesh, t)) /
+           6.0;
   }
   return sum;
 }
@@ -126,8 +128,8 @@ TEST(RepairMesh, RefusesAMeshWithoutArea) {
 
 TEST(RepairMesh, FindsNothingToMendInWellMadeFiles) {
   PATINATE_REQUIRE_DATA(meshes, "meshes");
-  for (const char* file : {"spot/spot_triangulated.obj", "blub/blub_triangulated.obj", "sphere/icosphere5_smart_uv.obj", "cylinder/cylinder.obj",
-                           "plane/plane.obj", "marble_bust/marble_bust_01_1k.gltf"}) {
+  for (const char* file : {"spot/spot_triangulated.obj", "blub/blub_triangulated.obj", "sphere/icosphere5_smart_uv.obj",
+                           "cylinder/cylinder.obj", "plane/plane.obj", "marble_bust/marble_bust_01_1k.gltf"}) {
     EXPECT_EQ(repair_mesh(read_mesh(meshes / file)).repairs.num_turned, 0) << file;
   }
 }

@@ -7,8 +7,8 @@
 #include <map>
 #include <numbers>
 
-#include "patinate/core/error.h"
 #include "libcommon/geometry/mesh_builder.h"
+#include "patinate/core/error.h"
 #include "tests/libcommon/geometry/shapes.h"
 
 namespace patinate {

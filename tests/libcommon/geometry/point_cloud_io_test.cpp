@@ -9,10 +9,10 @@
 #include <fstream>
 #include <string>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/nearest_points.h"
 #include "libcommon/geometry/point_cloud_formats.h"
+#include "patinate/core/error.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
@@ -36,7 +36,8 @@ std::string error_of(const std::filesystem::path& path) {
 }
 
 constexpr const char* kGrid =
-    "ply\nformat ascii 1.0\nobj_info num_cols 3\nobj_info num_rows 2\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+    "ply\nformat ascii 1.0\nobj_info num_cols 3\nobj_info num_rows 2\nelement vertex 5\nproperty float x\nproperty "
+    "float y\nproperty float z\n"
     "element range_grid 6\nproperty list uchar int vertex_indices\nend_header\n"
     "0 0 0.125\n1 0 0\nnan 0 0\n0 1 0\n2 1 0.1\n1 0\n1 1\n1 2\n1 3\n0\n1 4\n";
 
@@ -55,7 +56,8 @@ TEST(PointCloudIo, AGridThatIsNotTheSizeItSaysIsRefused) {
   const TempFolder folder;
   std::string text = kGrid;
   text.replace(text.find("num_cols 3"), 10, "num_cols 4");
-  EXPECT_NE(error_of(write_file(folder, "grid.ply", text)).find("6 cells; num_cols and num_rows say 4 x 2"), std::string::npos);
+  EXPECT_NE(error_of(write_file(folder, "grid.ply", text)).find("6 cells; num_cols and num_rows say 4 x 2"),
+            std::string::npos);
 }
 
 TEST(PointCloudIo, WhatIsWrittenIsReadBackToTheLastBit) {
@@ -73,7 +75,8 @@ TEST(PointCloudIo, WhatIsWrittenIsReadBackToTheLastBit) {
   EXPECT_EQ(back.triangles, cloud.triangles);
   EXPECT_EQ(back.colors, cloud.colors);
   ASSERT_EQ(back.normals.size(), cloud.normals.size());
-  for (std::size_t i = 0; i < back.normals.size(); ++i) EXPECT_NEAR((back.normals[i] - cloud.normals[i]).norm(), 0.0, 1e-15);
+  for (std::size_t i = 0; i < back.normals.size(); ++i)
+    EXPECT_NEAR((back.normals[i] - cloud.normals[i]).norm(), 0.0, 1e-15);
 }
 
 TEST(PointCloudIo, AnObjGivesItsVerticesWithFacesOrWithout) {
@@ -81,13 +84,16 @@ TEST(PointCloudIo, AnObjGivesItsVerticesWithFacesOrWithout) {
   const PointCloud points = read_point_cloud(write_file(folder, "p.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0 0\n"));
   EXPECT_EQ(points.num_points(), 3) << "nothing is merged";
   EXPECT_EQ(points.points[1].x(), 0.1);
-  const PointCloud mesh = read_point_cloud(write_file(folder, "m.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"));
+  const PointCloud mesh =
+      read_point_cloud(write_file(folder, "m.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"));
   EXPECT_EQ(mesh.triangles.size(), 2u);
 }
 
 std::string pcd_header(const std::string& form, int width, int height) {
-  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z normal_x normal_y normal_z rgb\nSIZE 4 4 4 4 4 4 4\nTYPE F F F F F F U\n"
-         "COUNT 1 1 1 1 1 1 1\nWIDTH " + std::to_string(width) + "\nHEIGHT " + std::to_string(height) + "\nVIEWPOINT 0 0 -2 1 0 0 0\nPOINTS " +
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z normal_x normal_y normal_z rgb\nSIZE 4 "
+         "4 4 4 4 4 4\nTYPE F F F F F F U\n"
+         "COUNT 1 1 1 1 1 1 1\nWIDTH " +
+         std::to_string(width) + "\nHEIGHT " + std::to_string(height) + "\nVIEWPOINT 0 0 -2 1 0 0 0\nPOINTS " +
          std::to_string(width * height) + "\nDATA " + form + "\n";
 }
 
@@ -95,8 +101,11 @@ TEST(PointCloudIo, ThePcdFormsSayTheSame) {
   const TempFolder folder;
   const float nan = std::nanf("");
   const std::vector<std::array<float, 3>> points{{0.5f, 0, 1}, {nan, nan, nan}, {0, 0.25f, 1}, {1, 1, 2}};
-  std::string ascii = pcd_header("ascii", 2, 2), binary = pcd_header("binary", 2, 2), compressed = pcd_header("binary_compressed", 2, 2), by_field;
-  const auto append = [](std::string& bytes, auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  std::string ascii = pcd_header("ascii", 2, 2), binary = pcd_header("binary", 2, 2),
+              compressed = pcd_header("binary_compressed", 2, 2), by_field;
+  const auto append = [](std::string& bytes, auto value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
   for (const auto& p : points) {
     for (const float v : p) ascii += (std::isnan(v) ? "nan" : std::to_string(v)) + " ";
     ascii += "0 0 -1 " + std::to_string(0x10ff00) + "\n";
@@ -150,7 +159,10 @@ TEST(PointCloudIo, BadFilesAreNamedInOneLine) {
   says("a.pcd", pcd_header("zip", 1, 1), "data form `zip` is unknown");
   says("a.pcd", "solid cube\n", "is not a PCD file");
   says("a.pcd", "", "empty");
-  says("a.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n", "truncated");
+  says("a.ply",
+       "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float "
+       "z\nend_header\n1 2 3\n",
+       "truncated");
   says("a.stl", "solid\n", "no scan format has the extension");
 }
 
@@ -187,8 +199,10 @@ TEST(RealScans, TheBunnysScansLieOnTheirReconstructionWithTheConvention) {
     ASSERT_TRUE(cloud.grid);
     EXPECT_EQ(cloud.grid->width, 512);
     std::vector<double> distances;
-    for (std::size_t i = 0; i < cloud.points.size(); i += 50) distances.push_back(zipper.nearest(pose.world_from_scan.apply(cloud.points[i])).distance);
-    std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2), distances.end());
+    for (std::size_t i = 0; i < cloud.points.size(); i += 50)
+      distances.push_back(zipper.nearest(pose.world_from_scan.apply(cloud.points[i])).distance);
+    std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
+                     distances.end());
     EXPECT_GT(distances[distances.size() / 2], 0.50e-3);
     EXPECT_LT(distances[distances.size() / 2], 0.60e-3);
   }

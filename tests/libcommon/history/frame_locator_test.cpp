@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "libcommon/core/random.h"
+#include "libcommon/history/history_times.h"
 #include "patinate/history/history.h"
 #include "patinate/history/history_sampling.h"
-#include "libcommon/history/history_times.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
@@ -24,7 +24,8 @@ HistoryReader history_at(const std::filesystem::path& folder, const std::vector<
   return HistoryReader(folder);
 }
 
-// Oracle: the binary search of HistoryReader::locate(); equal to the bit at stamps, just beside them, between and beyond them.
+// Oracle: the binary search of HistoryReader::locate(); equal to the bit at stamps, just beside them, between and
+// beyond them.
 TEST(FrameLocator, EqualsTheSearchForUnevenStamps) {
   const std::vector<std::vector<double>> stamps{{3.0},
                                                 {0.0, 1.0, 2.0, 3.0},
@@ -40,7 +41,8 @@ TEST(FrameLocator, EqualsTheSearchForUnevenStamps) {
       for (double beside : {t, std::nextafter(t, HUGE_VAL), std::nextafter(t, -HUGE_VAL)}) asked.push_back(beside);
     }
     RandomStream random(2, 0);
-    for (int i = 0; i < 2000; ++i) asked.push_back(times.front() + (times.back() * 0.5 - times.front() * 0.5) * 2.2 * random.uniform() - 0.1);
+    for (int i = 0; i < 2000; ++i)
+      asked.push_back(times.front() + (times.back() * 0.5 - times.front() * 0.5) * 2.2 * random.uniform() - 0.1);
     for (Between between : {Between::Blend, Between::Hold, Between::Nearest}) {
       const FrameLocator locator(history.times(), between);
       for (double t : asked) {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/history/history_times.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "tests/support/temp_folder.h"
 
@@ -29,8 +29,8 @@ ImageF make_frame(float offset) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       for (int c = 0; c < 3; ++c) {
-        frame.at(x, y, c) = offset + static_cast<float>(x) / 16.0f + static_cast<float>(y) / 64.0f +
-                            static_cast<float>(c) / 128.0f;
+        frame.at(x, y, c) =
+            offset + static_cast<float>(x) / 16.0f + static_cast<float>(y) / 64.0f + static_cast<float>(c) / 128.0f;
       }
     }
   }
@@ -226,17 +226,17 @@ TEST(History, GarbageManifestsAreOneLineErrors) {
     EXPECT_TRUE(has(error, "history.json")) << length;
     EXPECT_FALSE(has(error, "\n")) << length;
   }
-  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
-           {"\"version\": 1", "\"version\": 2"},
-           {"patinate.history", "patinate.scene"},
-           {"\"width\": 6", "\"width\": 0"},
-           {"\"width\": 6", "\"width\": 6e9"},
-           {"\"width\": 6", "\"width\": \"6\""},
-           {"\"origin\": \"captured\"", "\"origin\": \"found\""},
-           {"\"time\": 2.5", "\"time\": 1e999"},
-           {"\"time\": 2.5", "\"time\": null"},
-           {"\"time_unit\": \"d\"", "\"time_unit\": \"days\""},
-           {"\"frames\": [", "\"frames\": 3, \"x\": ["}}) {
+  for (const auto& [from, to] :
+       std::vector<std::pair<std::string, std::string>>{{"\"version\": 1", "\"version\": 2"},
+                                                        {"patinate.history", "patinate.scene"},
+                                                        {"\"width\": 6", "\"width\": 0"},
+                                                        {"\"width\": 6", "\"width\": 6e9"},
+                                                        {"\"width\": 6", "\"width\": \"6\""},
+                                                        {"\"origin\": \"captured\"", "\"origin\": \"found\""},
+                                                        {"\"time\": 2.5", "\"time\": 1e999"},
+                                                        {"\"time\": 2.5", "\"time\": null"},
+                                                        {"\"time_unit\": \"d\"", "\"time_unit\": \"days\""},
+                                                        {"\"frames\": [", "\"frames\": 3, \"x\": ["}}) {
     write_atomically(folder / "history.json", good);
     replace_in_manifest(folder.path(), from, to);
     EXPECT_TRUE(has(reading_error(folder.path()), "history.json")) << to;
@@ -293,7 +293,9 @@ TEST(History, ControlsHaveNamesThatAreFilesOfTheirFolder) {
   for (const char* name : {"../../evil", "a/b", "", ".hidden", "two words"}) {
     write_atomically(folder / "history.json", good);
     replace_in_manifest(folder.path(), "\"name\": \"thickness\"", std::string("\"name\": \"") + name + "\"");
-    EXPECT_TRUE(has(reading_error(folder.path()), "/controls/0/name: found \"" + std::string(name) + "\"; expected a name of letters")) << name;
+    EXPECT_TRUE(has(reading_error(folder.path()),
+                    "/controls/0/name: found \"" + std::string(name) + "\"; expected a name of letters"))
+        << name;
   }
 }
 

@@ -15,7 +15,9 @@ namespace {
 constexpr int kWidth = 6, kHeight = 5;
 
 /// Relief that differs at every pixel, in tangent space.
-Eigen::Vector3f relief(int x, int y) { return Eigen::Vector3f(0.1f * static_cast<float>(x) - 0.3f, 0.35f - 0.12f * static_cast<float>(y), 1.0f).normalized(); }
+Eigen::Vector3f relief(int x, int y) {
+  return Eigen::Vector3f(0.1f * static_cast<float>(x) - 0.3f, 0.35f - 0.12f * static_cast<float>(y), 1.0f).normalized();
+}
 
 void put(ImageF& image, int x, int y, const Eigen::Vector3f& v) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = v[c];
@@ -24,14 +26,18 @@ void put(ImageF& image, int x, int y, const Eigen::Vector3f& v) {
 // Rounding of a few float products.
 constexpr float kRounding = 2e-6f;
 
-// Truth by construction: a plane seen aslant, its pixels' positions sheared, and world normals that are the relief in its frame.
+// Truth by construction: a plane seen aslant, its pixels' positions sheared, and world normals that are the relief in
+// its frame.
 TEST(TangentSpaceNormals, OfATiltedPlaneAreTheReliefThatWasPutOnIt) {
-  const Eigen::Matrix3f world_from_plane = Eigen::AngleAxisf(0.9f, Eigen::Vector3f(0.3f, -0.7f, 0.5f).normalized()).toRotationMatrix();
+  const Eigen::Matrix3f world_from_plane =
+      Eigen::AngleAxisf(0.9f, Eigen::Vector3f(0.3f, -0.7f, 0.5f).normalized()).toRotationMatrix();
   ImageF normals(kWidth, kHeight, 3), position(kWidth, kHeight, 3), surface(kWidth, kHeight, 3);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       put(normals, x, y, 2.5f * (world_from_plane * relief(x, y)));
-      put(position, x, y, world_from_plane * Eigen::Vector3f(0.2f * static_cast<float>(x), -0.3f * static_cast<float>(y), 0.0f) + Eigen::Vector3f(100.0f, 7.0f, 3.0f));
+      put(position, x, y,
+          world_from_plane * Eigen::Vector3f(0.2f * static_cast<float>(x), -0.3f * static_cast<float>(y), 0.0f) +
+              Eigen::Vector3f(100.0f, 7.0f, 3.0f));
       put(surface, x, y, world_from_plane.col(2));
     }
   }
@@ -94,7 +100,8 @@ class MaterialMaps : public testing::Test {
   static ImageF normals(int frame) {
     ImageF image(kWidth, kHeight, 3);
     for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) put(image, x, y, Eigen::AngleAxisf(0.4f * static_cast<float>(frame), Eigen::Vector3f::UnitZ()) * relief(x, y));
+      for (int x = 0; x < kWidth; ++x)
+        put(image, x, y, Eigen::AngleAxisf(0.4f * static_cast<float>(frame), Eigen::Vector3f::UnitZ()) * relief(x, y));
     }
     return image;
   }
@@ -112,10 +119,13 @@ TEST_F(MaterialMaps, AtAFramesTimeAreThatFrame) {
 
 TEST_F(MaterialMaps, BetweenFramesThatHaveThemTheyAreABlend) {
   const HistoryReader history(folder_.path());
-  EXPECT_FLOAT_EQ(sample_material_map(history, MaterialMap::Height, 1.0, Between::Blend).at(2, 2), 0.5f);  // A quarter of the way from 0 to 4.
-  EXPECT_FLOAT_EQ(sample_material_map(history, MaterialMap::Height, 9.0, Between::Blend).at(2, 2), 2.0f);  // The last that is known.
+  EXPECT_FLOAT_EQ(sample_material_map(history, MaterialMap::Height, 1.0, Between::Blend).at(2, 2),
+                  0.5f);  // A quarter of the way from 0 to 4.
+  EXPECT_FLOAT_EQ(sample_material_map(history, MaterialMap::Height, 9.0, Between::Blend).at(2, 2),
+                  2.0f);  // The last that is known.
   EXPECT_FLOAT_EQ(sample_material_map(history, MaterialMap::Height, 3.9, Between::Hold).at(2, 2), 0.0f);
-  const ImageF found = sample_material_map(history, MaterialMap::Normal, 2.0, Between::Blend), a = normals(0), b = normals(2);
+  const ImageF found = sample_material_map(history, MaterialMap::Normal, 2.0, Between::Blend), a = normals(0),
+               b = normals(2);
   const auto at = [](const ImageF& n) { return Eigen::Vector3f(n.at(4, 1, 0), n.at(4, 1, 1), n.at(4, 1, 2)); };
   EXPECT_LT((at(found) - (0.5f * at(a) + 0.5f * at(b)).normalized()).norm(), kRounding);
 }
@@ -139,7 +149,8 @@ TEST(MaterialMapsOfAPlainHistory, AreSaidToBeMissing) {
   writer.finish();
   const HistoryReader history(folder.path());
   EXPECT_TRUE(material_maps(history.facts()).empty());
-  const std::string said = testing_support::error_of([&] { (void)sample_material_map(history, MaterialMap::Normal, 0.0, Between::Blend); });
+  const std::string said =
+      testing_support::error_of([&] { (void)sample_material_map(history, MaterialMap::Normal, 0.0, Between::Blend); });
   EXPECT_TRUE(testing_support::has(said, "its frames have no `normal`; beside color there is nothing")) << said;
 }
 

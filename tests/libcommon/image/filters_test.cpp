@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 namespace {
@@ -130,7 +130,8 @@ TEST(ResizeBilinear, ReproducesLinearRampsInside) {
   const ImageF out = resize_bilinear(ramp, 16, 10);
   for (int y = 1; y < 9; ++y) {
     for (int x = 1; x < 15; ++x) {
-      const float x_in = (static_cast<float>(x) + 0.5f) / 2.0f - 0.5f, y_in = (static_cast<float>(y) + 0.5f) / 2.0f - 0.5f;
+      const float x_in = (static_cast<float>(x) + 0.5f) / 2.0f - 0.5f,
+                  y_in = (static_cast<float>(y) + 0.5f) / 2.0f - 0.5f;
       EXPECT_NEAR(out.at(x, y), 2 * x_in + 3 * y_in, 1e-5f);
     }
   }

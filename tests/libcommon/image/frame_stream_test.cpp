@@ -10,10 +10,10 @@
 #include <string>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/decoder_process.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/movie.h"
 #include "tests/support/movies.h"
@@ -52,7 +52,8 @@ ImageU8 codes_of(const DecodedImage& image) {
   ImageU8 codes(image.values.width(), image.values.height(), 3);
   for (int y = 0; y < codes.height(); ++y) {
     for (int x = 0; x < codes.width(); ++x) {
-      for (int c = 0; c < 3; ++c) codes.at(x, y, c) = static_cast<std::uint8_t>(std::lround(255.0f * image.values.at(x, y, c)));
+      for (int c = 0; c < 3; ++c)
+        codes.at(x, y, c) = static_cast<std::uint8_t>(std::lround(255.0f * image.values.at(x, y, c)));
     }
   }
   return codes;
@@ -117,8 +118,8 @@ std::array<double, 3> mean_codes(const DecodedImage& image) {
 
 class OwnMovie : public testing::TestWithParam<const char*> {};
 
-// What lookup, render and export write is what init and ingest read: all frames, the last ones too, which encoders hold back, in their
-// colors, in whichever order. 301 frames, an odd number, span several key frames.
+// What lookup, render and export write is what init and ingest read: all frames, the last ones too, which encoders hold
+// back, in their colors, in whichever order. 301 frames, an odd number, span several key frames.
 TEST_P(OwnMovie, GivesEveryFrameInItsPlaceAndColor) {
   constexpr int kNumFrames = 301;
   constexpr double kCodecLoss = 2.5;  // Of a mean, in codes; neighboring frames differ by 1 and frames 4 apart by more.

@@ -1,3 +1,5 @@
+#include "patinate/image/image_io.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -5,11 +7,10 @@
 #include <functional>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
-#include "patinate/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
@@ -24,7 +25,8 @@ ImageF ramp(int width, int height, int channels) {
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       for (int c = 0; c < channels; ++c) {
-        image.at(x, y, c) = static_cast<float>(x + width * y) / static_cast<float>(width * height) + 0.001f * static_cast<float>(c);
+        image.at(x, y, c) =
+            static_cast<float>(x + width * y) / static_cast<float>(width * height) + 0.001f * static_cast<float>(c);
       }
     }
   }
@@ -48,13 +50,15 @@ TEST(Color, FollowsTheStandard) {
 TEST(Color, CodesChangeHalfWay) {
   for (int code = 0; code < 255; ++code) {
     const double half_way = (code + 0.5) / 255.0;  // IEC 61966-2-1
-    const auto edge = static_cast<float>(half_way <= 0.04045 ? half_way / 12.92 : std::pow((half_way + 0.055) / 1.055, 2.4));
+    const auto edge =
+        static_cast<float>(half_way <= 0.04045 ? half_way / 12.92 : std::pow((half_way + 0.055) / 1.055, 2.4));
     EXPECT_EQ(srgb8_from_linear(std::nextafter(edge, 0.0f)), code);
     EXPECT_EQ(srgb8_from_linear(edge), code + 1);
   }
   constexpr double kRounding = 1e-4;  // Of floats near an edge, in codes.
   for (float linear = 1e-5f; linear < 1.0f; linear *= 1.0001f) {
-    EXPECT_NEAR(srgb8_from_linear(linear), 255.0 * static_cast<double>(srgb_from_linear(linear)), 0.5 + kRounding) << linear;
+    EXPECT_NEAR(srgb8_from_linear(linear), 255.0 * static_cast<double>(srgb_from_linear(linear)), 0.5 + kRounding)
+        << linear;
   }
 }
 
@@ -177,7 +181,10 @@ TEST(ImageIo, AJpegWithBytesBetweenItsMarkersIsReadAsItIs) {
 
 /// A PNG of one color, of any size, whose rows are not there: what its header says is all that is looked at.
 std::string png_header(std::uint32_t width, std::uint32_t height) {
-  const auto u32 = [](std::uint32_t v) { return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8), static_cast<char>(v)}; };
+  const auto u32 = [](std::uint32_t v) {
+    return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8),
+                       static_cast<char>(v)};
+  };
   const auto chunk = [&](const std::string& kind, const std::string& data) {
     std::uint32_t crc = 0xFFFFFFFFu;
     for (unsigned char c : kind + data) {
@@ -186,17 +193,22 @@ std::string png_header(std::uint32_t width, std::uint32_t height) {
     }
     return u32(static_cast<std::uint32_t>(data.size())) + kind + data + u32(~crc);
   };
-  return "\x89PNG\r\n\x1a\n" + chunk("IHDR", u32(width) + u32(height) + std::string("\x08\x02\0\0\0", 5)) + chunk("IDAT", std::string("\x78\x9c", 2)) + chunk("IEND", "");
+  return "\x89PNG\r\n\x1a\n" + chunk("IHDR", u32(width) + u32(height) + std::string("\x08\x02\0\0\0", 5)) +
+         chunk("IDAT", std::string("\x78\x9c", 2)) + chunk("IEND", "");
 }
 
-// 30000 x 30000 x 3 values are 10 GiB as floats. Nothing is allocated for them: the test would be slow, and this one is not.
+// 30000 x 30000 x 3 values are 10 GiB as floats. Nothing is allocated for them: the test would be slow, and this one is
+// not.
 TEST(ImageIo, AnImageThatIsTooLargeToDecodeIsNamedBeforeItIsDecoded) {
   TempFolder folder;
   write_atomically(folder / "bomb.png", png_header(30000, 30000));
   EXPECT_EQ(probe_image(folder / "bomb.png").width, 30000);
-  for (const auto& read : std::vector<std::function<void()>>{[&] { (void)read_color(folder / "bomb.png"); }, [&] { (void)read_gray(folder / "bomb.png"); }, [&] { (void)read_mask(folder / "bomb.png"); }}) {
+  for (const auto& read : std::vector<std::function<void()>>{[&] { (void)read_color(folder / "bomb.png"); },
+                                                             [&] { (void)read_gray(folder / "bomb.png"); },
+                                                             [&] { (void)read_mask(folder / "bomb.png"); }}) {
     EXPECT_EQ(testing_support::error_of<IoError>(read),
-              (folder / "bomb.png").string() + ": is 30000 x 30000 pixels of 3 channels, 10 GiB when decoded; at most 4 GiB can be read at once");
+              (folder / "bomb.png").string() +
+                  ": is 30000 x 30000 pixels of 3 channels, 10 GiB when decoded; at most 4 GiB can be read at once");
   }
 }
 

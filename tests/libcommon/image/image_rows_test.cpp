@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "tests/support/file_size_limit.h"
 #include "tests/support/temp_folder.h"
@@ -51,13 +51,15 @@ TEST(ImageRows, ReadByRowsIsWhatIsReadAtOnce) {
   const ImageF image = noise(40, 90);
   write_exr(folder / "a.exr", image, {"source.x", "source.y", "angle"}, ExrDepth::Float);
   write_color(folder / "a.png", image);
-  for (const auto& [name, channels] : {std::pair<std::string, std::vector<std::string>>{"a.exr", {"source.y", "source.x"}}, {"a.png", {"B", "R"}}}) {
+  for (const auto& [name, channels] :
+       {std::pair<std::string, std::vector<std::string>>{"a.exr", {"source.y", "source.x"}}, {"a.png", {"B", "R"}}}) {
     const ImageF whole = read_channels(folder / name, channels);
     ImageRowReader reader(folder / name, channels);
     ASSERT_EQ(reader.height(), 90);
     for (const auto& [begin, end] : {std::pair{0, 16}, {16, 17}, {80, 90}, {3, 70}}) {
       const ImageF rows = reader.read(begin, end);
-      for (int y = begin; y < end; ++y) EXPECT_TRUE(std::ranges::equal(rows.row(y - begin), whole.row(y))) << name << ' ' << y;
+      for (int y = begin; y < end; ++y)
+        EXPECT_TRUE(std::ranges::equal(rows.row(y - begin), whole.row(y))) << name << ' ' << y;
     }
     EXPECT_THROW((void)reader.read(80, 91), IoError);
     EXPECT_THROW((void)reader.read(5, 5), IoError);
@@ -93,7 +95,8 @@ TEST(ImageRows, MissingRowsAreAnError) {
     write_color(folder / name, noise(64, 256));
     const std::string whole = read_file(folder / name);
     for (const double share : {0.5, 0.9}) {
-      write_atomically(folder / name, std::string_view(whole).substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+      write_atomically(folder / name, std::string_view(whole).substr(
+                                          0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
       EXPECT_THROW(
           {
             ImageRowReader rows(folder / name, {"R", "G", "B"});

@@ -1,5 +1,5 @@
-// What items declare against what they write. Expected: a run that goes on after an interruption ends with the files of one that was not
-// interrupted, so a plan for which that cannot hold is refused.
+// What items declare against what they write. Expected: a run that goes on after an interruption ends with the files of
+// one that was not interrupted, so a plan for which that cannot hold is refused.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
@@ -37,12 +37,17 @@ RunControl threads(int n) {
 }
 
 JobItem writer_of(const std::string& name, const std::vector<fs::path>& written, int stage = 0) {
-  return {.name = name, .outputs = {}, .run = [written](const fs::path& folder, const RunControl&) {
-            for (const fs::path& file : written) {
-              fs::create_directories((folder / file).parent_path());
-              write_atomically(folder / file, file.string());
-            }
-          }, .key = name, .stage = stage};
+  return {.name = name,
+          .outputs = {},
+          .run =
+              [written](const fs::path& folder, const RunControl&) {
+                for (const fs::path& file : written) {
+                  fs::create_directories((folder / file).parent_path());
+                  write_atomically(folder / file, file.string());
+                }
+              },
+          .key = name,
+          .stage = stage};
 }
 
 JobPlan plan_of(const fs::path& output, std::vector<JobItem> items, const std::string& key = "k") {
@@ -51,12 +56,18 @@ JobPlan plan_of(const fs::path& output, std::vector<JobItem> items, const std::s
   plan.manifest = "sample.json";
   plan.key = key;
   plan.items = std::move(items);
-  plan.join = [key](const fs::path& folder, const RunControl&) { save_json(folder / "sample.json", Json{{"key", key}}); };
+  plan.join = [key](const fs::path& folder, const RunControl&) {
+    save_json(folder / "sample.json", Json{{"key", key}});
+  };
   return plan;
 }
 
 JobItem failing(int stage) {
-  return {.name = "failing", .outputs = {}, .run = [](const fs::path&, const RunControl&) { throw CannotComplete("disk full"); }, .key = "failing", .stage = stage};
+  return {.name = "failing",
+          .outputs = {},
+          .run = [](const fs::path&, const RunControl&) { throw CannotComplete("disk full"); },
+          .key = "failing",
+          .stage = stage};
 }
 
 TEST(JobOutputs, AnItemThatWritesWhatItDidNotDeclareIsRefused) {
@@ -66,13 +77,17 @@ TEST(JobOutputs, AnItemThatWritesWhatItDidNotDeclareIsRefused) {
       std::vector<JobItem> items;
       for (int i = 0; i < num_items; ++i) {
         const fs::path file = "parts/" + std::to_string(i);
-        JobItem item = writer_of("part" + std::to_string(i), i == wrong ? std::vector<fs::path>{file, "controls/rate.exr"} : std::vector<fs::path>{file});
+        JobItem item =
+            writer_of("part" + std::to_string(i),
+                      i == wrong ? std::vector<fs::path>{file, "controls/rate.exr"} : std::vector<fs::path>{file});
         item.outputs = {file};
         items.push_back(std::move(item));
       }
       for (const int n : {1, 3}) {
-        const std::string said = error_of<CannotComplete>([&] { (void)run_job(plan_of(temp / "out", items), {}, threads(n)); });
-        EXPECT_NE(said.find("controls/rate.exr: was written by a step that does not declare it"), std::string::npos) << said;
+        const std::string said =
+            error_of<CannotComplete>([&] { (void)run_job(plan_of(temp / "out", items), {}, threads(n)); });
+        EXPECT_NE(said.find("controls/rate.exr: was written by a step that does not declare it"), std::string::npos)
+            << said;
         EXPECT_TRUE(fs::is_empty(temp.path())) << "what is left would vouch for too little";
       }
     }
@@ -82,7 +97,10 @@ TEST(JobOutputs, AnItemThatWritesWhatItDidNotDeclareIsRefused) {
 TEST(JobOutputs, UndeclaredWorkIsRefusedToo) {
   const TempFolder temp;
   const fs::path work = fs::path(kJobWorkFolder) / "checkpoint";
-  EXPECT_NE(error_of<CannotComplete>([&] { (void)run_job(plan_of(temp / "out", {writer_of("a", {work})}), {}, {}); }).find("does not declare"), std::string::npos);
+  EXPECT_NE(error_of<CannotComplete>([&] {
+              (void)run_job(plan_of(temp / "out", {writer_of("a", {work})}), {}, {});
+            }).find("does not declare"),
+            std::string::npos);
   JobPlan plan = plan_of(temp / "out", {writer_of("a", {work})});
   plan.shared_work = {work};
   EXPECT_EQ(run_job(plan, {}, {}), JobStatus::Done);
@@ -103,7 +121,8 @@ TEST(JobOutputs, AnItemThatLacksWhatItDeclaredIsRefused) {
 TEST(JobOutputs, AnOptionalOutputIsKeptWhereItWasMadeAndMissedWhereItWasNot) {
   for (const bool is_made : {true, false}) {
     const TempFolder temp;
-    JobItem item = writer_of("maps", is_made ? std::vector<fs::path>{"base.exr", "controls/rate.exr"} : std::vector<fs::path>{"base.exr"});
+    JobItem item = writer_of(
+        "maps", is_made ? std::vector<fs::path>{"base.exr", "controls/rate.exr"} : std::vector<fs::path>{"base.exr"});
     item.outputs = {"base.exr"};
     item.optional_outputs = {"controls/rate.exr"};
     (void)run_job(plan_of(temp / "whole", {item}), {}, {});
@@ -113,13 +132,16 @@ TEST(JobOutputs, AnOptionalOutputIsKeptWhereItWasMadeAndMissedWhereItWasNot) {
     EXPECT_THROW((void)run_job(plan_of(temp / "out", {item, failing(1)}), {}, {}), CannotComplete);
     int num_runs = 0;
     JobItem counted = item;
-    counted.run = [&, run = item.run](const fs::path& folder, const RunControl& control) { ++num_runs, run(folder, control); };
+    counted.run = [&, run = item.run](const fs::path& folder, const RunControl& control) {
+      ++num_runs, run(folder, control);
+    };
     EXPECT_EQ(explain_job(plan_of(temp / "out", {counted}), {}).items.at(0).need, ItemNeed::Resume);
     EXPECT_EQ(run_job(plan_of(temp / "out", {counted}), {}, {}), JobStatus::Done);
     EXPECT_EQ(num_runs, 0);
     EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
 
-    EXPECT_EQ(explain_job(plan_of(temp / "out", {counted}, "other"), {.force = true}).items.at(0).need, ItemNeed::Reuse);
+    EXPECT_EQ(explain_job(plan_of(temp / "out", {counted}, "other"), {.force = true}).items.at(0).need,
+              ItemNeed::Reuse);
     EXPECT_EQ(run_job(plan_of(temp / "out", {counted}, "other"), {.force = true}, {}), JobStatus::Done);
     EXPECT_EQ(num_runs, 0) << "taken over from the finished output";
     EXPECT_EQ(fs::exists(temp / "out/controls/rate.exr"), is_made);
@@ -152,10 +174,15 @@ TEST(JobOutputs, SharedWorkIsThereForAResumedRunOfTheSamePlanOnly) {
   const TempFolder temp;
   const fs::path work = fs::path(kJobWorkFolder) / "checkpoint";
   const auto plan = [&](const std::string& key, bool fails, bool& was_there) {
-    JobItem second{.name = "second", .outputs = {}, .run = [&was_there, work, fails](const fs::path& folder, const RunControl&) {
-                     was_there = fs::exists(folder / work);
-                     if (fails) throw CannotComplete("disk full");
-                   }, .key = "second", .stage = 1};
+    JobItem second{.name = "second",
+                   .outputs = {},
+                   .run =
+                       [&was_there, work, fails](const fs::path& folder, const RunControl&) {
+                         was_there = fs::exists(folder / work);
+                         if (fails) throw CannotComplete("disk full");
+                       },
+                   .key = "second",
+                   .stage = 1};
     JobPlan made = plan_of(temp / "out", {writer_of("first", {work}), second}, key);
     made.shared_work = {work};
     return made;
@@ -179,7 +206,9 @@ TEST(JobOutputs, AnotherMachineThatHoldsTheLockFileIsRespected) {
   ASSERT_GE(fd, 0);
   ASSERT_EQ(::flock(fd, LOCK_EX | LOCK_NB), 0);
   const JobPlan plan = plan_of(temp / "out", {writer_of("first", {})});
-  EXPECT_NE(error_of<CannotComplete>([&] { (void)run_job(plan, {}, {}); }).find("another process is making this output"), std::string::npos);
+  EXPECT_NE(
+      error_of<CannotComplete>([&] { (void)run_job(plan, {}, {}); }).find("another process is making this output"),
+      std::string::npos);
   EXPECT_TRUE(fs::exists(lock));
   ::close(fd);
   EXPECT_EQ(run_job(plan, {}, {}), JobStatus::Done);

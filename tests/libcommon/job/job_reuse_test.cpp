@@ -1,4 +1,5 @@
-// What a finished output is worth to a later plan, and what a dry run says about it. Expected bytes are those of a plan run afresh.
+// What a finished output is worth to a later plan, and what a dry run says about it. Expected bytes are those of a plan
+// run afresh.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -33,7 +34,8 @@ RunControl one_thread() {
 }
 
 /// A frame for each photograph, and a summary of all: as ingest. Adds the names of the frames it makes to `runs`.
-JobPlan album(const fs::path& output, const Photos& photos, const std::string& sigma = "20", std::vector<std::string>* runs = nullptr) {
+JobPlan album(const fs::path& output, const Photos& photos, const std::string& sigma = "20",
+              std::vector<std::string>* runs = nullptr) {
   JobInputs inputs("album", 1);
   inputs.add_value("--sigma", sigma);
   JobPlan plan;
@@ -43,10 +45,14 @@ JobPlan album(const fs::path& output, const Photos& photos, const std::string& s
     all += content;
     const std::string item = "frame" + std::to_string(plan.items.size());
     const fs::path file = "frames/" + item + ".txt";
-    plan.items.push_back({.name = item, .outputs = {file}, .run = [=, text = content](const fs::path& folder, const RunControl&) {
-                            write_atomically(folder / file, "frame of " + text);
-                            if (runs) runs->push_back(item);
-                          }, .key = "frame of " + content});
+    plan.items.push_back({.name = item,
+                          .outputs = {file},
+                          .run =
+                              [=, text = content](const fs::path& folder, const RunControl&) {
+                                write_atomically(folder / file, "frame of " + text);
+                                if (runs) runs->push_back(item);
+                              },
+                          .key = "frame of " + content});
   }
   plan.output = output;
   plan.manifest = "album.json";
@@ -94,8 +100,10 @@ TEST(JobReuse, AFileThatWasChangedSinceIsMadeAgain) {
   (void)run_job(album(temp / "fresh", kFour), {}, {});
   for (const bool is_removed : {false, true}) {
     (void)run_job(album(temp / "out", kThree), {}, {});
-    if (is_removed) fs::remove(temp / "out/frames/frame1.txt");
-    else std::ofstream(temp / "out/frames/frame1.txt") << "scribble";
+    if (is_removed)
+      fs::remove(temp / "out/frames/frame1.txt");
+    else
+      std::ofstream(temp / "out/frames/frame1.txt") << "scribble";
     std::vector<std::string> runs;
     (void)run_job(album(temp / "out", kFour, "20", &runs), {}, one_thread());
     EXPECT_EQ(runs, (std::vector<std::string>{"frame1", "frame3"}));
@@ -107,7 +115,8 @@ TEST(JobReuse, AFileThatWasChangedSinceIsMadeAgain) {
 TEST(JobReuse, WithoutARecordEverythingIsMadeAgain) {
   TempFolder temp;
   (void)run_job(album(temp / "fresh", kFour), {}, {});
-  for (const char* damage : {"", "{", "{\"format\": 3}", "[]", "{\"format\": \"patinate.job\", \"version\": 1, \"items\": 7}"}) {
+  for (const char* damage :
+       {"", "{", "{\"format\": 3}", "[]", "{\"format\": \"patinate.job\", \"version\": 1, \"items\": 7}"}) {
     (void)run_job(album(temp / "out", kThree), {}, {});
     write_atomically(temp / "out/job.json", damage);
     EXPECT_THROW((void)run_job(album(temp / "out", kFour), {}, {}), CannotComplete) << damage;
@@ -159,10 +168,14 @@ TEST(JobReuse, WorkFilesServeAResumedRunAndAreNotInTheOutput) {
                           ++num_early;
                           write_atomically(folder / work, "half");
                         }});
-  plan.items.push_back({.name = "late", .outputs = {"late.txt"}, .run = [&](const fs::path& folder, const RunControl&) {
-                          if (is_failing) throw CannotComplete("disk full");
-                          write_atomically(folder / "late.txt", read_file(folder / work) + " and half");
-                        }, .stage = 1});
+  plan.items.push_back({.name = "late",
+                        .outputs = {"late.txt"},
+                        .run =
+                            [&](const fs::path& folder, const RunControl&) {
+                              if (is_failing) throw CannotComplete("disk full");
+                              write_atomically(folder / "late.txt", read_file(folder / work) + " and half");
+                            },
+                        .stage = 1});
   EXPECT_THROW((void)run_job(plan, {}, one_thread()), CannotComplete);
   is_failing = false;
   (void)run_job(plan, {}, one_thread());
@@ -193,7 +206,8 @@ TEST(JobReport, SaysWhatIsMissingWhatChangedAndWhatWouldBeKept) {
   const JobReport stale = explain({{"1.jpg", "a"}, {"2.jpg", "B"}}, "30");
   EXPECT_EQ(stale.need, OutputNeed::Stale);
   EXPECT_TRUE(stale.needs_force());
-  for (const char* expected : {"--sigma was `20`, is `30`", "2.jpg was `b`, is `B`", "3.jpg is gone", "--force", "to make 1: frame1"}) {
+  for (const char* expected :
+       {"--sigma was `20`, is `30`", "2.jpg was `b`, is `B`", "3.jpg is gone", "--force", "to make 1: frame1"}) {
     EXPECT_NE(stale.text().find(expected), std::string::npos) << expected << "\n" << stale.text();
   }
   EXPECT_FALSE(explain({{"1.jpg", "a"}}, "30", true).needs_force());
@@ -207,7 +221,8 @@ TEST(JobReport, TellsThePredictedItemsAndTouchesNothing) {
   EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, one_thread()), IoError);
   const auto times = [&] {
     std::map<std::string, fs::file_time_type> result{{".", fs::last_write_time(temp.path())}};
-    for (const auto& e : fs::recursive_directory_iterator(temp.path())) result[e.path().string()] = fs::last_write_time(e.path());
+    for (const auto& e : fs::recursive_directory_iterator(temp.path()))
+      result[e.path().string()] = fs::last_write_time(e.path());
     return result;
   };
   const auto before = times();

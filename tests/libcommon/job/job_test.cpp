@@ -86,7 +86,8 @@ TEST(Job, AStageBeginsWhenTheEarlierOnesAreFinished) {
   std::atomic<int> num_early{0}, num_too_soon{0};
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
     plan.items[i].stage = i % 2 == 0 ? 1 : 0;  // Late ones first in the list.
-    plan.items[i].run = [&, late = i % 2 == 0, file = plan.items[i].outputs[0]](const fs::path& folder, const RunControl&) {
+    plan.items[i].run = [&, late = i % 2 == 0, file = plan.items[i].outputs[0]](const fs::path& folder,
+                                                                                const RunControl&) {
       if (late && num_early != 4) ++num_too_soon;
       write_atomically(folder / file, "x");
       if (!late) ++num_early;
@@ -154,7 +155,8 @@ TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
   EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", stop_at_5), {}, control), Canceled);
   EXPECT_FALSE(fs::exists(temp / "out"));
   std::vector<int> runs;
-  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), {}, threads(1)), JobStatus::Done);
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), {}, threads(1)),
+            JobStatus::Done);
   EXPECT_EQ(runs, (std::vector<int>{6, 7}));
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
 }
@@ -249,7 +251,8 @@ TEST(Job, ReportsRisingFractionsThatEndAtOne) {
   EXPECT_EQ(std::count(fractions.begin(), fractions.end(), 1.0), 1);
 }
 
-// Two items, one of which takes eight times as long as the other and as the join: of all ten parts, one is done after the first and nine after the second.
+// Two items, one of which takes eight times as long as the other and as the join: of all ten parts, one is done after
+// the first and nine after the second.
 TEST(Job, ItemsCountByTheirWeights) {
   TempFolder temp;
   std::vector<double> fractions;
@@ -295,7 +298,8 @@ void kill_after_items(const JobPlan& plan, int ready) {
   const auto num_done = [&] {
     std::error_code error;
     const fs::directory_iterator markers(done, error);
-    return std::count_if(begin(markers), end(markers), [](const auto& e) { return e.path().stem().string()[0] != '.'; });
+    return std::count_if(begin(markers), end(markers),
+                         [](const auto& e) { return e.path().stem().string()[0] != '.'; });
   };
   for (int i = 0; i < 2000 && num_done() < ready; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   ::kill(child, SIGKILL);
@@ -335,7 +339,8 @@ TEST(Job, FinishesWhenKilledBetweenTheJoinAndTheRename) {
 
 TEST(Job, TwoProcessesDoNotMakeTheSameOutput) {
   TempFolder temp;
-  const JobPlan plan = sample_plan(temp / "out", "k", [](int) { std::this_thread::sleep_for(std::chrono::seconds(30)); });
+  const JobPlan plan =
+      sample_plan(temp / "out", "k", [](int) { std::this_thread::sleep_for(std::chrono::seconds(30)); });
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
@@ -362,7 +367,8 @@ TEST(OutputFile, IsReplacedOnlyWithForceOrWhenAbsent) {
 
 TEST(RunRecord, StandsBesideTheManifest) {
   TempFolder temp;
-  write_run_record(temp.path(), {"patinate", "ingest", "a.json"}, 1.5, {{"threads", {{"value", 2}, {"from", "default"}}}});
+  write_run_record(temp.path(), {"patinate", "ingest", "a.json"}, 1.5,
+                   {{"threads", {{"value", 2}, {"from", "default"}}}});
   const Json record = load_json(temp / "run.json");
   EXPECT_EQ(record["command"][1], "ingest");
   EXPECT_EQ(record["seconds"], 1.5);

@@ -23,7 +23,8 @@ TEST(RankCorrelation, IsOneForAnyRisingFunctionAndMinusOneForAnyFalling) {
 
 TEST(RankCorrelation, SharesRanksBetweenEqualValues) {
   // By hand: ranks 0.5 0.5 2 3 against 0 1 2 3: 4.5 / sqrt(4.5 * 5).
-  EXPECT_NEAR(rank_correlation(std::vector<double>{1, 1, 2, 3}, std::vector<double>{1, 2, 3, 4}), 4.5 / std::sqrt(22.5), 1e-15);
+  EXPECT_NEAR(rank_correlation(std::vector<double>{1, 1, 2, 3}, std::vector<double>{1, 2, 3, 4}), 4.5 / std::sqrt(22.5),
+              1e-15);
   EXPECT_EQ(rank_correlation(std::vector<double>{1, 1, 1}, std::vector<double>{1, 2, 3}), 0.0);
 }
 

@@ -4,15 +4,16 @@
 
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 namespace {
 
 ImageF noise(int width, int height, std::uint64_t seed) {
   ImageF image(width, height);
-  for (std::int64_t i = 0; i < image.num_pixels(); ++i) image.data()[i] = static_cast<float>(100.0 * RandomStream(seed, static_cast<std::uint64_t>(i)).uniform());
+  for (std::int64_t i = 0; i < image.num_pixels(); ++i)
+    image.data()[i] = static_cast<float>(100.0 * RandomStream(seed, static_cast<std::uint64_t>(i)).uniform());
   return image;
 }
 
@@ -23,13 +24,16 @@ double slow_ssim(const ImageF& a, const ImageF& b, const ImageU8& mask, int x, i
     for (int dy = -5; dy <= 5; ++dy) {
       for (int dx = -5; dx <= 5; ++dx) {
         if (!a.contains(x + dx, y + dy) || !is_inside(mask, x + dx, y + dy)) continue;
-        use(std::exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5)), static_cast<double>(a.at(x + dx, y + dy)), static_cast<double>(b.at(x + dx, y + dy)));
+        use(std::exp(-(dx * dx + dy * dy) / (2 * 1.5 * 1.5)), static_cast<double>(a.at(x + dx, y + dy)),
+            static_cast<double>(b.at(x + dx, y + dy)));
       }
     }
   };
   each([&](double w, double u, double v) { n += w, ma += w * u, mb += w * v; });
   ma /= n, mb /= n;
-  each([&](double w, double u, double v) { va += w * (u - ma) * (u - ma) / n, vb += w * (v - mb) * (v - mb) / n, cov += w * (u - ma) * (v - mb) / n; });
+  each([&](double w, double u, double v) {
+    va += w * (u - ma) * (u - ma) / n, vb += w * (v - mb) * (v - mb) / n, cov += w * (u - ma) * (v - mb) / n;
+  });
   const double c1 = std::pow(0.01 * range, 2), c2 = std::pow(0.03 * range, 2);
   return (2 * ma * mb + c1) * (2 * cov + c2) / ((ma * ma + mb * mb + c1) * (va + vb + c2));
 }

@@ -6,11 +6,11 @@
 #include <cstdlib>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "libcommon/output/glb_tangents.h"
+#include "patinate/core/error.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/color.h"
-#include "libcommon/output/glb_tangents.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/errors.h"
 #include "tests/support/file_size_limit.h"
@@ -74,20 +74,27 @@ TEST(Glb, IsTheSameOfTexturesThatAreMadeByRows) {
   for (std::size_t i = 0; i < color.values().size(); ++i) color.data()[i] = static_cast<float>(i) / 150.0f;
   ImageU8 gloss(8, 6), normals(8, 6, 3, 128);
   for (std::size_t i = 0; i < gloss.values().size(); ++i) gloss.data()[i] = static_cast<std::uint8_t>(5 * i);
-  write_glb(folder / "whole.glb", ball(1.0, 8), {{.name = "0 d", .base_colors = {color}, .normals = {normals}, .speculars = {gloss}}});
+  write_glb(folder / "whole.glb", ball(1.0, 8),
+            {{.name = "0 d", .base_colors = {color}, .normals = {normals}, .speculars = {gloss}}});
   for (const std::size_t rows : {1u, 4u, 6u}) {
     const auto by_rows = [rows](const ImageU8& codes) {
       return GlbTexture{codes.width(), codes.height(), codes.channels(), [rows, codes](const auto& write) {
                           const std::size_t size = rows * 8 * static_cast<std::size_t>(codes.channels());
-                          for (std::size_t i = 0; i < codes.values().size(); i += size) write(codes.values().subspan(i, std::min(size, codes.values().size() - i)));
+                          for (std::size_t i = 0; i < codes.values().size(); i += size)
+                            write(codes.values().subspan(i, std::min(size, codes.values().size() - i)));
                         }};
     };
-    write_glb(folder / "rows.glb", ball(1.0, 8), {}, {GlbLook{"0 d", {by_rows(srgb8_from_linear(color))}, {by_rows(normals)}, {by_rows(gloss)}}});
+    write_glb(folder / "rows.glb", ball(1.0, 8), {},
+              {GlbLook{"0 d", {by_rows(srgb8_from_linear(color))}, {by_rows(normals)}, {by_rows(gloss)}}});
     EXPECT_EQ(read_file(folder / "rows.glb"), read_file(folder / "whole.glb")) << rows;
   }
   for (const int rows : {5, 7}) {  // A texture that makes fewer or more than it says.
-    const auto make = [rows](const auto& write) { write(std::vector<std::uint8_t>(static_cast<std::size_t>(rows) * 24)); };
-    EXPECT_THROW(write_glb(folder / "bad.glb", ball(1.0, 8), {}, {GlbLook{"0 d", {GlbTexture{8, 6, 3, make}}}}), InvalidInput) << rows;
+    const auto make = [rows](const auto& write) {
+      write(std::vector<std::uint8_t>(static_cast<std::size_t>(rows) * 24));
+    };
+    EXPECT_THROW(write_glb(folder / "bad.glb", ball(1.0, 8), {}, {GlbLook{"0 d", {GlbTexture{8, 6, 3, make}}}}),
+                 InvalidInput)
+        << rows;
   }
   EXPECT_EQ(list_files(folder.path(), "*").size(), 2u) << "nothing but the two whole files";
 }
@@ -132,8 +139,10 @@ TEST(Glb, ShowsEveryTileWithATextureOfItsOwn) {
   for (const char* name : {"0 d 1001", "0 d 1002", "2 d 1001", "2 d 1002"}) {
     EXPECT_NE(bytes.find("\"name\":\"" + std::string(name) + "\""), std::string::npos) << name;
   }
-  EXPECT_NE(bytes.find(R"("mappings":[{"material":0,"variants":[0]},{"material":2,"variants":[1]}])"), std::string::npos);
-  EXPECT_NE(bytes.find(R"("mappings":[{"material":1,"variants":[0]},{"material":3,"variants":[1]}])"), std::string::npos);
+  EXPECT_NE(bytes.find(R"("mappings":[{"material":0,"variants":[0]},{"material":2,"variants":[1]}])"),
+            std::string::npos);
+  EXPECT_NE(bytes.find(R"("mappings":[{"material":1,"variants":[0]},{"material":3,"variants":[1]}])"),
+            std::string::npos);
   EXPECT_EQ(read_mesh(folder / "a.glb").num_triangles(), mesh.num_triangles());
   EXPECT_THROW(write_glb(folder / "b.glb", mesh, tiles, two_ages()), InvalidInput);  // one texture for two tiles
   tiles.triangle_tile.back() = 2;
@@ -211,7 +220,8 @@ TEST(GlbTangents, AreUnitAndAcrossTheNormalWhateverTheUvs) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
         EXPECT_NEAR(found.tangent[t][k].norm(), 1.0, 1e-12);
-        EXPECT_NEAR(found.tangent[t][k].dot(mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])]), 0.0, 1e-12);
+        EXPECT_NEAR(found.tangent[t][k].dot(mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])]), 0.0,
+                    1e-12);
       }
     }
   }

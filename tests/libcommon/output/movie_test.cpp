@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/file_size_limit.h"

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/html_page.h"
+#include "patinate/core/error.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {

@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
+#include "libcommon/output/orbit_camera.h"
 #include "patinate/core/error.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/output/orbit_camera.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"
@@ -200,14 +200,16 @@ TEST(Render, ReadsTheTextureUpright) {
   EXPECT_NEAR(picture.at(48, 80, 0), 0.0f, 1e-4f);
 }
 
-// A plate in the xy plane, u along x and v along y: its tangent space is the world. Where its normals point to the lamp it is fully lit, whatever
-// its own direction; the lamp's direction is that of the options.
+// A plate in the xy plane, u along x and v along y: its tangent space is the world. Where its normals point to the lamp
+// it is fully lit, whatever its own direction; the lamp's direction is that of the options.
 TEST(Render, NormalsOfATextureAreLitInTheirTangentSpace) {
   RenderOptions o = bare();
   o.light = 1.0;
   o.azimuth_deg = o.elevation_deg = 0.0;
-  const double azimuth = o.light_azimuth_deg * std::numbers::pi / 180.0, elevation = o.light_elevation_deg * std::numbers::pi / 180.0;
-  const Vec3 lamp(std::cos(elevation) * std::sin(azimuth), std::sin(elevation), std::cos(elevation) * std::cos(azimuth));
+  const double azimuth = o.light_azimuth_deg * std::numbers::pi / 180.0,
+               elevation = o.light_elevation_deg * std::numbers::pi / 180.0;
+  const Vec3 lamp(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                  std::cos(elevation) * std::cos(azimuth));
   for (const Vec3& normal : {lamp, Vec3(0, 0, 1), Vec3(-lamp.x(), lamp.y(), lamp.z())}) {
     for (const bool is_mirrored : {false, true}) {
       Mesh mesh = testing_support::unit_plane(2.0);
@@ -231,7 +233,8 @@ TEST(Render, FlatDetailIsNoDetail) {
   flat.normals.at(0, 0, 2) = 1.0f;
   const Mesh mesh = testing_support::cut_plane(2.0);
   const ImageF with = RenderView(mesh, o, flat).shade(kWhite), without = RenderView(mesh, o).shade(kWhite);
-  for (std::size_t i = 0; i < with.values().size(); ++i) ASSERT_NEAR(with.data()[i], without.data()[i], 1e-5f);  // Rounding of 0.3f.
+  for (std::size_t i = 0; i < with.values().size(); ++i)
+    ASSERT_NEAR(with.data()[i], without.data()[i], 1e-5f);  // Rounding of 0.3f.
   flat.roughness.at(0, 0) = 0.9f;
   EXPECT_NE(RenderView(mesh, o, flat).shade(kWhite), without);
   EXPECT_THROW(RenderView(mesh, o, {.roughness = ImageF(1, 1, 3)}), InvalidInput);

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/metrics/color_curves.h"
 #include "libcommon/output/color_ramp.h"
+#include "patinate/core/error.h"
 
 namespace patinate {
 namespace {
@@ -40,7 +40,8 @@ TEST(ColorRamp, GrowsLighterInEqualStepsAndKeepsItsMiddleWhite) {
   double before = -1.0;
   for (int i = 0; i <= 10; ++i) {
     const auto rgb = ramp_color(ColorRamp::Sequential, i / 10.0);
-    const double lightness = lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2]))[0];
+    const double lightness =
+        lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2]))[0];
     if (i > 0) {
       EXPECT_NEAR(lightness - before, 7.2, 1e-3) << i;  // 16 to 88 in ten steps, all inside the gamut.
     }

@@ -79,7 +79,8 @@ TEST(SceneMesh, NamesTheObjectThatHasNoUvsOrOverlappingOnes) {
   }
   twice.triangle_surface.assign(twice.triangles.size(), 0);
   const Scene doubled = scene_of({testing_support::unit_plane(10), twice}, 64);
-  EXPECT_TRUE(has(error_of([&] { (void)SurfaceAtlas(make_scene_mesh(doubled), 64); }), "the UVs of object 'part1' overlap"));
+  EXPECT_TRUE(
+      has(error_of([&] { (void)SurfaceAtlas(make_scene_mesh(doubled), 64); }), "the UVs of object 'part1' overlap"));
 }
 
 TEST(SurfaceAtlas, NeighborsOfASeamAreAcrossIt) {
@@ -121,7 +122,8 @@ TEST(SurfaceAtlas, EveryPointHasATexelAtMostADiagonalAway) {
 }
 
 TEST(SurfaceAtlas, WeightsAreTheAreasThatGoToTexels) {
-  // 25 charts in 25 directions. Each place of a fine net goes to the texel that texel_of() names, as it does for gammatons.
+  // 25 charts in 25 directions. Each place of a fine net goes to the texel that texel_of() names, as it does for
+  // gammatons.
   const Scene scene = scene_of({testing_support::quilt_plane(100, 5)}, 128);
   const SceneMesh mesh = make_scene_mesh(scene);
   const SurfaceAtlas atlas(mesh, 128);
@@ -130,7 +132,8 @@ TEST(SurfaceAtlas, WeightsAreTheAreasThatGoToTexels) {
   constexpr int kNet = 1000;  // a triangle's side; each texel has some 1,500 points
   for (int t = 0; t < mesh.mesh.num_triangles(); ++t) {
     for (int i = 0; i < kNet; ++i) {
-      for (int j = 0; j < kNet - i; ++j) area[atlas.texel_of(t, (i + 1.0 / 3) / kNet, (j + 1.0 / 3) / kNet)] += 200.0 / (0.5 * kNet * (kNet + 1));
+      for (int j = 0; j < kNet - i; ++j)
+        area[atlas.texel_of(t, (i + 1.0 / 3) / kNet, (j + 1.0 / 3) / kNet)] += 200.0 / (0.5 * kNet * (kNet + 1));
     }
   }
   double sum = 0.0, error = 0.0, naive = 0.0;
@@ -139,10 +142,11 @@ TEST(SurfaceAtlas, WeightsAreTheAreasThatGoToTexels) {
     sum += atlas.weight(t) * unit;
     const double texels = area[t] / (unit * SurfaceAtlas::kMedianWeight);
     error = std::max(error, std::abs(atlas.weight(t) / double{SurfaceAtlas::kMedianWeight} - texels));
-    naive = std::max(naive, std::abs(atlas.weight_of_triangle(atlas.triangle(t)) / double{SurfaceAtlas::kMedianWeight} - texels));
+    naive = std::max(
+        naive, std::abs(atlas.weight_of_triangle(atlas.triangle(t)) / double{SurfaceAtlas::kMedianWeight} - texels));
   }
   EXPECT_NEAR(sum, 100.0 * 100.0, 100.0 * 100.0 * 1e-4);  // weights are rounded to 1/256, either way
-  EXPECT_LT(error, 0.04);                                 // a cell without a texel of its own is dealt out by 16 x 16 samples, in two or three parts
+  EXPECT_LT(error, 0.04);  // a cell without a texel of its own is dealt out by 16 x 16 samples, in two or three parts
   EXPECT_GT(naive, 0.5);
 }
 

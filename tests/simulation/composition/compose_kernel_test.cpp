@@ -1,4 +1,5 @@
-// The kernels against their definition in integers of 64 bit, a texel at a time: what another device would have to repeat.
+// The kernels against their definition in integers of 64 bit, a texel at a time: what another device would have to
+// repeat.
 #include "simulation/composition/compose_kernel.h"
 
 #include <gtest/gtest.h>
@@ -69,7 +70,8 @@ TEST(ComposeKernel, GivesWhatItsDefinitionInIntegersGives) {
     std::vector<MaterialLook> looks = testing_support::any_looks(static_cast<int>(1 + random.below(8)), seed);
     if (seed % 10 == 0) looks[0].strength = 1000.0;
     std::vector<QuantizedLook> quantized;
-    for (std::size_t k = 0; k < looks.size(); ++k) quantized.push_back(quantize(looks[k], 300.0, noise_key(static_cast<int>(k))));
+    for (std::size_t k = 0; k < looks.size(); ++k)
+      quantized.push_back(quantize(looks[k], 300.0, noise_key(static_cast<int>(k))));
     std::vector<std::uint16_t> amounts(8 * kTile), originals(8 * kTile), picture(3 * kTile);
     for (std::uint16_t& v : amounts) v = static_cast<std::uint16_t>(random.below(seed % 3 == 0 ? 65536 : 9000));
     for (std::uint16_t& v : originals) v = static_cast<std::uint16_t>(random.below(seed % 4 == 0 ? 65536 : 2000));

@@ -7,7 +7,8 @@
 
 namespace patinate::testing_support {
 
-ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> looks, const std::function<void(Scene&)>& change) {
+ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> looks,
+                           const std::function<void(Scene&)>& change) {
   SceneObject object;
   object.name = "object";
   object.mesh = std::move(mesh);
@@ -22,7 +23,8 @@ ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> 
   std::vector<std::array<std::uint16_t, kMaxMaterials>> originals;
   for (const SceneObject& each : scene.objects) {
     std::array<std::uint16_t, kMaxMaterials> quanta{};
-    for (std::size_t i = 0; i < quanta.size(); ++i) quanta[i] = static_cast<std::uint16_t>(std::lround(each.preset.amounts[i] * kAmountOne));
+    for (std::size_t i = 0; i < quanta.size(); ++i)
+      quanta[i] = static_cast<std::uint16_t>(std::lround(each.preset.amounts[i] * kAmountOne));
     originals.push_back(quanta);
   }
   atlas = std::make_unique<MaterialAtlas>(*surface, static_cast<int>(scene.materials.size()), std::move(originals));
@@ -62,7 +64,8 @@ void set_any_amounts(ComposeScene& scene, std::uint64_t seed) {
   const int n = static_cast<int>(scene.scene.materials.size());
   for (int m = 0; m < std::max(1, n - 1); ++m) {
     scene.set(m, [&](int x, int y, const Vec3& p) {
-      RandomStream random(seed, (static_cast<std::uint64_t>(m) << 40) + static_cast<std::uint64_t>(y) * 65536 + static_cast<std::uint64_t>(x));
+      RandomStream random(seed, (static_cast<std::uint64_t>(m) << 40) + static_cast<std::uint64_t>(y) * 65536 +
+                                    static_cast<std::uint64_t>(x));
       const double wave = std::sin(0.3 * p.x() + m) * std::cos(0.2 * p.y() - m);
       const double original = scene.scene.objects[0].preset.amounts[static_cast<std::size_t>(m)];
       return std::max(0.0, original + wave) * (0.9 + 0.2 * random.uniform());

@@ -7,19 +7,22 @@
 #include <vector>
 
 #include "patinate/atlas/texel_map.h"
-#include "patinate/simulation/material_atlas.h"
 #include "patinate/simulation/compose.h"
+#include "patinate/simulation/material_atlas.h"
 
 namespace patinate::testing_support {
 
 /// A scene of one object, its atlas and its amounts, all original at first.
 struct ComposeScene {
   /// @param looks  One a material.
-  ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> looks, const std::function<void(Scene&)>& change = {});
+  ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> looks,
+               const std::function<void(Scene&)>& change = {});
 
   /// value(x, y, position in mm) is the new amount of a material; 1 = kAmountOne; rounded and kept in range.
   void set(int material, const std::function<double(int, int, const Vec3&)>& value);
-  [[nodiscard]] Composer composer(ColorForm form = ColorForm::Normalized) const { return {scene, scene_mesh, *surface, form}; }
+  [[nodiscard]] Composer composer(ColorForm form = ColorForm::Normalized) const {
+    return {scene, scene_mesh, *surface, form};
+  }
 
   Scene scene;
   SceneMesh scene_mesh;

@@ -51,7 +51,8 @@ ImageF all_codes() {
   ImageF map(kSide, kSide, 3);
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
-      for (int c = 0; c < 3; ++c) map.at(x, y, c) = linear_from_srgb(static_cast<float>((y * kSide + x + 85 * c) % 256) / 255.0f);
+      for (int c = 0; c < 3; ++c)
+        map.at(x, y, c) = linear_from_srgb(static_cast<float>((y * kSide + x + 85 * c) % 256) / 255.0f);
     }
   }
   return map;
@@ -64,10 +65,12 @@ TEST(Composer, GivesBackTheOriginalsExactlyWhereNothingChanged) {
     scene.objects[0].height_map = ImageF(kSide, kSide);
     for (int i = 0; i < kSide * kSide; ++i) {
       scene.objects[0].specular_map.data()[i] = static_cast<float>(i % 256) / 255.0f;
-      scene.objects[0].height_map.data()[i] = static_cast<float>(i % 77) / 16.0f;  // whole quanta: a texel is 1 mm, a quantum 1/1024
+      scene.objects[0].height_map.data()[i] =
+          static_cast<float>(i % 77) / 16.0f;  // whole quanta: a texel is 1 mm, a quantum 1/1024
     }
   });
-  ComposeScene touched(unit_plane(64.0), kSide, {plain_look({1, 0, 0})}, [&](Scene& scene) { scene.objects = untouched.scene.objects; });
+  ComposeScene touched(unit_plane(64.0), kSide, {plain_look({1, 0, 0})},
+                       [&](Scene& scene) { scene.objects = untouched.scene.objects; });
   touched.set(0, [](int x, int, const Vec3&) { return x % 8 == 3 ? 1.0 : 0.0; });  // one column of each tile is aged
   for (const ComposeScene* scene : {&untouched, static_cast<const ComposeScene*>(&touched)}) {
     Composer composer = scene->composer();
@@ -88,7 +91,8 @@ TEST(Composer, GivesBackTheOriginalsExactlyWhereNothingChanged) {
 TEST(Composer, AmountOneAtStrengthOneIsTheMaterialsColor) {
   for (const ColorForm form : {ColorForm::Normalized, ColorForm::Published}) {
     for (int code = 0; code < 256; code += 5) {
-      const Vec3 color(linear_of(static_cast<std::uint8_t>(code)), linear_of(static_cast<std::uint8_t>(255 - code)), 0.3141);
+      const Vec3 color(linear_of(static_cast<std::uint8_t>(code)), linear_of(static_cast<std::uint8_t>(255 - code)),
+                       0.3141);
       ComposeScene scene(unit_plane(16.0), 16, {plain_look({0.5, 0.5, 0.5}), plain_look(color)});
       scene.set(1, [](int x, int, const Vec3&) { return x < 8 ? 1.0 : 3.7; });
       Composer composer = scene.composer(form);
@@ -105,7 +109,9 @@ TEST(Composer, AmountOneAtStrengthOneIsTheMaterialsColor) {
 
 /// Codes of a white material on white, by amount 0, 1/16, 2/16, ... along x.
 ImageU8 white_on_white(ColorForm form) {
-  ComposeScene scene(unit_plane(32.0), 32, {plain_look({1, 1, 1}), plain_look({1, 1, 1})}, [](Scene& s) { s.objects[0].preset.color.color = {1, 1, 1}; });
+  ComposeScene scene(unit_plane(32.0), 32, {plain_look({1, 1, 1}), plain_look({1, 1, 1})}, [](Scene& s) {
+    s.objects[0].preset.color.color = {1, 1, 1};
+  });
   scene.set(0, [](int x, int, const Vec3&) { return x / 32.0; });
   scene.set(1, [](int x, int, const Vec3&) { return x / 32.0; });
   Composer composer = scene.composer(form);
@@ -149,11 +155,14 @@ TEST(Composer, MoreOfAMaterialIsNeverLessOfItsColor) {
 
 TEST(Composer, OrderOfMaterialsDoesNotMatter) {
   std::vector<MaterialLook> looks = any_looks(3, 8);
-  for (MaterialLook& look : looks) look.variation = look.specular_variation = look.height_variation = 0.0;  // noise is by material
+  for (MaterialLook& look : looks)
+    look.variation = look.specular_variation = look.height_variation = 0.0;  // noise is by material
   ComposeScene one(unit_plane(64.0), kSide, looks);
   std::swap(looks[0], looks[2]);
   ComposeScene other(unit_plane(64.0), kSide, looks);
-  const auto amount = [](int m) { return [m](int x, int y, const Vec3&) { return (x * (m + 1) % 13 + y % (m + 2)) / 13.0; }; };
+  const auto amount = [](int m) {
+    return [m](int x, int y, const Vec3&) { return (x * (m + 1) % 13 + y % (m + 2)) / 13.0; };
+  };
   for (int m = 0; m < 3; ++m) one.set(m, amount(m));
   for (int m = 0; m < 3; ++m) other.set(2 - m, amount(m));
   Composer a = one.composer(), b = other.composer();
@@ -175,8 +184,9 @@ TEST(Composer, WhatIsTakenAwayLowersTheSurfaceAndLeavesTheColor) {
   Composer composer = scene.composer();
   (void)composer.compose(*scene.atlas, {});
   EXPECT_EQ(composer.color_srgb8().at(5, 5, 1), srgb8_from_linear(0.5f));
-  EXPECT_NEAR(static_cast<double>(composer.height_mm().at(5, 5)), -1.5, 0.5 / 1024);            // half a quantum
-  EXPECT_NEAR(composer.specular8().at(5, 5) / 255.0, 0.8 - 0.75 * 0.5, 0.75 / 255);  // a code of the preset's value, and half a code
+  EXPECT_NEAR(static_cast<double>(composer.height_mm().at(5, 5)), -1.5, 0.5 / 1024);  // half a quantum
+  EXPECT_NEAR(composer.specular8().at(5, 5) / 255.0, 0.8 - 0.75 * 0.5,
+              0.75 / 255);  // a code of the preset's value, and half a code
 }
 
 TEST(Composer, VariationKeepsTheMeanAndHasItsSpread) {
@@ -235,13 +245,16 @@ TEST(Composer, AgreesWithTheSlowVersionToACode) {
         ++num_covered;
         const std::uint32_t code = composer.codes()[t];
         for (int c = 0; c < 3; ++c) {
-          ASSERT_NEAR(code >> (8 * c) & 255, srgb8_from_linear(static_cast<float>(slow[t].color[c])), 1) << "texel " << t << " seed " << seed;
+          ASSERT_NEAR(code >> (8 * c) & 255, srgb8_from_linear(static_cast<float>(slow[t].color[c])), 1)
+              << "texel " << t << " seed " << seed;
         }
         ASSERT_NEAR(code >> 24, std::round(255.0 * slow[t].specular), 1) << t;
         // Seven terms of half a quantum each; factors to 13 bits.
-        ASSERT_NEAR(composer.height_mm(t), slow[t].height_mm, 4.0 * scene.surface->median_texel_size_mm() / 1024.0) << t;
+        ASSERT_NEAR(composer.height_mm(t), slow[t].height_mm, 4.0 * scene.surface->median_texel_size_mm() / 1024.0)
+            << t;
         for (int c = 0; c < 3; ++c) {
-          const std::uint8_t normal = composer.normals()[TileGrid::tile_of(t) * 192 + static_cast<std::uint32_t>(c) * 64 + t % 64];
+          const std::uint8_t normal =
+              composer.normals()[TileGrid::tile_of(t) * 192 + static_cast<std::uint32_t>(c) * 64 + t % 64];
           ASSERT_NEAR(normal, std::floor(128.0 + 127.5 * slow[t].normal[c]), 1) << t;
         }
       }
@@ -288,7 +301,8 @@ TEST(Composer, RecomposesOnlyWhatChangedAndAsIfItWereAll) {
   const TileGrid& grid = scene.surface->grid();
   scene.set(1, [&](int x, int y, const Vec3& p) {
     const TexelIndex t = grid.index(x, y);
-    const bool is_chosen = std::abs(p.x() - 100.0) < 2.0 || TileGrid::tile_of(t) == TileGrid::tile_of(grid.index(40, 130));
+    const bool is_chosen =
+        std::abs(p.x() - 100.0) < 2.0 || TileGrid::tile_of(t) == TileGrid::tile_of(grid.index(40, 130));
     if (is_chosen) dirty.push_back(TileGrid::tile_of(t));
     return is_chosen ? 1.7 : scene.atlas->amount(1, t) / double{kAmountOne};
   });
@@ -326,8 +340,13 @@ TEST(Composer, OtherLooksAndFormsGiveWhatComposingAnewGives) {
 TEST(Composer, StaysInRangeForTheLargestValuesThatThereAre) {
   std::vector<MaterialLook> looks(8);
   for (std::size_t i = 0; i < looks.size(); ++i) {
-    looks[i] = {.color = {{1, 1, 1}, {}}, .strength = 1000.0, .variation = 1.0, .specular = i % 2 == 0 ? 1.0 : -1.0,
-                .specular_variation = 1.0, .height_mm = i < 6 ? 1e6 : -1e6, .height_variation = 1.0};
+    looks[i] = {.color = {{1, 1, 1}, {}},
+                .strength = 1000.0,
+                .variation = 1.0,
+                .specular = i % 2 == 0 ? 1.0 : -1.0,
+                .specular_variation = 1.0,
+                .height_mm = i < 6 ? 1e6 : -1e6,
+                .height_variation = 1.0};
   }
   ComposeScene scene(unit_plane(1.0), kSide, looks, [](Scene& s) {
     s.objects[0].height_map = ImageF(8, 8, 1, std::numeric_limits<float>::infinity());
@@ -335,7 +354,8 @@ TEST(Composer, StaysInRangeForTheLargestValuesThatThereAre) {
     s.objects[0].color_map = ImageF(8, 8, 3, std::numeric_limits<float>::quiet_NaN());
     s.objects[0].specular_map = ImageF(8, 8, 1, -std::numeric_limits<float>::infinity());
   });
-  for (int m = 0; m < 8; ++m) scene.set(m, [m](int x, int y, const Vec3&) { return (x + m) % 2 == 0 || y % 3 == m % 3 ? 4.0 : 0.0; });
+  for (int m = 0; m < 8; ++m)
+    scene.set(m, [m](int x, int y, const Vec3&) { return (x + m) % 2 == 0 || y % 3 == m % 3 ? 4.0 : 0.0; });
   Composer composer = scene.composer();
   (void)composer.compose(*scene.atlas, {});
   const ImageF height = composer.height_mm();
@@ -358,7 +378,8 @@ TEST(Composer, FillsGuttersFromTheNearestTexel) {
       const TexelIndex t = scene.surface->grid().index(x, y), left = scene.surface->grid().index(x - 1, y);
       EXPECT_NE(normal.at(x, y, 2), 0);
       if (!scene.surface->is_covered(left) || scene.surface->is_covered(t)) continue;
-      for (int c = 0; c < 3; ++c) EXPECT_EQ(color.at(x, y, c), color.at(x - 1, y, c));  // beside a chart: its last texel
+      for (int c = 0; c < 3; ++c)
+        EXPECT_EQ(color.at(x, y, c), color.at(x - 1, y, c));  // beside a chart: its last texel
     }
   }
 }

@@ -67,7 +67,8 @@ bool is_tip(const SurfaceAtlas& surface, TexelIndex t) {
   return (n[0] == kNoTexel && n[1] == kNoTexel) || (n[2] == kNoTexel && n[3] == kNoTexel);
 }
 
-// Rounding: heights to 1/1024 mm on texels of 1 mm and more give 0.06 degrees, where texels are smaller or stretched up to four times that.
+// Rounding: heights to 1/1024 mm on texels of 1 mm and more give 0.06 degrees, where texels are smaller or stretched up
+// to four times that.
 constexpr double kRoundingDeg = 0.25;
 
 TEST(ComposedNormals, ARampOfTenDegreesTiltsThemByTen) {
@@ -77,7 +78,9 @@ TEST(ComposedNormals, ARampOfTenDegreesTiltsThemByTen) {
     const Vec3 expected = Vec3(-slope * uphill.x(), -slope * uphill.y(), 1.0).normalized();
     for (const NamedMesh& plane : planes()) {
       ComposeScene scene(plane.mesh, 96, {relief()});
-      scene.set(0, [&](int, int, const Vec3& p) { return kAmountPerMm * (15.0 + slope * uphill.dot(p - Vec3(kSide / 2, kSide / 2, 0))); });
+      scene.set(0, [&](int, int, const Vec3& p) {
+        return kAmountPerMm * (15.0 + slope * uphill.dot(p - Vec3(kSide / 2, kSide / 2, 0)));
+      });
       Composer composer = scene.composer();
       (void)composer.compose(*scene.atlas, {});
       double worst = 0.0;
@@ -90,7 +93,8 @@ TEST(ComposedNormals, ARampOfTenDegreesTiltsThemByTen) {
         }
         worst = std::max(worst, angle_deg(scene, composer, t, expected));  // also at seams and where the surface ends
         // The map says the same in the frame of glTF: T along +u, B toward +v.
-        const composition::TexelFrame frame = composition::texel_frame(scene.surface->mm_per_texel(scene.surface->triangle(t)).cast<double>());
+        const composition::TexelFrame frame =
+            composition::texel_frame(scene.surface->mm_per_texel(scene.surface->triangle(t)).cast<double>());
         const std::array<double, 3> in_frame{expected.dot(frame.t), expected.dot(frame.b), expected.z()};
         for (std::uint32_t c = 0; c < 3; ++c) {
           const std::uint8_t code = composer.normals()[TileGrid::tile_of(t) * 192 + c * 64 + t % 64];
@@ -104,7 +108,8 @@ TEST(ComposedNormals, ARampOfTenDegreesTiltsThemByTen) {
 }
 
 TEST(ComposedNormals, FollowTheConventionOfGltf) {
-  // Uphill along +u: the normal leans to -u, and red is below 128. Uphill along +v (up in the picture): green is below 128.
+  // Uphill along +u: the normal leans to -u, and red is below 128. Uphill along +v (up in the picture): green is below
+  // 128.
   for (const bool is_along_u : {true, false}) {
     ComposeScene scene(unit_plane(kSide), 96, {relief()});
     scene.set(0, [&](int, int, const Vec3& p) { return kAmountPerMm * 0.2 * (is_along_u ? p.x() : p.y()); });
@@ -133,11 +138,13 @@ TEST(ComposedNormals, AFlatSurfaceIsExactlyBlue) {
   }
 }
 
-/// Largest difference (degrees) to the normals of waves of 24 mm and 1 mm: of texels at the cut, and of all others but the plane's own edge.
+/// Largest difference (degrees) to the normals of waves of 24 mm and 1 mm: of texels at the cut, and of all others but
+/// the plane's own edge.
 std::pair<double, double> wave_errors(int resolution) {
   ComposeScene scene(cut_plane(kSide), resolution, {relief()});
   const double k = 2.0 * std::numbers::pi / 24.0;
-  scene.set(0, [&](int, int, const Vec3& p) { return kAmountPerMm * (4.0 + std::sin(k * p.x()) * std::cos(k * p.y())); });
+  scene.set(0,
+            [&](int, int, const Vec3& p) { return kAmountPerMm * (4.0 + std::sin(k * p.x()) * std::cos(k * p.y())); });
   Composer composer = scene.composer();
   (void)composer.compose(*scene.atlas, {});
   double at_seam = 0.0, inside = 0.0;
@@ -145,12 +152,14 @@ std::pair<double, double> wave_errors(int resolution) {
   for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
     if (!scene.surface->is_covered(t)) continue;
     const Vec3 p = scene.map->position_mm(std::int64_t{grid.y(t)} * resolution + grid.x(t));
-    const Vec3 gradient(k * std::cos(k * p.x()) * std::cos(k * p.y()), -k * std::sin(k * p.x()) * std::sin(k * p.y()), 0.0);
+    const Vec3 gradient(k * std::cos(k * p.x()) * std::cos(k * p.y()), -k * std::sin(k * p.x()) * std::sin(k * p.y()),
+                        0.0);
     const double error = angle_deg(scene, composer, t, (Vec3(0, 0, 1) - gradient).normalized());
     const double texel = scene.surface->median_texel_size_mm();
     const double from_edge = std::min({p.x(), p.y(), kSide - p.x(), kSide - p.y()});
     if (from_edge < 1.5 * texel) continue;
-    (std::abs(p.x() - kSide / 2) < texel ? at_seam : inside) = std::max(std::abs(p.x() - kSide / 2) < texel ? at_seam : inside, error);
+    (std::abs(p.x() - kSide / 2) < texel ? at_seam : inside) =
+        std::max(std::abs(p.x() - kSide / 2) < texel ? at_seam : inside, error);
   }
   return {at_seam, inside};
 }
@@ -158,7 +167,8 @@ std::pair<double, double> wave_errors(int resolution) {
 TEST(ComposedNormals, OfWavesConvergeAtSeamsAsTheyDoInside) {
   const auto [seam_coarse, inside_coarse] = wave_errors(64);
   const auto [seam_fine, inside_fine] = wave_errors(256);
-  // Central differences: second order, to the rounding of heights and amounts. Across a cut texels do not line up: first order.
+  // Central differences: second order, to the rounding of heights and amounts. Across a cut texels do not line up:
+  // first order.
   EXPECT_LT(inside_fine, inside_coarse / 16.0 * 1.2 + 0.5 * kRoundingDeg);
   EXPECT_LT(seam_fine, seam_coarse / 4.0 * 1.2 + 0.5 * kRoundingDeg);
   EXPECT_LT(seam_coarse, 2.0 * inside_coarse);

@@ -44,7 +44,8 @@ TEST(RuleIo, PublishedRulesAreAsPublished) {
   EXPECT_EQ(built_in_rule("rust").driver, "min(water, metal)");
   EXPECT_TRUE(built_in_rule("rust").uses.empty());
   EXPECT_EQ(built_in_rule("rust_consuming").uses, (std::vector<std::pair<std::string, double>>{{"metal", 1.0}}));
-  EXPECT_EQ(built_in_rule("decay").makes, (std::vector<std::pair<std::string, double>>{{"organic", 1.0}, {"dirt", 1.0}}));
+  EXPECT_EQ(built_in_rule("decay").makes,
+            (std::vector<std::pair<std::string, double>>{{"organic", 1.0}, {"dirt", 1.0}}));
   EXPECT_EQ(built_in_rule("evaporation").uses, (std::vector<std::pair<std::string, double>>{{"water", 1.0}}));
 }
 
@@ -54,7 +55,8 @@ TEST(RuleIo, ASceneNamesABuiltInRuleOneWithChangesAFileOrANewOne) {
   EXPECT_EQ(slow.alpha, 0.02);
   EXPECT_EQ(slow.driver, "water");
   EXPECT_EQ(slow.uses[0], 1.0);
-  const Rule own = read(R"({"name": "mud", "driver": "water*dirt", "alpha": 2, "makes": {"dirt": 0.5}, "uses": {"water": 0.25}})");
+  const Rule own =
+      read(R"({"name": "mud", "driver": "water*dirt", "alpha": 2, "makes": {"dirt": 0.5}, "uses": {"water": 0.25}})");
   EXPECT_EQ(own.name, "mud");
   EXPECT_EQ(own.makes[3], 0.5);
   EXPECT_EQ(own.uses[0], 0.25);
@@ -62,19 +64,24 @@ TEST(RuleIo, ASceneNamesABuiltInRuleOneWithChangesAFileOrANewOne) {
   const testing_support::TempFolder folder;
   std::filesystem::create_directory(folder / "rules");
   write_atomically(folder / "rules/mine.json",
-                   "// mine\n{\"format\": \"patinate.rule\", \"version\": 1, \"name\": \"mine\", \"driver\": \"!water\", \"makes\": {\"dirt\": 2}}");
+                   "// mine\n{\"format\": \"patinate.rule\", \"version\": 1, \"name\": \"mine\", \"driver\": "
+                   "\"!water\", \"makes\": {\"dirt\": 2}}");
   EXPECT_EQ(read(R"("rules/mine.json")", folder / "scene.json").makes[3], 2.0);
   EXPECT_EQ(read(R"({"file": "rules/mine.json", "alpha": 4})", folder / "scene.json").alpha, 4.0);
 }
 
 TEST(RuleIo, SaysWhereAndWhatIsWrong) {
-  EXPECT_TRUE(has(says(R"("rusty")"), "scene.json: /rules/0: found \"rusty\"; expected a built-in rule (rust, rust_consuming, "));
+  EXPECT_TRUE(has(says(R"("rusty")"),
+                  "scene.json: /rules/0: found \"rusty\"; expected a built-in rule (rust, rust_consuming, "));
   EXPECT_TRUE(has(says(R"("rusty")"), "did you mean `rust`?"));
-  EXPECT_EQ(says(R"("decay")"), "scene.json: /rules/0: rule 'decay' makes `organic`, which is none of the scene's materials");
+  EXPECT_EQ(says(R"("decay")"),
+            "scene.json: /rules/0: rule 'decay' makes `organic`, which is none of the scene's materials");
   EXPECT_TRUE(has(says(R"({"name": "evaporation", "alpha": -1})"), "scene.json: /rules/0/alpha: found -1"));
   EXPECT_TRUE(has(says(R"({"name": "evaporation", "alfa": 1})"), "/rules/0/alfa: unknown key; did you mean `alpha`?"));
-  EXPECT_TRUE(has(says(R"_({"name": "rust", "driver": "min(watr, metal)"})_"), "position 5: unknown material or parameter `watr`; did you mean `water`?"));
-  EXPECT_TRUE(has(says(R"({"name": "rust", "makes": {"rusd": 1}})"), "makes `rusd`, which is none of the scene's materials; did you mean `rust`?"));
+  EXPECT_TRUE(has(says(R"_({"name": "rust", "driver": "min(watr, metal)"})_"),
+                  "position 5: unknown material or parameter `watr`; did you mean `water`?"));
+  EXPECT_TRUE(has(says(R"({"name": "rust", "makes": {"rusd": 1}})"),
+                  "makes `rusd`, which is none of the scene's materials; did you mean `rust`?"));
   EXPECT_TRUE(has(says(R"({"name": "rust", "makes": {"rust": "much"}})"), "/rules/0/makes/rust: found \"much\""));
   EXPECT_TRUE(has(says("5"), "expected the name of a rule, a path, or an object"));
   EXPECT_TRUE(has(says(R"("nowhere/rule.json")"), "nowhere/rule.json"));
@@ -88,8 +95,10 @@ TEST(RuleIo, AFileNeedsItsFormatADriverAndAnEffect) {
   };
   EXPECT_EQ(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "driver": "1", "uses": {"water": 1}})"), "");
   EXPECT_TRUE(has(load(R"({"format": "patinate.scene", "version": 1})"), "/format"));
-  EXPECT_TRUE(has(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "makes": {"water": 1}})"), "`driver` is missing"));
-  EXPECT_TRUE(has(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "driver": "1"})"), "makes or uses something"));
+  EXPECT_TRUE(has(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "makes": {"water": 1}})"),
+                  "`driver` is missing"));
+  EXPECT_TRUE(
+      has(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "driver": "1"})"), "makes or uses something"));
 }
 
 }  // namespace

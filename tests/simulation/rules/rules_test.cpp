@@ -31,14 +31,15 @@ const Rule kConsuming = rule_of("min(water, metal)", 0.4, {0.0, 0.0, 1.0}, {0.0,
 TransportScene filled(int resolution, std::array<std::uint16_t, 3> amounts) {
   TransportScene scene = squeezed_plane(resolution);
   for (const TexelIndex t : scene.covered) {
-    for (int m = 0; m < 3; ++m) scene.atlas->writable_tile(m, TileGrid::tile_of(t))[t % 64] = amounts[static_cast<std::size_t>(m)];
+    for (int m = 0; m < 3; ++m)
+      scene.atlas->writable_tile(m, TileGrid::tile_of(t))[t % 64] = amounts[static_cast<std::size_t>(m)];
   }
   return scene;
 }
 
 /// Runs rules for a number of iterations from amounts that are alike everywhere.
-TransportScene aged(std::vector<Rule> rules, int resolution, std::array<std::uint16_t, 3> amounts, double dt, int iterations,
-                    std::uint64_t seed = 5) {
+TransportScene aged(std::vector<Rule> rules, int resolution, std::array<std::uint16_t, 3> amounts, double dt,
+                    int iterations, std::uint64_t seed = 5) {
   TransportScene scene = filled(resolution, amounts);
   RuleEngine engine(rules, kNames, *scene.surface, dt, seed);
   for (int i = 0; i < iterations; ++i) (void)engine.step(i, *scene.atlas);
@@ -52,7 +53,8 @@ struct Moments {
 };
 
 /// Mean amount of a material in quanta, and of what `expected` says for the iterations that each tile is aged by.
-Moments moments_of(const TransportScene& scene, int material, int iterations, const std::function<double(double)>& expected) {
+Moments moments_of(const TransportScene& scene, int material, int iterations,
+                   const std::function<double(double)>& expected) {
   Moments out;
   for (const TexelIndex t : scene.covered) {
     out.mean += scene.atlas->amount(material, t);
@@ -67,7 +69,8 @@ Moments moments_of(const TransportScene& scene, int material, int iterations, co
 TEST(RuleEngine, EvaporationIsTheExponentialForAnySplitOfTime) {
   for (const auto& [dt, iterations] : {std::pair{0.4, 10}, {0.05, 80}, {0.005, 800}}) {
     const TransportScene scene = aged({kEvaporation}, 64, {16384, 0, 0}, dt, iterations);
-    const Moments m = moments_of(scene, 0, iterations, [dt = dt](double n) { return 16384.0 * std::exp(-0.3 * dt * n); });
+    const Moments m =
+        moments_of(scene, 0, iterations, [dt = dt](double n) { return 16384.0 * std::exp(-0.3 * dt * n); });
     const double epochs = iterations / 8.0 + 1.0;
     constexpr double kFloats = 3e-7 * 16384;  // relative error of an epoch's decay
     EXPECT_NEAR(m.mean, m.expected, kSigmas * 0.5 * std::sqrt(epochs / m.n) + kFloats) << dt;
@@ -83,7 +86,8 @@ TEST(RuleEngine, RustUnderConstantWaterGrowsEvenly) {
 TEST(RuleEngine, RustUnderEvaporatingWaterConvergesWithTheTimeStep) {
   const auto error_at = [](double dt, int iterations) {
     const TransportScene scene = aged({kRust, kEvaporation}, 64, {8000, 16384, 0}, dt, iterations);
-    const Moments m = moments_of(scene, 2, iterations, [dt](double n) { return 8000.0 * 0.05 / 0.3 * (1.0 - std::exp(-0.3 * dt * n)); });
+    const Moments m = moments_of(scene, 2, iterations,
+                                 [dt](double n) { return 8000.0 * 0.05 / 0.3 * (1.0 - std::exp(-0.3 * dt * n)); });
     return (m.mean - m.expected) / m.expected;
   };
   const double coarse = error_at(0.1, 80), fine = error_at(0.05, 160), finest = error_at(0.0125, 640);
@@ -109,15 +113,18 @@ TEST(RuleEngine, TwoHalfStepsAreOneWholeInTheMean) {
     int material;
   };
   for (const Case& c : {Case{kEvaporation, 0}, Case{kConsuming, 1}, Case{kConsuming, 2}, Case{kRust, 2}}) {
-    const TransportScene whole = aged({c.rule}, 64, {16384, 9000, 100}, 0.1, 80), halves = aged({c.rule}, 64, {16384, 9000, 100}, 0.05, 160, 6);
+    const TransportScene whole = aged({c.rule}, 64, {16384, 9000, 100}, 0.1, 80),
+                         halves = aged({c.rule}, 64, {16384, 9000, 100}, 0.05, 160, 6);
     double difference = 0, n = 0;
     for (const TexelIndex t : whole.covered) {
-      if (TileGrid::tile_of(t) % 8 != 1) continue;  // tiles that both runs have aged in their last iteration, 79 and 159
+      if (TileGrid::tile_of(t) % 8 != 1)
+        continue;  // tiles that both runs have aged in their last iteration, 79 and 159
       difference += double(whole.atlas->amount(c.material, t)) - double(halves.atlas->amount(c.material, t));
       ++n;
     }
     constexpr double kFloats = 3e-7 * 16384;
-    EXPECT_NEAR(difference / n, 0.0, kSigmas * 0.5 * std::sqrt((10 + 20) / n) + kFloats) << c.rule.driver << " " << c.material;
+    EXPECT_NEAR(difference / n, 0.0, kSigmas * 0.5 * std::sqrt((10 + 20) / n) + kFloats)
+        << c.rule.driver << " " << c.material;
   }
 }
 
@@ -129,7 +136,8 @@ TEST(RuleEngine, WhatARuleUsesIsWhatItMakes) {
 
 TEST(RuleEngine, NothingIsOverdrawnOrOverfilled) {
   const Rule greedy = rule_of("1e30", 1e6, {0, 0, 1000.0}, {1000.0, 1.0});
-  const TransportScene scene = aged({greedy, rule_of("-5*metal", 1.0, {1.0}), kRust}, 64, {16384, 9000, 65530}, 1.0, 20);
+  const TransportScene scene =
+      aged({greedy, rule_of("-5*metal", 1.0, {1.0}), kRust}, 64, {16384, 9000, 65530}, 1.0, 20);
   for (const TexelIndex t : scene.covered) {
     ASSERT_LE(scene.atlas->amount(0, t), 16384);
     ASSERT_LE(scene.atlas->amount(1, t), 9000);
@@ -154,12 +162,14 @@ TEST(RuleEngine, EveryTileIsAgedOnceAnEpochByAllTheTimeSince) {
 }
 
 TEST(RuleEngine, RandomNumbersOfTexelsAndTimesAreIndependent) {
-  // Half a quantum each epoch: after n epochs a binomial count; its variance, and products of neighbors, say whether draws depend.
+  // Half a quantum each epoch: after n epochs a binomial count; its variance, and products of neighbors, say whether
+  // draws depend.
   constexpr int kEpochs = 64;
   const TransportScene scene = aged({rule_of("0.5/16384", 1.0, {0, 0, 1.0})}, 256, {0, 0, 0}, 1.0 / 8, 8 * kEpochs);
   double n = 0, variance = 0, with_next = 0, with_below = 0;
   for (const TexelIndex t : scene.covered) {
-    if (TileGrid::tile_of(t) % 8 != 1) continue;  // the tiles that were aged in the last iteration: kEpochs whole epochs
+    if (TileGrid::tile_of(t) % 8 != 1)
+      continue;  // the tiles that were aged in the last iteration: kEpochs whole epochs
     const auto off = [&](TexelIndex i) { return double(scene.atlas->amount(2, i)) - kEpochs / 2.0; };
     if (!scene.surface->is_covered(t ^ 1) || !scene.surface->is_covered(t ^ 8)) continue;
     n += 1;
@@ -184,9 +194,11 @@ struct Outcome {
 Outcome outcome_of(int num_threads, InstructionSet set) {
   TransportScene scene = squeezed_plane(256);
   for (std::size_t i = 0; i < scene.covered.size(); i += 3) {
-    scene.atlas->writable_tile(0, TileGrid::tile_of(scene.covered[i]))[scene.covered[i] % 64] = static_cast<std::uint16_t>(i * 7);
+    scene.atlas->writable_tile(0, TileGrid::tile_of(scene.covered[i]))[scene.covered[i] % 64] =
+        static_cast<std::uint16_t>(i * 7);
   }
-  const std::vector<Rule> rules{kConsuming, rule_of("pow(rust, 1.5)/(0.1 + smoothstep(0, 1, water)) + 0.01*age", 0.1, {0.2, 0.1}), kEvaporation};
+  const std::vector<Rule> rules{
+      kConsuming, rule_of("pow(rust, 1.5)/(0.1 + smoothstep(0, 1, water)) + 0.01*age", 0.1, {0.2, 0.1}), kEvaporation};
   RuleEngine engine(rules, kNames, *scene.surface, 0.02, 7, {}, set);
   RunControl control;
   control.num_threads = num_threads;
@@ -274,18 +286,22 @@ TEST(RuleEngine, TouchesNoTexelOutsideTheCharts) {
 
 TEST(RuleEngine, DriversMayAskForAgeAndSurfaceParameters) {
   const TransportScene by_age = aged({rule_of("age", 1e-4, {1.0})}, 64, {0, 0, 0}, 1.0, 80);
-  const Moments m = moments_of(by_age, 0, 80, [](double n) { return 16384.0 * 1e-4 * n * n / 2.0; });  // the integral of age
+  const Moments m =
+      moments_of(by_age, 0, 80, [](double n) { return 16384.0 * 1e-4 * n * n / 2.0; });  // the integral of age
   EXPECT_NEAR(m.mean, m.expected, kSigmas * 0.5 * std::sqrt(11 / m.n) + 1e-3);
 
   TransportScene scene = filled(64, {0, 0, 0});
   const ImageF map(64, 64, 1, 0.25F);
   const std::vector<Rule> rules{rule_of("exposure*(1 - slope)", 0.5, {1.0})};
-  EXPECT_TRUE(has(error_of([&] { (void)RuleEngine(rules, kNames, *scene.surface, 1.0, 1); }), "rule 'test' asks for `exposure`, of which there is no map"));
+  EXPECT_TRUE(has(error_of([&] { (void)RuleEngine(rules, kNames, *scene.surface, 1.0, 1); }),
+                  "rule 'test' asks for `exposure`, of which there is no map"));
   EXPECT_EQ(parameters_of(rules[0], kNames), (std::vector<std::string>{"exposure", "slope"}));
   const std::vector<float> slopes(scene.surface->grid().num_texels(), 0.5F);
-  RuleEngine engine(rules, kNames, *scene.surface, 1.0 / 8, 1, {map_parameter("exposure", map, *scene.surface), {.name = "slope", .values = slopes}});
+  RuleEngine engine(rules, kNames, *scene.surface, 1.0 / 8, 1,
+                    {map_parameter("exposure", map, *scene.surface), {.name = "slope", .values = slopes}});
   for (int i = 0; i < 8; ++i) (void)engine.step(i, *scene.atlas);
-  const TexelIndex t = *std::find_if(scene.covered.begin(), scene.covered.end(), [](TexelIndex i) { return TileGrid::tile_of(i) % 8 == 1; });
+  const TexelIndex t = *std::find_if(scene.covered.begin(), scene.covered.end(),
+                                     [](TexelIndex i) { return TileGrid::tile_of(i) % 8 == 1; });
   EXPECT_NEAR(scene.atlas->amount(0, t), 16384 * 0.25 * 0.5 * 0.5, 1.1);  // one rounding, and the map's codes
 }
 
@@ -296,7 +312,8 @@ TEST(RuleEngine, NamesTheDriverThatCannotBeRead) {
     return error_of([&] { (void)RuleEngine(rules, kNames, *scene.surface, 1.0, 1); });
   };
   EXPECT_EQ(says("min(watr, metal)"),
-            "rule 'test': driver `min(watr, metal)`: position 5: unknown material or parameter `watr`; did you mean `water`?; there are "
+            "rule 'test': driver `min(watr, metal)`: position 5: unknown material or parameter `watr`; did you mean "
+            "`water`?; there are "
             "`water`, `metal`, `rust`, `accessibility`, `slope`, `height`, `exposure`, `age`");
   EXPECT_TRUE(has(says("water +"), "position 8: found the end"));
 }

@@ -39,7 +39,8 @@ PlacedEmitter placed(const Emitter& emitter, Mesh mesh = make_icosphere(50.0, 3)
 
 TEST(Emitter, DiskIsUniformInArea) {
   const Vec3 direction = Vec3(1, -2, 0.5).normalized();
-  const PlacedEmitter disk = placed({.name = "e", .shape = EmitterShape::Disk, .position_mm = {1, 2, 3}, .direction = direction, .size_mm = {30, 0}});
+  const PlacedEmitter disk = placed(
+      {.name = "e", .shape = EmitterShape::Disk, .position_mm = {1, 2, 3}, .direction = direction, .size_mm = {30, 0}});
   std::array<double, 10> rings{};
   std::array<double, 8> sectors{};
   for (std::uint32_t k = 0; k < kBirths; ++k) {
@@ -48,28 +49,34 @@ TEST(Emitter, DiskIsUniformInArea) {
     const double share = p.squaredNorm() / (15.0 * 15.0);
     ASSERT_LE(share, 1.0 + 1e-9);
     rings[std::min<std::size_t>(9, static_cast<std::size_t>(10.0 * share))] += 1.0;
-    sectors[std::min<std::size_t>(7, static_cast<std::size_t>(8.0 * (std::atan2(p.dot(disk.v), p.dot(disk.u)) / (2.0 * std::numbers::pi) + 0.5)))] += 1.0;
+    sectors[std::min<std::size_t>(
+        7,
+        static_cast<std::size_t>(8.0 * (std::atan2(p.dot(disk.v), p.dot(disk.u)) / (2.0 * std::numbers::pi) + 0.5)))] +=
+        1.0;
   }
   EXPECT_LT(chi_square_of_equal(rings), chi_square_limit(9));
   EXPECT_LT(chi_square_of_equal(sectors), chi_square_limit(7));
 }
 
 TEST(Emitter, RectangleIsUniformAndItsFirstSideLiesAlongX) {
-  const PlacedEmitter rectangle = placed({.name = "e", .shape = EmitterShape::Rectangle, .direction = {0, -1, 0}, .size_mm = {40, 10}});
+  const PlacedEmitter rectangle =
+      placed({.name = "e", .shape = EmitterShape::Rectangle, .direction = {0, -1, 0}, .size_mm = {40, 10}});
   std::array<double, 32> cells{};
   for (std::uint32_t k = 0; k < kBirths; ++k) {
     const Birth birth = make_birth(rectangle, 1, 7, k);
     ASSERT_LE(std::abs(birth.position.x()), 20.0);
     ASSERT_LE(std::abs(birth.position.z()), 5.0);
     EXPECT_EQ(birth.velocity.y(), -1000.0);
-    const auto x = static_cast<std::size_t>((birth.position.x() + 20.0) / 5.0), z = static_cast<std::size_t>((birth.position.z() + 5.0) / 2.5);
+    const auto x = static_cast<std::size_t>((birth.position.x() + 20.0) / 5.0),
+               z = static_cast<std::size_t>((birth.position.z() + 5.0) / 2.5);
     cells[std::min<std::size_t>(7, x) * 4 + std::min<std::size_t>(3, z)] += 1.0;
   }
   EXPECT_LT(chi_square_of_equal(cells), chi_square_limit(31));
 }
 
 TEST(Emitter, SphereIsUniformAndOutward) {
-  const PlacedEmitter sphere = placed({.name = "e", .shape = EmitterShape::Sphere, .position_mm = {5, 0, 0}, .size_mm = {20, 0}});
+  const PlacedEmitter sphere =
+      placed({.name = "e", .shape = EmitterShape::Sphere, .position_mm = {5, 0, 0}, .size_mm = {20, 0}});
   std::array<double, 20> by_height{};  // equal areas [Archimedes]
   for (std::uint32_t k = 0; k < kBirths; ++k) {
     const Birth birth = make_birth(sphere, 1, 7, k);
@@ -89,7 +96,12 @@ TEST(Emitter, SkyRainsOnAllPlacesAlike) {
   mesh.triangles.push_back({first, first + 1, first + 2});
   mesh.triangle_surface.push_back(0);
   Scene scene = scene_with(with_any_uvs(mesh));
-  scene.emitters[0] = {.name = "rain", .shape = EmitterShape::Sky, .direction = Vec3(0.5, -1, 0.2).normalized(), .spread_deg = 25, .speed_mm_s = 800, .gammatons = 200000};
+  scene.emitters[0] = {.name = "rain",
+                       .shape = EmitterShape::Sky,
+                       .direction = Vec3(0.5, -1, 0.2).normalized(),
+                       .spread_deg = 25,
+                       .speed_mm_s = 800,
+                       .gammatons = 200000};
   scene.gravity_mm_s2 = {0, -9810, 0};
   TracedScene run(scene);
   for (int k = 0; k < 20; ++k) {
@@ -100,7 +112,8 @@ TEST(Emitter, SkyRainsOnAllPlacesAlike) {
   double total = 0.0;
   for (const Vec3& p : run.gammatons.position) {
     if (std::abs(p.y()) > 0.1 || std::abs(p.x()) > 100 || std::abs(p.z()) > 100) continue;
-    cells[std::min<std::size_t>(7, static_cast<std::size_t>((p.x() + 100) / 25)) * 8 + std::min<std::size_t>(7, static_cast<std::size_t>((p.z() + 100) / 25))] += 1.0;
+    cells[std::min<std::size_t>(7, static_cast<std::size_t>((p.x() + 100) / 25)) * 8 +
+          std::min<std::size_t>(7, static_cast<std::size_t>((p.z() + 100) / 25))] += 1.0;
     total += 1.0;
   }
   EXPECT_GT(total, 10000);
@@ -114,7 +127,12 @@ TEST(Emitter, BrushSitsOnTheSurfaceAndLooksDownItsNormal) {
       for (Triangle& t : ball.triangles) std::swap(t[1], t[2]);
     }
     const Vec3 at = Vec3(1, 2, -1).normalized();
-    const PlacedEmitter brush = placed({.name = "brush", .shape = EmitterShape::Surface, .position_mm = 70.0 * at, .size_mm = {4, 0}, .distance_mm = 10.0}, ball);
+    const PlacedEmitter brush = placed({.name = "brush",
+                                        .shape = EmitterShape::Surface,
+                                        .position_mm = 70.0 * at,
+                                        .size_mm = {4, 0},
+                                        .distance_mm = 10.0},
+                                       ball);
     constexpr double kFacet = 0.1;  // sagitta of the facets, and their slope times 10 mm
     EXPECT_NEAR((brush.center - 60.0 * at).norm(), 0.0, 10.0 * kFacet);
     EXPECT_NEAR(brush.center.norm(), 60.0, kFacet);
@@ -131,13 +149,19 @@ TEST(Emitter, BrushStaysBelowACeiling) {
   Mesh plates = floor_of(100);
   const int first = static_cast<int>(plates.positions.size());
   const std::size_t n = plates.triangles.size();
-  for (int i = 0; i < first; ++i) plates.positions.push_back(plates.positions[static_cast<std::size_t>(i)] + Vec3(0, 4, 0));
+  for (int i = 0; i < first; ++i)
+    plates.positions.push_back(plates.positions[static_cast<std::size_t>(i)] + Vec3(0, 4, 0));
   for (std::size_t i = 0; i < n; ++i) {
     const Triangle t = plates.triangles[i];
     plates.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     plates.triangle_surface.push_back(0);
   }
-  const PlacedEmitter brush = placed({.name = "brush", .shape = EmitterShape::Surface, .position_mm = {3, 0, 5}, .size_mm = {1, 0}, .distance_mm = 10.0}, plates);
+  const PlacedEmitter brush = placed({.name = "brush",
+                                      .shape = EmitterShape::Surface,
+                                      .position_mm = {3, 0, 5},
+                                      .size_mm = {1, 0},
+                                      .distance_mm = 10.0},
+                                     plates);
   EXPECT_NEAR(brush.center.y(), 2.0, 1e-6);
 }
 
@@ -210,7 +234,8 @@ TEST(GammatonTracer, AnInsideOutBallIsRainedOnLikeAnother) {
     }
     contacts[k] = run.sum.contacts;
   }
-  EXPECT_NEAR(static_cast<double>(contacts[0]), static_cast<double>(contacts[1]), 4.0 * std::sqrt(static_cast<double>(contacts[0])));
+  EXPECT_NEAR(static_cast<double>(contacts[0]), static_cast<double>(contacts[1]),
+              4.0 * std::sqrt(static_cast<double>(contacts[0])));
 }
 
 }  // namespace

@@ -32,12 +32,19 @@ constexpr double kGravity = 9810.0;
 /// A square of the given side around the origin, tilted by `slope_deg`: down toward +x.
 Mesh incline(double side, double slope_deg, int n = 8) {
   const double a = slope_deg * std::numbers::pi / 180.0;
-  return make_patch(n, n, [&](double u, double v) { return Vec3((u - 0.5) * side * std::cos(a), -(u - 0.5) * side * std::sin(a), (0.5 - v) * side); });
+  return make_patch(n, n, [&](double u, double v) {
+    return Vec3((u - 0.5) * side * std::cos(a), -(u - 0.5) * side * std::sin(a), (0.5 - v) * side);
+  });
 }
 
 TEST(GammatonTracer, ParallelRainHitsASphereByTheCosineAndNeverBehind) {
   Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 4)), 256);
-  scene.emitters[0] = {.name = "rain", .shape = EmitterShape::Disk, .position_mm = {0, 100, 0}, .direction = {0, -1, 0}, .size_mm = {110, 110}, .gammatons = 200000};
+  scene.emitters[0] = {.name = "rain",
+                       .shape = EmitterShape::Disk,
+                       .position_mm = {0, 100, 0},
+                       .direction = {0, -1, 0},
+                       .size_mm = {110, 110},
+                       .gammatons = 200000};
   TracedScene run(scene);
   run.step();
   // Rings of equal projected area get equally many.
@@ -65,7 +72,11 @@ TEST(GammatonTracer, InAClosedBoxHitsAreGeometric) {
   scene.emitters[0].position_mm = {50, 40, 60};
   scene.emitters[0].spread_deg = 180;
   scene.emitters[0].gammatons = 100000;
-  scene.behavior = {.bounce = kSurvival, .floating = 0.0, .absorb = 1.0 - kSurvival, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {.bounce = kSurvival,
+                    .floating = 0.0,
+                    .absorb = 1.0 - kSurvival,
+                    .deceleration_bounce = 0.0,
+                    .deceleration_float = 0.0};
   TracedScene run(scene);
   run.trace();
   run.scene.emitters[0].is_on = false;
@@ -100,7 +111,8 @@ TEST(GammatonTracer, NothingLeavesAClosedBoxInMillionsOfHits) {
   scene.emitters[0].spread_deg = 180;
   scene.emitters[0].gammatons = 20000;
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behavior = {.bounce = 0.5, .floating = 0.5, .absorb = 0.0, .deceleration_bounce = 0.1, .deceleration_float = 0.1};
+  scene.behavior = {
+      .bounce = 0.5, .floating = 0.5, .absorb = 0.0, .deceleration_bounce = 0.1, .deceleration_float = 0.1};
   scene.tracing.rest_speed_mm_s = 0.0;
   TracedScene run(scene);
   for (int k = 0; k < 50; ++k) run.step();
@@ -140,7 +152,8 @@ TEST(GammatonTracer, RouletteSharesAreThoseOfTheBehavior) {
   Scene scene = scene_with(incline(1000, 0));
   scene.emitters[0].position_mm = {0, 100, 0};
   scene.emitters[0].gammatons = 100000;
-  scene.behavior = {.bounce = 0.2, .floating = 0.5, .absorb = 0.3, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {
+      .bounce = 0.2, .floating = 0.5, .absorb = 0.3, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.tracing.rest_speed_mm_s = 0.0;
   TracedScene run(scene);
   run.step();
@@ -161,7 +174,8 @@ TEST(GammatonTracer, DropsRunDownAnInclineAlongTheSteepestDescent) {
   scene.emitters[0].position_mm = {0, 200, 0};
   scene.emitters[0].gammatons = 200;
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 1.0};
+  scene.behavior = {
+      .bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 1.0};
   TracedScene run(scene);
   while (run.sum.contacts < 200) run.step();
   run.scene.emitters[0].is_on = false;
@@ -183,7 +197,8 @@ TEST(GammatonTracer, WithoutFrictionADropOnAnInclineGainsWhatItFallsBy) {
   scene.emitters[0].position_mm = {0, 10, 0};
   scene.emitters[0].gammatons = 1;
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {
+      .bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.tracing.lobe_exponent_float = 1e6;
   scene.tracing.tangential_slowdown = false;
   TracedScene run(scene);
@@ -203,7 +218,8 @@ TEST(GammatonTracer, FrictionBringsADropToItsTerminalSpeed) {
   scene.emitters[0].direction = {-1, 0, 0};
   scene.emitters[0].gammatons = 100;
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 1.0 - kKept};
+  scene.behavior = {
+      .bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 1.0 - kKept};
   scene.tracing.lobe_exponent_float = 1e6;
   TracedScene run(scene);
   for (int k = 0; k < 200; ++k) run.step();
@@ -214,7 +230,8 @@ TEST(GammatonTracer, FrictionBringsADropToItsTerminalSpeed) {
     sum += v.squaredNorm();
     EXPECT_NEAR(v.y(), -v.norm(), 0.01 * v.norm());
   }
-  // Strides' relative deviation is 0.192; of the geometric sum (1 - f^2) / sqrt(1 - f^4) of that is left, a tenth for 100 drops.
+  // Strides' relative deviation is 0.192; of the geometric sum (1 - f^2) / sqrt(1 - f^4) of that is left, a tenth for
+  // 100 drops.
   constexpr double kFourSigma = 4.0 * 0.192 * 0.36 / 0.768 / 10.0;
   EXPECT_NEAR(sum / 100.0, mean_square, kFourSigma * mean_square);
 }
@@ -245,9 +262,15 @@ Mesh lying_cylinder(double radius, double length, int sides) {
 TEST(GammatonTracer, DropsRunRoundALyingCylinderAndDripOffItsUnderside) {
   constexpr double kRadius = 40.0;
   Scene scene = scene_with(lying_cylinder(kRadius, 200, 128), 256);
-  scene.emitters[0] = {.name = "rain", .shape = EmitterShape::Rectangle, .position_mm = {0, 60, 0}, .direction = {0, -1, 0}, .size_mm = {70, 100}, .gammatons = 2000};
+  scene.emitters[0] = {.name = "rain",
+                       .shape = EmitterShape::Rectangle,
+                       .position_mm = {0, 60, 0},
+                       .direction = {0, -1, 0},
+                       .size_mm = {70, 100},
+                       .gammatons = 2000};
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
+  scene.behavior = {
+      .bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
   scene.tracing.rest_speed_mm_s = 0.0;
   TracedScene run(scene);
   run.trace();
@@ -273,15 +296,21 @@ TEST(GammatonTracer, DropsRunRoundALyingCylinderAndDripOffItsUnderside) {
   EXPECT_EQ(run.sum.left, 2000);
   std::sort(angles.begin(), angles.end());
   ASSERT_GT(num_dripped, 1900);
-  EXPECT_LT(angles[angles.size() / 2], 6.0);                  // two facets of 2.8 degrees
+  EXPECT_LT(angles[angles.size() / 2], 6.0);  // two facets of 2.8 degrees
   EXPECT_LT(angles[angles.size() * 95 / 100], 30.0);
 }
 
 TEST(GammatonTracer, DropsRunDownAWallRoundItsLowerEdgeAndDripThere) {
   Scene scene = scene_with(with_any_uvs(make_cube(100.0)), 256);
-  scene.emitters[0] = {.name = "hose", .shape = EmitterShape::Rectangle, .position_mm = {130, 90, 50}, .direction = {-1, 0, 0}, .size_mm = {60, 10}, .gammatons = 500};
+  scene.emitters[0] = {.name = "hose",
+                       .shape = EmitterShape::Rectangle,
+                       .position_mm = {130, 90, 50},
+                       .direction = {-1, 0, 0},
+                       .size_mm = {60, 10},
+                       .gammatons = 500};
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  scene.behavior = {.bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
+  scene.behavior = {
+      .bounce = 0.0, .floating = 1.0, .absorb = 0.0, .deceleration_bounce = 0.0, .deceleration_float = 0.3};
   TracedScene run(scene);
   run.trace();
   run.scene.emitters[0].is_on = false;
@@ -295,7 +324,8 @@ TEST(GammatonTracer, DropsRunDownAWallRoundItsLowerEdgeAndDripThere) {
       if (before[i] != GammatonState::Floating || run.gammatons.state[i] != GammatonState::Flying) continue;
       ++num_dripped;
       farthest = std::max(farthest, 100.0 - run.gammatons.position[i].x());
-      EXPECT_NEAR(run.gammatons.position[i].y(), 0.0, scene.tracing.epsilon_mm + scene.tracing.pull * scene.tracing.reach_mm);
+      EXPECT_NEAR(run.gammatons.position[i].y(), 0.0,
+                  scene.tracing.epsilon_mm + scene.tracing.pull * scene.tracing.reach_mm);
     }
   }
   EXPECT_EQ(num_dripped, 500);
@@ -311,8 +341,10 @@ TEST(FloatOn, WithoutRaysIsAsWithRays) {
   const TriangleFrames frames(mesh, rays);
   const FreeSpace free_space(rays);
   scene.gravity_mm_s2 = {0, -kGravity, 0};
-  Clearance low(rays, frames, mesh.mesh.num_triangles(), scene.tracing.epsilon_mm), high(rays, frames, mesh.mesh.num_triangles(), 1e3);
-  const MotionScene without = motion_scene(scene, rays, frames, free_space, low), with = motion_scene(scene, rays, frames, free_space, high);
+  Clearance low(rays, frames, mesh.mesh.num_triangles(), scene.tracing.epsilon_mm),
+      high(rays, frames, mesh.mesh.num_triangles(), 1e3);
+  const MotionScene without = motion_scene(scene, rays, frames, free_space, low),
+                    with = motion_scene(scene, rays, frames, free_space, high);
   RandomStream random(1, 0);
   int num_same = 0;
   for (int i = 0; i < 5000; ++i) {
@@ -346,7 +378,8 @@ TEST(FreeSpace, NothingLiesNearerThanItSays) {
     const Vec3 p = 100.0 * Vec3(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5);
     const double free = free_space.distance(p);
     num_free += free > 0.0 ? 1 : 0;
-    // A ball's surface is |50 - |p|| away in the Euclidean norm, at most sqrt(3) times the maximum norm; facets lie a little within.
+    // A ball's surface is |50 - |p|| away in the Euclidean norm, at most sqrt(3) times the maximum norm; facets lie a
+    // little within.
     EXPECT_LE(free, std::abs(50.0 - p.norm()) + 0.3);
     const Vec3 d = Vec3(random.normal(), random.normal(), random.normal());
     EXPECT_EQ(rays.first_hit(p, d / d.cwiseAbs().maxCoeff(), 0.0, free).triangle, -1);
@@ -359,7 +392,12 @@ TEST(GammatonTracer, EqualBitsForAnyNumberOfThreads) {
   for (const int threads : {1, 2, 3, 8}) {
     Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 3)), 128);
     scene.emitters[0] = {.name = "rain", .shape = EmitterShape::Sky, .spread_deg = 30, .gammatons = 9000};
-    scene.emitters.push_back({.name = "ball", .shape = EmitterShape::Sphere, .position_mm = {0, 80, 0}, .size_mm = {20, 20}, .spread_deg = 60, .gammatons = 3000});
+    scene.emitters.push_back({.name = "ball",
+                              .shape = EmitterShape::Sphere,
+                              .position_mm = {0, 80, 0},
+                              .size_mm = {20, 20},
+                              .spread_deg = 60,
+                              .gammatons = 3000});
     scene.gravity_mm_s2 = {0, -kGravity, 0};
     scene.behavior = {};
     TracedScene run(scene);
@@ -391,7 +429,8 @@ TEST(GammatonTracer, DeathsAndBirthsAreListedOnce) {
     for (const TraceResult* r : {&run.traced, &run.responded}) {
       for (const Death& d : r->died) EXPECT_EQ(--alive[d.gammaton], 0);
     }
-    for (std::size_t i = 0; i < alive.size(); ++i) ASSERT_EQ(alive[i] != 0, run.gammatons.state[i] != GammatonState::Waiting);
+    for (std::size_t i = 0; i < alive.size(); ++i)
+      ASSERT_EQ(alive[i] != 0, run.gammatons.state[i] != GammatonState::Waiting);
   }
 }
 
@@ -411,7 +450,8 @@ TEST(GammatonTracer, AMovedObjectIsHitWhereItIs) {
   EXPECT_NEAR(run.gammatons.position[0].y(), -20.0, 1e-5);
   for (int k = 0; k < 100; ++k) {
     const Vec3 origin(k - 50, 40, 0.3 * k);
-    const TriangleHit a = run.tracer.rays().first_hit(origin, {0.1, -1, 0.2}, 0.0, 1e30), b = fresh.first_hit(origin, {0.1, -1, 0.2}, 0.0, 1e30);
+    const TriangleHit a = run.tracer.rays().first_hit(origin, {0.1, -1, 0.2}, 0.0, 1e30),
+                      b = fresh.first_hit(origin, {0.1, -1, 0.2}, 0.0, 1e30);
     EXPECT_EQ(a.triangle, b.triangle);
     EXPECT_EQ(a.distance, b.distance);
   }

@@ -57,7 +57,8 @@ TEST(RandomDirection, PhongLobeHasItsMomentsAndItsDistribution) {
       EXPECT_NEAR(d.norm(), 1.0, 1e-9);
       const double cosine = d.dot(axis);
       sum += cosine;
-      by_cosine[std::min<std::size_t>(19, static_cast<std::size_t>(20.0 * std::pow(cosine, n + 1.0)))] += 1.0;  // the CDF is uniform
+      by_cosine[std::min<std::size_t>(19, static_cast<std::size_t>(20.0 * std::pow(cosine, n + 1.0)))] +=
+          1.0;  // the CDF is uniform
       const double turn = std::atan2(d.dot(frame.v), d.dot(frame.u)) / (2.0 * std::numbers::pi) + 0.5;
       by_turn[std::min<std::size_t>(15, static_cast<std::size_t>(16.0 * turn))] += 1.0;
     }
@@ -78,7 +79,8 @@ TEST(RandomDirection, ConeIsUniformInSolidAngle) {
       const std::uint32_t a = random.next_u32();
       const double cosine = cone_direction(axis, least, a, random.next_u32()).dot(axis);
       ASSERT_GE(cosine, least - 1e-12);
-      if (half_angle > 0.0) by_cosine[std::min<std::size_t>(19, static_cast<std::size_t>(20.0 * (1.0 - cosine) / (1.0 - least)))] += 1.0;
+      if (half_angle > 0.0)
+        by_cosine[std::min<std::size_t>(19, static_cast<std::size_t>(20.0 * (1.0 - cosine) / (1.0 - least)))] += 1.0;
     }
     if (half_angle > 0.0) {
       EXPECT_LT(chi_square_of_equal(by_cosine), chi_square_limit(19)) << half_angle;

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "libcommon/core/random.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/ray_scene.h"
+#include "patinate/geometry/mesh_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"
 
@@ -18,12 +18,15 @@ using testing_support::make_cube;
 using testing_support::make_icosphere;
 using testing_support::make_patch;
 
-Vec3 random_vector(RandomStream& random) { return {random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5}; }
+Vec3 random_vector(RandomStream& random) {
+  return {random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
+}
 
 /// A bumpy closed surface with triangles of very different sizes.
 Mesh bumpy_sphere(int levels) {
   Mesh mesh = make_icosphere(100.0, levels);
-  for (Vec3& p : mesh.positions) p *= 1.0 + 0.2 * std::sin(p.x() * 0.1) * std::cos(p.y() * 0.13) * std::sin(p.z() * 0.07 + 1.0);
+  for (Vec3& p : mesh.positions)
+    p *= 1.0 + 0.2 * std::sin(p.x() * 0.1) * std::cos(p.y() * 0.13) * std::sin(p.z() * 0.07 + 1.0);
   return mesh;
 }
 
@@ -64,7 +67,9 @@ TEST(RayTracer, AgreesWithEmbreeToRounding) {
     const Vec3 direction = random_vector(random).normalized();
     const TriangleHit ours = tracer.first_hit(origin, direction, 0.0, 1e30);
     const auto theirs = embree.first_hit(origin, direction);
-    if ((ours.triangle >= 0) != theirs.has_value() || (theirs && std::abs(ours.distance - theirs->distance) > kRounding)) ++num_others;
+    if ((ours.triangle >= 0) != theirs.has_value() ||
+        (theirs && std::abs(ours.distance - theirs->distance) > kRounding))
+      ++num_others;
   }
   EXPECT_LE(num_others, 2) << "a silhouette grazed within rounding may be seen by one alone";
 }
@@ -87,7 +92,8 @@ TEST(RayTracer, NothingPassesThroughEdgesAndCornersOfAClosedMesh) {
 }
 
 TEST(RayTracer, GrazingRaysHitABoxAsOftenAsTheyEnterIt) {
-  // Along the faces of a cube, edge-on, exactly in their planes: a ray that starts outside and ends inside hits something.
+  // Along the faces of a cube, edge-on, exactly in their planes: a ray that starts outside and ends inside hits
+  // something.
   const Mesh mesh = make_cube(10.0);
   const RayTracer tracer(mesh);
   RandomStream random(4, 0);
@@ -107,7 +113,8 @@ TEST(RayTracer, IntervalIsOpenBelowAndClosedAbove) {
   EXPECT_FALSE(tracer.first_hit(origin, up, 5.0, 1e30).is_front);
   EXPECT_EQ(tracer.first_hit(origin, up, 0.0, 5.0).distance, 5.0);
   EXPECT_EQ(tracer.first_hit(origin, up, 0.0, 4.999).triangle, -1);
-  EXPECT_EQ(tracer.first_hit(origin, 0.5 * up, 0.0, 10.0).distance, 10.0) << "distances are in lengths of the direction";
+  EXPECT_EQ(tracer.first_hit(origin, 0.5 * up, 0.0, 10.0).distance, 10.0)
+      << "distances are in lengths of the direction";
 }
 
 TEST(RayTracer, OfSeveralAtOneDistanceTheLowestIndexIsHit) {
@@ -156,7 +163,8 @@ TEST(RayTracer, AMovedMeshIsTracedAsIfNew) {
   RandomStream random(5, 0);
   for (int i = 0; i < 1000; ++i) {
     const Vec3 origin = 300.0 * random_vector(random), direction = random_vector(random);
-    const TriangleHit a = tracer.first_hit(origin, direction, 0.0, 1e30), b = fresh.first_hit(origin, direction, 0.0, 1e30);
+    const TriangleHit a = tracer.first_hit(origin, direction, 0.0, 1e30),
+                      b = fresh.first_hit(origin, direction, 0.0, 1e30);
     EXPECT_EQ(a.triangle, b.triangle);
     EXPECT_EQ(a.distance, b.distance);
   }
@@ -177,7 +185,9 @@ TEST(RayTracer, SeesAHydrantAsEmbreeDoes) {
     const TriangleHit ours = tracer.first_hit(origin, direction, 0.0, 1e30);
     const auto theirs = embree.first_hit(origin, direction);
     num_hits += ours.triangle >= 0 ? 1 : 0;
-    if ((ours.triangle >= 0) != theirs.has_value() || (theirs && std::abs(ours.distance - theirs->distance) > 1e-5 * size)) ++num_others;
+    if ((ours.triangle >= 0) != theirs.has_value() ||
+        (theirs && std::abs(ours.distance - theirs->distance) > 1e-5 * size))
+      ++num_others;
   }
   EXPECT_GT(num_hits, 1000);
   EXPECT_LE(num_others, 4) << "silhouettes grazed within rounding";

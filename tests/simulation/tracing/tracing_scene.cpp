@@ -20,7 +20,8 @@ Scene scene_with(Mesh mesh, int resolution) {
   rain.shape = EmitterShape::Point;
   rain.gammatons = 1000;
   scene.emitters.push_back(rain);
-  scene.behavior = {.bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
+  scene.behavior = {
+      .bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.gravity_mm_s2 = Vec3::Zero();
   return scene;
 }
@@ -39,7 +40,11 @@ Mesh with_any_uvs(Mesh mesh) {
 }
 
 TracedScene::TracedScene(Scene from)
-    : scene(std::move(from)), mesh(make_scene_mesh(scene)), surface(mesh, scene.resolution), tracer(mesh, surface), gammatons(make_gammatons(scene)) {}
+    : scene(std::move(from)),
+      mesh(make_scene_mesh(scene)),
+      surface(mesh, scene.resolution),
+      tracer(mesh, surface),
+      gammatons(make_gammatons(scene)) {}
 
 void TracedScene::trace(int num_threads) {
   RunControl control;

@@ -2,13 +2,14 @@
 /// Small scenes for tests of gammatons.
 #pragma once
 
-#include "patinate/simulation/surface_atlas.h"
 #include "patinate/simulation/scene.h"
+#include "patinate/simulation/surface_atlas.h"
 #include "simulation/tracing/motion.h"
 
 namespace patinate::testing_support {
 
-/// One object, one emitter ("rain": a point at the origin looking down, 1000 gammatons), no gravity, all absorbed at once.
+/// One object, one emitter ("rain": a point at the origin looking down, 1000 gammatons), no gravity, all absorbed at
+/// once.
 [[nodiscard]] Scene scene_with(Mesh mesh, int resolution = 64);
 
 /// Gives every triangle a part of the unit square of its own, so that any mesh has an atlas.

@@ -37,9 +37,11 @@ RunControl threads(int n) {
 }
 
 /// One contact after another, by gammaton, on a map of texels: what Exchanger must equal for splats of one texel.
-void exchange_slowly(std::vector<Contact> contacts, const ExchangeOptions& options, std::int64_t iteration, Cargo& cargo,
-                     const SurfaceAtlas& surface, std::map<std::pair<int, TexelIndex>, std::uint32_t>& amounts, std::set<TileIndex>& dirty) {
-  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.gammaton < b.gammaton; });
+void exchange_slowly(std::vector<Contact> contacts, const ExchangeOptions& options, std::int64_t iteration,
+                     Cargo& cargo, const SurfaceAtlas& surface,
+                     std::map<std::pair<int, TexelIndex>, std::uint32_t>& amounts, std::set<TileIndex>& dirty) {
+  std::sort(contacts.begin(), contacts.end(),
+            [](const Contact& a, const Contact& b) { return a.gammaton < b.gammaton; });
   for (const Contact& contact : contacts) {
     const std::uint32_t weight = surface.weight(contact.texel);
     std::size_t active = 0;
@@ -49,7 +51,8 @@ void exchange_slowly(std::vector<Contact> contacts, const ExchangeOptions& optio
       if (rate == 0.0) continue;
       std::uint32_t& amount = amounts.at({m, contact.texel});
       std::uint32_t& mass = cargo.mass[contact.gammaton][static_cast<std::size_t>(m)];
-      const int quanta = transfer_quanta(transfer_shares(options.ratio, rate, options.contact, weight), amount, weight, mass, randoms[active++]);
+      const int quanta = transfer_quanta(transfer_shares(options.ratio, rate, options.contact, weight), amount, weight,
+                                         mass, randoms[active++]);
       if (quanta != 0) dirty.insert(TileGrid::tile_of(contact.texel));
       amount -= static_cast<std::uint32_t>(quanta);
       mass += static_cast<std::uint32_t>(quanta) * weight;
@@ -71,7 +74,8 @@ TEST(Exchanger, EqualsOneContactAfterAnother) {
       std::set<TileIndex> dirty;
       exchange_slowly(contacts, kOptions, iteration, slow_cargo, *scene.surface, amounts, dirty);
       const std::int64_t before = scene.atlas->mass(0);
-      const ExchangeReport report = exchanger.exchange(contacts, kOptions, iteration, cargo, *scene.atlas, nullptr, threads(2));
+      const ExchangeReport report =
+          exchanger.exchange(contacts, kOptions, iteration, cargo, *scene.atlas, nullptr, threads(2));
       EXPECT_EQ(scene.atlas->mass(0) - before, report.dropped[0] - report.picked_up[0]);
       EXPECT_TRUE(std::equal(report.dirty_tiles.begin(), report.dirty_tiles.end(), dirty.begin(), dirty.end()));
     }
@@ -101,16 +105,19 @@ Outcome outcome_of(std::uint32_t n, int splat, int num_threads, bool is_shuffled
     (void)exchanger.exchange(contacts, options, iteration, cargo, *scene.atlas, &maps, threads(num_threads));
   }
   Outcome out{scene.atlas->hash(), cargo.mass, {}};
-  for (const TexelIndex t : scene.covered) out.hits.push_back(maps.hits()->value(t) * 1000 + maps.residence()->value(t));
+  for (const TexelIndex t : scene.covered)
+    out.hits.push_back(maps.hits()->value(t) * 1000 + maps.residence()->value(t));
   return out;
 }
 
 TEST(Exchanger, HasTheSameBitsForAnyThreadsAndOrder) {
   for (const int splat : {1, 3, 5}) {
-    for (const std::uint32_t n : {500u, splat == 1 ? 33'000u : 5'000u}) {  // as parts: below and above what is sorted at once
+    for (const std::uint32_t n :
+         {500u, splat == 1 ? 33'000u : 5'000u}) {  // as parts: below and above what is sorted at once
       const Outcome one = outcome_of(n, splat, 1, false);
       EXPECT_EQ(one, outcome_of(n, splat, 1, true)) << "shuffled";
-      for (const int num_threads : {2, 3, 8}) EXPECT_EQ(one, outcome_of(n, splat, num_threads, num_threads == 3)) << splat << " " << n << " " << num_threads;
+      for (const int num_threads : {2, 3, 8})
+        EXPECT_EQ(one, outcome_of(n, splat, num_threads, num_threads == 3)) << splat << " " << n << " " << num_threads;
     }
   }
 }
@@ -123,15 +130,21 @@ TEST(Exchanger, ConservesEveryQuantumForEveryRatioAndRate) {
     Cargo cargo = random_cargo(kGammatons, 16.0, 2);
     Exchanger exchanger(3, kSeed);
     std::array<std::int64_t, 3> total{};
-    for (int m = 0; m < 3; ++m) total[static_cast<std::size_t>(m)] = scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m));
+    for (int m = 0; m < 3; ++m)
+      total[static_cast<std::size_t>(m)] = scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m));
     std::int64_t iteration = 0;
     for (const double ratio : {0.0, 0.001, 0.3, 0.5, 1.0}) {
       for (const double rate : {0.0, 1.0 / 4096, 0.1, 1.0}) {
-        const ExchangeOptions options{.ratio = ratio, .rates = {rate, rate, 1.0 - rate}, .contact = 1.0 + random.uniform(), .splat_texels = splat};
-        const std::vector<Contact> contacts = random_contacts(scene, kGammatons, static_cast<std::uint64_t>(iteration), 40);
+        const ExchangeOptions options{.ratio = ratio,
+                                      .rates = {rate, rate, 1.0 - rate},
+                                      .contact = 1.0 + random.uniform(),
+                                      .splat_texels = splat};
+        const std::vector<Contact> contacts =
+            random_contacts(scene, kGammatons, static_cast<std::uint64_t>(iteration), 40);
         (void)exchanger.exchange(contacts, options, iteration++, cargo, *scene.atlas);
         for (int m = 0; m < 3; ++m) {
-          ASSERT_EQ(scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m)), total[static_cast<std::size_t>(m)]);
+          ASSERT_EQ(scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m)),
+                    total[static_cast<std::size_t>(m)]);
         }
       }
     }
@@ -177,14 +190,16 @@ TEST(Exchanger, WakesAndWritesOnlyWhereSomethingChanged) {
   TransportScene scene = squeezed_plane(128);
   Cargo cargo = random_cargo(100, 0.0, 1);  // dry gammatons on a dry surface
   Exchanger exchanger(3, kSeed);
-  const ExchangeReport report = exchanger.exchange(random_contacts(scene, 100, 1), {.ratio = 0.5, .rates = {1.0}}, 0, cargo, *scene.atlas);
+  const ExchangeReport report =
+      exchanger.exchange(random_contacts(scene, 100, 1), {.ratio = 0.5, .rates = {1.0}}, 0, cargo, *scene.atlas);
   EXPECT_TRUE(report.dirty_tiles.empty());
   EXPECT_EQ(scene.atlas->memory(), 0u);
 }
 
 TEST(ParameterMaps, CountWhatTheExchangeDoes) {
   TransportScene scene = squeezed_plane(64);
-  ParameterMaps maps(scene.surface->grid(), {.hits = true, .last_hit = true, .residence = true, .deposited = {true, false, true}});
+  ParameterMaps maps(scene.surface->grid(),
+                     {.hits = true, .last_hit = true, .residence = true, .deposited = {true, false, true}});
   Exchanger exchanger(3, kSeed);
   Cargo cargo = random_cargo(2000, 1.0, 1);
   std::map<TexelIndex, std::uint32_t> hits, last, residence;
@@ -228,10 +243,11 @@ TEST(Splat, SharesSumToTheWholeAndEvenRainStaysEvenAlsoAcrossASeam) {
       EXPECT_EQ(splat.parts[0].texel, t);
       EXPECT_EQ(splat.num_parts > 1, width > 1);
     }
-    // Every texel hit as often as it is large: each receives as much as it gives away, at seams and at the surface's end as well. Shares are
-    // cut to whole parts of 4096 at each of two steps, at up to six links.
+    // Every texel hit as often as it is large: each receives as much as it gives away, at seams and at the surface's
+    // end as well. Shares are cut to whole parts of 4096 at each of two steps, at up to six links.
     constexpr double kRounding = 2.0 * 6.0 * 25.0 / Splat::kWhole;
-    for (const TexelIndex t : scene.covered) EXPECT_NEAR(received[t] / scene.surface->weight(t), 1.0, kRounding) << width;
+    for (const TexelIndex t : scene.covered)
+      EXPECT_NEAR(received[t] / scene.surface->weight(t), 1.0, kRounding) << width;
   }
 }
 
@@ -264,7 +280,8 @@ TEST(Splat, DealsOutLessThanAQuantumForEachPartWithoutBias) {
     Cargo cargo;
     cargo.mass.push_back({scene.surface->weight(middle)});
     const std::vector<Contact> contact{{middle, 0}};
-    (void)exchanger.exchange(contact, {.ratio = 1.0, .rates = {1.0}, .contact = 1e3, .splat_texels = 5}, i, cargo, *scene.atlas);
+    (void)exchanger.exchange(contact, {.ratio = 1.0, .rates = {1.0}, .contact = 1e3, .splat_texels = 5}, i, cargo,
+                             *scene.atlas);
     EXPECT_EQ(cargo.mass[0][0], 0u);
   }
   for (int k = 0; k < splat.num_parts; ++k) {

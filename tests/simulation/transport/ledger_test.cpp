@@ -43,10 +43,13 @@ TEST(MassLedger, BalancesInEveryIterationOfALife) {
   MassLedger ledger;
   Exchanger exchanger(3, 1);
   RandomStream random(7, 7);
-  for (std::uint32_t g = 0; g < kGammatons; ++g) ledger.birth(g, MassLedger::cargo_of({0.8, 0.0, random.uniform()}), cargo);
+  for (std::uint32_t g = 0; g < kGammatons; ++g)
+    ledger.birth(g, MassLedger::cargo_of({0.8, 0.0, random.uniform()}), cargo);
   for (int i = 0; i < 60; ++i) {
     const std::vector<Contact> contacts = random_contacts(scene, kGammatons, static_cast<std::uint64_t>(i));
-    ledger.add(exchanger.exchange(contacts, {.ratio = random.uniform(), .rates = {0.5, 0.01, 1.0}, .splat_texels = i % 3 == 0 ? 3 : 1}, i, cargo, *scene.atlas));
+    ledger.add(exchanger.exchange(
+        contacts, {.ratio = random.uniform(), .rates = {0.5, 0.01, 1.0}, .splat_texels = i % 3 == 0 ? 3 : 1}, i, cargo,
+        *scene.atlas));
     for (std::uint32_t g = 0; g < kGammatons; ++g) {
       if (random.below(10) != 0) continue;
       ledger.end(g, static_cast<CargoEnd>(random.below(3)), cargo);
@@ -64,7 +67,8 @@ TEST(MassLedger, BalancesInEveryIterationOfALife) {
   EXPECT_GT(ledger.account(0).rested.value(), 0.0);
 }
 
-// Five gammatons with 0.5 of water on a texel of median size each; one left, one was absorbed. Then 3 quanta of metal from nowhere.
+// Five gammatons with 0.5 of water on a texel of median size each; one left, one was absorbed. Then 3 quanta of metal
+// from nowhere.
 TEST(MassLedger, HasOneVocabularyInJson) {
   Cargo cargo;
   cargo.mass.resize(5);
@@ -72,10 +76,12 @@ TEST(MassLedger, HasOneVocabularyInJson) {
   for (std::uint32_t g = 0; g < 5; ++g) ledger.birth(g, MassLedger::cargo_of({0.5}), cargo);
   ledger.end(0, CargoEnd::Left, cargo);
   ledger.end(1, CargoEnd::Absorbed, cargo);
-  const Json expected{{"emitted", 2.5}, {"made", 0.0}, {"on_surfaces", 0.0}, {"carried", 1.5}, {"absorbed", 0.5}, {"rested", 0.0}, {"left", 0.5}, {"used", 0.0}, {"residual", 0.0}};
+  const Json expected{{"emitted", 2.5}, {"made", 0.0}, {"on_surfaces", 0.0}, {"carried", 1.5}, {"absorbed", 0.5},
+                      {"rested", 0.0},  {"left", 0.5}, {"used", 0.0},        {"residual", 0.0}};
   EXPECT_EQ(ledger_json(ledger, kNames).at("water"), expected);
   ledger.account(1).made += 3;
-  EXPECT_EQ(ledger_json(ledger, kNames).at("metal").at("residual").get<double>(), 3.0 / (double{kAmountOne} * SurfaceAtlas::kMedianWeight));
+  EXPECT_EQ(ledger_json(ledger, kNames).at("metal").at("residual").get<double>(),
+            3.0 / (double{kAmountOne} * SurfaceAtlas::kMedianWeight));
 }
 
 TEST(MassLedger, AuditFindsASingleLostQuantum) {
@@ -87,7 +93,8 @@ TEST(MassLedger, AuditFindsASingleLostQuantum) {
   EXPECT_EQ(cargo.mass[0][0], kAmountOne * SurfaceAtlas::kMedianWeight);
   EXPECT_EQ(audit(ledger, *scene.atlas, cargo, kNames), "");
   --cargo.mass[0][0];
-  EXPECT_EQ(audit(ledger, *scene.atlas, cargo, kNames), "material 'water': the gammatons differ from the ledger by -1 quanta");
+  EXPECT_EQ(audit(ledger, *scene.atlas, cargo, kNames),
+            "material 'water': the gammatons differ from the ledger by -1 quanta");
   ++cargo.mass[0][0];
   const TexelIndex t = scene.covered[5];
   scene.atlas->writable_tile(1, TileGrid::tile_of(t))[t % 64] += 1;

@@ -72,7 +72,8 @@ TEST(Transfer, MeanIsTheClosedFormForEveryRatioRateAndArea) {
         for (int i = 0; i < kDraws; ++i) sum += transfer_quanta(shares, amount, weight, mass, random.next_u32());
         const double expected = closed_form(r, c, 1.0, weight, double(amount) * weight, mass) / weight;
         // Rounding up with probability p has variance p (1 - p) <= 1/4; rounding of the sum in double is far below.
-        EXPECT_NEAR(sum / kDraws, expected, kSigmas * 0.5 / std::sqrt(kDraws) + 1e-9 * std::abs(expected)) << r << " " << c << " " << weight;
+        EXPECT_NEAR(sum / kDraws, expected, kSigmas * 0.5 / std::sqrt(kDraws) + 1e-9 * std::abs(expected))
+            << r << " " << c << " " << weight;
       }
     }
   }
@@ -91,7 +92,8 @@ TEST(Transfer, SmallestRateAndAmountsHaveNoDeadZone) {
     }
     const double up_share = closed_form(0.0, kRate, 1.0, weight, 2.0 * weight, 0.0) / weight;
     const double down_share = -closed_form(1.0, kRate, 1.0, weight, 0.0, 2.0 * weight) / weight;
-    EXPECT_NEAR(picked_up / kDraws, up_share, kSigmas * std::sqrt(up_share / kDraws));  // so few that they are a Poisson count
+    EXPECT_NEAR(picked_up / kDraws, up_share,
+                kSigmas * std::sqrt(up_share / kDraws));  // so few that they are a Poisson count
     EXPECT_NEAR(dropped / kDraws, down_share, kSigmas * std::sqrt(down_share / kDraws));
   }
 }
@@ -101,9 +103,12 @@ TEST(Transfer, NeverTakesWhatIsNotThere) {
   constexpr double kRatios[] = {0.0, 0.5, 1.0}, kRates[] = {0.0, 0.3, 1.0}, kContacts[] = {0.01, 1.0, 1e6};
   for (int i = 0; i < 1'000'000; ++i) {
     const std::uint32_t weight = 1 + random.below(random.below(2) == 0 ? 300 : SurfaceAtlas::kMaxWeight);
-    const std::uint32_t amount = random.below(3) == 0 ? kMaxAmount - random.below(3) : random.below(random.below(2) == 0 ? 4 : kMaxAmount + 1);
-    const std::uint32_t mass = random.below(3) == 0 ? 0xFFFFFFFFu - random.below(9) : random.below(random.below(2) == 0 ? 2 * weight : 0xFFFFFFFFu);
-    const TransferShares shares = transfer_shares(kRatios[random.below(3)], kRates[random.below(3)], kContacts[random.below(3)], weight);
+    const std::uint32_t amount =
+        random.below(3) == 0 ? kMaxAmount - random.below(3) : random.below(random.below(2) == 0 ? 4 : kMaxAmount + 1);
+    const std::uint32_t mass = random.below(3) == 0 ? 0xFFFFFFFFu - random.below(9)
+                                                    : random.below(random.below(2) == 0 ? 2 * weight : 0xFFFFFFFFu);
+    const TransferShares shares =
+        transfer_shares(kRatios[random.below(3)], kRates[random.below(3)], kContacts[random.below(3)], weight);
     const std::int64_t quanta = transfer_quanta(shares, amount, weight, mass, random.next_u32());
     const std::int64_t amount_after = std::int64_t{amount} - quanta, mass_after = std::int64_t{mass} + quanta * weight;
     ASSERT_TRUE(amount_after >= 0 && amount_after <= kMaxAmount && mass_after >= 0 && mass_after <= 0xFFFFFFFF)
@@ -114,7 +119,8 @@ TEST(Transfer, NeverTakesWhatIsNotThere) {
 TEST(Transfer, RatioZeroOnlyPicksUpAndOneOnlyDrops) {
   RandomStream random(4, 0);
   for (int i = 0; i < 100'000; ++i) {
-    const std::uint32_t weight = 1 + random.below(2000), amount = random.below(kMaxAmount + 1), mass = random.next_u32();
+    const std::uint32_t weight = 1 + random.below(2000), amount = random.below(kMaxAmount + 1),
+                        mass = random.next_u32();
     const double rate = random.uniform();
     ASSERT_GE(transfer_quanta(transfer_shares(0.0, rate, 1.0, weight), amount, weight, mass, random.next_u32()), 0);
     ASSERT_LE(transfer_quanta(transfer_shares(1.0, rate, 1.0, weight), amount, weight, mass, random.next_u32()), 0);
@@ -125,8 +131,9 @@ TEST(Transfer, RandomNumbersBelongToGammatonIterationAndPiece) {
   const auto base = transfer_randoms(5, 17, 3, 0, 8);
   EXPECT_EQ(transfer_randoms(5, 17, 3, 0, 8), base);
   EXPECT_EQ(transfer_randoms(5, 17, 3, 0, 2)[1], base[1]) << "not on how many are wanted";
-  for (const auto& other : {transfer_randoms(6, 17, 3, 0, 8), transfer_randoms(5, 18, 3, 0, 8), transfer_randoms(5, 17, 4, 0, 8),
-                            transfer_randoms(5, 17, 3, 1, 8), transfer_randoms(5, 17, 3 + (std::int64_t{1} << 32), 0, 8)}) {
+  for (const auto& other :
+       {transfer_randoms(6, 17, 3, 0, 8), transfer_randoms(5, 18, 3, 0, 8), transfer_randoms(5, 17, 4, 0, 8),
+        transfer_randoms(5, 17, 3, 1, 8), transfer_randoms(5, 17, 3 + (std::int64_t{1} << 32), 0, 8)}) {
     for (std::size_t i = 0; i < 8; ++i) EXPECT_NE(other[i], base[i]);
   }
 }

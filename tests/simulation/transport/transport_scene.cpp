@@ -15,7 +15,8 @@ TransportScene scene_of(Mesh mesh, int resolution) {
   scene.objects.push_back(std::move(object));
   TransportScene out;
   out.surface = std::make_unique<SurfaceAtlas>(make_scene_mesh(scene), resolution);
-  out.atlas = std::make_unique<MaterialAtlas>(*out.surface, 3, std::vector<std::array<std::uint16_t, kMaxMaterials>>{{0, kAmountOne, kAmountOne / 2}});
+  out.atlas = std::make_unique<MaterialAtlas>(
+      *out.surface, 3, std::vector<std::array<std::uint16_t, kMaxMaterials>>{{0, kAmountOne, kAmountOne / 2}});
   for (TexelIndex t = 0; t < out.surface->grid().num_texels(); ++t) {
     if (out.surface->is_covered(t)) out.covered.push_back(t);
   }
@@ -32,7 +33,8 @@ TransportScene squeezed_plane(int resolution) {
 
 TransportScene seamed_plane(int resolution) { return scene_of(cut_plane(100), resolution); }
 
-std::vector<Contact> random_contacts(const TransportScene& scene, std::uint32_t n, std::uint64_t seed, std::uint32_t crowding) {
+std::vector<Contact> random_contacts(const TransportScene& scene, std::uint32_t n, std::uint64_t seed,
+                                     std::uint32_t crowding) {
   RandomStream random(seed, 0);
   std::vector<Contact> contacts;
   for (std::uint32_t g = 0; g < n; ++g) {
@@ -47,7 +49,8 @@ Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed) {
   Cargo cargo;
   cargo.mass.resize(n);
   for (auto& mass : cargo.mass) {
-    for (std::size_t m = 0; m < 3; ++m) mass[m] = static_cast<std::uint32_t>(random.uniform() * most * kAmountOne * SurfaceAtlas::kMedianWeight);
+    for (std::size_t m = 0; m < 3; ++m)
+      mass[m] = static_cast<std::uint32_t>(random.uniform() * most * kAmountOne * SurfaceAtlas::kMedianWeight);
   }
   return cargo;
 }

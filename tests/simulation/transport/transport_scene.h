@@ -18,13 +18,15 @@ struct TransportScene {
   std::vector<TexelIndex> covered;
 };
 
-/// A plane whose UVs are squeezed toward one side: weights from about 100 to 4000. Three materials with 0, 1 and 0.5 of each at first.
+/// A plane whose UVs are squeezed toward one side: weights from about 100 to 4000. Three materials with 0, 1 and 0.5 of
+/// each at first.
 [[nodiscard]] TransportScene squeezed_plane(int resolution);
 /// cut_plane(): a seam, texels of one size.
 [[nodiscard]] TransportScene seamed_plane(int resolution);
 
 /// `n` contacts of gammatons 0 to n - 1 with texels of which one in `crowding` is used.
-[[nodiscard]] std::vector<Contact> random_contacts(const TransportScene& scene, std::uint32_t n, std::uint64_t seed, std::uint32_t crowding = 1);
+[[nodiscard]] std::vector<Contact> random_contacts(const TransportScene& scene, std::uint32_t n, std::uint64_t seed,
+                                                   std::uint32_t crowding = 1);
 /// Gammatons with up to `most` of each of three materials, in any quanta.
 [[nodiscard]] Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed);
 

@@ -24,21 +24,24 @@ class AccessTest : public ::testing::Test {
 };
 
 TEST_F(AccessTest, AdmitsThisMachineByAnyPortAndNamesThatAreAllowed) {
-  for (const char* host : {"127.0.0.1:8123", "localhost:9000", "[::1]:8123", "LOCALHOST", "lab.example:80", "127.0.0.1"}) {
+  for (const char* host :
+       {"127.0.0.1:8123", "localhost:9000", "[::1]:8123", "LOCALHOST", "lab.example:80", "127.0.0.1"}) {
     EXPECT_TRUE(admits(request(host, cookie_))) << host;
   }
 }
 
 TEST_F(AccessTest, RefusesOtherHostsAlsoThoseThatBeginLikeOurs) {
-  for (const char* host : {"", "evil.example", "127.0.0.1.evil.example", "localhost:80@evil", "localhost.evil:80", "127.0.0.1:80:80", "127.0.0.1:", "[::1]x", "lab.example.evil",
-                           "127.0.0.1:123456", "localhost, evil"}) {
+  for (const char* host :
+       {"", "evil.example", "127.0.0.1.evil.example", "localhost:80@evil", "localhost.evil:80", "127.0.0.1:80:80",
+        "127.0.0.1:", "[::1]x", "lab.example.evil", "127.0.0.1:123456", "localhost, evil"}) {
     EXPECT_FALSE(admits(request(host, cookie_))) << host;
   }
 }
 
 TEST_F(AccessTest, RefusesAnotherOriginEvenWithTheCookie) {
   EXPECT_TRUE(admits(request("localhost:8123", cookie_, "http://localhost:8123")));
-  for (const char* origin : {"null", "http://localhost:8124", "http://127.0.0.1:8123", "https://localhost:8123", "http://evil.example", "file://", "http://localhost:8123.evil"}) {
+  for (const char* origin : {"null", "http://localhost:8124", "http://127.0.0.1:8123", "https://localhost:8123",
+                             "http://evil.example", "file://", "http://localhost:8123.evil"}) {
     EXPECT_FALSE(admits(request("localhost:8123", cookie_, origin))) << origin;
   }
 }
@@ -53,14 +56,16 @@ TEST_F(AccessTest, WantsTheWholeTokenAsCookieOrBearer) {
   bearer.headers["authorization"] = std::string("Basic ") + kToken;
   EXPECT_FALSE(admits(bearer));
   EXPECT_TRUE(admits(request("localhost", "theme=dark; " + cookie_ + "; x=y")));
-  for (const std::string& cookie : {std::string("patinate-8123="), std::string("patinate-8123=0123"), std::string("patinate-8124=") + kToken,
-                                    std::string("xpatinate-8123=") + kToken, cookie_ + "00"}) {
+  for (const std::string& cookie :
+       {std::string("patinate-8123="), std::string("patinate-8123=0123"), std::string("patinate-8124=") + kToken,
+        std::string("xpatinate-8123=") + kToken, cookie_ + "00"}) {
     EXPECT_FALSE(admits(request("localhost", cookie))) << cookie;
   }
 }
 
 TEST_F(AccessTest, OnlyTheRightTokenInTheAddressGivesTheCookie) {
-  HttpRequest entry{.method = "GET", .target = std::string("/?token=") + kToken, .headers = {{"host", "localhost:8123"}}, .body = {}};
+  HttpRequest entry{
+      .method = "GET", .target = std::string("/?token=") + kToken, .headers = {{"host", "localhost:8123"}}, .body = {}};
   EXPECT_TRUE(access_.is_entry(entry));
   EXPECT_NE(access_.cookie().find("HttpOnly; SameSite=Strict"), std::string::npos);
   HttpRequest wrong = entry;
@@ -86,7 +91,8 @@ TEST(RequestTarget, DecodesOnceAndRefusesNulAndBrokenEscapes) {
   EXPECT_EQ(target.value("place"), "a b c");
   EXPECT_EQ(target.value("path"), "x/y%2e");
   EXPECT_TRUE(target.has("flag"));
-  for (const char* bad : {"", "api", "/%0", "/%", "/%zz", "/a?b=%00", "/%00", "http://x/"}) EXPECT_THROW((void)parse_target(bad), InvalidInput) << bad;
+  for (const char* bad : {"", "api", "/%0", "/%", "/%zz", "/a?b=%00", "/%00", "http://x/"})
+    EXPECT_THROW((void)parse_target(bad), InvalidInput) << bad;
 }
 
 TEST(RequestTarget, ReadsBackWhatWasEncoded) {

@@ -19,7 +19,8 @@ class ServedFolderTest : public ::testing::Test {
     fs::create_directories(temp_ / "served/inside");
     fs::create_directories(temp_ / "secret");
     fs::create_directories(temp_ / "served2");
-    for (const char* file : {"served/inside/file.txt", "secret/file.txt", "served2/file.txt"}) std::ofstream(temp_ / file) << "x";
+    for (const char* file : {"served/inside/file.txt", "secret/file.txt", "served2/file.txt"})
+      std::ofstream(temp_ / file) << "x";
     fs::create_directory_symlink(temp_ / "secret", temp_ / "served/out");
     fs::create_directory_symlink(temp_ / "served/inside", temp_ / "served/in");
     fs::create_symlink(temp_ / "secret/file.txt", temp_ / "served/file");
@@ -41,9 +42,11 @@ TEST_F(ServedFolderTest, FindsWhatLiesInsideAlsoThroughLinks) {
 TEST_F(ServedFolderTest, FindsNothingThatLeavesIt) {
   const ServedFolder folder(temp_ / "served");
   const std::string absolute = (temp_ / "secret/file.txt").string();
-  for (const std::string& name : {std::string("../secret/file.txt"), std::string("inside/../../secret/file.txt"), std::string("inside/.."), absolute, "/" + absolute,
-                                  std::string("out/file.txt"), std::string("out"), std::string("file"), std::string("../served2/file.txt"), std::string("..\\secret"),
-                                  std::string("inside/file.txt\0.png", 20), std::string("/"), std::string("//etc/passwd"), std::string("missing")}) {
+  for (const std::string& name :
+       {std::string("../secret/file.txt"), std::string("inside/../../secret/file.txt"), std::string("inside/.."),
+        absolute, "/" + absolute, std::string("out/file.txt"), std::string("out"), std::string("file"),
+        std::string("../served2/file.txt"), std::string("..\\secret"), std::string("inside/file.txt\0.png", 20),
+        std::string("/"), std::string("//etc/passwd"), std::string("missing")}) {
     EXPECT_FALSE(folder.find(name).has_value()) << name;
   }
 }
@@ -61,23 +64,31 @@ TEST_F(ServedFolderTest, NewPathsAreNewAndInside) {
   const ServedFolder folder(temp_ / "served");
   EXPECT_EQ(folder.new_path("inside/scene.json"), folder.path() / "inside/scene.json");
   EXPECT_EQ(folder.new_path("scene.json"), folder.path() / "scene.json");
-  for (const char* name : {"", ".", "..", "../x", "out/x", "missing/x", "inside/file.txt", "file", "/tmp/x", "inside/"}) {
+  for (const char* name :
+       {"", ".", "..", "../x", "out/x", "missing/x", "inside/file.txt", "file", "/tmp/x", "inside/"}) {
     EXPECT_THROW((void)folder.new_path(name), InvalidInput) << name;
   }
 }
 
 TEST_F(ServedFolderTest, NothingNewGetsIntoAFinishedResult) {
   const ServedFolder folder(temp_ / "served");
-  constexpr const char* kManifests[][2] = {{"history.json", R"({"format": "patinate.history"})"},           {"transfer.json", R"({"format": "patinate.transfer"})"},
-                                           {"simulation.json", R"({"format": "patinate.simulation"})"},     {"registration.json", R"({"format": "patinate.registration"})"},
-                                           {"unlight.json", R"({"format": "patinate.unlit"})"},             {"recomposed.json", R"({"format": "patinate.recomposed"})"},
-                                           {"sequence.json", R"({"time_unit": "d"})"},                      {"factorization.json", R"({"format": "patinate.factorization"})"},
-                                           {"evaluation.json", R"({"format": "patinate.evaluation"})"},     {"report.json", R"({"format": "patinate.fit"})"}};
+  constexpr const char* kManifests[][2] = {{"history.json", R"({"format": "patinate.history"})"},
+                                           {"transfer.json", R"({"format": "patinate.transfer"})"},
+                                           {"simulation.json", R"({"format": "patinate.simulation"})"},
+                                           {"registration.json", R"({"format": "patinate.registration"})"},
+                                           {"unlight.json", R"({"format": "patinate.unlit"})"},
+                                           {"recomposed.json", R"({"format": "patinate.recomposed"})"},
+                                           {"sequence.json", R"({"time_unit": "d"})"},
+                                           {"factorization.json", R"({"format": "patinate.factorization"})"},
+                                           {"evaluation.json", R"({"format": "patinate.evaluation"})"},
+                                           {"report.json", R"({"format": "patinate.fit"})"}};
   for (const auto& [manifest, text] : kManifests) {
     fs::create_directories(temp_ / "served/made/deeper");
     std::ofstream(temp_ / "served/made" / manifest) << text;
-    for (const char* name : {"made/x.json", "made/deeper/x"}) EXPECT_THROW((void)folder.new_path(name), InvalidInput) << manifest << " " << name;
-    const ServedFolder inner(temp_ / "served/made/deeper");  // also where the result itself is what is served, or a part of it
+    for (const char* name : {"made/x.json", "made/deeper/x"})
+      EXPECT_THROW((void)folder.new_path(name), InvalidInput) << manifest << " " << name;
+    const ServedFolder inner(temp_ /
+                             "served/made/deeper");  // also where the result itself is what is served, or a part of it
     EXPECT_THROW((void)inner.new_path("x"), InvalidInput) << manifest;
     fs::remove_all(temp_ / "served/made");
   }

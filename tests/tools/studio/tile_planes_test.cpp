@@ -49,7 +49,8 @@ struct Picture {
     for (const ScreenTile tile : tiles) {
       for (int i = 0; i < 64; ++i) {
         const int x = static_cast<int>(tile) % columns * 8 + i % 8, y = static_cast<int>(tile) / columns * 8 + i / 8;
-        if (x < width && y < height) std::memcpy(&bytes[static_cast<std::size_t>(y * width + x) * 4], planes.tile(plane, tile).data() + 4 * i, 4);
+        if (x < width && y < height)
+          std::memcpy(&bytes[static_cast<std::size_t>(y * width + x) * 4], planes.tile(plane, tile).data() + 4 * i, 4);
       }
     }
   }
@@ -119,11 +120,14 @@ TEST(TilePlanes, AnUndoneStateIsShownAgain) {
   simulation.restore(before);
   show();
   const std::string again = planes.rows(TilePlanes::Surface);
-  for (std::size_t i = 0; i < seen.size(); ++i) ASSERT_EQ(again[i], seen[i]) << "texel " << i / 4 % 100 << ", " << i / 400;
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    ASSERT_EQ(again[i], seen[i]) << "texel " << i / 4 % 100 << ", " << i / 400;
 }
 
 /// The byte of a value: the root of its share of the top.
-double byte_of(double value, const OverlayPlane& plane) { return 255.0 * std::sqrt(std::clamp(value / plane.high(), 0.0, 1.0)); }
+double byte_of(double value, const OverlayPlane& plane) {
+  return 255.0 * std::sqrt(std::clamp(value / plane.high(), 0.0, 1.0));
+}
 
 TEST(OverlayPlane, ShowsAmountsAndCountersWithTheirTop) {
   simulation::Simulation simulation(plate(), {.parameter_maps = {"hits"}});
@@ -218,7 +222,9 @@ TEST(TileMessages, StayWithinFourMegabytesAndSayWhichIsLast) {
   std::vector<ScreenTile> tiles(40'000);
   for (ScreenTile t = 0; t < tiles.size(); ++t) tiles[t] = t;
   const std::vector<std::uint8_t> bytes(256, 7);
-  const std::vector<std::string> messages = tile_messages(Json{{"type", "tiles"}, {"plane", "surface"}}, tiles, true, [&](ScreenTile) { return std::span<const std::uint8_t>(bytes); });
+  const std::vector<std::string> messages =
+      tile_messages(Json{{"type", "tiles"}, {"plane", "surface"}}, tiles, true,
+                    [&](ScreenTile) { return std::span<const std::uint8_t>(bytes); });
   ASSERT_EQ(messages.size(), 3u);
   std::size_t count = 0;
   for (std::size_t i = 0; i < messages.size(); ++i) {

@@ -18,13 +18,13 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/exemplar/appearance_io.h"
 #include "transfer/library/library_job.h"
-#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 namespace {
@@ -37,7 +37,8 @@ using testing_support::TempFolder;
 constexpr int kWidth = 30, kHeight = 22, kFrames = 4, kLevels = 3;
 
 bool same(const AppearanceSpace& a, const AppearanceSpace& b) {
-  return a.levels == b.levels && a.masks == b.masks && a.variances == b.variances && a.explained_variance == b.explained_variance;
+  return a.levels == b.levels && a.masks == b.masks && a.variances == b.variances &&
+         a.explained_variance == b.explained_variance;
 }
 
 /// A history, and where its appearance under its own mask and the default options is kept.
@@ -51,7 +52,8 @@ class AppearanceCache : public testing::Test {
     file_ = appearance_file(*history_, key_);
     fresh_ = build_appearance_space(*history_, kLevels);
   }
-  [[nodiscard]] AppearanceSpace cached(int num_levels = kLevels, const AppearanceOptions& options = {}, const ImageU8& mask = {}) const {
+  [[nodiscard]] AppearanceSpace cached(int num_levels = kLevels, const AppearanceOptions& options = {},
+                                       const ImageU8& mask = {}) const {
     return cached_appearance_space(*history_, num_levels, options, {}, mask);
   }
   [[nodiscard]] std::vector<fs::path> kept() const {
@@ -103,7 +105,8 @@ TEST_F(AppearanceCache, DamageAnywhereIsNoticed) {
   const std::string whole = read_file(file_);
   ASSERT_EQ(error_of([&] { (void)read_appearance(file_, key_, kLevels, mask_); }), "");
   std::vector<std::string> damaged{"", whole + "x", std::string(whole.size(), '\0')};
-  for (std::size_t size = 0; size < whole.size(); size += size < 100 ? 1 : 997) damaged.push_back(whole.substr(0, size));
+  for (std::size_t size = 0; size < whole.size(); size += size < 100 ? 1 : 997)
+    damaged.push_back(whole.substr(0, size));
   for (std::size_t at = 0; at < whole.size(); at += at < 100 || at + 40 > whole.size() ? 1 : 313) {
     damaged.push_back(whole);
     damaged.back()[at] = static_cast<char>(damaged.back()[at] ^ (1 << (at % 8)));
@@ -138,7 +141,8 @@ TEST_F(AppearanceCache, ValuesThatCannotBeAreRefusedThoughTheChecksumFits) {
 TEST_F(AppearanceCache, WhatBelongsToSomethingElseIsRefused) {
   plant();
   const ImageU8 turned(kHeight, kWidth, 1, 255);
-  EXPECT_TRUE(has(error_of<IoError>([&] { (void)read_appearance(file_, std::string(32, '0'), kLevels, mask_); }), "something else"));
+  EXPECT_TRUE(has(error_of<IoError>([&] { (void)read_appearance(file_, std::string(32, '0'), kLevels, mask_); }),
+                  "something else"));
   EXPECT_NE(error_of<IoError>([&] { (void)read_appearance(file_, key_, kLevels, turned); }), "");
   EXPECT_TRUE(has(error_of<IoError>([&] { (void)read_appearance(file_, key_, kLevels + 1, mask_); }), "fewer levels"));
 }
@@ -160,7 +164,8 @@ TEST_F(AppearanceCache, OtherMasksAndOptionsAreAnalyzedForThemselves) {
   ImageU8 mask = mask_;
   mask.at(0, 0) = 0;
   EXPECT_TRUE(same(cached(kLevels, {}, mask), build_appearance_space(*history_, kLevels, {}, {}, mask)));
-  for (const AppearanceOptions& options : {AppearanceOptions{.spatial_radius_px = 0}, {.max_frames = 3}, {.num_samples = 100}}) {
+  for (const AppearanceOptions& options :
+       {AppearanceOptions{.spatial_radius_px = 0}, {.max_frames = 3}, {.num_samples = 100}}) {
     EXPECT_TRUE(same(cached(kLevels, options), build_appearance_space(*history_, kLevels, options)));
   }
   // The history's own mask, given, is no other mask.
@@ -195,12 +200,16 @@ TEST_F(AppearanceCache, LevelsThatCannotBeAreNotAskedForTwice) {
   const AppearanceSpace fresh = build_appearance_space(*history_, kLevels, {}, {}, strip);
   ASSERT_LT(fresh.levels.size(), static_cast<std::size_t>(kLevels));
   EXPECT_TRUE(same(cached(kLevels, {}, strip), fresh));
-  EXPECT_TRUE(same(read_appearance(appearance_file(*history_, appearance_key(*history_, {}, strip)), appearance_key(*history_, {}, strip), kLevels, strip), fresh));
+  EXPECT_TRUE(same(read_appearance(appearance_file(*history_, appearance_key(*history_, {}, strip)),
+                                   appearance_key(*history_, {}, strip), kLevels, strip),
+                   fresh));
 }
 
 TEST_F(AppearanceCache, KeepsThoseThatWereUsedLast) {
   std::vector<fs::path> files;
-  const auto age = [](const fs::path& file, int hours) { fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(hours)); };
+  const auto age = [](const fs::path& file, int hours) {
+    fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(hours));
+  };
   for (int i = 0; i < kMaxKeptAppearances; ++i) {
     const AppearanceOptions options{.num_samples = 100 + i};
     (void)cached(1, options);
@@ -209,13 +218,16 @@ TEST_F(AppearanceCache, KeepsThoseThatWereUsedLast) {
   }
   EXPECT_EQ(kept().size(), static_cast<std::size_t>(kMaxKeptAppearances));
   (void)cached(1, {.num_samples = 100});  // The oldest is used again.
-  const fs::path half = folder_ / kCacheFolder / ".appearance-killed.tmp999999999.bin";  // Whose machine is not known: not judged before a week is over.
+  const fs::path half =
+      folder_ / kCacheFolder /
+      ".appearance-killed.tmp999999999.bin";  // Whose machine is not known: not judged before a week is over.
   std::ofstream(half) << "half";
   age(half, 8 * 24);
   std::ofstream(folder_ / kCacheFolder / "notes.bin") << "of somebody else";
   (void)cached(1);
   EXPECT_EQ(kept().size(), kMaxKeptAppearances + 1u);
-  EXPECT_TRUE(fs::exists(file_) && fs::exists(files[0]) && !fs::exists(files[1]) && fs::exists(files[2]) && fs::exists(folder_ / kCacheFolder / "notes.bin"));
+  EXPECT_TRUE(fs::exists(file_) && fs::exists(files[0]) && !fs::exists(files[1]) && fs::exists(files[2]) &&
+              fs::exists(folder_ / kCacheFolder / "notes.bin"));
   EXPECT_FALSE(fs::exists(half));
 }
 
@@ -269,7 +281,8 @@ TEST_F(AppearanceCache, SeveralAtOnceGiveTheSame) {
     fs::remove_all(folder_ / kCacheFolder);
     std::vector<AppearanceSpace> found(4);
     std::vector<std::thread> threads;
-    for (std::size_t i = 0; i < found.size(); ++i) threads.emplace_back([&, i] { found[i] = cached(i % 2 == 0 ? kLevels : 1); });
+    for (std::size_t i = 0; i < found.size(); ++i)
+      threads.emplace_back([&, i] { found[i] = cached(i % 2 == 0 ? kLevels : 1); });
     for (std::thread& thread : threads) thread.join();
     EXPECT_TRUE(same(found[0], fresh_) && same(found[2], fresh_)) << round;
     EXPECT_TRUE(found[1].levels[0] == fresh_.levels[0] && found[3].levels[0] == fresh_.levels[0]) << round;
@@ -281,11 +294,13 @@ TEST_F(AppearanceCache, ABrokenFrameIsNamedAsWithoutIt) {
   const fs::path frame = folder_ / history_->manifest().frames[1].file;
   const std::string whole = read_file(frame);
   std::ofstream(frame, std::ios::binary) << whole.substr(0, whole.size() / 2);
-  const auto with = error_of<IoError>([&] { (void)cached(); }), without = error_of<IoError>([&] { (void)build_appearance_space(*history_, kLevels); });
+  const auto with = error_of<IoError>([&] { (void)cached(); }),
+             without = error_of<IoError>([&] { (void)build_appearance_space(*history_, kLevels); });
   EXPECT_FALSE(with.empty());
   EXPECT_EQ(with, without);
   fs::remove(frame);
-  EXPECT_EQ(error_of<IoError>([&] { (void)cached(); }), error_of<IoError>([&] { (void)build_appearance_space(*history_, kLevels); }));
+  EXPECT_EQ(error_of<IoError>([&] { (void)cached(); }),
+            error_of<IoError>([&] { (void)build_appearance_space(*history_, kLevels); }));
   EXPECT_TRUE(kept().empty());
 }
 
@@ -294,12 +309,17 @@ TEST_F(AppearanceCache, ATransferIsTheSameWithAndWithoutIt) {
   constexpr int kSide = 40;
   const auto map = std::make_shared<TexelMap>(testing_support::unit_plane(kSide), kSide, kSide);
   TransferControl guide{"x", "x", ImageF(kSide, kSide), {}, 1.0, ControlMapping::Rank};
-  for (TexelId t = 0; t < map->num_texels(); ++t) guide.values.data()[t] = static_cast<float>(t % kSide + t / kSide) / (2.0f * kSide);
+  for (TexelId t = 0; t < map->num_texels(); ++t)
+    guide.values.data()[t] = static_cast<float>(t % kSide + t / kSide) / (2.0f * kSide);
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
     for (double pixel_per_texel : {1.0, 0.5}) {
       const TransferOptions options{.method = method, .neighborhood_radius_px = 2, .reference = {.num_passes = 1}};
       const double pixel_mm = pixel_per_texel * map->median_texel_size_mm();
-      const auto run = [&](const AppearanceSource& source) { return transfer({.history = history_, .map = map, .texel_size_mm = pixel_mm, .controls = {guide}, .appearance = source}, options); };
+      const auto run = [&](const AppearanceSource& source) {
+        return transfer(
+            {.history = history_, .map = map, .texel_size_mm = pixel_mm, .controls = {guide}, .appearance = source},
+            options);
+      };
       const TransferResult without = run({});
       for (int time = 0; time < 2; ++time) {
         const TransferResult with = run(appearance_source(*history_, {.cache = true}));
@@ -321,11 +341,13 @@ TEST_F(AppearanceCache, ALibraryHasOneOfItsOwn) {
   EXPECT_EQ(list_files(folder_ / "library" / kCacheFolder, "*.bin").size(), 1u);
 }
 
-// A stored result, as nothing else can tell that an analysis has changed while its version has not: integers are the same on every machine. Where this fails,
-// raise kAppearanceVersion, so that what earlier programs kept is made anew, and write the new digits here.
+// A stored result, as nothing else can tell that an analysis has changed while its version has not: integers are the
+// same on every machine. Where this fails, raise kAppearanceVersion, so that what earlier programs kept is made anew,
+// and write the new digits here.
 TEST_F(AppearanceCache, AChangedAnalysisNeedsANewVersion) {
   ContentHash hash;
-  for (std::size_t l = 0; l < fresh_.levels.size(); ++l) hash.add(std::as_bytes(fresh_.levels[l].values())).add(std::as_bytes(fresh_.masks[l].values()));
+  for (std::size_t l = 0; l < fresh_.levels.size(); ++l)
+    hash.add(std::as_bytes(fresh_.levels[l].values())).add(std::as_bytes(fresh_.masks[l].values()));
   EXPECT_EQ(std::pair(kAppearanceVersion, hash.hex()), std::pair(1, std::string("22b87df3b0d5e1f7799596d1026e1f97")));
 }
 

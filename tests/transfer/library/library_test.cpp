@@ -17,10 +17,14 @@ namespace {
 namespace fs = std::filesystem;
 using testing_support::TempFolder;
 
-float sand(int x, int y, int frame, int channel) { return 0.1f + 0.02f * static_cast<float>((3 * x + 5 * y) % 17) + 0.05f * static_cast<float>(frame) + 0.1f * static_cast<float>(channel); }
+float sand(int x, int y, int frame, int channel) {
+  return 0.1f + 0.02f * static_cast<float>((3 * x + 5 * y) % 17) + 0.05f * static_cast<float>(frame) +
+         0.1f * static_cast<float>(channel);
+}
 
 /// A history of `times.size()` frames whose manifest is changed before it is written again.
-fs::path make_history(const fs::path& folder, int width, int height, const std::vector<double>& times, const std::function<float(int, int, int, int)>& color,
+fs::path make_history(const fs::path& folder, int width, int height, const std::vector<double>& times,
+                      const std::function<float(int, int, int, int)>& color,
                       const std::function<void(HistoryManifest&)>& change = {}) {
   testing_support::write_history(folder, width, height, static_cast<int>(times.size()), color);
   HistoryManifest m = read_history_manifest(folder);
@@ -32,7 +36,8 @@ fs::path make_history(const fs::path& folder, int width, int height, const std::
   return folder;
 }
 
-HistoryReader combine(const fs::path& output, const std::vector<fs::path>& histories, const LibraryOptions& options = {}, const std::vector<LibraryControl>& controls = {}) {
+HistoryReader combine(const fs::path& output, const std::vector<fs::path>& histories,
+                      const LibraryOptions& options = {}, const std::vector<LibraryControl>& controls = {}) {
   EXPECT_EQ(run_job(plan_library(open_library({histories, controls, options}), output), {}, {}), JobStatus::Done);
   return HistoryReader(output);
 }
@@ -42,7 +47,9 @@ double difference(const ImageF& library, const LibraryPart& part, const ImageF& 
   double largest = 0.0;
   for (int y = 0; y < part.height; ++y) {
     for (int x = 0; x < part.width; ++x) {
-      for (int c = 0; c < own.channels(); ++c) largest = std::max(largest, std::abs(static_cast<double>(library.at(part.x + x, y, c)) - static_cast<double>(own.at(x, y, c))));
+      for (int c = 0; c < own.channels(); ++c)
+        largest = std::max(largest, std::abs(static_cast<double>(library.at(part.x + x, y, c)) -
+                                             static_cast<double>(own.at(x, y, c))));
     }
   }
   return largest;
@@ -62,7 +69,10 @@ TEST_F(Library, HoldsEveryHistoryBitForBitAtItsOwnTimes) {
   for (std::size_t p = 0; p < 2; ++p) {
     const HistoryReader own(p == 0 ? one_ : two_);
     for (int i = 0; i < own.num_frames(); ++i) {
-      EXPECT_EQ(difference(library.sample(own.manifest().frames[static_cast<std::size_t>(i)].time), parts[p], own.read_frame(i)), 0.0) << p << " frame " << i;
+      EXPECT_EQ(difference(library.sample(own.manifest().frames[static_cast<std::size_t>(i)].time), parts[p],
+                           own.read_frame(i)),
+                0.0)
+          << p << " frame " << i;
     }
   }
 }
@@ -87,7 +97,8 @@ TEST_F(Library, ShowsEveryHistoryAtAnyTimeAsItIsItself) {
 }
 
 TEST_F(Library, MapsSpansOntoTheFirst) {
-  const HistoryReader library = combine(folder_ / "library", {one_, two_}, {.clock = LibraryClock::Span}), one(one_), two(two_);
+  const HistoryReader library = combine(folder_ / "library", {one_, two_}, {.clock = LibraryClock::Span}), one(one_),
+                      two(two_);
   for (double share : {0.0, 0.1875, 0.4, 1.0}) {  // 0.1875: of the second frame of two, 1 + 8 x 0.1875 = 2.5.
     const ImageF image = library.sample(6.0 * share);
     EXPECT_LE(difference(image, library.facts().parts[0], one.sample(6.0 * share)), kHalf) << share;
@@ -97,8 +108,10 @@ TEST_F(Library, MapsSpansOntoTheFirst) {
 }
 
 TEST_F(Library, TimesOfAnotherUnitAreOfTheFirst) {
-  const fs::path hours = make_history(folder_ / "hours", 16, 16, {0.0, 0.1, 0.2}, sand, [](HistoryManifest& m) { m.time_unit = TimeUnit::Hours; });
-  const fs::path minutes = make_history(folder_ / "minutes", 16, 16, {0.0, 6.0, 12.0}, sand, [](HistoryManifest& m) { m.time_unit = TimeUnit::Minutes; });
+  const fs::path hours = make_history(folder_ / "hours", 16, 16, {0.0, 0.1, 0.2}, sand,
+                                      [](HistoryManifest& m) { m.time_unit = TimeUnit::Hours; });
+  const fs::path minutes = make_history(folder_ / "minutes", 16, 16, {0.0, 6.0, 12.0}, sand,
+                                        [](HistoryManifest& m) { m.time_unit = TimeUnit::Minutes; });
   const HistoryReader library = combine(folder_ / "library", {minutes, hours});
   ASSERT_EQ(library.num_frames(), 3);  // 0.1 h is 6 min, although 0.1 * 3600 / 60 is not to the last bit.
   EXPECT_EQ(library.manifest().frames[1].time, 6.0);
@@ -129,7 +142,8 @@ TEST_F(Library, MasksAreThoseOfItsHistoriesAndNothingBeside) {
   EXPECT_EQ(mask.at(part.x - 1, 0), 0);
   EXPECT_EQ(mask.at(part.x, 32), 255);
   // Frames 0 to 5 are at 0, 1, 2.5, 4, 6, 9: the second history's frame at 2.5, and what is blended with it.
-  for (int frame = 0; frame < 6; ++frame) EXPECT_EQ(library.read_frame_mask(frame).at(part.x + 20, 32), frame >= 2 && frame <= 4 ? 0 : 255) << frame;
+  for (int frame = 0; frame < 6; ++frame)
+    EXPECT_EQ(library.read_frame_mask(frame).at(part.x + 20, 32), frame >= 2 && frame <= 4 ? 0 : 255) << frame;
 }
 
 TEST_F(Library, ControlsOfOneUnitGetOneRange) {
@@ -140,7 +154,8 @@ TEST_F(Library, ControlsOfOneUnitGetOneRange) {
   EXPECT_EQ(y.unit, "px");
   const ImageF values = library.read_control("y"), which = library.read_control(kLibraryControl);
   for (const LibraryPart& part : library.facts().parts) {
-    for (int row = 0; row < part.height; ++row) EXPECT_NEAR(32.0 * static_cast<double>(values.at(part.x, row)), row, 1e-5);
+    for (int row = 0; row < part.height; ++row)
+      EXPECT_NEAR(32.0 * static_cast<double>(values.at(part.x, row)), row, 1e-5);
   }
   EXPECT_EQ(library.control(kLibraryControl).high, 1.0);
   EXPECT_EQ(which.at(39, 0), 0.0f);
@@ -152,28 +167,36 @@ TEST_F(Library, ControlsOfOtherNamesAndUnitsCanBePaired) {
     m.controls[0].name = "depth";
     m.controls[0].unit = "mm";
   });
-  const std::shared_ptr<const OpenLibrary> opened = open_library({{one_, depth}, {{.name = "age", .sources = {"x", "depth"}}}, {}});
+  const std::shared_ptr<const OpenLibrary> opened =
+      open_library({{one_, depth}, {{.name = "age", .sources = {"x", "depth"}}}, {}});
   ASSERT_EQ(opened->layout.controls.size(), 2u);
   EXPECT_EQ(opened->layout.controls[0].name, "age");
   EXPECT_EQ(opened->layout.controls[0].unit, "relative");
   EXPECT_EQ(opened->layout.controls[1].name, "y");
-  const HistoryReader library = combine(folder_ / "library", {one_, depth}, {}, {{.name = "age", .sources = {"x", "depth"}}});
+  const HistoryReader library =
+      combine(folder_ / "library", {one_, depth}, {}, {{.name = "age", .sources = {"x", "depth"}}});
   const ImageF age = library.read_control("age");
   EXPECT_EQ(difference(age, library.facts().parts[0], HistoryReader(one_).read_control("x")), 0.0);
   EXPECT_EQ(difference(age, library.facts().parts[1], HistoryReader(depth).read_control("depth")), 0.0);
 }
 
 TEST_F(Library, AControlThatOneHistoryLacksIsLeftOutAndSaid) {
-  const fs::path bare = make_history(folder_ / "bare", 16, 16, {0, 1}, sand, [](HistoryManifest& m) { m.controls.pop_back(); });
+  const fs::path bare =
+      make_history(folder_ / "bare", 16, 16, {0, 1}, sand, [](HistoryManifest& m) { m.controls.pop_back(); });
   const std::shared_ptr<const OpenLibrary> opened = open_library({{one_, bare}});
   ASSERT_EQ(opened->layout.controls.size(), 1u);
   EXPECT_EQ(opened->layout.controls[0].name, "x");
-  EXPECT_TRUE(std::any_of(opened->layout.notes.begin(), opened->layout.notes.end(), [](const std::string& note) { return testing_support::has(note, "`y` is left out") && testing_support::has(note, "bare"); }));
+  EXPECT_TRUE(std::any_of(opened->layout.notes.begin(), opened->layout.notes.end(), [](const std::string& note) {
+    return testing_support::has(note, "`y` is left out") && testing_support::has(note, "bare");
+  }));
 }
 
 TEST_F(Library, CoarserPixelsBecomeThoseOfTheFinest) {
-  const auto fine = make_history(folder_ / "fine", 32, 16, {0, 1}, sand, [](HistoryManifest& m) { m.texel_size_mm = 0.25; });
-  const auto coarse = make_history(folder_ / "coarse", 20, 10, {0, 1}, [](int x, int, int, int) { return 0.01f * static_cast<float>(x); }, [](HistoryManifest& m) { m.texel_size_mm = 0.5; });
+  const auto fine =
+      make_history(folder_ / "fine", 32, 16, {0, 1}, sand, [](HistoryManifest& m) { m.texel_size_mm = 0.25; });
+  const auto coarse = make_history(
+      folder_ / "coarse", 20, 10, {0, 1}, [](int x, int, int, int) { return 0.01f * static_cast<float>(x); },
+      [](HistoryManifest& m) { m.texel_size_mm = 0.5; });
   const HistoryReader library = combine(folder_ / "library", {coarse, fine});
   EXPECT_EQ(library.manifest().texel_size_mm, 0.25);
   const LibraryPart part = library.facts().parts[0];
@@ -201,7 +224,8 @@ TEST_F(Library, NormalsAndGlossGoAlong) {
     }
     HistoryWriter::write_frame_extra(two_, i, "normal", normal);
     HistoryWriter::write_frame_extra(two_, i, "specular", gloss);
-    m.frames[static_cast<std::size_t>(i)].extras = {{"specular", HistoryWriter::frame_extra_file(i, "specular")}, {"normal", HistoryWriter::frame_extra_file(i, "normal")}};
+    m.frames[static_cast<std::size_t>(i)].extras = {{"specular", HistoryWriter::frame_extra_file(i, "specular")},
+                                                    {"normal", HistoryWriter::frame_extra_file(i, "normal")}};
   }
   write_history_manifest(two_ / kHistoryManifestFile, m);
   const HistoryReader library = combine(folder_ / "library", {one_, two_});
@@ -210,7 +234,7 @@ TEST_F(Library, NormalsAndGlossGoAlong) {
   EXPECT_NEAR(normal.at(x, 3, 0), 0.6, 1e-6);
   EXPECT_NEAR(normal.at(3, 3, 2), 1.0, 1e-6);  // The other history stands upright.
   EXPECT_EQ(gloss.at(x, 3, 0), 0.25f);
-  EXPECT_EQ(gloss.at(3, 3, 0), 0.0f);          // Not known.
+  EXPECT_EQ(gloss.at(3, 3, 0), 0.0f);  // Not known.
 }
 
 TEST_F(Library, WhatCannotBeCombinedIsSaid) {
@@ -218,7 +242,8 @@ TEST_F(Library, WhatCannotBeCombinedIsSaid) {
   using testing_support::has;
   const auto problem = [](const LibraryTask& task) { return error_of([&] { (void)open_library(task); }); };
   EXPECT_TRUE(has(problem({{one_}}), "at least two"));
-  const fs::path sized = make_history(folder_ / "sized", 16, 16, {0, 1}, sand, [](HistoryManifest& m) { m.texel_size_mm = 0.5; });
+  const fs::path sized =
+      make_history(folder_ / "sized", 16, 16, {0, 1}, sand, [](HistoryManifest& m) { m.texel_size_mm = 0.5; });
   EXPECT_TRUE(has(problem({{sized, one_}}), "one: says no texel_size_mm"));
   EXPECT_EQ(problem({{sized, one_}, {}, {.texel_size_mm = 0.5}}), "");
   EXPECT_TRUE(has(problem({{sized, sized}, {}, {.texel_size_mm = 1e-9}}), "use 1 to 65536"));
@@ -227,7 +252,8 @@ TEST_F(Library, WhatCannotBeCombinedIsSaid) {
   EXPECT_TRUE(has(problem({{one_, two_}, {{.name = "age", .sources = {"x", "z"}}}}), "two: has no control `z`"));
   EXPECT_TRUE(has(problem({{one_, two_}, {{.name = "age", .sources = {"x"}}}}), "give one each"));
   EXPECT_TRUE(has(problem({{one_, two_}, {{.name = kLibraryControl, .sources = {"x", "x"}}}}), "use another name"));
-  const fs::path taken = make_history(folder_ / "taken", 16, 16, {0, 1}, sand, [](HistoryManifest& m) { m.controls[0].name = kLibraryControl; });
+  const fs::path taken = make_history(folder_ / "taken", 16, 16, {0, 1}, sand,
+                                      [](HistoryManifest& m) { m.controls[0].name = kLibraryControl; });
   EXPECT_TRUE(has(problem({{one_, taken}}), "taken: has a control named `history`"));
   const fs::path still = make_history(folder_ / "still", 16, 16, {3}, sand);
   EXPECT_TRUE(has(problem({{still, one_}, {}, {.clock = LibraryClock::Span}}), "still: has one frame"));

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/transfer/transfer_reader.h"
 
@@ -20,7 +20,8 @@ ImageF pieces() {
   RandomStream random(11, 0);
   for (int y = 0; y < coordinates.height(); ++y) {
     for (int x = 0; x < coordinates.width();) {
-      const int length = 1 + static_cast<int>(random.below(30)), sx = static_cast<int>(random.below(kSource)), sy = static_cast<int>(random.below(kSource));
+      const int length = 1 + static_cast<int>(random.below(30)), sx = static_cast<int>(random.below(kSource)),
+                sy = static_cast<int>(random.below(kSource));
       const bool is_gap = random.below(5) == 0;
       for (int k = 0; k < length && x < coordinates.width(); ++k, ++x) {
         if (is_gap || sx + k >= kSource) continue;
@@ -49,7 +50,9 @@ TEST(PackedLookup, EqualsTheSimpleOneToTheBit) {
       for (int x = 0; x < found.width(); ++x) {
         const bool is_outside = coordinates.at(x, y, 0) < 0.0f;
         for (int c = 0; c < channels; ++c) {
-          const int code = is_outside ? 9 : codes.at(static_cast<int>(coordinates.at(x, y, 0)), static_cast<int>(coordinates.at(x, y, 1)), c);
+          const int code = is_outside ? 9
+                                      : codes.at(static_cast<int>(coordinates.at(x, y, 0)),
+                                                 static_cast<int>(coordinates.at(x, y, 1)), c);
           ASSERT_EQ(found.at(x, y, c), code);
         }
       }
@@ -84,11 +87,20 @@ TEST(PackedLookup, SaysWhichTexelPointsNowhere) {
     return "";
   };
   EXPECT_EQ(message(4.0f, 6.0f), "");
-  for (const auto& [x, y] : {std::pair{5.0f, 0.0f}, {0.0f, 7.0f}, {-1.0f, 0.0f}, {0.0f, -1.0f}, {-2.0f, -2.0f}, {NAN, 0.0f}, {0.0f, NAN}, {1e30f, 0.0f}, {-INFINITY, 1.0f}}) {
+  for (const auto& [x, y] : {std::pair{5.0f, 0.0f},
+                             {0.0f, 7.0f},
+                             {-1.0f, 0.0f},
+                             {0.0f, -1.0f},
+                             {-2.0f, -2.0f},
+                             {NAN, 0.0f},
+                             {0.0f, NAN},
+                             {1e30f, 0.0f},
+                             {-INFINITY, 1.0f}}) {
     EXPECT_NE(message(x, y).find("texel (1, 7) points outside the history"), std::string::npos) << x << ' ' << y;
   }
   for (const auto& [x, y] : {std::pair{0.5f, 0.0f}, {1.0f, 6.25f}}) {
-    EXPECT_NE(message(x, y).find("texel (1, 7) points between the history's pixels"), std::string::npos) << x << ' ' << y;
+    EXPECT_NE(message(x, y).find("texel (1, 7) points between the history's pixels"), std::string::npos)
+        << x << ' ' << y;
   }
 }
 

@@ -8,14 +8,14 @@
 #include <numbers>
 
 #include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/files/flow_io.h"
-#include "transfer/lookup/texture_files.h"
-#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
+#include "transfer/lookup/texture_files.h"
 
 namespace patinate::transfer {
 namespace {
@@ -25,10 +25,13 @@ constexpr int kAtlas = 96;
 
 /// A relief of waves over the source's pixels; x right, y up, z out.
 Eigen::Vector3f relief(int x, int y) {
-  return Eigen::Vector3f(0.6f * std::sin(0.7f * static_cast<float>(x)), 0.5f * std::cos(0.9f * static_cast<float>(y) + 0.3f * static_cast<float>(x)), 1.0f).normalized();
+  return Eigen::Vector3f(0.6f * std::sin(0.7f * static_cast<float>(x)),
+                         0.5f * std::cos(0.9f * static_cast<float>(y) + 0.3f * static_cast<float>(x)), 1.0f)
+      .normalized();
 }
 
-/// A square of nine charts, each turned by an angle of its own, on which the source lies as on a table: x along world x, up along world y.
+/// A square of nine charts, each turned by an angle of its own, on which the source lies as on a table: x along world
+/// x, up along world y.
 class TurnedCharts : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
@@ -75,7 +78,8 @@ class TurnedCharts : public testing::TestWithParam<bool> {
         coordinates.at(x, y, 3) = GetParam() ? 1.0f : 0.0f;
       }
     }
-    write_exr(folder_ / "transfer/coordinates.exr", coordinates, {"source.x", "source.y", kPatchChannels[0], kPatchChannels[1]}, ExrDepth::Float);
+    write_exr(folder_ / "transfer/coordinates.exr", coordinates,
+              {"source.x", "source.y", kPatchChannels[0], kPatchChannels[1]}, ExrDepth::Float);
   }
   /// Unit vectors on the surface along growing u and v.
   [[nodiscard]] std::pair<Vec3, Vec3> uv_axes(TexelId t) const {
@@ -86,21 +90,28 @@ class TurnedCharts : public testing::TestWithParam<bool> {
   std::shared_ptr<const TexelMap> map_;
 };
 
-// The truth: the relief where the source lies on the surface, in the world, under several lamps. Tolerance: 2^-20 turns and float rounding.
+// The truth: the relief where the source lies on the surface, in the world, under several lamps. Tolerance: 2^-20 turns
+// and float rounding.
 TEST_P(TurnedCharts, AreLitAsTheSurfaceThatTheyShow) {
   const TransferReader transfer(folder_ / "transfer");
   const ImageF found = transfer.sample_map(MaterialMap::Normal, 0.0), source = transfer.coordinates();
-  const std::array<Vec3, 4> lamps{Vec3(1, 0, 1).normalized(), Vec3(0, 1, 1).normalized(), Vec3(-1, 0.3, 0.8).normalized(), Vec3(0, 0, 1)};
+  const std::array<Vec3, 4> lamps{Vec3(1, 0, 1).normalized(), Vec3(0, 1, 1).normalized(),
+                                  Vec3(-1, 0.3, 0.8).normalized(), Vec3(0, 0, 1)};
   double plain_error = 0.0;
   for (int y = 0; y < kAtlas; ++y) {
     for (int x = 0; x < kAtlas; ++x) {
       const TexelId t = std::int64_t{y} * kAtlas + x;
       if (!map_->is_covered(t)) continue;
-      const Vec3 truth = relief(static_cast<int>(source.at(x, y, 0)), static_cast<int>(source.at(x, y, 1))).cast<double>();
+      const Vec3 truth =
+          relief(static_cast<int>(source.at(x, y, 0)), static_cast<int>(source.at(x, y, 1))).cast<double>();
       const auto [along_u, along_v] = uv_axes(t);
-      const Vec3 normal = static_cast<double>(found.at(x, y, 0)) * along_u + static_cast<double>(found.at(x, y, 1)) * along_v + Vec3(0, 0, static_cast<double>(found.at(x, y, 2)));
-      for (const Vec3& lamp : lamps) ASSERT_NEAR(std::max(0.0, normal.dot(lamp)), std::max(0.0, truth.dot(lamp)), 2e-5) << x << ' ' << y;
-      plain_error = std::max(plain_error, (truth.x() * along_u + truth.y() * along_v + Vec3(0, 0, truth.z()) - truth).norm());
+      const Vec3 normal = static_cast<double>(found.at(x, y, 0)) * along_u +
+                          static_cast<double>(found.at(x, y, 1)) * along_v +
+                          Vec3(0, 0, static_cast<double>(found.at(x, y, 2)));
+      for (const Vec3& lamp : lamps)
+        ASSERT_NEAR(std::max(0.0, normal.dot(lamp)), std::max(0.0, truth.dot(lamp)), 2e-5) << x << ' ' << y;
+      plain_error =
+          std::max(plain_error, (truth.x() * along_u + truth.y() * along_v + Vec3(0, 0, truth.z()) - truth).norm());
     }
   }
   EXPECT_GT(plain_error, 0.5);  // Without turning they would not be.
@@ -113,13 +124,17 @@ TEST_P(TurnedCharts, AFileOfNormalsIsWhatTheReaderGives) {
   const ImageF source = sample_material_map(transfer.history(), MaterialMap::Normal, 0.0, Between::Blend);
   for (std::int64_t kept : {std::int64_t{0}, std::int64_t{1} << 24}) {
     const TextureWriter writer(transfer, {.kept_texels = kept, .strip_texels = 1, .with_turns = true});
-    const std::vector<TextureFile> files{{{folder_ / "n.exr"}, source, "", TextureKind::Normal}, {{folder_ / "n.png"}, source, "", TextureKind::Normal}};
+    const std::vector<TextureFile> files{{{folder_ / "n.exr"}, source, "", TextureKind::Normal},
+                                         {{folder_ / "n.png"}, source, "", TextureKind::Normal}};
     writer.write(files);
     EXPECT_EQ(read_channels(folder_ / "n.exr", {"X", "Y", "Z"}), expected);
     const ImageF codes = read_channels(folder_ / "n.png", {"R", "G", "B"});
-    for (std::size_t i = 0; i < codes.values().size(); ++i) ASSERT_NEAR(codes.data()[i], 0.5f + 0.5f * expected.data()[i], 0.5f / 255.0f + 1e-6f);
+    for (std::size_t i = 0; i < codes.values().size(); ++i)
+      ASSERT_NEAR(codes.data()[i], 0.5f + 0.5f * expected.data()[i], 0.5f / 255.0f + 1e-6f);
   }
-  EXPECT_THROW(TextureWriter(transfer).write(std::vector<TextureFile>{{{folder_ / "m.exr"}, source, "", TextureKind::Normal}}), InvalidInput);
+  EXPECT_THROW(
+      TextureWriter(transfer).write(std::vector<TextureFile>{{{folder_ / "m.exr"}, source, "", TextureKind::Normal}}),
+      InvalidInput);
 }
 
 INSTANTIATE_TEST_SUITE_P(AndMirrored, TurnedCharts, testing::Bool());
@@ -146,8 +161,9 @@ TEST(SourceTurn, SaysWhichTexelHasNone) {
   std::vector<std::uint32_t> turns(4);
   pack_checked_turns("c.exr", std::vector<float>{0, 0, 7, 7, 0, 1, 0, 0}, 2, 2, indices, turns);
   EXPECT_EQ(turns[1], kNoValue);
-  const std::string said =
-      testing_support::error_of<IoError>([&] { pack_checked_turns("c.exr", std::vector<float>{0, 0, 7, 7, 0, 1, 0, 0.5f}, 2, 2, indices, turns); });
+  const std::string said = testing_support::error_of<IoError>([&] {
+    pack_checked_turns("c.exr", std::vector<float>{0, 0, 7, 7, 0, 1, 0, 0.5f}, 2, 2, indices, turns);
+  });
   EXPECT_TRUE(testing_support::has(said, "texel (1, 3)")) << said;
 }
 

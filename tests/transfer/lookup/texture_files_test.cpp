@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <array>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
 namespace patinate::transfer {
@@ -45,7 +45,8 @@ class WrittenTextures : public testing::Test {
     write_exr(file, coordinates, {"source.x", "source.y"}, ExrDepth::Float);
   }
   [[nodiscard]] std::string complaint() const {
-    return testing_support::error_of<IoError>([&] { const TextureWriter writer{TransferFolder(folder_ / "transfer")}; });
+    return testing_support::error_of<IoError>(
+        [&] { const TextureWriter writer{TransferFolder(folder_ / "transfer")}; });
   }
   TempFolder folder_;
 };
@@ -55,12 +56,14 @@ TEST_F(WrittenTextures, AreThoseOfTheReaderToTheByteKeptOrReadAgain) {
   const ImageU8 coverage = reader.coverage();
   ASSERT_LT(std::count(coverage.values().begin(), coverage.values().end(), 255), kSide * kSide);  // There are gutters.
   const TransferFolder transfer(folder_ / "transfer");
-  for (const auto& options : {CoordinateStripsOptions{}, CoordinateStripsOptions{.kept_texels = 0, .strip_texels = 1}}) {
+  for (const auto& options :
+       {CoordinateStripsOptions{}, CoordinateStripsOptions{.kept_texels = 0, .strip_texels = 1}}) {
     TextureWriter writer(transfer, options);
     for (const char* extension : {".png", ".exr"}) {
       const auto file = [&](const std::string& name) { return folder_ / (name + extension); };
       std::vector<TextureFile> textures;
-      for (double time : {1.0, 1.25}) textures.push_back({{file("rows" + std::to_string(time))}, transfer.history().sample(time), "key"});
+      for (double time : {1.0, 1.25})
+        textures.push_back({{file("rows" + std::to_string(time))}, transfer.history().sample(time), "key"});
       writer.write(textures);
       for (double time : {1.0, 1.25}) {
         write_color(file("whole"), reader.sample(time), "key");
@@ -73,8 +76,10 @@ TEST_F(WrittenTextures, AreThoseOfTheReaderToTheByteKeptOrReadAgain) {
 TEST_F(WrittenTextures, RowsAreTheCodesOfTheWholeTexture) {
   const TransferReader reader(folder_ / "transfer");
   const TransferFolder transfer(folder_ / "transfer");
-  const ImageU8 codes = srgb8_from_linear(transfer.history().sample(1.25)), whole = srgb8_from_linear(reader.sample(1.25));
-  for (const auto& options : {CoordinateStripsOptions{}, CoordinateStripsOptions{.kept_texels = 0, .strip_texels = 1}}) {
+  const ImageU8 codes = srgb8_from_linear(transfer.history().sample(1.25)),
+                whole = srgb8_from_linear(reader.sample(1.25));
+  for (const auto& options :
+       {CoordinateStripsOptions{}, CoordinateStripsOptions{.kept_texels = 0, .strip_texels = 1}}) {
     std::vector<std::uint8_t> rows;
     const TextureWriter writer(transfer, options);
     writer.gather_rows(0, codes, [&](std::span<const std::uint8_t> part) {
@@ -97,7 +102,8 @@ TEST_F(WrittenTextures, TimeMapsAreThoseOfTheReaderToTheByteKeptOrReadAgain) {
       const std::vector<std::filesystem::path> files{folder_ / (std::string("rows") + extension)};
       const auto whole = folder_ / (std::string("whole") + extension);
       write_color(whole, reader.sample_tiles(times, between)[0], "key");
-      for (const auto& options : {CoordinateStripsOptions{}, CoordinateStripsOptions{.kept_texels = 0, .strip_texels = 1}}) {
+      for (const auto& options :
+           {CoordinateStripsOptions{}, CoordinateStripsOptions{.kept_texels = 0, .strip_texels = 1}}) {
         for (const std::int64_t frame_bytes : {0, 1 << 20}) {
           write_time_map(transfer, times, between, files, "key", {.frame_bytes = frame_bytes}, {}, options);
           EXPECT_EQ(read_file(files[0]), read_file(whole)) << extension << " " << frame_bytes;
@@ -105,7 +111,8 @@ TEST_F(WrittenTextures, TimeMapsAreThoseOfTheReaderToTheByteKeptOrReadAgain) {
       }
     }
   }
-  EXPECT_THROW(write_time_map(transfer, ImageF(kSide, kSide - 1), Between::Blend, std::vector{folder_ / "t.png"}, ""), InvalidInput);
+  EXPECT_THROW(write_time_map(transfer, ImageF(kSide, kSide - 1), Between::Blend, std::vector{folder_ / "t.png"}, ""),
+               InvalidInput);
   EXPECT_THROW(write_time_map(transfer, times, Between::Blend, {}, ""), InvalidInput);
 }
 
@@ -118,7 +125,8 @@ TEST_F(WrittenTextures, AtAFramesTimeAreThatFrameToTheBit) {
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
       if (s.at(x, y, 0) < 0.0f) continue;
-      for (int c = 0; c < 3; ++c) ASSERT_EQ(texture.at(x, y, c), frame.at(static_cast<int>(s.at(x, y, 0)), static_cast<int>(s.at(x, y, 1)), c));
+      for (int c = 0; c < 3; ++c)
+        ASSERT_EQ(texture.at(x, y, c), frame.at(static_cast<int>(s.at(x, y, 0)), static_cast<int>(s.at(x, y, 1)), c));
     }
   }
 }
@@ -126,13 +134,15 @@ TEST_F(WrittenTextures, AtAFramesTimeAreThatFrameToTheBit) {
 TEST_F(WrittenTextures, CoordinatesThatMeanNothingAreOneLine) {
   EXPECT_EQ(complaint(), "");
   rewrite_coordinates([](ImageF& s) { std::ranges::copy(std::array{48.0f, 5.0f}, s.pixel(3, 70).begin()); });
-  EXPECT_NE(complaint().find("coordinates.exr: texel (3, 70) points outside the history"), std::string::npos) << complaint();
+  EXPECT_NE(complaint().find("coordinates.exr: texel (3, 70) points outside the history"), std::string::npos)
+      << complaint();
   rewrite_coordinates([](ImageF& s) { std::ranges::copy(std::array{4.5f, 5.0f}, s.pixel(3, 70).begin()); });
   EXPECT_NE(complaint().find("texel (3, 70) points between the history's pixels"), std::string::npos) << complaint();
   rewrite_coordinates([](ImageF& s) { s = ImageF(kSide, kSide - 1, 2, -1.0f); });
   EXPECT_NE(complaint().find("is 150 x 149; expected 150 x 150"), std::string::npos) << complaint();
   write_exr(folder_ / "transfer/coordinates.exr", ImageF(kSide, kSide, 2), {"source.x", "source.z"}, ExrDepth::Float);
-  EXPECT_NE(complaint().find("has no channel `source.y`; there are: source.x source.z"), std::string::npos) << complaint();
+  EXPECT_NE(complaint().find("has no channel `source.y`; there are: source.x source.z"), std::string::npos)
+      << complaint();
   write_atomically(folder_ / "transfer/coordinates.exr", "v/1\1");
   EXPECT_NE(complaint().find("is no readable image"), std::string::npos) << complaint();
   std::filesystem::remove(folder_ / "transfer/coordinates.exr");

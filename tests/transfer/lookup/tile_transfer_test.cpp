@@ -6,10 +6,10 @@
 #include "patinate/core/json.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "patinate/transfer/transfer_reader.h"
 #include "transfer/job/transfer_job.h"
 
 namespace patinate::transfer {
@@ -35,7 +35,8 @@ class TransferOverTiles : public testing::Test {
     task.input.texel_size_mm = task.input.map->median_texel_size_mm();
     ImageF guide(task.input.map->width(), task.input.map->height());
     for (TexelId t = 0; t < task.input.map->num_texels(); ++t) {
-      if (task.input.map->is_covered(t)) guide.values()[static_cast<std::size_t>(t)] = static_cast<float>(task.input.map->position_mm(t).x() / kSide);
+      if (task.input.map->is_covered(t))
+        guide.values()[static_cast<std::size_t>(t)] = static_cast<float>(task.input.map->position_mm(t).x() / kSide);
     }
     task.input.controls.push_back({"x", "ramp", guide, {}, 1.0, ControlMapping::Rank});
     map_ = task.input.map;
@@ -75,7 +76,8 @@ TEST_F(TransferOverTiles, ReadsBackTheCoordinatesOfEveryTexel) {
     for (int y = 0; y < kTile; ++y) {
       for (int x = 0; x < kTile; ++x) {
         const auto from = frame.pixel(static_cast<int>(source.at(x, y, 0)), static_cast<int>(source.at(x, y, 1)));
-        for (int c = 0; c < 3; ++c) ASSERT_EQ(tiles[static_cast<std::size_t>(i)].at(x, y, c), from[static_cast<std::size_t>(c)]);
+        for (int c = 0; c < 3; ++c)
+          ASSERT_EQ(tiles[static_cast<std::size_t>(i)].at(x, y, c), from[static_cast<std::size_t>(c)]);
       }
     }
   }
@@ -91,8 +93,9 @@ TEST_F(TransferOverTiles, TheSheetRepeatsBordersSoThatNoTileBleedsIntoAnother) {
   }
 }
 
-// What makes a seam is a source that does not go on: adjacent texels across a border of tiles should be adjacent in the source about
-// as often as adjacent texels inside a tile. Statistics: 64 pairs across, so one standard deviation is at most 1 / 16.
+// What makes a seam is a source that does not go on: adjacent texels across a border of tiles should be adjacent in the
+// source about as often as adjacent texels inside a tile. Statistics: 64 pairs across, so one standard deviation is at
+// most 1 / 16.
 TEST_F(TransferOverTiles, TextureGoesOnAcrossTilesAsItDoesInsideThem) {
   const TransferReader transfer(folder_ / "transfer");
   const ImageF& source = transfer.coordinates();
@@ -104,7 +107,8 @@ TEST_F(TransferOverTiles, TextureGoesOnAcrossTilesAsItDoesInsideThem) {
   double inside = 0.0, across = 0.0;
   for (int y = 0; y < kTile; ++y) {
     for (int tile = 0; tile < 3; ++tile) {
-      for (int x = 0; x + 1 < kTile; ++x) inside += goes_on(s.first_x(tile) + x, s.first_y(tile) + y, s.first_x(tile) + x + 1, s.first_y(tile) + y);
+      for (int x = 0; x + 1 < kTile; ++x)
+        inside += goes_on(s.first_x(tile) + x, s.first_y(tile) + y, s.first_x(tile) + x + 1, s.first_y(tile) + y);
     }
     for (int tile = 0; tile < 2; ++tile) {
       across += goes_on(s.first_x(tile) + kTile - 1, s.first_y(tile) + y, s.first_x(tile + 1), s.first_y(tile + 1) + y);

@@ -5,15 +5,16 @@
 #include <cmath>
 
 #include "patinate/core/error.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
-#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::transfer {
 namespace {
 
-/// Five frames at times 0 ... 4, and a 32 x 16 atlas whose texel (x, y) shows pixel (x / 2, y) and whose right column is no chart.
+/// Five frames at times 0 ... 4, and a 32 x 16 atlas whose texel (x, y) shows pixel (x / 2, y) and whose right column
+/// is no chart.
 class TimeMap : public testing::Test {
  protected:
   void SetUp() override { testing_support::write_history(folder_.path(), 16, 16, 5, testing_support::blotches); }
@@ -38,7 +39,9 @@ TEST_F(TimeMap, OneTimeEverywhereIsAPlainLookupToTheBit) {
     for (double t : {-1.0, 0.0, 1.3, 2.5, 4.0, 9.0}) {
       const ImageF times(32, 16, 1, static_cast<float>(t));
       const auto exact = static_cast<double>(static_cast<float>(t));
-      EXPECT_EQ(gather_at_times(history, indices(), times, between), gather(sample(history, exact, between), coordinates())) << t;
+      EXPECT_EQ(gather_at_times(history, indices(), times, between),
+                gather(sample(history, exact, between), coordinates()))
+          << t;
     }
   }
 }
@@ -64,7 +67,8 @@ TEST_F(TimeMap, ThreadsDoNotChangeBits) {
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
-  EXPECT_EQ(gather_at_times(history, indices(), times, Between::Blend, one), gather_at_times(history, indices(), times, Between::Blend, three));
+  EXPECT_EQ(gather_at_times(history, indices(), times, Between::Blend, one),
+            gather_at_times(history, indices(), times, Between::Blend, three));
 }
 
 TEST_F(TimeMap, FramesThatDoNotFitInMemoryChangeNothing) {
@@ -86,7 +90,8 @@ TEST_F(TimeMap, SaysWhichTexelHasNoTime) {
   times.at(31, 4) = NAN;  // No chart.
   EXPECT_NO_THROW((void)gather_at_times(history, indices(), times, Between::Blend));
   times.at(7, 5) = NAN;
-  const std::string said = testing_support::error_of([&] { (void)gather_at_times(history, indices(), times, Between::Blend); });
+  const std::string said =
+      testing_support::error_of([&] { (void)gather_at_times(history, indices(), times, Between::Blend); });
   EXPECT_NE(said.find("texel (7, 5)"), std::string::npos) << said;
   times.at(7, 5) = INFINITY;  // After all.
   EXPECT_EQ(gather_at_times(history, indices(), times, Between::Blend).at(7, 5, 1), history.read_frame(4).at(3, 5, 1));

@@ -9,13 +9,13 @@
 
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/random.h"
+#include "patinate/transfer/transfer_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/map_audit.h"
 #include "transfer/synthesis/window_search.h"
-#include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 namespace {
@@ -61,7 +61,8 @@ ImageF coordinates_of(const TexelMap& map, Where&& where) {
 /// The only control that was matched, as the synthesis compared it.
 ImageF matched_values(const TransferResult& made) {
   ImageF values(made.matched_controls.width(), made.matched_controls.height());
-  std::transform(made.matched_controls.values().begin(), made.matched_controls.values().end(), values.values().begin(), [](std::uint16_t v) { return static_cast<float>(v) / kControlSteps; });
+  std::transform(made.matched_controls.values().begin(), made.matched_controls.values().end(), values.values().begin(),
+                 [](std::uint16_t v) { return static_cast<float>(v) / kControlSteps; });
   return values;
 }
 
@@ -76,20 +77,28 @@ struct Level {
     ControlImage controls(kSide, kSide, 1);
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) {
-        for (int c = 0; c < kAppearanceSize; ++c) appearance.at(x, y, c) = static_cast<std::int16_t>((x * (13 + c) + y * (29 - 3 * c)) % (600 >> c) - (300 >> c));
+        for (int c = 0; c < kAppearanceSize; ++c)
+          appearance.at(x, y, c) =
+              static_cast<std::int16_t>((x * (13 + c) + y * (29 - 3 * c)) % (600 >> c) - (300 >> c));
         controls.at(x, y) = static_cast<std::uint16_t>((x * 60 + y * 11) % (kControlSteps + 1));
       }
     }
-    level.source = make_source_level(std::move(appearance), std::move(controls), ImageU8(kSide, kSide, 1, 255), 20000.0, neighborhood);
+    level.source = make_source_level(std::move(appearance), std::move(controls), ImageU8(kSide, kSide, 1, 255), 20000.0,
+                                     neighborhood);
     auto map = std::make_shared<TexelMap>(testing_support::cut_plane(24.0), 64, 64);
     ControlImage wanted(64, 64, 1);
-    for (std::int64_t i = 0; i < wanted.num_pixels(); ++i) wanted.data()[i] = static_cast<std::uint16_t>(RandomStream(5, static_cast<std::uint64_t>(i)).below(kControlSteps + 1));
+    for (std::int64_t i = 0; i < wanted.num_pixels(); ++i)
+      wanted.data()[i] =
+          static_cast<std::uint16_t>(RandomStream(5, static_cast<std::uint64_t>(i)).below(kControlSteps + 1));
     const double texel_mm = map->median_texel_size_mm();
-    level.destination = make_destination_level(map, std::move(wanted), neighborhood, {.frames = std::make_shared<const FlowFrames>(uv_frames(*map)), .pixel_mm = texel_mm, .step_mm = texel_mm});
+    level.destination = make_destination_level(
+        map, std::move(wanted), neighborhood,
+        {.frames = std::make_shared<const FlowFrames>(uv_frames(*map)), .pixel_mm = texel_mm, .step_mm = texel_mm});
     coordinates.assign(static_cast<std::size_t>(map->num_texels()), -1);
     for (TexelId t : level.destination.texels) {
       RandomStream random(8, static_cast<std::uint64_t>(t));
-      coordinates[static_cast<std::size_t>(t)] = level.source.usable[random.below(static_cast<std::uint32_t>(level.source.usable.size()))];
+      coordinates[static_cast<std::size_t>(t)] =
+          level.source.usable[random.below(static_cast<std::uint32_t>(level.source.usable.size()))];
     }
   }
 };
@@ -103,14 +112,17 @@ TEST(OptimumAudit, FindsWhatLookingAtEveryPixelFinds) {
   std::vector<double> ratios;
   for (TexelId t : task.level.destination.texels) {
     cost.prepare(t, task.coordinates, EnergyScale::make(task.level.source, kShare, weights));
-    const auto mine = static_cast<double>(cost.total(task.coordinates[static_cast<std::size_t>(t)], std::numeric_limits<std::int64_t>::max()));
-    const auto best = static_cast<double>(search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kSide, .y1 = kSide}).cost);
+    const auto mine = static_cast<double>(
+        cost.total(task.coordinates[static_cast<std::size_t>(t)], std::numeric_limits<std::int64_t>::max()));
+    const auto best =
+        static_cast<double>(search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kSide, .y1 = kSide}).cost);
     own += mine;
     least += best;
     ratios.push_back(mine / best);
   }
   std::sort(ratios.begin(), ratios.end());
-  const OptimumAudit audit = audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, weights, 1'000'000, 1);
+  const OptimumAudit audit =
+      audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, weights, 1'000'000, 1);
   EXPECT_EQ(audit.num_audited, static_cast<std::int64_t>(task.level.destination.texels.size()));
   EXPECT_EQ(audit.ratio, own / least);
   EXPECT_EQ(audit.median_ratio, ratios[ratios.size() / 2]);
@@ -126,12 +138,14 @@ TEST(OptimumAudit, TheBestPixelOfEveryTexelIsOptimal) {
   CoordinateMap best = task.coordinates;
   for (TexelId t : task.level.destination.texels) {
     cost.prepare(t, task.coordinates, EnergyScale::make(task.level.source, 0.0, weights));
-    best[static_cast<std::size_t>(t)] = search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kSide, .y1 = kSide}).pixel;
+    best[static_cast<std::size_t>(t)] =
+        search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kSide, .y1 = kSide}).pixel;
   }
   const OptimumAudit audit = audit_optimum(task.level, task.neighborhood, best, 0.0, weights, 1'000'000, 1);
   EXPECT_EQ(audit.optimal_share, 1.0);
   EXPECT_EQ(audit.energy, audit.optimum);
-  EXPECT_LT(audit_optimum(task.level, task.neighborhood, task.coordinates, 0.0, weights, 1'000'000, 1).optimal_share, 0.05);
+  EXPECT_LT(audit_optimum(task.level, task.neighborhood, task.coordinates, 0.0, weights, 1'000'000, 1).optimal_share,
+            0.05);
 }
 
 TEST(OptimumAudit, AFewTexelsEstimateAllOfThemTheSameWayOnAnyThread) {
@@ -142,7 +156,8 @@ TEST(OptimumAudit, AFewTexelsEstimateAllOfThemTheSameWayOnAnyThread) {
     control.num_threads = threads;
     return audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, weights, count, seed, control);
   };
-  const OptimumAudit all = audited(1'000'000, 1, 1), few = audited(300, 1, 1), again = audited(300, 1, 3), other = audited(300, 2, 1);
+  const OptimumAudit all = audited(1'000'000, 1, 1), few = audited(300, 1, 1), again = audited(300, 1, 3),
+                     other = audited(300, 2, 1);
   EXPECT_EQ(few.num_audited, 300);
   EXPECT_EQ(few.ratio, again.ratio);
   EXPECT_EQ(few.energy, again.energy);
@@ -154,24 +169,30 @@ TEST(OptimumAudit, AFewTexelsEstimateAllOfThemTheSameWayOnAnyThread) {
 TEST(OptimumAudit, PixelsAtTheBorderHaveNoCost) {
   Level task;
   const std::size_t n = task.level.destination.texels.size();
-  for (std::size_t i = 0; i < n / 2; ++i) task.coordinates[static_cast<std::size_t>(task.level.destination.texels[i])] = 2;
-  const OptimumAudit audit = audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, std::vector<double>{1.0}, 1'000'000, 1);
+  for (std::size_t i = 0; i < n / 2; ++i)
+    task.coordinates[static_cast<std::size_t>(task.level.destination.texels[i])] = 2;
+  const OptimumAudit audit =
+      audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, std::vector<double>{1.0}, 1'000'000, 1);
   EXPECT_EQ(audit.num_left_out, static_cast<std::int64_t>(n / 2));
   EXPECT_EQ(audit.num_audited, static_cast<std::int64_t>(n - n / 2));
   std::fill(task.coordinates.begin(), task.coordinates.end(), 2);
-  EXPECT_FALSE(audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, std::vector<double>{1.0}, 100, 1).ratio);
+  EXPECT_FALSE(
+      audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, std::vector<double>{1.0}, 100, 1).ratio);
 }
 
 // The energy that transfer() reports and the audit's, of all texels, differ by the rounding of two integer scales.
 TEST(MapAudit, OfAllTexelsHasTheEnergyThatTheTransferReports) {
   constexpr double kScaleRounding = 1e-3;
-  for (const auto& [resolution, side_mm] : {std::pair{40, 40.0}, std::pair{32, 128.0}}) {  // Texels of a pixel, and of four: the history is halved twice.
+  for (const auto& [resolution, side_mm] :
+       {std::pair{40, 40.0}, std::pair{32, 128.0}}) {  // Texels of a pixel, and of four: the history is halved twice.
     const Task task(resolution, side_mm);
     TransferOptions options;
     options.coherence_share = kShare;
-    const TransferResult made = transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.control}}, options);
+    const TransferResult made =
+        transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.control}}, options);
     const ImageF coordinates = coordinate_image(made.coordinates, resolution, resolution, kSide);
-    const OptimumAudit audit = audit_map(*task.history, task.audited(coordinates, matched_values(made)), options, 1'000'000, 1);
+    const OptimumAudit audit =
+        audit_map(*task.history, task.audited(coordinates, matched_values(made)), options, 1'000'000, 1);
     EXPECT_EQ(audit.num_left_out, 0);
     EXPECT_EQ(audit.num_audited, task.map->num_covered());
     EXPECT_NEAR(audit.energy, made.energy.energy, kScaleRounding * made.energy.energy) << resolution;
@@ -180,7 +201,9 @@ TEST(MapAudit, OfAllTexelsHasTheEnergyThatTheTransferReports) {
       RandomStream random(3, static_cast<std::uint64_t>(t));
       return std::pair{8 + random.below(kSide - 16), 8 + random.below(kSide - 16)};
     });
-    EXPECT_GT(audit_map(*task.history, task.audited(elsewhere, matched_values(made)), options, 1'000'000, 1).energy, 1.5 * audit.energy) << "a search beats chance";
+    EXPECT_GT(audit_map(*task.history, task.audited(elsewhere, matched_values(made)), options, 1'000'000, 1).energy,
+              1.5 * audit.energy)
+        << "a search beats chance";
   }
 }
 
@@ -203,7 +226,9 @@ TEST(MapAudit, TheSourceItselfIsOptimal) {
 TEST(MapAudit, SizesThatDoNotFitAreNamed) {
   const Task task;
   MapToAudit made = task.audited(ImageF(39, 40, 2), ImageF(40, 40));
-  const auto error = [&] { return testing_support::error_of([&] { (void)audit_map(*task.history, made, {}, 10, 1); }); };
+  const auto error = [&] {
+    return testing_support::error_of([&] { (void)audit_map(*task.history, made, {}, 10, 1); });
+  };
   EXPECT_EQ(error(), "the coordinate map has not 40 x 40 texels with two channels");
   made = task.audited(ImageF(40, 40, 2), ImageF(40, 39));
   EXPECT_EQ(error(), "control `x` has not 40 x 40 values");

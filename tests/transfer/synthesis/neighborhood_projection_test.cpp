@@ -31,38 +31,53 @@ SourceLevel source_of(int side, const Neighborhood& neighborhood, const Appearan
   return make_source_level(std::move(appearance), std::move(controls), mask, 20000.0, neighborhood);
 }
 
-int noise(int x, int y, int c) { return static_cast<int>(RandomStream(4, static_cast<std::uint64_t>((y * 4096 + x) * 8 + c)).below(1023)) - 511; }
-int spikes(int x, int y, int c) { return (noise(x, y, 0) > 0 ? 1 : -1) * (c % 2 == 0 ? kAppearanceLimit : -kAppearanceLimit); }
+int noise(int x, int y, int c) {
+  return static_cast<int>(RandomStream(4, static_cast<std::uint64_t>((y * 4096 + x) * 8 + c)).below(1023)) - 511;
+}
+int spikes(int x, int y, int c) {
+  return (noise(x, y, 0) > 0 ? 1 : -1) * (c % 2 == 0 ? kAppearanceLimit : -kAppearanceLimit);
+}
 int waves(int x, int y, int c) { return (x * (13 + c) + y * (29 - 3 * c)) % (600 >> c) - (300 >> c); }
 int flat(int, int, int) { return kAppearanceLimit; }
 
 using Parts = NeighborhoodProjection::Parts;
 
 /// Over the neighbors of some quarters.
-std::int64_t squared_difference(std::span<const std::int16_t> a, std::span<const std::int16_t> b, const Neighborhood& neighborhood, unsigned quarters) {
+std::int64_t squared_difference(std::span<const std::int16_t> a, std::span<const std::int16_t> b,
+                                const Neighborhood& neighborhood, unsigned quarters) {
   std::int64_t sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const std::size_t k = i / kAppearanceSize;
-    if ((quarters >> quarter_of(neighborhood.offsets[k]) & 1U) != 0) sum += std::int64_t{neighborhood.weights[k]} * (a[i] - b[i]) * (a[i] - b[i]);
+    if ((quarters >> quarter_of(neighborhood.offsets[k]) & 1U) != 0)
+      sum += std::int64_t{neighborhood.weights[k]} * (a[i] - b[i]) * (a[i] - b[i]);
   }
   return sum;
 }
 
 /// Over the values of some quarters.
-std::int64_t squared_distance(const ProjectedNeighborhood& p, const ProjectedNeighborhood& q, unsigned quarters = kAllQuarters) {
+std::int64_t squared_distance(const ProjectedNeighborhood& p, const ProjectedNeighborhood& q,
+                              unsigned quarters = kAllQuarters) {
   std::int64_t sum = 0;
-  for (std::size_t j = 0; j < p.size(); ++j) sum += (quarters >> (j / 4) & 1U) != 0 ? std::int64_t{p[j] - q[j]} * (p[j] - q[j]) : 0;
+  for (std::size_t j = 0; j < p.size(); ++j)
+    sum += (quarters >> (j / 4) & 1U) != 0 ? std::int64_t{p[j] - q[j]} * (p[j] - q[j]) : 0;
   return sum;
 }
 
 /// Two lists of appearances: anything, anything and nearly the same, or the limits.
 void draw(RandomStream& random, std::uint32_t kind, std::vector<std::int16_t>& a, std::vector<std::int16_t>& b) {
-  const auto any = [&] { return static_cast<std::int16_t>(static_cast<int>(random.below(2 * kAppearanceLimit + 1)) - kAppearanceLimit); };
-  const auto limit = [&] { return static_cast<std::int16_t>(random.below(2) == 0 ? kAppearanceLimit : -kAppearanceLimit); };
+  const auto any = [&] {
+    return static_cast<std::int16_t>(static_cast<int>(random.below(2 * kAppearanceLimit + 1)) - kAppearanceLimit);
+  };
+  const auto limit = [&] {
+    return static_cast<std::int16_t>(random.below(2) == 0 ? kAppearanceLimit : -kAppearanceLimit);
+  };
   for (std::size_t i = 0; i < a.size(); ++i) {
     a[i] = kind == 2 ? limit() : any();
     const int step = static_cast<int>(random.below(5)) - 2;
-    b[i] = kind == 0 ? any() : kind == 1 ? static_cast<std::int16_t>(std::clamp(a[i] + step, -kAppearanceLimit, kAppearanceLimit)) : kind == 2 ? static_cast<std::int16_t>(-a[i]) : limit();
+    b[i] = kind == 0   ? any()
+           : kind == 1 ? static_cast<std::int16_t>(std::clamp(a[i] + step, -kAppearanceLimit, kAppearanceLimit))
+           : kind == 2 ? static_cast<std::int16_t>(-a[i])
+                       : limit();
   }
 }
 
@@ -80,7 +95,8 @@ TEST(NeighborhoodProjection, IsNeverFartherApartThanTheNeighborhoodsAre) {
           RandomStream random(6, i);
           draw(random, static_cast<std::uint32_t>(i % 4), a, b);
           const unsigned quarters = parts == Parts::Whole ? kAllQuarters : 1 + random.below(kAllQuarters);
-          const std::int64_t reach = NeighborhoodProjection::reach(squared_difference(a, b, neighborhood, quarters)), distance = squared_distance(projection.of(a), projection.of(b), quarters);
+          const std::int64_t reach = NeighborhoodProjection::reach(squared_difference(a, b, neighborhood, quarters)),
+                             distance = squared_distance(projection.of(a), projection.of(b), quarters);
           wrong += distance > reach ? 1 : 0;
           nearest_to_reach = std::max(nearest_to_reach, static_cast<double>(distance) / static_cast<double>(reach));
         }
@@ -107,7 +123,9 @@ TEST(NeighborhoodProjection, OfAPixelIsThatOfItsNeighbors) {
 // What looks alike is near in the projection: smooth sources are told apart by a few axes.
 TEST(NeighborhoodProjection, KeepsMostOfTheDistanceInASmoothSource) {
   const Neighborhood neighborhood = Neighborhood::square(3);
-  const SourceLevel source = source_of(64, neighborhood, [](int x, int y, int c) { return (x * (c + 1) + 2 * y) % 256 < 128 ? 3 * x - c * y : c * x - 2 * y; });
+  const SourceLevel source = source_of(64, neighborhood, [](int x, int y, int c) {
+    return (x * (c + 1) + 2 * y) % 256 < 128 ? 3 * x - c * y : c * x - 2 * y;
+  });
   for (const Parts parts : {Parts::Whole, Parts::Quarters}) {
     const NeighborhoodProjection projection(source, neighborhood, parts);
     double kept = 0.0, total = 0.0;
@@ -118,7 +136,8 @@ TEST(NeighborhoodProjection, KeepsMostOfTheDistanceInASmoothSource) {
         const std::int32_t p = source.usable[random.below(static_cast<std::uint32_t>(source.usable.size()))];
         a.clear();
         for (const Offset& o : neighborhood.offsets) {
-          for (int c = 0; c < kAppearanceSize; ++c) a.push_back(source.appearance.at(p % source.width() + o.x, p / source.width() + o.y, c));
+          for (int c = 0; c < kAppearanceSize; ++c)
+            a.push_back(source.appearance.at(p % source.width() + o.x, p / source.width() + o.y, c));
         }
       }
       kept += 16.0 * static_cast<double>(squared_distance(projection.of(around[0]), projection.of(around[1])));
@@ -146,7 +165,9 @@ TEST(PixelBlocks, HoldEveryUsablePixelOnceWithWhatTheySayOfIt) {
   constexpr std::size_t kGroups = PixelBlock::kSize / kGroupSize;
   for (const auto tiles : {PixelBlocks::Tiles::Squares, PixelBlocks::Tiles::Anywhere}) {
     const PixelBlocks all = PixelBlocks::make(source, projection, tiles);
-    const auto holds = [](const SearchWindow& extent, int x, int y) { return x >= extent.x0 && x < extent.x1 && y >= extent.y0 && y < extent.y1; };
+    const auto holds = [](const SearchWindow& extent, int x, int y) {
+      return x >= extent.x0 && x < extent.x1 && y >= extent.y0 && y < extent.y1;
+    };
     std::set<std::int32_t> seen;
     std::int32_t next_block = 0;
     for (std::size_t t = 0; t < all.tiles.size(); ++t) {
@@ -166,10 +187,12 @@ TEST(PixelBlocks, HoldEveryUsablePixelOnceWithWhatTheySayOfIt) {
           EXPECT_TRUE(seen.insert(pixel).second);
           EXPECT_TRUE(holds(block.extent, x, y) && holds(tile.extent, x, y));
           EXPECT_TRUE(block.low_control <= all.controls[i] && all.controls[i] <= block.high_control);
-          EXPECT_TRUE(all.controls[i] == source.controls.at(x, y) && (at == 0 || all.controls[i - 1] <= all.controls[i]));
+          EXPECT_TRUE(all.controls[i] == source.controls.at(x, y) &&
+                      (at == 0 || all.controls[i - 1] <= all.controls[i]));
           for (std::size_t j = 0; j < p.size(); ++j) {
             EXPECT_EQ(all.groups[b * kGroups + at / kGroupSize].values[j / 2][at % kGroupSize][j % 2], p[j]);
-            EXPECT_TRUE(all.boxes[t].low.values[j / 2][in_tile][j % 2] <= p[j] && p[j] <= all.boxes[t].high.values[j / 2][in_tile][j % 2]);
+            EXPECT_TRUE(all.boxes[t].low.values[j / 2][in_tile][j % 2] <= p[j] &&
+                        p[j] <= all.boxes[t].high.values[j / 2][in_tile][j % 2]);
           }
         }
       }
@@ -184,7 +207,9 @@ TEST(ReachKernel, SaysTheSameAsTheFormulaForEveryInstructionSet) {
   std::array<ProjectedGroup, kNumGroups> groups{};
   ProjectedBoxes boxes{};
   RandomStream random(9, 0);
-  const auto any = [&] { return static_cast<std::int16_t>(static_cast<int>(random.below(5600)) - 2800); };  // 16 of them are at most 11,200 long.
+  const auto any = [&] {
+    return static_cast<std::int16_t>(static_cast<int>(random.below(5600)) - 2800);
+  };  // 16 of them are at most 11,200 long.
   for (int i = 0; i < kGroupSize; ++i) {
     for (int j = 0; j < 16; ++j) {
       for (ProjectedGroup& group : groups) group.values[j / 2][i][j % 2] = any();
@@ -214,10 +239,14 @@ TEST(ReachKernel, SaysTheSameAsTheFormulaForEveryInstructionSet) {
           EXPECT_EQ(is_within, expected <= limit) << kInstructionSetNames[k];
           EXPECT_TRUE(!is_within || distance == expected) << kInstructionSetNames[k];
         };
-        kernels[k].points(groups.data(), static_cast<int>(groups.size()), query.data(), counts.data(), limit, distances.data(), masks.data());
-        for (std::size_t i = 0; i < distances.size(); ++i) check((masks[i / kGroupSize] >> (i % kGroupSize) & 1U) != 0, distances[i], squared(groups[i / kGroupSize], groups[i / kGroupSize], i % kGroupSize));
+        kernels[k].points(groups.data(), static_cast<int>(groups.size()), query.data(), counts.data(), limit,
+                          distances.data(), masks.data());
+        for (std::size_t i = 0; i < distances.size(); ++i)
+          check((masks[i / kGroupSize] >> (i % kGroupSize) & 1U) != 0, distances[i],
+                squared(groups[i / kGroupSize], groups[i / kGroupSize], i % kGroupSize));
         const unsigned mask = kernels[k].boxes(&boxes, query.data(), counts.data(), limit, distances.data());
-        for (std::size_t i = 0; i < kGroupSize; ++i) check((mask >> i & 1U) != 0, distances[i], squared(boxes.low, boxes.high, i));
+        for (std::size_t i = 0; i < kGroupSize; ++i)
+          check((mask >> i & 1U) != 0, distances[i], squared(boxes.low, boxes.high, i));
       }
     }
   }

@@ -9,17 +9,19 @@
 
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/atlas/texel_neighborhood.h"
+#include "patinate/transfer/transfer.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 namespace {
 
 constexpr int kSource = 128;  // Pixels, of 1 mm.
 
-std::shared_ptr<const FlowFrames> downward(const TexelMap& map) { return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, Vec3(0, 1, 0))); }
+std::shared_ptr<const FlowFrames> downward(const TexelMap& map) {
+  return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, Vec3(0, 1, 0)));
+}
 
 /// Where on the plane a texel lies, in source pixels: right and down from the upper left corner.
 Vec2 place_on_plane(const TexelMap& map, TexelId t, double side_mm) {
@@ -44,7 +46,8 @@ std::vector<TransferControl> place_controls(const TexelMap& map, double side_mm)
 struct Coherence {
   double over_seams = 0.0, inside = 0.0;
 };
-Coherence measure_coherence(const TexelMap& map, const std::shared_ptr<const FlowFrames>& frames, const CoordinateMap& coordinates, double pixel_mm) {
+Coherence measure_coherence(const TexelMap& map, const std::shared_ptr<const FlowFrames>& frames,
+                            const CoordinateMap& coordinates, double pixel_mm) {
   const double step = map.median_texel_size_mm();
   const TexelNeighborhood neighborhood(map, {{step, 0.0}, {-step, 0.0}, {0.0, step}, {0.0, -step}}, frames, pixel_mm);
   TexelNeighborhood::Cursor cursor(neighborhood);
@@ -56,15 +59,18 @@ Coherence measure_coherence(const TexelMap& map, const std::shared_ptr<const Flo
       if (n.texel < 0 || n.texel == t) continue;
       const std::size_t kind = map.chart(n.texel) == map.chart(t) ? 1 : 0;
       const std::int32_t other = coordinates[static_cast<std::size_t>(n.texel)];
-      const Vec2 error = Vec2(other % kSource - s % kSource, other / kSource - s / kSource) - Vec2(n.x, n.y) / PixelNeighbor::kOne;
+      const Vec2 error =
+          Vec2(other % kSource - s % kSource, other / kSource - s / kSource) - Vec2(n.x, n.y) / PixelNeighbor::kOne;
       ++pairs[kind];
       coherent[kind] += error.cwiseAbs().maxCoeff() < 0.99 ? 1 : 0;  // Both places are rounded.
     }
   }
-  return {static_cast<double>(coherent[0]) / static_cast<double>(pairs[0]), static_cast<double>(coherent[1]) / static_cast<double>(pairs[1])};
+  return {static_cast<double>(coherent[0]) / static_cast<double>(pairs[0]),
+          static_cast<double>(coherent[1]) / static_cast<double>(pairs[1])};
 }
 
-// The guide says where every texel belongs: with charts turned, mirrored and scaled, its source is that place and no other.
+// The guide says where every texel belongs: with charts turned, mirrored and scaled, its source is that place and no
+// other.
 TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
   testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), kSource, kSource, 3, testing_support::blotches);
@@ -73,9 +79,15 @@ TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
     TransferOptions options;
     options.method = method;
-    options.coherence_share = options.multi_level.first_coherence = 0.01;  // Pieces may lie a pixel beside their place where that fits better: little of it.
+    options.coherence_share = options.multi_level.first_coherence =
+        0.01;  // Pieces may lie a pixel beside their place where that fits better: little of it.
     options.reference.first_coherence = 0.01;
-    const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = place_controls(*map, kSource), .frames = downward(*map)}, options);
+    const TransferResult result = transfer({.history = history,
+                                            .map = map,
+                                            .texel_size_mm = 1.0,
+                                            .controls = place_controls(*map, kSource),
+                                            .frames = downward(*map)},
+                                           options);
     double sum = 0.0;
     std::int64_t count = 0;
     for (TexelId t = 0; t < map->num_texels(); ++t) {
@@ -92,7 +104,8 @@ TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
   }
 }
 
-// Pieces cross seams nearly as they cross any other line. (Pairs over a seam lie up to 1.5 times as far apart, where a chart's texels are larger.)
+// Pieces cross seams nearly as they cross any other line. (Pairs over a seam lie up to 1.5 times as far apart, where a
+// chart's texels are larger.)
 TEST(OnTheSurface, PiecesGoOnOverSeams) {
   testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), kSource, kSource, 3, testing_support::blotches);
@@ -101,9 +114,14 @@ TEST(OnTheSurface, PiecesGoOnOverSeams) {
   TransferControl guide = place_controls(*map, kSource)[0];
   guide.mapping = ControlMapping::Rank;
   const std::shared_ptr<const FlowFrames> frames = downward(*map);
-  const Coherence with = measure_coherence(*map, frames, transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}, .frames = frames}).coordinates, 1.0);
+  const Coherence with = measure_coherence(
+      *map, frames,
+      transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}, .frames = frames})
+          .coordinates,
+      1.0);
   const auto uv = std::make_shared<const FlowFrames>(uv_frames(*map));
-  const Coherence without = measure_coherence(*map, uv, transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}}).coordinates, 1.0);
+  const Coherence without = measure_coherence(
+      *map, uv, transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}}).coordinates, 1.0);
   RecordProperty("over_seams", std::to_string(with.over_seams));
   RecordProperty("inside", std::to_string(with.inside));
   RecordProperty("over_seams_by_uv", std::to_string(without.over_seams));
@@ -116,17 +134,21 @@ TEST(OnTheSurface, ACheckerKeepsItsPitchOnAStretchedAtlas) {
   constexpr int kPitch = 8;
   const auto is_light = [](int x, int y) { return ((x / kPitch + y / kPitch) & 1) != 0; };
   testing_support::TempFolder folder;
-  testing_support::write_history(folder.path(), kSource, kSource, 2, [&](int x, int y, int, int) { return is_light(x, y) ? 0.9f : 0.1f; });
+  testing_support::write_history(folder.path(), kSource, kSource, 2,
+                                 [&](int x, int y, int, int) { return is_light(x, y) ? 0.9f : 0.1f; });
   const auto history = std::make_shared<const HistoryReader>(folder.path());
   const auto map = std::make_shared<const TexelMap>(testing_support::unit_plane(kSource), 2 * kSource, kSource / 2);
   TransferControl guide = place_controls(*map, kSource)[0];
   guide.mapping = ControlMapping::Rank;
-  const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}, .frames = downward(*map)}, {.coherence_share = 0.9});
+  const TransferResult result =
+      transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}, .frames = downward(*map)},
+               {.coherence_share = 0.9});
   const auto light_at = [&](int x, int y) {
     const std::int32_t s = result.coordinates[static_cast<std::size_t>(y * map->width() + x)];
     return is_light(s % kSource, s / kSource);
   };
-  // The median length of a run: pieces that end inside a square make shorter ones, and at the source's borders something else stands.
+  // The median length of a run: pieces that end inside a square make shorter ones, and at the source's borders
+  // something else stands.
   const auto median_run = [](int lines, int length, auto&& light) {
     std::vector<int> runs;
     for (int line = 0; line < lines; ++line) {

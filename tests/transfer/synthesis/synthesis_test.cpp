@@ -6,12 +6,12 @@
 
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/random.h"
+#include "patinate/transfer/transfer.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/levels.h"
-#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 namespace {
@@ -25,7 +25,8 @@ struct PlaneTask {
   std::shared_ptr<const TexelMap> map;
   std::vector<TransferControl> controls;
 
-  PlaneTask(int source_size, int size, int shift, const std::function<float(int, int, int, int)>& color = testing_support::blotches) {
+  PlaneTask(int source_size, int size, int shift,
+            const std::function<float(int, int, int, int)>& color = testing_support::blotches) {
     testing_support::write_history(folder.path(), source_size, source_size, 4, color);
     history = std::make_shared<const HistoryReader>(folder.path());
     map = std::make_shared<TexelMap>(testing_support::unit_plane(size), size, size);
@@ -69,8 +70,9 @@ TEST(ReferenceSynthesis, SameControlsGiveTheIdentityWithZeroEnergy) {
   }
 }
 
-// The shift is a whole number of pixels of the coarsest of the three levels, 4 x 4. (Under any other shift whole pieces may come out up to
-// half such a pixel off, coherent in themselves.) A few pieces still do: a quarter of that pixel, on average, is the tolerance.
+// The shift is a whole number of pixels of the coarsest of the three levels, 4 x 4. (Under any other shift whole pieces
+// may come out up to half such a pixel off, coherent in themselves.) A few pieces still do: a quarter of that pixel, on
+// average, is the tolerance.
 TEST(MultiLevelSynthesis, AShiftOfTheGuideGivesTheSameShift) {
   const PlaneTask task(96, 64, kShift);
   TransferOptions options;
@@ -94,13 +96,14 @@ TEST(MultiLevelSynthesis, FreeRunningEnergyIsAtMostOnePointTwoTimesTheReferences
   EXPECT_LE(fast.energy.energy, 1.2 * reference.energy.energy);
 }
 
-// The guide asks for columns only, so that nothing speaks for one row of the source or another. A piece that begins near the border ends there,
-// which leaves the outer rows a little less than their share.
+// The guide asks for columns only, so that nothing speaks for one row of the source or another. A piece that begins
+// near the border ends there, which leaves the outer rows a little less than their share.
 TEST(MultiLevelSynthesis, TheSourceIsUsedUpToItsBorder) {
   const PlaneTask task(96, 96, 0);
   const CoordinateMap coordinates = task.run_guided({.method = TransferMethod::Fast}).coordinates;
   constexpr int kOuter = 12;
-  const auto num_outer = std::count_if(coordinates.begin(), coordinates.end(), [](std::int32_t s) { return s / 96 < kOuter || s / 96 >= 96 - kOuter; });
+  const auto num_outer = std::count_if(coordinates.begin(), coordinates.end(),
+                                       [](std::int32_t s) { return s / 96 < kOuter || s / 96 >= 96 - kOuter; });
   EXPECT_GE(static_cast<double>(num_outer) / (96.0 * 96.0), 0.5 * (2.0 * kOuter / 96.0));
 }
 
@@ -108,7 +111,9 @@ TEST(SourceLevel, ACoarseOneSeesTheHistoryMirroredAtItsBorder) {
   AppearanceImage appearance(8, 6, kAppearanceSize);
   ControlImage controls(8, 6, 1);
   for (int y = 0; y < 6; ++y) {
-    for (int x = 0; x < 8; ++x) appearance.at(x, y, 0) = static_cast<std::int16_t>(10 * y + x), controls.at(x, y) = static_cast<std::uint16_t>(10 * y + x);
+    for (int x = 0; x < 8; ++x)
+      appearance.at(x, y, 0) = static_cast<std::int16_t>(10 * y + x),
+                          controls.at(x, y) = static_cast<std::uint16_t>(10 * y + x);
   }
   ImageU8 mask(8, 6, 1, 255);
   mask.at(4, 2) = 0;  // Its nearest is (3, 2); behind that lies (2, 2).
@@ -149,7 +154,8 @@ TEST(Synthesis, ReportsFractionsThatNeverFallAndEndAtOne) {
     control.on_progress = [&](double f) { fractions.push_back(f); };
     TransferOptions options;
     options.method = method;
-    (void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = task.controls}, options, control);
+    (void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = task.controls}, options,
+                   control);
     ASSERT_FALSE(fractions.empty());
     EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
     EXPECT_EQ(fractions.back(), 1.0);
@@ -164,7 +170,10 @@ TEST(Synthesis, StopsWhenAsked) {
   control.on_progress = [&](double f) {
     if (f > 0.4) source.request_stop();
   };
-  EXPECT_THROW((void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = task.controls}, {}, control), Canceled);
+  EXPECT_THROW(
+      (void)transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = task.controls}, {},
+                     control),
+      Canceled);
 }
 
 TEST(Synthesis, ASeedChoosesTheResult) {
@@ -196,7 +205,10 @@ TEST(Synthesis, OnlyUsesPixelsWhoseNeighborhoodLiesInTheMask) {
   const auto map = std::make_shared<TexelMap>(testing_support::unit_plane(48), 48, 48);
   ImageF guide(48, 48);
   for (int i = 0; i < 48 * 48; ++i) guide.data()[i] = static_cast<float>(i % 48) / 47.0f;
-  const TransferResult result = transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {{"x", "image", guide, {}, 1.0, ControlMapping::Rank}}});
+  const TransferResult result = transfer({.history = history,
+                                          .map = map,
+                                          .texel_size_mm = 1.0,
+                                          .controls = {{"x", "image", guide, {}, 1.0, ControlMapping::Rank}}});
   for (std::int32_t s : result.coordinates) {
     // The mask [16, 60) x [8, 40) less the neighborhood's radius.
     constexpr int kRadius = TransferOptions{}.neighborhood_radius_px;
@@ -216,10 +228,15 @@ TEST(TexelCost, EqualsTheFormula) {
   RandomStream random(4, 4);
   for (auto& v : source_control.values()) v = static_cast<std::uint16_t>(random.below(kControlSteps + 1));
   for (auto& v : target.values()) v = static_cast<std::uint16_t>(random.below(kControlSteps + 1));
-  const SourceLevel source = make_source_level(space.levels[0], source_control, space.masks[0], space.variances[0], neighborhood);
-  const DestinationLevel destination = make_destination_level(task.map, target, neighborhood, {.frames = std::make_shared<const FlowFrames>(uv_frames(*task.map)), .pixel_mm = 1.0, .step_mm = 1.0});
+  const SourceLevel source =
+      make_source_level(space.levels[0], source_control, space.masks[0], space.variances[0], neighborhood);
+  const DestinationLevel destination = make_destination_level(
+      task.map, target, neighborhood,
+      {.frames = std::make_shared<const FlowFrames>(uv_frames(*task.map)), .pixel_mm = 1.0, .step_mm = 1.0});
   CoordinateMap coordinates(24 * 24);
-  const auto random_pixel = [&] { return source.usable[random.below(static_cast<std::uint32_t>(source.usable.size()))]; };
+  const auto random_pixel = [&] {
+    return source.usable[random.below(static_cast<std::uint32_t>(source.usable.size()))];
+  };
   for (auto& s : coordinates) s = random.below(5) == 0 ? -1 : random_pixel();
 
   constexpr double kShare = 0.6;
@@ -230,12 +247,14 @@ TEST(TexelCost, EqualsTheFormula) {
     const std::int32_t s = random_pixel();
     double coherence = 0.0, sum_of_weights = 0.0;
     for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
-      const int x = static_cast<int>(t % 24) + neighborhood.offsets[k].x, y = static_cast<int>(t / 24) + neighborhood.offsets[k].y;
+      const int x = static_cast<int>(t % 24) + neighborhood.offsets[k].x,
+                y = static_cast<int>(t / 24) + neighborhood.offsets[k].y;
       if (x < 0 || y < 0 || x >= 24 || y >= 24 || coordinates[static_cast<std::size_t>(y * 24 + x)] < 0) continue;
       const std::int32_t n = coordinates[static_cast<std::size_t>(y * 24 + x)];
       const std::int32_t moved = s + neighborhood.offsets[k].y * 32 + neighborhood.offsets[k].x;
       for (int d = 0; d < kAppearanceSize; ++d) {
-        const double difference = source.appearance.data()[n * kAppearanceSize + d] - source.appearance.data()[moved * kAppearanceSize + d];
+        const double difference =
+            source.appearance.data()[n * kAppearanceSize + d] - source.appearance.data()[moved * kAppearanceSize + d];
         coherence += neighborhood.weights[k] * difference * difference;
       }
       sum_of_weights += neighborhood.weights[k];
@@ -245,7 +264,8 @@ TEST(TexelCost, EqualsTheFormula) {
     const double mismatch = difference * difference / (2.0 * source.control_variances[0]);
     const double expected = kShare * coherence + (1.0 - kShare) * mismatch;
     // Rounding of the two integer scales: below 1e-4 of the value.
-    EXPECT_NEAR(static_cast<double>(cost.total(s, std::numeric_limits<std::int64_t>::max())) / EnergyScale::kOne, expected, 1e-4 * expected + 1e-9);
+    EXPECT_NEAR(static_cast<double>(cost.total(s, std::numeric_limits<std::int64_t>::max())) / EnergyScale::kOne,
+                expected, 1e-4 * expected + 1e-9);
   }
 }
 
@@ -256,8 +276,11 @@ TEST(TexelCost, StaysInRangeForASpikeInAControl) {
   const AppearanceSpace space = build_appearance_space(*task.history, 1);
   ControlImage spike(32, 32, 1), target(24, 24, 1);
   spike.at(16, 16) = kControlSteps;
-  const SourceLevel source = make_source_level(space.levels[0], spike, space.masks[0], space.variances[0], neighborhood);
-  const DestinationLevel destination = make_destination_level(task.map, target, neighborhood, {.frames = std::make_shared<const FlowFrames>(uv_frames(*task.map)), .pixel_mm = 1.0, .step_mm = 1.0});
+  const SourceLevel source =
+      make_source_level(space.levels[0], spike, space.masks[0], space.variances[0], neighborhood);
+  const DestinationLevel destination = make_destination_level(
+      task.map, target, neighborhood,
+      {.frames = std::make_shared<const FlowFrames>(uv_frames(*task.map)), .pixel_mm = 1.0, .step_mm = 1.0});
   CoordinateMap coordinates(24 * 24, source.usable.front());
   TexelCost cost(source, destination, neighborhood);
   cost.prepare(0, coordinates, EnergyScale::make(source, 0.0, std::vector<double>{1.0}));
@@ -268,13 +291,15 @@ TEST(TexelCost, StaysInRangeForASpikeInAControl) {
 
 TEST(Synthesis, TexelsMuchLargerThanPixelsStillGetATexture) {
   const PlaneTask task(64, 48, 0);
-  const TransferResult result = transfer({.history = task.history, .map = task.map, .texel_size_mm = 0.001, .controls = {task.controls[0]}});
+  const TransferResult result =
+      transfer({.history = task.history, .map = task.map, .texel_size_mm = 0.001, .controls = {task.controls[0]}});
   for (std::int32_t s : result.coordinates) ASSERT_GE(s, 0);
 }
 
 TEST(AppearanceSpace, KeepsAllOfAHistoryOfTwoFrames) {
   TempFolder folder;
-  testing_support::write_history(folder.path(), 32, 32, 2, testing_support::blotches);  // 6 numbers per pixel, 8 components.
+  testing_support::write_history(folder.path(), 32, 32, 2,
+                                 testing_support::blotches);  // 6 numbers per pixel, 8 components.
   const AppearanceSpace space = build_appearance_space(HistoryReader(folder.path()), 2, {.spatial_radius_px = 0});
   EXPECT_NEAR(space.explained_variance, 1.0, 1e-9);
   EXPECT_EQ(space.levels[1].width(), 16);

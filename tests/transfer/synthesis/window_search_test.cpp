@@ -28,16 +28,24 @@ struct SearchTask {
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) {
         const int fx = x % 48, fy = y % 40;  // Repeats: equal costs.
-        for (int c = 0; c < kAppearanceSize; ++c) appearance.at(x, y, c) = static_cast<std::int16_t>((fx * (13 + c) + fy * (29 - 3 * c)) % (600 >> c) - (300 >> c));
-        for (int c = 0; c < num_controls; ++c) controls.at(x, y, c) = static_cast<std::uint16_t>((fx * 60 + fy * (11 + 17 * c)) % (kControlSteps + 1));
+        for (int c = 0; c < kAppearanceSize; ++c)
+          appearance.at(x, y, c) =
+              static_cast<std::int16_t>((fx * (13 + c) + fy * (29 - 3 * c)) % (600 >> c) - (300 >> c));
+        for (int c = 0; c < num_controls; ++c)
+          controls.at(x, y, c) = static_cast<std::uint16_t>((fx * 60 + fy * (11 + 17 * c)) % (kControlSteps + 1));
         if ((x - 30) * (x - 30) + (y - 50) * (y - 50) < 40) mask.at(x, y) = 0;
       }
     }
     source = make_source_level(std::move(appearance), std::move(controls), mask, 20000.0, neighborhood);
     auto map = std::make_shared<TexelMap>(mesh, resolution, resolution);
     ControlImage wanted(resolution, resolution, num_controls);
-    for (std::int64_t i = 0; i < wanted.num_pixels() * num_controls; ++i) wanted.data()[i] = static_cast<std::uint16_t>(RandomStream(5, static_cast<std::uint64_t>(i)).below(kControlSteps + 1));
-    destination = make_destination_level(map, std::move(wanted), neighborhood, {.frames = std::make_shared<const FlowFrames>(uv_frames(*map)), .pixel_mm = map->median_texel_size_mm(), .step_mm = map->median_texel_size_mm()});
+    for (std::int64_t i = 0; i < wanted.num_pixels() * num_controls; ++i)
+      wanted.data()[i] =
+          static_cast<std::uint16_t>(RandomStream(5, static_cast<std::uint64_t>(i)).below(kControlSteps + 1));
+    destination = make_destination_level(map, std::move(wanted), neighborhood,
+                                         {.frames = std::make_shared<const FlowFrames>(uv_frames(*map)),
+                                          .pixel_mm = map->median_texel_size_mm(),
+                                          .step_mm = map->median_texel_size_mm()});
   }
 };
 
@@ -56,7 +64,8 @@ bool has_coordinates(Known known, const Offset& o, unsigned quarters, RandomStre
   return known == Known::All || (quarters >> quarter_of(o) & 1U) != 0 || random.below(3) == 0;
 }
 
-/// Audits texels in random surroundings, some of them copied from one place so that coherent pixels are good. @returns how many differ.
+/// Audits texels in random surroundings, some of them copied from one place so that coherent pixels are good. @returns
+/// how many differ.
 std::int64_t count_differences(const SearchTask& task, Known known, const AuditCase& c) {
   const WindowSearch search(task.source, task.neighborhood, c.side);
   const EnergyScale scale = EnergyScale::make(task.source, c.coherence_share, c.weights);
@@ -70,7 +79,8 @@ std::int64_t count_differences(const SearchTask& task, Known known, const AuditC
         for (std::int64_t i = begin; i < end; ++i) {
           RandomStream random(11, static_cast<std::uint64_t>(i));
           const auto pick = [&] { return usable[random.below(static_cast<std::uint32_t>(usable.size()))]; };
-          const TexelId t = task.destination.texels[random.below(static_cast<std::uint32_t>(task.destination.texels.size()))];
+          const TexelId t =
+              task.destination.texels[random.below(static_cast<std::uint32_t>(task.destination.texels.size()))];
           const std::int32_t origin = pick();
           const std::uint32_t copied = random.below(5), quarters = random.below(kAllQuarters + 1);  // Of 4 neighbors.
           const int w = task.destination.map->width();
@@ -79,11 +89,14 @@ std::int64_t count_differences(const SearchTask& task, Known known, const AuditC
               const std::int64_t n = t + std::int64_t{dy} * w + dx;
               if (n < 0 || n >= task.destination.map->num_texels()) continue;
               const std::int32_t shifted = origin + dy * task.source.width() + dx;
-              coordinates[static_cast<std::size_t>(n)] = !has_coordinates(known, {dx, dy}, quarters, random) ? -1 : random.below(4) < copied ? shifted : pick();
+              coordinates[static_cast<std::size_t>(n)] = !has_coordinates(known, {dx, dy}, quarters, random) ? -1
+                                                         : random.below(4) < copied                          ? shifted
+                                                                                                             : pick();
             }
           }
           cost.prepare(t, coordinates, scale);
-          const SearchWindow window = search.window(random.below(SearchTask::kSide), random.below(SearchTask::kSide), c.side);
+          const SearchWindow window =
+              search.window(random.below(SearchTask::kSide), random.below(SearchTask::kSide), c.side);
           const std::array<std::int32_t, 3> likely{random.below(8) == 0 ? -1 : origin, -1, pick()};
           const WindowOptimum fast = search.find(cost, window, likely), slow = search.find_exhaustively(cost, window);
           different += fast.pixel != slow.pixel || (fast.pixel >= 0 && fast.cost != slow.cost) ? 1 : 0;
@@ -96,7 +109,9 @@ std::int64_t count_differences(const SearchTask& task, Known known, const AuditC
 TEST(WindowSearch, FindsWhatLookingAtEveryPixelFindsInAHundredThousandTexels) {
   const SearchTask one(1), two(2);
   for (const Known known : {Known::All, Known::OfSomeQuarters, Known::Some}) {
-    const auto differences = [&](const SearchTask& task, const AuditCase& c) { return count_differences(task, known, c); };
+    const auto differences = [&](const SearchTask& task, const AuditCase& c) {
+      return count_differences(task, known, c);
+    };
     EXPECT_EQ(differences(one, {.coherence_share = 0.5, .count = 14000}), 0);
     EXPECT_EQ(differences(one, {.coherence_share = 0.95, .count = 14000}), 0);
     EXPECT_EQ(differences(two, {.weights = {1.0, 0.3}, .side = 33, .count = 7000}), 0);

@@ -1,5 +1,6 @@
 /// \file
-/// One argument of a command: what is declared about it, from which parsing, --help, completion, the manual and the reader of
+/// One argument of a command: what is declared about it, from which parsing, --help, completion, the manual and the
+/// reader of
 /// --config are made, and what was found for it.
 #pragma once
 
@@ -30,7 +31,9 @@ struct ArgumentInfo {
   bool is_common = false;    ///< An option of every command.
   bool has_no_form = false;  ///< A flag that is on unless `--no-...` is given.
 
-  [[nodiscard]] bool is_positional() const { return kind == ArgumentKind::Positional || kind == ArgumentKind::PositionalList; }
+  [[nodiscard]] bool is_positional() const {
+    return kind == ArgumentKind::Positional || kind == ArgumentKind::PositionalList;
+  }
   /// The name in a configuration file: spatial_sigma; "output" for -o.
   [[nodiscard]] std::string key() const;
   /// As a user gives it: "--threads N", "--no-ground", "MESH".

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/option_values.h"
 
 namespace patinate::cli {
@@ -60,18 +60,21 @@ void CommandLine::positional_list(const std::string& name, const std::string& he
       [&values](const std::string& s) { values.emplace_back(s); });
 }
 void CommandLine::output(const std::string& name, const std::string& help, std::filesystem::path& value) {
-  add(ArgumentKind::Option, ValueType::Path, "-o", name, help, [&value](const std::string& s) { value = s; }).is_required =
-      true;
+  add(ArgumentKind::Option, ValueType::Path, "-o", name, help, [&value](const std::string& s) {
+    value = s;
+  }).is_required = true;
 }
 void CommandLine::option(const std::string& name, const std::string& value_name, const std::string& help,
                          std::string& value) {
-  add(ArgumentKind::Option, ValueType::Text, dashed(name), value_name, help, [&value](const std::string& s) { value = s; })
-      .default_text = value;
+  add(ArgumentKind::Option, ValueType::Text, dashed(name), value_name, help, [&value](const std::string& s) {
+    value = s;
+  }).default_text = value;
 }
 void CommandLine::option(const std::string& name, const std::string& value_name, const std::string& help,
                          std::filesystem::path& value) {
-  add(ArgumentKind::Option, ValueType::Path, dashed(name), value_name, help, [&value](const std::string& s) { value = s; })
-      .default_text = value.string();
+  add(ArgumentKind::Option, ValueType::Path, dashed(name), value_name, help, [&value](const std::string& s) {
+    value = s;
+  }).default_text = value.string();
 }
 void CommandLine::option(const std::string& name, const std::string& value_name, const std::string& help,
                          std::optional<double>& value) {
@@ -92,7 +95,8 @@ void CommandLine::repeated(const std::string& name, const std::string& value_nam
       [&values](const std::string& s) { values.push_back(s); });
 }
 void CommandLine::flag(const std::string& name, const std::string& help, bool& value) {
-  add(ArgumentKind::Flag, ValueType::Text, dashed(name), "", help, [&value](const std::string& s) { value = s == "true"; });
+  add(ArgumentKind::Flag, ValueType::Text, dashed(name), "", help,
+      [&value](const std::string& s) { value = s == "true"; });
 }
 
 void CommandLine::described(std::unique_ptr<DescribedOptions> options) {
@@ -100,7 +104,9 @@ void CommandLine::described(std::unique_ptr<DescribedOptions> options) {
     for (const auto& common : arguments_) {
       if (!common->is_common || common->name != argument.name) continue;
       // The struct has a field that is an option of every command (seed): one option sets both.
-      common->set = [first = common->set, second = std::move(argument.set)](const std::string& s) { first(s), second(s); };
+      common->set = [first = common->set, second = std::move(argument.set)](const std::string& s) {
+        first(s), second(s);
+      };
       return;
     }
     add(std::move(argument));
@@ -156,8 +162,9 @@ CommandDeclaration CommandLine::declaration() const {
 
 Argument* CommandLine::find(const std::string& key) const {
   const std::string alias = dashed(key);
-  const auto it = std::find_if(arguments_.begin(), arguments_.end(),
-                               [&](const auto& a) { return a->key() == key || (!a->alias.empty() && a->alias == alias); });
+  const auto it = std::find_if(arguments_.begin(), arguments_.end(), [&](const auto& a) {
+    return a->key() == key || (!a->alias.empty() && a->alias == alias);
+  });
   return it == arguments_.end() ? nullptr : it->get();
 }
 

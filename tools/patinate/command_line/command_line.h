@@ -1,6 +1,6 @@
 /// \file
-/// The arguments of one command: positional arguments, options, described options structs, and the options that every command
-/// has. Errors are UsageError, with a did-you-mean.
+/// The arguments of one command: positional arguments, options, described options structs, and the options that every
+/// command has. Errors are UsageError, with a did-you-mean.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,8 @@ struct CommonOptions {
 };
 void describe(OptionVisitor& v, CommonOptions& o);
 
-/// Declare arguments, then parse(). Variables keep their value (the default) when an argument is not given. Option names
-/// come without dashes; `a_b` is given as `--a-b` or `--a_b`.
+/// Declare arguments, then parse(). Variables keep their value (the default) when an argument is not given. Option
+/// names come without dashes; `a_b` is given as `--a-b` or `--a_b`.
 class CommandLine {
  public:
   CommandLine(std::string verb, std::string brief);
@@ -88,8 +88,8 @@ class CommandLine {
   [[nodiscard]] const CommonOptions& common() const { return common_; }
   [[nodiscard]] CommandDeclaration declaration() const;
 
-  /// Reads the words of the command line, then calls `supply`, which may supply() options that they leave open, then sets all
-  /// variables.
+  /// Reads the words of the command line, then calls `supply`, which may supply() options that they leave open, then
+  /// sets all variables.
   /// @returns false when --help was asked for (see help()).
   /// @throws UsageError naming the argument, what was found and what is expected; IoError for what a file supplied.
   [[nodiscard]] bool parse(const std::vector<std::string>& arguments, const std::function<void()>& supply = {});

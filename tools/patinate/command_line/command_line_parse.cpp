@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/command_line.h"
 #include "tools/patinate/command_line/option_values.h"
 #include "tools/patinate/command_line/output_place.h"
@@ -49,8 +49,10 @@ void require_output_apart(const std::vector<std::unique_ptr<Argument>>& argument
   std::vector<GivenInput> inputs;
   for (const auto& argument : arguments) {
     for (const std::string& text : argument->found) {
-      if (argument->name == "-o") output = text;
-      else if (argument->kind != ArgumentKind::Flag) inputs.push_back({argument->name, text, argument->type == ValueType::Path});
+      if (argument->name == "-o")
+        output = text;
+      else if (argument->kind != ArgumentKind::Flag)
+        inputs.push_back({argument->name, text, argument->type == ValueType::Path});
     }
   }
   if (!output.empty()) require_apart(output, inputs);
@@ -120,7 +122,8 @@ void CommandLine::supply(const std::string& key, const std::vector<std::string>&
     // Two of one source stay, and are named as a contradiction.
     const auto is_given_before = [&](const std::string& name) {
       const Argument* other = find(name);
-      return other != nullptr && !other->found.empty() && other->source.substr(0, other->source.find(':')) != source.substr(0, source.find(':'));
+      return other != nullptr && !other->found.empty() &&
+             other->source.substr(0, other->source.find(':')) != source.substr(0, source.find(':'));
     };
     if (std::any_of(group.begin(), group.end(), is_given_before)) return;
   }
@@ -133,7 +136,8 @@ void CommandLine::assign(Argument& argument) try {
     throw UsageError(argument.name + ": is given " + std::to_string(argument.found.size()) + " times; give it once");
   }
   for (const std::string& value : argument.found) {
-    if (value.empty() && argument.kind != ArgumentKind::Flag) throw UsageError(argument.name + ": is empty; give a value");
+    if (value.empty() && argument.kind != ArgumentKind::Flag)
+      throw UsageError(argument.name + ": is empty; give a value");
     argument.set(value);
   }
 } catch (const UsageError& e) {
@@ -169,7 +173,9 @@ Json CommandLine::effective_options() const {
   Json result = Json::object();
   for (const auto& argument : arguments_) {
     if (argument->is_positional()) continue;
-    const std::string from = !argument->source.empty() ? argument->source : argument->found.empty() ? "default" : "command line";
+    const std::string from = !argument->source.empty() ? argument->source
+                             : argument->found.empty() ? "default"
+                                                       : "command line";
     result[argument->key()] = Json{{"value", value_in_force(*argument, argument->found)}, {"from", from}};
   }
   return result;

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/printable.h"
 #include "libcommon/job/partial_folder.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/message_stream.h"
 #include "tools/patinate/command_line/option_sources.h"
 #include "tools/patinate/command_line/output_file.h"

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "patinate/core/json.h"
-#include "patinate/core/run_control.h"
 #include "libcommon/job/job.h"
 #include "libcommon/job/job_report.h"
+#include "patinate/core/json.h"
+#include "patinate/core/run_control.h"
 #include "tools/patinate/command_line/command_line.h"
 
 namespace patinate::cli {
@@ -47,10 +47,11 @@ class CommandRun {
   /// Makes the folder of a plan, with its run.json. With --dry-run says what would be done instead.
   /// @returns nothing after a dry run: the command then returns 0.
   [[nodiscard]] std::optional<JobStatus> make_folder(const JobPlan& plan, const std::string& label);
-  /// Whether a single-file output is to be made; as check_output_file(). With --dry-run says what would be done instead.
+  /// Whether a single-file output is to be made; as check_output_file(). With --dry-run says what would be done
+  /// instead.
   /// @returns nothing after a dry run: the command then returns 0.
-  [[nodiscard]] std::optional<JobStatus> check_file(const std::filesystem::path& output, const std::string& existing_key,
-                                                    const std::string& key);
+  [[nodiscard]] std::optional<JobStatus> check_file(const std::filesystem::path& output,
+                                                    const std::string& existing_key, const std::string& key);
 
   /// A line on stderr, unless --quiet.
   void note(const std::string& text);
@@ -58,8 +59,8 @@ class CommandRun {
   void detail(const std::string& text);
   /// What is wrong with an input, one line each on stderr as errors are.
   void note_problems(const std::vector<std::string>& problems);
-  /// The end of a command that makes `output`: a line on stderr, or with --json an object with `output`, `status` and the
-  /// members of `more` on stdout.
+  /// The end of a command that makes `output`: a line on stderr, or with --json an object with `output`, `status` and
+  /// the members of `more` on stdout.
   void report_output(JobStatus status, const std::filesystem::path& output);
   void report_output(JobStatus status, const std::filesystem::path& output, const Json& more);
   /// The end of a dry run: what the command would do, and why.

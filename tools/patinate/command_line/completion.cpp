@@ -9,7 +9,8 @@ namespace {
 using Commands = std::span<const CommandDeclaration>;
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size()) text.replace(at, what.size(), by);
+  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
+    text.replace(at, what.size(), by);
   return text;
 }
 
@@ -40,9 +41,12 @@ std::string bash_values(const CommandDeclaration& command) {
   for (const ArgumentInfo& a : command.arguments) {
     if (a.is_positional() || a.kind == ArgumentKind::Flag) continue;
     std::string pattern;
-    for (const std::string& name : names_of(a)) pattern += (pattern.empty() ? "\"" : "|\"") + command.verb + " " + name + "\"";
+    for (const std::string& name : names_of(a))
+      pattern += (pattern.empty() ? "\"" : "|\"") + command.verb + " " + name + "\"";
     text += "    " + pattern + ") ";
-    text += !a.choices.empty() ? "words=\"" + joined(a.choices) + "\"" : a.type == ValueType::Path ? "files=1" : "return 0";
+    text += !a.choices.empty()          ? "words=\"" + joined(a.choices) + "\""
+            : a.type == ValueType::Path ? "files=1"
+                                        : "return 0";
     text += " ;;\n";
   }
   return text;
@@ -67,15 +71,19 @@ std::string bash_script(Commands commands) {
          "  local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} words=\"\" files=\"\"\n"
          "  COMPREPLY=()\n"
          "  if ((COMP_CWORD == 1)); then\n"
-         "    mapfile -t COMPREPLY < <(compgen -W \"" + verbs + "--help --version\" -- \"$cur\")\n"
+         "    mapfile -t COMPREPLY < <(compgen -W \"" +
+         verbs +
+         "--help --version\" -- \"$cur\")\n"
          "    return 0\n"
          "  fi\n"
          "  if [[ $cur == \"=\" ]]; then cur=\"\"\n"
          "  elif [[ $prev == \"=\" ]]; then prev=${COMP_WORDS[COMP_CWORD-2]}\n"
          "  fi\n"
-         "  case \"${COMP_WORDS[1]} $prev\" in\n" + values +
+         "  case \"${COMP_WORDS[1]} $prev\" in\n" +
+         values +
          "    *)\n"
-         "      case \"${COMP_WORDS[1]}\" in\n" + options +
+         "      case \"${COMP_WORDS[1]}\" in\n" +
+         options +
          "      esac ;;\n"
          "  esac\n"
          "  if [[ -n $files ]]; then\n"
@@ -93,7 +101,8 @@ std::string bash_script(Commands commands) {
 std::string zsh_quoted(const std::string& text) { return "'" + replaced(text, "'", "'\\''") + "'"; }
 
 std::string zsh_escaped(std::string text) {
-  for (const char* special : {"\\", "[", "]", ":"}) text = replaced(std::move(text), special, std::string("\\") + special);
+  for (const char* special : {"\\", "[", "]", ":"})
+    text = replaced(std::move(text), special, std::string("\\") + special);
   return text;
 }
 
@@ -122,7 +131,8 @@ std::string zsh_script(Commands commands) {
     int number = 0;
     for (const ArgumentInfo& a : command.arguments) {
       if (a.kind == ArgumentKind::Positional) {
-        cases += " \\\n        " + zsh_quoted(std::to_string(++number) + ":" + zsh_escaped(a.name) + ":" + zsh_action(a));
+        cases +=
+            " \\\n        " + zsh_quoted(std::to_string(++number) + ":" + zsh_escaped(a.name) + ":" + zsh_action(a));
       } else if (a.kind == ArgumentKind::PositionalList) {
         cases += " \\\n        " + zsh_quoted("*:" + zsh_escaped(a.name) + ":" + zsh_action(a));
       } else {
@@ -135,7 +145,8 @@ std::string zsh_script(Commands commands) {
          "# zsh completion of patinate, made by `patinate completion zsh`\n"
          "_patinate() {\n"
          "  local -a commands\n"
-         "  commands=(\n" + list +
+         "  commands=(\n" +
+         list +
          "  )\n"
          "  if (( CURRENT == 2 )); then\n"
          "    _describe command commands\n"
@@ -144,7 +155,8 @@ std::string zsh_script(Commands commands) {
          "  local verb=$words[2]\n"
          "  shift words\n"
          "  (( CURRENT-- ))\n"
-         "  case $verb in\n" + cases +
+         "  case $verb in\n" +
+         cases +
          "  esac\n"
          "}\n"
          "if [[ $funcstack[1] == _patinate ]]; then _patinate \"$@\"; else compdef _patinate patinate; fi\n";
@@ -152,12 +164,15 @@ std::string zsh_script(Commands commands) {
 
 // ---- fish: one `complete` line for each option.
 
-std::string fish_quoted(const std::string& text) { return "'" + replaced(replaced(text, "\\", "\\\\"), "'", "\\'") + "'"; }
+std::string fish_quoted(const std::string& text) {
+  return "'" + replaced(replaced(text, "\\", "\\\\"), "'", "\\'") + "'";
+}
 
 std::string fish_line(const CommandDeclaration& command, const ArgumentInfo& a) {
   std::string text = "complete -c patinate -n '__patinate_verb " + command.verb + "'";
   if (!a.is_positional()) {
-    for (const std::string& name : names_of(a)) text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
+    for (const std::string& name : names_of(a))
+      text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
   }
   if (!a.choices.empty()) {
     text += (a.is_positional() ? " -a " : " -x -a ") + fish_quoted(joined(a.choices));
@@ -178,8 +193,10 @@ std::string fish_script(Commands commands) {
       "end\n"
       "complete -c patinate -f\n";
   for (const CommandDeclaration& command : commands) {
-    text += "complete -c patinate -n '__fish_use_subcommand' -a " + command.verb + " -d " + fish_quoted(command.brief) + "\n";
-    text += "complete -c patinate -n '__patinate_verb " + command.verb + "' -s h -l help -d 'Says what the command does'\n";
+    text += "complete -c patinate -n '__fish_use_subcommand' -a " + command.verb + " -d " + fish_quoted(command.brief) +
+            "\n";
+    text +=
+        "complete -c patinate -n '__patinate_verb " + command.verb + "' -s h -l help -d 'Says what the command does'\n";
     for (const ArgumentInfo& a : command.arguments) text += fish_line(command, a);
   }
   return text;

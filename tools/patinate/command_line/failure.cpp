@@ -14,13 +14,16 @@ namespace {
 
 constexpr int kCannot = 1, kUsage = 2, kInput = 3;
 
-std::string message_of(const std::filesystem::filesystem_error& e) { return (e.path1().empty() ? "the file system" : e.path1().string()) + ": " + e.code().message(); }
+std::string message_of(const std::filesystem::filesystem_error& e) {
+  return (e.path1().empty() ? "the file system" : e.path1().string()) + ": " + e.code().message();
+}
 
 /// nlohmann's "[json.exception.type_error.302] type must be string, but is null" without what is for programmers.
 std::string message_of(const nlohmann::json::exception& e) {
   const std::string text = e.what();
   const std::size_t end = text.find("] ");
-  return "does not hold what it should (" + (end == std::string::npos ? text : text.substr(end + 2)) + "); is it of another version, or changed by hand?";
+  return "does not hold what it should (" + (end == std::string::npos ? text : text.substr(end + 2)) +
+         "); is it of another version, or changed by hand?";
 }
 
 }  // namespace

@@ -12,10 +12,11 @@ struct Failure {
   std::string message;  ///< For print_error().
 };
 
-/// Call in a `catch` block. Our own errors as they are; what a library throws translated, since its words name neither the file nor what
-/// would be right. Canceled is no failure: catch it before.
+/// Call in a `catch` block. Our own errors as they are; what a library throws translated, since its words name neither
+/// the file nor what would be right. Canceled is no failure: catch it before.
 [[nodiscard]] Failure current_failure();
-/// Call in a `catch` block. The same error again; one that a library throws becomes ours, with the file that it is about in front.
+/// Call in a `catch` block. The same error again; one that a library throws becomes ours, with the file that it is
+/// about in front.
 [[noreturn]] void rethrow_naming(const std::filesystem::path& file);
 
 }  // namespace patinate::cli

@@ -13,7 +13,8 @@ std::vector<ArgumentInfo> common_options(Commands commands) {
   std::vector<ArgumentInfo> most;
   for (const CommandDeclaration& command : commands) {
     std::vector<ArgumentInfo> common;
-    std::copy_if(command.arguments.begin(), command.arguments.end(), std::back_inserter(common), [](const auto& a) { return a.is_common; });
+    std::copy_if(command.arguments.begin(), command.arguments.end(), std::back_inserter(common),
+                 [](const auto& a) { return a.is_common; });
     if (common.size() > most.size()) most = std::move(common);
   }
   return most;
@@ -36,7 +37,9 @@ std::string roff(const std::string& text) {
   return result;
 }
 
-std::string roff_argument(const ArgumentInfo& a) { return ".TP\n.B " + roff(a.form()) + "\n" + roff(a.description()) + "\n"; }
+std::string roff_argument(const ArgumentInfo& a) {
+  return ".TP\n.B " + roff(a.form()) + "\n" + roff(a.description()) + "\n";
+}
 
 constexpr const char* kRoffEnd =
     ".SH CONFIGURATION\n"
@@ -83,13 +86,16 @@ std::string markdown_row(const ArgumentInfo& a) {
 }  // namespace
 
 std::string manual_roff(Commands commands, const std::string& version) {
-  std::string text = ".TH PATINATE 1 \"\" \"patinate " + version + "\" \"User Commands\"\n"
-      ".SH NAME\npatinate \\- capture how materials age, and let meshes age like them\n"
-      ".SH SYNOPSIS\n.B patinate\n.I COMMAND\n[arguments]\n"
-      ".SH DESCRIPTION\n"
-      "Makes a material history of time\\-lapse photographs, ages a mesh with it according to a parameter of its surface, and shows\n"
-      "the result at any time. Outputs are whole or absent; an interrupted command goes on where it was when it is given again.\n"
-      ".SH COMMANDS\n";
+  std::string text = ".TH PATINATE 1 \"\" \"patinate " + version +
+                     "\" \"User Commands\"\n"
+                     ".SH NAME\npatinate \\- capture how materials age, and let meshes age like them\n"
+                     ".SH SYNOPSIS\n.B patinate\n.I COMMAND\n[arguments]\n"
+                     ".SH DESCRIPTION\n"
+                     "Makes a material history of time\\-lapse photographs, ages a mesh with it according to a "
+                     "parameter of its surface, and shows\n"
+                     "the result at any time. Outputs are whole or absent; an interrupted command goes on where it was "
+                     "when it is given again.\n"
+                     ".SH COMMANDS\n";
   for (const CommandDeclaration& command : commands) {
     text += ".SS " + roff(command.verb) + "\n.B " + roff(usage_text(command)) + "\n.PP\n" + roff(command.brief) + "\n";
     for (const ArgumentInfo& a : command.arguments) {
@@ -114,14 +120,16 @@ std::string manual_markdown(Commands commands) {
   for (const CommandDeclaration& command : commands) {
     text += "\n## " + command.verb + "\n" + command.brief + "\n\n    " + usage_text(command) + "\n";
     for (const std::string& example : command.examples) text += "    patinate " + example + "\n";
-    const bool has_own = std::any_of(command.arguments.begin(), command.arguments.end(), [](const auto& a) { return !a.is_common; });
+    const bool has_own =
+        std::any_of(command.arguments.begin(), command.arguments.end(), [](const auto& a) { return !a.is_common; });
     if (has_own) text += "\n| argument | meaning |\n| --- | --- |\n";
     for (const ArgumentInfo& a : command.arguments) {
       if (!a.is_common) text += markdown_row(a);
     }
     for (const HelpList& list : command.lists) {
       text += "\n" + list.title + ":\n\n| name | meaning |\n| --- | --- |\n";
-      for (const auto& [name, meaning] : list.rows) text += "| " + markdown_code(name) + " | " + markdown_cell(meaning) + " |\n";
+      for (const auto& [name, meaning] : list.rows)
+        text += "| " + markdown_code(name) + " | " + markdown_cell(meaning) + " |\n";
     }
   }
   return text;

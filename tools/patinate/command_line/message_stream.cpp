@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include "libcommon/core/printable.h"
-
 #include "patinate/core/error.h"
 
 namespace patinate::cli {
@@ -34,7 +33,9 @@ void print_result(const std::string& text) {
 
 std::FILE* message_stream() { return g_messages; }
 
-void print_error(std::string_view message) { std::fprintf(g_messages, "patinate: error: %s\n", printable_line(message).c_str()); }
+void print_error(std::string_view message) {
+  std::fprintf(g_messages, "patinate: error: %s\n", printable_line(message).c_str());
+}
 
 void print_note(std::string_view text) { std::fprintf(g_messages, "%s\n", printable_lines(text).c_str()); }
 

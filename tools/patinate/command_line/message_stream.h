@@ -7,8 +7,8 @@
 
 namespace patinate::cli {
 
-/// Image libraries print on stderr what they throw or return as well; this keeps them quiet, so that an error is one line.
-/// Call before any thread starts. Does nothing under sanitizers, whose reports go there too.
+/// Image libraries print on stderr what they throw or return as well; this keeps them quiet, so that an error is one
+/// line. Call before any thread starts. Does nothing under sanitizers, whose reports go there too.
 void silence_libraries();
 /// Text on stdout, at once. @throws CannotComplete if it cannot be written.
 void print_result(const std::string& text);

@@ -7,9 +7,9 @@
 #include <cctype>
 #include <sstream>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/path_kind.h"
 
 namespace patinate::cli {
@@ -19,12 +19,14 @@ namespace {
 constexpr std::string_view kPrefix = "PATINATE_";
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
 std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return text;
 }
 
@@ -58,20 +60,24 @@ std::string flag_text(const std::string& name, const std::string& value) {
 /// What ends a run of parts of a key.
 bool ends_key(char c) { return std::string_view("\n=,[]{}").find(c) != std::string_view::npos; }
 
-/// Behind the string that begins at `at`: three quotes end one of several lines, a backslash escapes in `"` but not in `'`.
+/// Behind the string that begins at `at`: three quotes end one of several lines, a backslash escapes in `"` but not in
+/// `'`.
 std::size_t behind_string(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const std::string three(3, quote);
   const bool is_long = text.substr(at, 3) == three;
   for (at += is_long ? 3 : 1; at < text.size(); ++at) {
-    if (quote == '"' && text[at] == '\\') ++at;
-    else if (is_long ? text.substr(at, 3) == three : text[at] == quote || text[at] == '\n') return at + (is_long ? 3 : 1);
+    if (quote == '"' && text[at] == '\\')
+      ++at;
+    else if (is_long ? text.substr(at, 3) == three : text[at] == quote || text[at] == '\n')
+      return at + (is_long ? 3 : 1);
   }
   return text.size();
 }
 
-/// The line of a key of more parts than any of ours, 0 if there is none. Each dot is a level of tables: tens of thousands, and whoever
-/// frees them recurses until the stack ends. (Brackets within brackets the parser limits itself.)
+/// The line of a key of more parts than any of ours, 0 if there is none. Each dot is a level of tables: tens of
+/// thousands, and whoever frees them recurses until the stack ends. (Brackets within brackets the parser limits
+/// itself.)
 std::size_t line_of_deep_key(std::string_view text) {
   constexpr int kMostDots = 8;
   int dots = 0;
@@ -86,7 +92,9 @@ std::size_t line_of_deep_key(std::string_view text) {
       continue;
     }
     dots = c == '.' ? dots + 1 : ends_key(c) ? 0 : dots;
-    if (dots > kMostDots) return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+    if (dots > kMostDots)
+      return 1 +
+             static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
     ++at;
   }
   return 0;
@@ -102,7 +110,9 @@ class ConfigFile {
     require_exists(file_);
     constexpr std::uint64_t kMostBytes = 1 << 20;
     const std::string text = read_file(file_, kMostBytes);
-    if (const std::size_t line = line_of_deep_key(text); line > 0) throw IoError(file_, "line " + std::to_string(line) + ": a key of so many parts is none of ours; expected NAME = VALUE below [COMMAND]");
+    if (const std::size_t line = line_of_deep_key(text); line > 0)
+      throw IoError(file_, "line " + std::to_string(line) +
+                               ": a key of so many parts is none of ours; expected NAME = VALUE below [COMMAND]");
     try {
       table_ = toml::parse(text, file_);
     } catch (const toml::parse_error& e) {
@@ -119,11 +129,16 @@ class ConfigFile {
   }
 
  private:
-  [[noreturn]] void fail(const toml::node& node, const std::string& problem) const { throw IoError(file_, place(node) + ": " + problem); }
-  [[nodiscard]] static std::string place(const toml::node& node) { return "line " + std::to_string(node.source().begin.line); }
+  [[noreturn]] void fail(const toml::node& node, const std::string& problem) const {
+    throw IoError(file_, place(node) + ": " + problem);
+  }
+  [[nodiscard]] static std::string place(const toml::node& node) {
+    return "line " + std::to_string(node.source().begin.line);
+  }
 
   void read_section(const std::string& name, const toml::table& section) {
-    const auto command = std::find_if(commands_.begin(), commands_.end(), [&](const auto& c) { return c.verb == name; });
+    const auto command =
+        std::find_if(commands_.begin(), commands_.end(), [&](const auto& c) { return c.verb == name; });
     if (command == commands_.end()) {
       std::vector<std::string> verbs;
       for (const CommandDeclaration& c : commands_) verbs.push_back(c.verb);
@@ -140,7 +155,8 @@ class ConfigFile {
       for (const ArgumentInfo& a : command.arguments) {
         if (a.is_common && a.key() == key) return supply(a, name, node, true);
         if (a.is_common) keys.push_back(a.key());
-        if (!a.is_common && !a.is_positional() && a.key() == key) sections += (sections.empty() ? "[" : ", [") + command.verb + "]";
+        if (!a.is_common && !a.is_positional() && a.key() == key)
+          sections += (sections.empty() ? "[" : ", [") + command.verb + "]";
       }
     }
     if (!sections.empty()) fail(node, name + ": is no option of every command; write it under " + sections);
@@ -149,7 +165,8 @@ class ConfigFile {
 
   void read_option(const CommandDeclaration& command, const std::string& name, const toml::node& node) {
     const std::string key = normal(name);
-    if (const ArgumentInfo* option = option_of(command, key)) return supply(*option, command.verb + "." + name, node, command.verb == verb_);
+    if (const ArgumentInfo* option = option_of(command, key))
+      return supply(*option, command.verb + "." + name, node, command.verb == verb_);
     std::vector<std::string> keys;
     for (const ArgumentInfo& a : command.arguments) {
       if (!a.is_positional()) keys.push_back(a.key());
@@ -176,7 +193,8 @@ class ConfigFile {
 
   std::string text(const ArgumentInfo& option, const toml::node& node, const std::string& name) const {
     if (option.type == ValueType::Text || option.type == ValueType::Path) {
-      if (!node.is_string()) fail_type(node, name, option.choices.empty() ? "text in quotes" : "one of its words, in quotes");
+      if (!node.is_string())
+        fail_type(node, name, option.choices.empty() ? "text in quotes" : "one of its words, in quotes");
       return node.as_string()->get();
     }
     if (option.type == ValueType::Integer && !node.is_integer()) fail_type(node, name, "an integer");

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::cli {
 
@@ -52,7 +52,9 @@ class Declarer final : public OptionVisitor {
     range.low = std::max(range.low, double{std::numeric_limits<int>::min()});
     range.high = std::min(range.high, double{std::numeric_limits<int>::max()});
     Argument a = argument(info, ValueType::Integer, "N", std::to_string(value));
-    a.set = [&value, range, name = a.name](const std::string& s) { value = static_cast<int>(integer_in(name, s, range)); };
+    a.set = [&value, range, name = a.name](const std::string& s) {
+      value = static_cast<int>(integer_in(name, s, range));
+    };
     declare_(std::move(a));
   }
   void visit(const OptionInfo& info, std::int64_t& value) override {
@@ -86,7 +88,8 @@ class Declarer final : public OptionVisitor {
     Argument a = argument(info, ValueType::Numbers, form, shown);
     a.set = [values, range = info.range, name = a.name](const std::string& s) {
       const std::vector<std::string> parts = split(s, ',');
-      if (parts.size() != values.size()) expect(name, s, std::to_string(values.size()) + " numbers separated by commas");
+      if (parts.size() != values.size())
+        expect(name, s, std::to_string(values.size()) + " numbers separated by commas");
       for (std::size_t i = 0; i < values.size(); ++i) values[i] = number_in(name, parts[i], range);
     };
     declare_(std::move(a));

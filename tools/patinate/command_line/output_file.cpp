@@ -22,9 +22,10 @@ void require_extension(const std::filesystem::path& output, const std::vector<st
 namespace {
 
 /// Who names such a file does not mean a folder.
-constexpr std::array<std::string_view, 34> kFiles{".abc",  ".avi", ".bmp", ".csv",  ".dae",  ".exr", ".fbx",  ".gif",  ".glb",  ".gltf", ".html", ".jpeg",
-                                                  ".jpg",  ".json", ".m4v", ".mkv", ".mov", ".mp4",  ".obj",  ".pdf", ".ply",  ".png",  ".stl",  ".svg",
-                                                  ".tif",  ".tiff", ".toml", ".txt", ".usd", ".usda", ".usdc", ".usdz", ".webm", ".webp"};
+constexpr std::array<std::string_view, 34> kFiles{
+    ".abc", ".avi",  ".bmp",  ".csv", ".dae", ".exr",  ".fbx",  ".gif",  ".glb",  ".gltf", ".html", ".jpeg",
+    ".jpg", ".json", ".m4v",  ".mkv", ".mov", ".mp4",  ".obj",  ".pdf",  ".ply",  ".png",  ".stl",  ".svg",
+    ".tif", ".tiff", ".toml", ".txt", ".usd", ".usda", ".usdc", ".usdz", ".webm", ".webp"};
 
 /// "aged/", or a folder that is there: nothing to guess.
 bool is_plainly_folder(const std::filesystem::path& output) {
@@ -46,9 +47,11 @@ void require_folder_name(const std::filesystem::path& output, const std::string&
 }
 
 void require_no_file_name(const std::filesystem::path& output) {
-  if (is_plainly_folder(output) || std::find(kFiles.begin(), kFiles.end(), lower_extension(output)) == kFiles.end()) return;
+  if (is_plainly_folder(output) || std::find(kFiles.begin(), kFiles.end(), lower_extension(output)) == kFiles.end())
+    return;
   const std::string plain = std::filesystem::path(output).replace_extension().string();
-  throw UsageError("-o: found `" + output.string() + "`, the name of a file; what is made is a folder: expected a name as `" + plain + "`");
+  throw UsageError("-o: found `" + output.string() +
+                   "`, the name of a file; what is made is a folder: expected a name as `" + plain + "`");
 }
 
 const std::vector<std::string>& image_extensions() {

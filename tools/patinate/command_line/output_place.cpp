@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <system_error>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/job/result_folder.h"
+#include "patinate/core/error.h"
 
 namespace patinate::cli {
 
@@ -29,7 +29,8 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, error);
 }
 
-/// Files that a text names, as far as they exist: the whole of it, and its words with and without what may be a minus or a plus.
+/// Files that a text names, as far as they exist: the whole of it, and its words with and without what may be a minus
+/// or a plus.
 std::vector<fs::path> files_named_by(const std::string& text) {
   std::vector<std::string> words{text};
   for (const char* separators : {" ()*,=:;!|&<>^?", " ()*,=:;!|&<>^?+-"}) {
@@ -82,12 +83,15 @@ void require_apart(const fs::path& output, const std::vector<GivenInput>& inputs
     for (const fs::path& file : files) {
       if (!is_there(file)) continue;
       const fs::path place = place_of(file);
-      if (std::find(places.begin(), places.end(), place) != places.end()) refuse(output, "which is an input (" + input.argument + ") and would be replaced");
-      if (is_inside(place, places.front())) refuse(output, "which holds an input (" + input.argument + ") and would be replaced");
+      if (std::find(places.begin(), places.end(), place) != places.end())
+        refuse(output, "which is an input (" + input.argument + ") and would be replaced");
+      if (is_inside(place, places.front()))
+        refuse(output, "which holds an input (" + input.argument + ") and would be replaced");
     }
   }
   const fs::path result = result_around(places.front().parent_path());
-  if (!result.empty()) refuse(output, "which lies inside " + result.string() + ", a finished result, which stays as it was made");
+  if (!result.empty())
+    refuse(output, "which lies inside " + result.string() + ", a finished result, which stays as it was made");
 }
 
 }  // namespace patinate::cli

@@ -10,12 +10,13 @@ namespace patinate::cli {
 
 /// What was given for an argument other than the output.
 struct GivenInput {
-  std::string argument;     ///< As shown: "MESH", "--time-map".
+  std::string argument;  ///< As shown: "MESH", "--time-map".
   std::string text;
-  bool is_path = true;      ///< false: a text that may name files, such as SOURCE=MAP:2 or an expression.
+  bool is_path = true;  ///< false: a text that may name files, such as SOURCE=MAP:2 or an expression.
 };
 
-/// @throws UsageError if `output` is an input, is a folder that holds one, or lies in a folder that patinate made, of which it is no part.
+/// @throws UsageError if `output` is an input, is a folder that holds one, or lies in a folder that patinate made, of
+/// which it is no part.
 void require_apart(const std::filesystem::path& output, const std::vector<GivenInput>& inputs);
 
 }  // namespace patinate::cli

@@ -7,10 +7,10 @@
 #include <string>
 #include <string_view>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/core/json.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+#include "patinate/core/json.h"
 
 namespace patinate::cli {
 
@@ -43,7 +43,9 @@ PathKind kind_of_json(const fs::path& path) {
     if (m.format == format) return m.kind;
   }
   throw IoError(path.string(), "/format: found \"" + format +
-                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", \"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\", \"patinate.factorization\", \"patinate.fit\" or \"patinate.calibration\"");
+                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", "
+                                   "\"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\", "
+                                   "\"patinate.factorization\", \"patinate.fit\" or \"patinate.calibration\"");
 }
 
 /// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
@@ -53,7 +55,8 @@ std::string similar_path(const fs::path& path) {
   constexpr std::size_t kMost = 10000;
   std::vector<std::string> names;
   std::error_code error;
-  for (fs::directory_iterator it(parent, error), end; !error && it != end && names.size() < kMost; it.increment(error)) {
+  for (fs::directory_iterator it(parent, error), end; !error && it != end && names.size() < kMost;
+       it.increment(error)) {
     names.push_back(it->path().filename().string());
   }
   std::sort(names.begin(), names.end());
@@ -83,7 +86,9 @@ PathKind kind_of(const fs::path& path) {
       if (m.file.empty() || !fs::exists(path / m.file, error)) continue;
       return m.kind == PathKind::Fit ? kind_of_json(path / m.file) : m.kind;  // Others write a report.json too.
     }
-    throw IoError(path.string(), "holds no history.json, transfer.json, capture.json, simulation.json, registration.json, unlight.json, factorization.json or report.json");
+    throw IoError(path.string(),
+                  "holds no history.json, transfer.json, capture.json, simulation.json, registration.json, "
+                  "unlight.json, factorization.json or report.json");
   }
   const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);
@@ -95,7 +100,8 @@ void require_transfer(const fs::path& path) {
   const PathKind kind = kind_of(path);
   if (kind == PathKind::Transfer) return;
   if (kind == PathKind::History) {
-    throw InvalidInput(path.string() + ": is a history; make a transfer of it first: patinate transfer " + path.string() + " MESH --control C -o TRANSFER");
+    throw InvalidInput(path.string() + ": is a history; make a transfer of it first: patinate transfer " +
+                       path.string() + " MESH --control C -o TRANSFER");
   }
   throw InvalidInput(path.string() + ": is no transfer; `patinate transfer` makes one");
 }

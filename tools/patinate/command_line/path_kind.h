@@ -7,7 +7,19 @@
 
 namespace patinate::cli {
 
-enum class PathKind { History, Transfer, Capture, Simulation, Registration, Unlit, Calibration, Factorization, Fit, Mesh, Image };
+enum class PathKind {
+  History,
+  Transfer,
+  Capture,
+  Simulation,
+  Registration,
+  Unlit,
+  Calibration,
+  Factorization,
+  Fit,
+  Mesh,
+  Image
+};
 
 /// A folder or manifest by its `"format"`, a file by its extension. Its content is not checked.
 /// @throws IoError if it does not exist or is none of these.

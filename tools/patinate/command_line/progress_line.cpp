@@ -29,7 +29,8 @@ std::string left_text(std::optional<double> left) {
 
 }  // namespace
 
-ProgressLine::ProgressLine(const std::string& label) : label_(printable_line(label, kLongestLabel)), is_terminal_(::isatty(::fileno(message_stream())) != 0) {}
+ProgressLine::ProgressLine(const std::string& label)
+    : label_(printable_line(label, kLongestLabel)), is_terminal_(::isatty(::fileno(message_stream())) != 0) {}
 
 ProgressLine::~ProgressLine() {
   if (is_shown_ && is_terminal_) std::fputs("\r\033[K", message_stream());

@@ -3,7 +3,10 @@
 namespace patinate::cli {
 
 std::string shell_word(const std::string& word) {
-  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._/-=:,+@%") == std::string::npos) return word;
+  if (!word.empty() &&
+      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._/-=:,+@%") ==
+          std::string::npos)
+    return word;
   std::string out = "'";
   for (char c : word) out += c == '\'' ? "'\\''" : std::string(1, c);
   return out + "'";
@@ -16,7 +19,8 @@ std::string input_name(const std::filesystem::path& path) {
 
 std::string input_word(const std::filesystem::path& path) { return shell_word(input_name(path)); }
 
-std::string changed_options(const std::vector<std::pair<std::string, std::string>>& values, const std::vector<std::pair<std::string, std::string>>& defaults) {
+std::string changed_options(const std::vector<std::pair<std::string, std::string>>& values,
+                            const std::vector<std::pair<std::string, std::string>>& defaults) {
   std::string text;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (values[i].second == defaults[i].second) continue;

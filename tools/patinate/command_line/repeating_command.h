@@ -9,8 +9,8 @@
 
 namespace patinate::cli {
 
-/// How such a command ends. Like what changes no byte, the output's place is left out of results: equal work gives equal bytes, and run.json
-/// beside them has the command line as it was given.
+/// How such a command ends. Like what changes no byte, the output's place is left out of results: equal work gives
+/// equal bytes, and run.json beside them has the command line as it was given.
 inline constexpr const char* kAnyOutput = " -o OUT";
 
 /// A word as a shell takes it.
@@ -22,6 +22,7 @@ inline constexpr const char* kAnyOutput = " -o OUT";
 [[nodiscard]] std::string input_word(const std::filesystem::path& path);
 
 /// " --name value" for every option that is not its default. @param values,defaults  option_values() of both.
-[[nodiscard]] std::string changed_options(const std::vector<std::pair<std::string, std::string>>& values, const std::vector<std::pair<std::string, std::string>>& defaults);
+[[nodiscard]] std::string changed_options(const std::vector<std::pair<std::string, std::string>>& values,
+                                          const std::vector<std::pair<std::string, std::string>>& defaults);
 
 }  // namespace patinate::cli

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::cli {
 
@@ -41,14 +41,17 @@ std::vector<double> TimesArgument::resolve(CommandRun& run, const HistoryManifes
   }
   std::vector<double> chosen = times;
   for (std::size_t i = 1; i < times.size(); ++i) {
-    if (std::find(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(i), times[i]) == times.begin() + static_cast<std::ptrdiff_t>(i)) continue;
+    if (std::find(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(i), times[i]) ==
+        times.begin() + static_cast<std::ptrdiff_t>(i))
+      continue;
     throw UsageError("--times: " + number_text(times[i]) + " is given twice");
   }
   if (time) chosen = {*time};
   for (double t : chosen) {
     if (t >= history.frames.front().time && t <= history.frames.back().time) continue;
-    run.note("time " + number_text(t) + " is outside the history (" + number_text(history.frames.front().time) + " to " +
-             number_text(history.frames.back().time) + " " + time_unit_text(history.time_unit) + "): its end is used");
+    run.note("time " + number_text(t) + " is outside the history (" + number_text(history.frames.front().time) +
+             " to " + number_text(history.frames.back().time) + " " + time_unit_text(history.time_unit) +
+             "): its end is used");
   }
   if (!chosen.empty()) return chosen;
   if (default_count > 0) return evenly(history, default_count);

@@ -19,8 +19,8 @@ struct TimesArgument {
   /// --time, --times, --num-times.
   void declare(CommandLine& line);
   [[nodiscard]] bool is_given() const { return time || !times.empty() || count; }
-  /// What was asked for; `default_count` times, evenly from the first frame to the last, when nothing was (0 = every frame's).
-  /// Says so when a time lies outside the history, whose end is then used.
+  /// What was asked for; `default_count` times, evenly from the first frame to the last, when nothing was (0 = every
+  /// frame's). Says so when a time lies outside the history, whose end is then used.
   /// @throws UsageError if several of the options are given.
   [[nodiscard]] std::vector<double> resolve(CommandRun& run, const HistoryManifest& history, int default_count) const;
 };

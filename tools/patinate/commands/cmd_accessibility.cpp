@@ -4,15 +4,15 @@
 
 #include "capture/relit/relit_view.h"
 #include "libcommon/controls/height_accessibility.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/mesh_key.h"
-#include "patinate/geometry/point_cloud_io.h"
 #include "libcommon/geometry/scan_mesh.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/camera_io.h"
+#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/image/image_io.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/mesh_source.h"
 
@@ -31,7 +31,9 @@ struct AccessibilityCommandOptions {
 };
 void describe(OptionVisitor& v, AccessibilityCommandOptions& o) {
   v.visit({"direction", "from the surface to the viewer whose height function it is"}, std::span<double>(o.direction));
-  v.visit({"camera", "OpenCV calibration with a pose, in the mesh's unit: heights are along its axis, and the maps in its view"}, o.camera);
+  v.visit({"camera",
+           "OpenCV calibration with a pose, in the mesh's unit: heights are along its axis, and the maps in its view"},
+          o.camera);
   describe(v, o.maps);
 }
 
@@ -59,7 +61,8 @@ Mesh load_surface(const MeshSource& source, double mm, CommandRun& run) {
 }
 
 /// The grid's values where a camera's pixels see them; the grid's own without a camera.
-ImageF in_view(const HeightAccessibility& found, const AccessibilityDefinition& definition, const std::optional<capture::ScanView>& view) {
+ImageF in_view(const HeightAccessibility& found, const AccessibilityDefinition& definition,
+               const std::optional<capture::ScanView>& view) {
   if (!view) return definition.values;
   ImageF out(view->seen.width(), view->seen.height());
   for (int y = 0; y < out.height(); ++y) {
@@ -77,7 +80,8 @@ ImageF picture(const ImageF& values, const ImageU8& mask, double low, double hig
   ImageF out(values.width(), values.height(), 3);
   for (int y = 0; y < out.height(); ++y) {
     for (int x = 0; x < out.width(); ++x) {
-      const float v = static_cast<float>(std::clamp((static_cast<double>(values.at(x, y)) - low) / (high - low), 0.0, 1.0));
+      const float v =
+          static_cast<float>(std::clamp((static_cast<double>(values.at(x, y)) - low) / (high - low), 0.0, 1.0));
       for (int c = 0; c < 3; ++c) out.at(x, y, c) = mask.at(x, y) == 0 ? 0.03f : v * v;  // Even steps to the eye.
     }
   }
@@ -86,22 +90,30 @@ ImageF picture(const ImageF& values, const ImageU8& mask, double low, double hig
 
 void write_page(const fs::path& folder, const std::string& name, const Json& report) {
   HtmlPage page("Accessibility of " + name);
-  page.paragraph("How hard each place is to reach, in three definitions, dark to bright from easy to hard. Mean curvature of the height function toward (" +
-                 short_number_text(report.at("viewer").at(0).get<double>()) + ", " + short_number_text(report.at("viewer").at(1).get<double>()) + ", " +
-                 short_number_text(report.at("viewer").at(2).get<double>()) + ") at a width of " + short_number_text(report.at("scale_mm").get<double>()) +
-                 " mm; share of rays that hit the surface again; 1 / radius of the largest sphere that touches from outside.");
+  page.paragraph(
+      "How hard each place is to reach, in three definitions, dark to bright from easy to hard. Mean curvature of the "
+      "height function toward (" +
+      short_number_text(report.at("viewer").at(0).get<double>()) + ", " +
+      short_number_text(report.at("viewer").at(1).get<double>()) + ", " +
+      short_number_text(report.at("viewer").at(2).get<double>()) + ") at a width of " +
+      short_number_text(report.at("scale_mm").get<double>()) +
+      " mm; share of rays that hit the surface again; 1 / radius of the largest sphere that touches from outside.");
   std::vector<HtmlPicture> pictures;
   std::vector<std::string> header{"rank correlation"};
   std::vector<std::vector<std::string>> rows;
   for (const Json& d : report.at("definitions")) {
     const std::string title = d.at("name").get<std::string>();
     header.push_back(title);
-    pictures.push_back({title + ".png", title + ", " + short_number_text(rounded(d.at("range").at(0).get<double>(), 3)) + " to " +
-                                            short_number_text(rounded(d.at("range").at(1).get<double>(), 3)) + " " + d.at("unit").get<std::string>()});
+    pictures.push_back({title + ".png", title + ", " +
+                                            short_number_text(rounded(d.at("range").at(0).get<double>(), 3)) + " to " +
+                                            short_number_text(rounded(d.at("range").at(1).get<double>(), 3)) + " " +
+                                            d.at("unit").get<std::string>()});
   }
   for (std::size_t a = 0; a < 3; ++a) {
     rows.push_back({header[a + 1]});
-    for (std::size_t b = 0; b < 3; ++b) rows.back().push_back(short_number_text(std::round(100.0 * report.at("correlation").at(a).at(b).get<double>()) / 100.0));
+    for (std::size_t b = 0; b < 3; ++b)
+      rows.back().push_back(
+          short_number_text(std::round(100.0 * report.at("correlation").at(a).at(b).get<double>()) / 100.0));
   }
   page.pictures(pictures);
   page.table(header, rows);
@@ -109,23 +121,28 @@ void write_page(const fs::path& folder, const std::string& name, const Json& rep
   page.save(folder / "report.html");
 }
 
-void run_item(const fs::path& folder, const Mesh& mesh, const Vec3& viewer, const std::optional<Camera>& camera, const HeightAccessibilityOptions& options,
-              const RunControl& control) {
+void run_item(const fs::path& folder, const Mesh& mesh, const Vec3& viewer, const std::optional<Camera>& camera,
+              const HeightAccessibilityOptions& options, const RunControl& control) {
   const HeightAccessibility found = height_accessibility(mesh, viewer, options, control.part(0.0, 0.95));
   std::optional<capture::ScanView> view;
   if (camera) {
     const Mesh shaded = capture::with_scan_normals(mesh);
     view = capture::view_scan(shaded, RayScene(shaded), *camera);
-    if (view->num_seen == 0) throw InvalidInput("accessibility: the camera does not see the mesh; check --unit and its pose");
+    if (view->num_seen == 0)
+      throw InvalidInput("accessibility: the camera does not see the mesh; check --unit and its pose");
   }
   const ImageU8& mask = view ? view->seen : found.field.seen;
   write_codes(folder / "mask.png", mask);
-  Json report{{"viewer", {viewer.x(), viewer.y(), viewer.z()}}, {"scale_mm", found.scale_mm}, {"spacing_mm", found.field.spacing_mm}, {"view", camera ? "camera" : "orthographic"}};
+  Json report{{"viewer", {viewer.x(), viewer.y(), viewer.z()}},
+              {"scale_mm", found.scale_mm},
+              {"spacing_mm", found.field.spacing_mm},
+              {"view", camera ? "camera" : "orthographic"}};
   for (const AccessibilityDefinition& d : found.definitions) {
     const ImageF values = in_view(found, d, view);
     write_exr(folder / (d.name + ".exr"), values, {"Y"}, ExrDepth::Float);
     write_srgb8(folder / (d.name + ".png"), picture(values, mask, d.low, d.high));
-    report["definitions"].push_back({{"name", d.name}, {"file", d.name + ".exr"}, {"unit", d.unit}, {"range", {d.low, d.high}}});
+    report["definitions"].push_back(
+        {{"name", d.name}, {"file", d.name + ".exr"}, {"unit", d.unit}, {"range", {d.low, d.high}}});
   }
   report["correlation"] = found.correlation;
   save_json(folder / "maps.json", report);
@@ -139,7 +156,8 @@ int cmd_accessibility(CommandRun& run) {
   fs::path output;
   AccessibilityCommandOptions options;
   declare_mesh(run.line, source);
-  run.line.output("FOLDER", "Folder to make: three maps (EXR, physical values), pictures, report.html, accessibility.json", output);
+  run.line.output(
+      "FOLDER", "Folder to make: three maps (EXR, physical values), pictures, report.html, accessibility.json", output);
   run.line.options(options);
   run.line.example("accessibility scan.ply -o access");
   run.line.example("accessibility scan.ply --camera camera.yml --scale 0.8 -o access");
@@ -150,11 +168,13 @@ int cmd_accessibility(CommandRun& run) {
   if (!options.camera.empty()) camera = read_camera(fs::path(options.camera)).scaled(mm);
   Vec3 viewer(options.direction[0], options.direction[1], options.direction[2]);
   if (camera) viewer = -camera->parameters().rotation.row(2).transpose();
-  if (!(viewer.norm() > 1e-9 && viewer.allFinite())) throw UsageError("--direction: needs a length; give x,y,z from the surface to the viewer");
+  if (!(viewer.norm() > 1e-9 && viewer.allFinite()))
+    throw UsageError("--direction: needs a length; give x,y,z from the surface to the viewer");
   viewer.normalize();
   JobInputs inputs("accessibility", 1);
   inputs.add_content("mesh", source.path.filename().string(), mesh_content_key(mesh));
-  if (camera) inputs.add_content("camera", fs::path(options.camera).filename().string(), ContentHash().add(camera->text()).hex());
+  if (camera)
+    inputs.add_content("camera", fs::path(options.camera).filename().string(), ContentHash().add(camera->text()).hex());
   AccessibilityCommandOptions plain = options;
   plain.camera.clear();  // Counts by content.
   inputs.add_options(option_values(plain));
@@ -164,7 +184,9 @@ int cmd_accessibility(CommandRun& run) {
     item.outputs.push_back(std::string(name) + ".exr");
     item.outputs.push_back(std::string(name) + ".png");
   }
-  item.run = [&](const fs::path& folder, const RunControl& control) { run_item(folder, mesh, viewer, camera, options.maps, control); };
+  item.run = [&](const fs::path& folder, const RunControl& control) {
+    run_item(folder, mesh, viewer, camera, options.maps, control);
+  };
   plan.items.push_back(std::move(item));
   plan.join = [&](const fs::path& folder, const RunControl&) {
     Json report = load_json(folder / "maps.json");
@@ -175,9 +197,13 @@ int cmd_accessibility(CommandRun& run) {
   const std::optional<JobStatus> status = run.make_folder(plan, "accessibility");
   if (!status) return 0;
   const Json report = load_json(output / kManifest);
-  const auto correlation = [&](std::size_t a, std::size_t b) { return short_number_text(std::round(100.0 * report.at("correlation").at(a).at(b).get<double>()) / 100.0); };
-  run.note("rank correlation with ray_share " + correlation(0, 1) + ", with tangent_sphere " + correlation(0, 2) + "; of those two " + correlation(1, 2));
-  run.report_output(*status, output, Json{{"scale_mm", report.at("scale_mm")}, {"correlation", report.at("correlation")}});
+  const auto correlation = [&](std::size_t a, std::size_t b) {
+    return short_number_text(std::round(100.0 * report.at("correlation").at(a).at(b).get<double>()) / 100.0);
+  };
+  run.note("rank correlation with ray_share " + correlation(0, 1) + ", with tangent_sphere " + correlation(0, 2) +
+           "; of those two " + correlation(1, 2));
+  run.report_output(*status, output,
+                    Json{{"scale_mm", report.at("scale_mm")}, {"correlation", report.at("correlation")}});
   return 0;
 }
 

@@ -2,14 +2,14 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/calibration/calibrate.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
-#include "patinate/geometry/camera_io.h"
 #include "libcommon/geometry/light_io.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/camera_io.h"
 #include "patinate/image/image_io.h"
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
@@ -18,15 +18,20 @@ namespace {
 const std::vector<std::string> kKinds{"camera", "spheres", "lambertian", "response"};
 
 /// What goes into the output, in the form that its extension asks for.
-std::string file_text(const capture::CalibrationOutput& result, capture::CalibrationKind kind, const std::filesystem::path& output) {
+std::string file_text(const capture::CalibrationOutput& result, capture::CalibrationKind kind,
+                      const std::filesystem::path& output) {
   const std::string extension = lower_extension(output);
   if (extension == ".yml") {
-    if (kind != capture::CalibrationKind::Camera) throw UsageError("-o *.yml holds a camera, which `calibrate " + kKinds[static_cast<std::size_t>(kind)] + "` does not find; use .json");
+    if (kind != capture::CalibrationKind::Camera)
+      throw UsageError("-o *.yml holds a camera, which `calibrate " + kKinds[static_cast<std::size_t>(kind)] +
+                       "` does not find; use .json");
     return opencv_text(*result.camera);
   }
   if (extension == ".lp") {
-    const bool are_directions = std::all_of(result.lights.begin(), result.lights.end(), [](const Light& l) { return l.kind == Light::Kind::Directional; });
-    if (result.lights.empty() || !are_directions) throw UsageError("-o *.lp holds directions of lights; these are positions or no lights, use .json");
+    const bool are_directions = std::all_of(result.lights.begin(), result.lights.end(),
+                                            [](const Light& l) { return l.kind == Light::Kind::Directional; });
+    if (result.lights.empty() || !are_directions)
+      throw UsageError("-o *.lp holds directions of lights; these are positions or no lights, use .json");
     return lp_text(result.lights, *result.camera);
   }
   return result.json->dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -38,10 +43,16 @@ int cmd_calibrate(CommandRun& run) {
   std::string kind_name;
   std::filesystem::path description, output, picture;
   capture::CalibrateOptions options;
-  run.line.positional("KIND", "camera (from a target), spheres (lights from mirror spheres), lambertian (lights from a matt object) or response", kind_name);
+  run.line.positional("KIND",
+                      "camera (from a target), spheres (lights from mirror spheres), lambertian (lights from a matt "
+                      "object) or response",
+                      kind_name);
   run.line.choices(kKinds);
   run.line.positional("DESCRIPTION", "JSON file that names the photographs (docs/calibration.md)", description);
-  run.line.output("RESULT", "Calibration to write: .json, which `camera` and `lights` of a project take; .yml for a camera; .lp for directions of lights", output);
+  run.line.output("RESULT",
+                  "Calibration to write: .json, which `camera` and `lights` of a project take; .yml for a camera; .lp "
+                  "for directions of lights",
+                  output);
   // Each kind has options of its own, so the kind decides what --help lists and what is accepted.
   const std::string asked = run.first_positional();
   if (asked == "camera") run.line.options(options.camera);
@@ -55,10 +66,12 @@ int cmd_calibrate(CommandRun& run) {
   if (!run.parse()) return 0;
   require_extension(output, {".json", ".yml", ".lp"});
   if (!picture.empty()) require_extension(picture, {".png"});
-  const auto kind = static_cast<capture::CalibrationKind>(std::find(kKinds.begin(), kKinds.end(), kind_name) - kKinds.begin());
+  const auto kind =
+      static_cast<capture::CalibrationKind>(std::find(kKinds.begin(), kKinds.end(), kind_name) - kKinds.begin());
 
   const Json content = load_json(description);
-  const capture::CalibrationOutput result = capture::calibrate(kind, JsonReader(description.string(), content), options, run.control("calibrate " + kind_name));
+  const capture::CalibrationOutput result = capture::calibrate(kind, JsonReader(description.string(), content), options,
+                                                               run.control("calibrate " + kind_name));
   const std::string text = file_text(result, kind, output);
   std::error_code error;
   const bool is_same = std::filesystem::is_regular_file(output, error) && read_file(output) == text;

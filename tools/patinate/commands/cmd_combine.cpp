@@ -1,9 +1,9 @@
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/commands/commands.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/commands/commands.h"
 #include "transfer/library/library_job.h"
 
 namespace patinate::cli {
@@ -12,20 +12,26 @@ namespace {
 
 /// NAME=A,B,...: a control of the library and the one of each history that becomes it. @throws UsageError
 transfer::LibraryControl parse_library_control(const std::string& text, std::size_t num_histories) {
-  const auto fail = [&](const std::string& problem) { throw UsageError("--control " + text + ": " + problem + "; use NAME=A,B,... with a control of each history, in their order"); };
+  const auto fail = [&](const std::string& problem) {
+    throw UsageError("--control " + text + ": " + problem +
+                     "; use NAME=A,B,... with a control of each history, in their order");
+  };
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) fail("the library's name for it is missing");
   transfer::LibraryControl control{.name = text.substr(0, equals), .sources = split(text.substr(equals + 1), ',')};
   for (const std::string& source : control.sources) {
     if (source.empty()) fail("a control has no name");
   }
-  if (control.sources.size() != num_histories) fail("names " + std::to_string(control.sources.size()) + " controls for " + std::to_string(num_histories) + " histories");
+  if (control.sources.size() != num_histories)
+    fail("names " + std::to_string(control.sources.size()) + " controls for " + std::to_string(num_histories) +
+         " histories");
   return control;
 }
 
 Json parts_json(const transfer::LibraryLayout& layout) {
   Json parts = Json::array();
-  for (const LibraryPart& part : layout.parts) parts.push_back({{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}});
+  for (const LibraryPart& part : layout.parts)
+    parts.push_back({{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}});
   return parts;
 }
 
@@ -35,18 +41,25 @@ int cmd_combine(CommandRun& run) {
   transfer::LibraryTask task;
   std::filesystem::path output;
   std::vector<std::string> control_texts;
-  run.line.positional_list("HISTORY", "Two histories or more (or simulations); in the library they have the indices 0, 1, ...", task.histories);
+  run.line.positional_list("HISTORY",
+                           "Two histories or more (or simulations); in the library they have the indices 0, 1, ...",
+                           task.histories);
   run.line.output("LIBRARY", "Folder to make: one history, in which they lie side by side", output);
-  run.line.repeated("control", "SPEC", "NAME=A,B,...: a control of the library made of control A of the first history, B of the second ...; controls that all have under one name come by themselves", control_texts);
+  run.line.repeated("control", "SPEC",
+                    "NAME=A,B,...: a control of the library made of control A of the first history, B of the second "
+                    "...; controls that all have under one name come by themselves",
+                    control_texts);
   run.line.options(task.options);
   run.line.without({"seed"});
   run.line.example("combine copper clay --clock span -o library");
   run.line.example("combine crackle copper --control age=thickness,progress -o library");
   if (!run.parse()) return 0;
-  for (const std::string& text : control_texts) task.controls.push_back(parse_library_control(text, task.histories.size()));
+  for (const std::string& text : control_texts)
+    task.controls.push_back(parse_library_control(text, task.histories.size()));
   for (std::filesystem::path& history : task.histories) {
     history = history_place(history);
-    if (kind_of(history) != PathKind::History) throw InvalidInput(history.string() + ": is no history; only those can be combined");
+    if (kind_of(history) != PathKind::History)
+      throw InvalidInput(history.string() + ": is no history; only those can be combined");
   }
   const std::shared_ptr<const transfer::OpenLibrary> library = transfer::open_library(std::move(task));
   const transfer::LibraryLayout& layout = library->layout;
@@ -56,7 +69,12 @@ int cmd_combine(CommandRun& run) {
   Json controls = Json::array();
   for (const transfer::LibraryControl& c : layout.controls) controls.push_back(c.name);
   controls.push_back(kLibraryControl);
-  run.report_output(*status, output, Json{{"histories", parts_json(layout)}, {"width", layout.width}, {"height", layout.height}, {"frames", layout.frames.size()}, {"controls", controls}});
+  run.report_output(*status, output,
+                    Json{{"histories", parts_json(layout)},
+                         {"width", layout.width},
+                         {"height", layout.height},
+                         {"frames", layout.frames.size()},
+                         {"controls", controls}});
   return 0;
 }
 

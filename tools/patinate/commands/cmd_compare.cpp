@@ -2,9 +2,9 @@
 
 #include "analysis/compare/compare_job.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
+#include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
@@ -12,18 +12,21 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What repeats the comparison: options that are not the default, and nothing that changes no byte. @param task  As it was given.
+/// What repeats the comparison: options that are not the default, and nothing that changes no byte. @param task  As it
+/// was given.
 std::string command_of(const analysis::CompareTask& task) {
   std::string text = "patinate compare " + input_word(task.a) + " " + input_word(task.b);
   if (!task.through.empty()) text += " --through " + input_word(task.through);
   text += changed_options(option_values(task.options), option_values(analysis::CompareOptions{}));
-  if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.options.seed);
+  if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed))
+    text += " --seed " + std::to_string(task.options.seed);
   return text + kAnyOutput;
 }
 
 void require_comparable(const fs::path& path) {
   const PathKind kind = kind_of(path);
-  if (kind != PathKind::History && kind != PathKind::Transfer) throw InvalidInput(path.string() + ": is no history or transfer; only those age");
+  if (kind != PathKind::History && kind != PathKind::Transfer)
+    throw InvalidInput(path.string() + ": is no history or transfer; only those age");
 }
 
 }  // namespace
@@ -34,7 +37,8 @@ int cmd_compare(CommandRun& run) {
   run.line.positional("A", "A history, a simulation, or a transfer (over time, in its atlas)", task.a);
   run.line.positional("B", "What it is compared with: the same", task.b);
   run.line.output("REPORT", "Folder to make: report.html, report.json, curves/*.csv", output);
-  run.line.option("through", "TRANSFER", "Look A up through this transfer: B then is in the transfer's atlas", task.through);
+  run.line.option("through", "TRANSFER", "Look A up through this transfer: B then is in the transfer's atlas",
+                  task.through);
   run.line.options(task.options);
   run.line.example("compare copper_lab copper_outdoors -o report");
   run.line.example("compare copper copper_simulated --clock span -o report");
@@ -50,17 +54,22 @@ int cmd_compare(CommandRun& run) {
   if (!status) return 0;
 
   const Json report = load_json(output / analysis::kCompareReportFile);
-  for (const Json& section : report.at("undefined_sections")) run.note(section.at("section").get<std::string>() + ": undefined, " + section.at("reason").get<std::string>());
+  for (const Json& section : report.at("undefined_sections"))
+    run.note(section.at("section").get<std::string>() + ": undefined, " + section.at("reason").get<std::string>());
   for (const Json& f : report.at("figures")) {
     if (f.at("value").is_null()) {
       run.note(f.at("name").get<std::string>() + ": undefined, " + f.at("undefined").get<std::string>());
       continue;
     }
-    std::string line = f.at("name").get<std::string>() + ": " + short_number_text(rounded(f.at("value").get<double>(), 3)) + " " + f.at("unit").get<std::string>();
-    if (f.contains("split")) line += " (A split in two: " + short_number_text(rounded(f.at("split").get<double>(), 3)) + ")";
+    std::string line = f.at("name").get<std::string>() + ": " +
+                       short_number_text(rounded(f.at("value").get<double>(), 3)) + " " +
+                       f.at("unit").get<std::string>();
+    if (f.contains("split"))
+      line += " (A split in two: " + short_number_text(rounded(f.at("split").get<double>(), 3)) + ")";
     run.note(line);
   }
-  run.report_output(*status, output, Json{{"figures", report.at("figures")}, {"undefined_sections", report.at("undefined_sections")}});
+  run.report_output(*status, output,
+                    Json{{"figures", report.at("figures")}, {"undefined_sections", report.at("undefined_sections")}});
   return 0;
 }
 

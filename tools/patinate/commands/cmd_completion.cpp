@@ -1,6 +1,6 @@
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/completion.h"
 #include "tools/patinate/command_line/verbs.h"
+#include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 

@@ -1,18 +1,18 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "patinate/controls/control_expression.h"
-#include "patinate/controls/control_kinds.h"
 #include "libcommon/controls/image_control.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
+#include "patinate/controls/control_expression.h"
+#include "patinate/controls/control_kinds.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/mesh_source.h"
-#include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/services/tile_files.h"
 
 namespace patinate::cli {
@@ -57,9 +57,7 @@ std::string control_key(const std::string& kind, const AtlasMesh& atlas_mm, cons
 }
 
 /// glTF is in meters by its standard; other files are taken as mm unless --unit says otherwise.
-double mm_per_mesh_unit(const MeshSource& source) {
-  return mm_per_unit(source.unit_or_none().value_or("mm"));
-}
+double mm_per_mesh_unit(const MeshSource& source) { return mm_per_unit(source.unit_or_none().value_or("mm")); }
 
 /// Where the mesh goes whose UVs were made for a map.
 std::filesystem::path unwrapped_file(const std::filesystem::path& map_file) {
@@ -67,7 +65,8 @@ std::filesystem::path unwrapped_file(const std::filesystem::path& map_file) {
 }
 
 /// Whether the maps, and the mesh beside an unwrapped one, are to be made.
-std::optional<JobStatus> check_outputs(CommandRun& run, const std::vector<std::filesystem::path>& files, const AtlasMesh& atlas, const std::string& key) {
+std::optional<JobStatus> check_outputs(CommandRun& run, const std::vector<std::filesystem::path>& files,
+                                       const AtlasMesh& atlas, const std::string& key) {
   const std::optional<JobStatus> status = check_tile_files(run, files, key);
   if (!status || !atlas.is_unwrapped) return status;
   const std::filesystem::path mesh = unwrapped_file(files.front());

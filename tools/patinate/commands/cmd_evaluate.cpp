@@ -1,11 +1,11 @@
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/evaluated_maps.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/evaluated_maps.h"
 #include "transfer/exemplar/appearance_cache.h"
 
 namespace patinate::cli {
@@ -22,7 +22,8 @@ bool is_transfer(const fs::path& path) {
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const analysis::EvaluationTask& task, const std::vector<fs::path>& maps, const ForeignMapOptions& foreign) {
+std::string command_of(const analysis::EvaluationTask& task, const std::vector<fs::path>& maps,
+                       const ForeignMapOptions& foreign) {
   std::string text = "patinate evaluate";
   for (const fs::path& map : maps) text += " " + input_word(map);
   if (!foreign.history.empty()) text += " --history " + input_word(foreign.history);
@@ -44,8 +45,13 @@ int cmd_evaluate(CommandRun& run) {
   run.line.positional_list("MAP", "Transfers, or coordinate maps of other tools (EXR, TIFF, 16-bit PNG, .nnf)", maps);
   run.line.output("REPORT", "Folder to make: evaluation.html, evaluation.json", output);
   run.line.option("history", "HISTORY", "For maps of other tools: what was copied from", foreign.history);
-  run.line.option("control", "SPEC", "For maps of other tools: [SOURCE=]MAP, what the tool followed, in the values of the history's control (0 to 1)", foreign.control);
-  run.line.option("picture", "IMAGE", "For one map of another tool: the picture that it made, at the history's last frame", foreign.picture);
+  run.line.option(
+      "control", "SPEC",
+      "For maps of other tools: [SOURCE=]MAP, what the tool followed, in the values of the history's control (0 to 1)",
+      foreign.control);
+  run.line.option("picture", "IMAGE",
+                  "For one map of another tool: the picture that it made, at the history's last frame",
+                  foreign.picture);
   run.line.options(task.options);
   run.line.options(cache);
   run.line.example("evaluate copper_hydrant copper_bust -o evaluation");
@@ -54,9 +60,11 @@ int cmd_evaluate(CommandRun& run) {
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.command = command_of(task, maps, foreign);
   for (const fs::path& map : maps) {
-    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache) : foreign_item(map, foreign, task.options, task.seed, cache));
+    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache)
+                                         : foreign_item(map, foreign, task.options, task.seed, cache));
   }
-  const std::optional<JobStatus> status = run.make_folder(analysis::plan_evaluation(std::move(task), output), "evaluate");
+  const std::optional<JobStatus> status =
+      run.make_folder(analysis::plan_evaluation(std::move(task), output), "evaluate");
   if (!status) return 0;
 
   const Json report = load_json(output / analysis::kEvaluationFile);
@@ -64,8 +72,11 @@ int cmd_evaluate(CommandRun& run) {
     run.note(map.at("name").get<std::string>() + ":");
     for (const Json& f : map.at("figures")) {
       if (f.at("value").is_null()) continue;
-      std::string line = "  " + f.at("title").get<std::string>() + ": " + short_number_text(rounded(f.at("value").get<double>(), 3)) + " " + f.at("unit").get<std::string>();
-      if (f.contains("split")) line += " (source against itself: " + short_number_text(rounded(f.at("split").get<double>(), 3)) + ")";
+      std::string line = "  " + f.at("title").get<std::string>() + ": " +
+                         short_number_text(rounded(f.at("value").get<double>(), 3)) + " " +
+                         f.at("unit").get<std::string>();
+      if (f.contains("split"))
+        line += " (source against itself: " + short_number_text(rounded(f.at("split").get<double>(), 3)) + ")";
       run.note(line);
     }
   }

@@ -6,20 +6,20 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/job/job_inputs.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/job/job_inputs.h"
 #include "patinate/output/glb.h"
-#include "tools/patinate/services/aging_glb.h"
-#include "tools/patinate/services/aging_mesh.h"
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/services/picture_series.h"
 #include "tools/patinate/command_line/times_argument.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/aging_glb.h"
+#include "tools/patinate/services/aging_mesh.h"
+#include "tools/patinate/services/picture_series.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate::cli {
@@ -39,7 +39,8 @@ std::string glb_key_of(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
 }
 
-int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path& output, const std::vector<double>& times) {
+int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path& output,
+               const std::vector<double>& times) {
   ContentHash hash;
   hash.add("export glb 3").add(glb.key);
   for (double t : times) hash.add(t);
@@ -48,7 +49,8 @@ int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path
   if (!status) return 0;
   if (status == JobStatus::Done) {
     const RunControl control = run.control("export");
-    const std::vector<GlbLook> looks = glb.looks(times, time_labels(times, glb.history.time_unit), control.part(0.0, 0.1));
+    const std::vector<GlbLook> looks =
+        glb.looks(times, time_labels(times, glb.history.time_unit), control.part(0.0, 0.1));
     const GlbOptions options{.name = output.stem().string(), .meters_per_unit = glb.meters_per_unit, .key = key};
     write_glb(output, glb.mesh, glb.tiles, looks, options, control.part(0.1, 1.0));
   }
@@ -66,7 +68,8 @@ struct SequenceSource {
 
 /// A folder of one image per time (and tile), and `sequence.json`.
 int export_sequence(CommandRun& run, const SequenceSource& source, const HistoryManifest& history,
-                    const std::filesystem::path& output, const std::vector<double>& times, const SequenceFormat& format) {
+                    const std::filesystem::path& output, const std::vector<double>& times,
+                    const SequenceFormat& format) {
   const std::string extension(kFormatNames[static_cast<std::size_t>(format.kind)]);
   JobInputs inputs("export sequence", 2);
   inputs.add_content("source", "what is exported", source.key).add_value("--format", extension);
@@ -82,21 +85,25 @@ int export_sequence(CommandRun& run, const SequenceSource& source, const History
       files.push_back(Json{{"time", times[i]}, {"file", outputs[0].string()}});
     } else {
       files.push_back(Json{{"time", times[i]}, {"files", Json::object()}});
-      for (std::size_t k = 0; k < outputs.size(); ++k) files.back()["files"][source.tile_names[k]] = outputs[k].string();
+      for (std::size_t k = 0; k < outputs.size(); ++k)
+        files.back()["files"][source.tile_names[k]] = outputs[k].string();
     }
-    plan.items.push_back({.name = number,
-                          .outputs = outputs,
-                          .run = [&source, t = times[i], outputs](const std::filesystem::path& folder, const RunControl& control) {
-                            RunControl silent = control;
-                            silent.on_progress = {};
-                            std::vector<std::filesystem::path> written;
-                            for (const auto& file : outputs) written.push_back(folder / file);
-                            source.write(t, written, silent);
-                          },
-                          .key = ContentHash().add("export image 2").add(source.key).add(extension).add(times[i]).hex()});
+    plan.items.push_back(
+        {.name = number,
+         .outputs = outputs,
+         .run =
+             [&source, t = times[i], outputs](const std::filesystem::path& folder, const RunControl& control) {
+               RunControl silent = control;
+               silent.on_progress = {};
+               std::vector<std::filesystem::path> written;
+               for (const auto& file : outputs) written.push_back(folder / file);
+               source.write(t, written, silent);
+             },
+         .key = ContentHash().add("export image 2").add(source.key).add(extension).add(times[i]).hex()});
   }
   plan.join = [&, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
-    save_json(folder / "sequence.json", Json{{"time_unit", time_unit_text(history.time_unit)}, {"images", files}, {"key", key}});
+    save_json(folder / "sequence.json",
+              Json{{"time_unit", time_unit_text(history.time_unit)}, {"images", files}, {"key", key}});
   };
   const std::optional<JobStatus> status = run.make_folder(plan, "export");
   if (status) run.report_output(*status, output, Json{{"images", times.size()}});
@@ -104,48 +111,63 @@ int export_sequence(CommandRun& run, const SequenceSource& source, const History
 }
 
 /// A movie or numbered images of a transfer's texture, strip by strip; nothing where its tiles make one sheet.
-std::optional<PictureSeries> texture_series(CommandRun& run, const std::filesystem::path& subject, const TimesArgument& times) {
+std::optional<PictureSeries> texture_series(CommandRun& run, const std::filesystem::path& subject,
+                                            const TimesArgument& times) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(subject);
   if (transfer->sheet().num_tiles() > 1) return std::nullopt;
-  const auto writer = std::make_shared<std::optional<const transfer::TextureWriter>>();  // Opened for the first texture that is not up to date.
-  const auto open = [transfer, writer](const RunControl& control) -> const transfer::TextureWriter& { return *writer ? **writer : writer->emplace(*transfer, transfer::CoordinateStripsOptions{}, control); };
-  PictureSeries series{"export", transfer->manifest().key, times.resolve(run, transfer->history().manifest(), kMoviePictures), {}};
-  series.write = [transfer, open](double t, const std::filesystem::path& file, const std::string& key, const RunControl& control) {
+  const auto writer = std::make_shared<std::optional<const transfer::TextureWriter>>();  // Opened for the first texture
+                                                                                         // that is not up to date.
+  const auto open = [transfer, writer](const RunControl& control) -> const transfer::TextureWriter& {
+    return *writer ? **writer : writer->emplace(*transfer, transfer::CoordinateStripsOptions{}, control);
+  };
+  PictureSeries series{
+      "export", transfer->manifest().key, times.resolve(run, transfer->history().manifest(), kMoviePictures), {}};
+  series.write = [transfer, open](double t, const std::filesystem::path& file, const std::string& key,
+                                  const RunControl& control) {
     const std::vector<transfer::TextureFile> texture{{{file}, transfer->history().sample(t), key}};
     open(control).write(texture, control);
   };
   series.codes = [transfer, open](double t, const RunControl& control) {
     ImageU8 picture(transfer->manifest().width, transfer->manifest().height, 3);
     std::size_t done = 0;
-    open(control).gather_rows(0, srgb8_from_linear(transfer->history().sample(t)), [&](std::span<const std::uint8_t> rows) {
-      std::copy(rows.begin(), rows.end(), picture.values().subspan(done).begin());
-      done += rows.size();
-    }, control);
+    open(control).gather_rows(
+        0, srgb8_from_linear(transfer->history().sample(t)),
+        [&](std::span<const std::uint8_t> rows) {
+          std::copy(rows.begin(), rows.end(), picture.values().subspan(done).begin());
+          done += rows.size();
+        },
+        control);
     return picture;
   };
   return series;
 }
 
 /// Textures of a transfer: strip by strip, however large the atlas.
-int export_textures(CommandRun& run, const std::filesystem::path& subject, const std::filesystem::path& output, const TimesArgument& times,
-                    const SequenceFormat& format) {
+int export_textures(CommandRun& run, const std::filesystem::path& subject, const std::filesystem::path& output,
+                    const TimesArgument& times, const SequenceFormat& format) {
   const transfer::TransferFolder transfer(subject);
   std::once_flag once;
   std::unique_ptr<const transfer::TextureWriter> writer;  // Opened for the first texture that is not up to date.
   const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) {
-    std::call_once(once, [&] { writer = std::make_unique<const transfer::TextureWriter>(transfer, transfer::CoordinateStripsOptions{}, control); });
+    std::call_once(once, [&] {
+      writer = std::make_unique<const transfer::TextureWriter>(transfer, transfer::CoordinateStripsOptions{}, control);
+    });
     const std::vector<transfer::TextureFile> texture{{files, transfer.history().sample(t)}};
     writer->write(texture, control);
   };
   const HistoryManifest& history = transfer.history().manifest();
-  return export_sequence(run, {transfer.manifest().key, transfer.sheet().names, write}, history, output, times.resolve(run, history, 0), format);
+  return export_sequence(run, {transfer.manifest().key, transfer.sheet().names, write}, history, output,
+                         times.resolve(run, history, 0), format);
 }
 
 /// Frames of a history as they are, over its own pixels.
-int export_frames(CommandRun& run, const HistoryReader& history, const std::string& key, const std::filesystem::path& output, const TimesArgument& times,
-                  const SequenceFormat& format) {
-  const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl&) { write_color(files.front(), history.sample(t)); };
-  return export_sequence(run, {key, {""}, write}, history.manifest(), output, times.resolve(run, history.manifest(), 0), format);
+int export_frames(CommandRun& run, const HistoryReader& history, const std::string& key,
+                  const std::filesystem::path& output, const TimesArgument& times, const SequenceFormat& format) {
+  const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl&) {
+    write_color(files.front(), history.sample(t));
+  };
+  return export_sequence(run, {key, {""}, write}, history.manifest(), output, times.resolve(run, history.manifest(), 0),
+                         format);
 }
 
 }  // namespace
@@ -156,7 +178,10 @@ int cmd_export(CommandRun& run) {
   SequenceFormat format;
   MovieOptions movie;
   run.line.positional("SUBJECT", "A transfer or simulation, or for pictures a history", subject);
-  run.line.output("OUTPUT", "MODEL.glb with one variant a time; MOVIE.mp4, .webm or .gif; images aged_%04d.png; or a folder of images", output);
+  run.line.output(
+      "OUTPUT",
+      "MODEL.glb with one variant a time; MOVIE.mp4, .webm or .gif; images aged_%04d.png; or a folder of images",
+      output);
   times.declare(run.line);
   run.line.options(format);
   run.line.options(movie);
@@ -167,12 +192,17 @@ int cmd_export(CommandRun& run) {
   const std::string extension = lower_extension(output);
   const bool is_glb = extension == ".glb";
   const bool is_pictures = is_series(output);
-  if (!is_glb && !is_pictures) require_folder_name(output, "MODEL.glb, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the name of a folder (with / at its end where it has a dot)");
+  if (!is_glb && !is_pictures)
+    require_folder_name(output,
+                        "MODEL.glb, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the name of a folder (with / "
+                        "at its end where it has a dot)");
   const PathKind kind = kind_of(subject);
   if (kind == PathKind::Transfer && is_pictures) {
-    if (const std::optional<PictureSeries> series = texture_series(run, subject, times)) return make_series(run, output, *series, movie);
+    if (const std::optional<PictureSeries> series = texture_series(run, subject, times))
+      return make_series(run, output, *series, movie);
   }
-  if (kind == PathKind::Transfer && !is_glb && !is_pictures) return export_textures(run, subject, output, times, format);
+  if (kind == PathKind::Transfer && !is_glb && !is_pictures)
+    return export_textures(run, subject, output, times, format);
   if (kind == PathKind::Transfer || kind == PathKind::Simulation) {
     if (is_glb) {
       const AgingGlb glb = open_aging_glb(subject);
@@ -180,16 +210,21 @@ int cmd_export(CommandRun& run) {
     }
     const AgingMesh mesh = open_aging_mesh(subject);
     if (is_pictures) {
-      return make_series(run, output, {"export", mesh.key, times.resolve(run, mesh.history, kMoviePictures), mesh.sample}, movie);
+      return make_series(run, output,
+                         {"export", mesh.key, times.resolve(run, mesh.history, kMoviePictures), mesh.sample}, movie);
     }
-    const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) { write_color(files.front(), mesh.sample(t, control)); };
-    return export_sequence(run, {mesh.key, mesh.tile_names, write}, mesh.history, output, times.resolve(run, mesh.history, 0), format);
+    const auto write = [&](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) {
+      write_color(files.front(), mesh.sample(t, control));
+    };
+    return export_sequence(run, {mesh.key, mesh.tile_names, write}, mesh.history, output,
+                           times.resolve(run, mesh.history, 0), format);
   }
   if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer, simulation or history");
   const HistoryReader history(subject);
   if (is_glb) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
   if (is_pictures) {
-    const PictureSeries series{"export", transfer::history_content_key(history), times.resolve(run, history.manifest(), kMoviePictures),
+    const PictureSeries series{"export", transfer::history_content_key(history),
+                               times.resolve(run, history.manifest(), kMoviePictures),
                                [&](double t, const RunControl&) { return history.sample(t); }};
     return make_series(run, output, series, movie);
   }

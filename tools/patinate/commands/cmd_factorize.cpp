@@ -1,11 +1,11 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_job.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/commands/commands.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
+#include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
@@ -15,7 +15,8 @@ namespace {
 
 /// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
 std::string command_of(const analysis::FactorizationTask& task) {
-  std::string text = "patinate factorize " + input_word(task.history) + changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
+  std::string text = "patinate factorize " + input_word(task.history) +
+                     changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
   for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
   return text + kAnyOutput;
 }
@@ -26,8 +27,13 @@ int cmd_factorize(CommandRun& run) {
   analysis::FactorizationTask task;
   fs::path output;
   run.line.positional("HISTORY", "A history or a simulation", task.history);
-  run.line.output("FOLDER", "Folder to make: factorization.json, report.html, maps/, and history/, the history without noise", output);
-  run.line.numbers("times", "T,T,...", "Times that the denoised history gets beside its own, in its unit; beyond its ends they are extrapolated, and marked so", task.times);
+  run.line.output("FOLDER",
+                  "Folder to make: factorization.json, report.html, maps/, and history/, the history without noise",
+                  output);
+  run.line.numbers("times", "T,T,...",
+                   "Times that the denoised history gets beside its own, in its unit; beyond its ends they are "
+                   "extrapolated, and marked so",
+                   task.times);
   run.line.options(task.options);
   run.line.without({"seed"});
   run.line.example("factorize copper -o copper_factors");
@@ -36,8 +42,10 @@ int cmd_factorize(CommandRun& run) {
   if (!run.parse()) return 0;
   task.command = command_of(task);
   task.history = history_place(task.history);
-  if (kind_of(task.history) != PathKind::History) throw InvalidInput(task.history.string() + ": is no history; only those can be factorized");
-  const std::optional<JobStatus> status = run.make_folder(analysis::plan_factorization(std::move(task), output), "factorize");
+  if (kind_of(task.history) != PathKind::History)
+    throw InvalidInput(task.history.string() + ": is no history; only those can be factorized");
+  const std::optional<JobStatus> status =
+      run.make_folder(analysis::plan_factorization(std::move(task), output), "factorize");
   if (!status) return 0;
 
   const Json made = load_json(output / analysis::kFactorizationManifestFile);
@@ -46,14 +54,18 @@ int cmd_factorize(CommandRun& run) {
   for (const Json& f : made.at("frames")) {
     const std::string time = "time " + short_number_text(f.at("time").get<double>()) + " " + unit + ": ";
     if (f.contains("extrapolated")) {
-      run.note(time + "EXTRAPOLATED, seen by nobody; the curve covers " + text(Json(100.0 * f.at("covered_share").get<double>())) + " % of what changes, elsewhere its end holds (history/masks)");
+      run.note(time + "EXTRAPOLATED, seen by nobody; the curve covers " +
+               text(Json(100.0 * f.at("covered_share").get<double>())) +
+               " % of what changes, elsewhere its end holds (history/masks)");
     } else if (f.contains("rmse")) {
-      run.detail(time + "root mean square " + text(f.at("rmse")) + ", CIEDE2000 " + text(f.at("ciede2000_mean")) + ", 95th percentile " + text(f.at("ciede2000_p95")));
+      run.detail(time + "root mean square " + text(f.at("rmse")) + ", CIEDE2000 " + text(f.at("ciede2000_mean")) +
+                 ", 95th percentile " + text(f.at("ciede2000_p95")));
     }
   }
   for (const Json& f : made.at("figures")) {
     const std::string name = f.at("name").get<std::string>();
-    run.note(f.at("value").is_null() ? name + ": undefined, " + f.at("undefined").get<std::string>() : name + ": " + text(f.at("value")) + " " + f.at("unit").get<std::string>());
+    run.note(f.at("value").is_null() ? name + ": undefined, " + f.at("undefined").get<std::string>()
+                                     : name + ": " + text(f.at("value")) + " " + f.at("unit").get<std::string>());
   }
   run.report_output(*status, output, Json{{"frames", made.at("frames")}, {"figures", made.at("figures")}});
   return 0;

@@ -2,10 +2,10 @@
 
 #include "analysis/fit/fit_job.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/fit_scene.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/fit_scene.h"
 
 namespace patinate::cli {
 
@@ -42,12 +42,15 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const fs::path& scene, const fs::path& history, const fs::path& parameters, const std::vector<std::string>& vary, const std::vector<std::string>& objective, const analysis::FitTask& task) {
+std::string command_of(const fs::path& scene, const fs::path& history, const fs::path& parameters,
+                       const std::vector<std::string>& vary, const std::vector<std::string>& objective,
+                       const analysis::FitTask& task) {
   std::string text = "patinate fit " + input_word(scene) + " " + input_word(history);
   for (const std::string& word : vary) text += " --vary " + shell_word(word);
   if (!parameters.empty()) text += " --parameters " + input_word(parameters);
   for (const std::string& word : objective) text += " --objective " + shell_word(word);
-  text += changed_options(option_values(task.objective), option_values(analysis::ObjectiveOptions{})) + changed_options(option_values(task.options), option_values(analysis::FitOptions{}));
+  text += changed_options(option_values(task.objective), option_values(analysis::ObjectiveOptions{})) +
+          changed_options(option_values(task.options), option_values(analysis::FitOptions{}));
   if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
   return text + kAnyOutput;
 }
@@ -60,22 +63,29 @@ int cmd_fit(CommandRun& run) {
   std::vector<std::string> vary, objective;
   run.line.positional("SCENE", "A scene file with the starting values", scene_path);
   run.line.positional("HISTORY", "What it should come close to: a history, or a transfer", history);
-  run.line.output("FOLDER", "Folder to make: scene.json, report.html, report.json, evaluations.csv, before, after", output);
-  run.line.repeated("vary", "POINTER=LOW:HIGH[:log]", "A number of the scene, by its JSON pointer, and its range", vary);
+  run.line.output("FOLDER", "Folder to make: scene.json, report.html, report.json, evaluations.csv, before, after",
+                  output);
+  run.line.repeated("vary", "POINTER=LOW:HIGH[:log]", "A number of the scene, by its JSON pointer, and its range",
+                    vary);
   run.line.option("parameters", "FILE", "Ranges and figures from a JSON file (docs/fit.md)", parameters);
   run.line.repeated("objective", "FIGURE[=WEIGHT]", "What to bring near 0; default: color_distribution", objective);
   run.line.suggestions({analysis::kFitFigureNames.begin(), analysis::kFitFigureNames.end()});
   run.line.options(task.objective);
   run.line.options(task.options);
-  run.line.list("Figures", {{"color_distribution", "distance between the distributions of color, mean over times"},
-                            {"mean_color", "distance between the mean colors, root mean square over times"},
-                            {"covered", "share of places that have changed visibly, mean difference over times, %"},
-                            {"onset, saturation", "when places have made a tenth, nine tenths of their change, % of the span"},
-                            {"color_by_control", "distance between the colors given control and time"},
-                            {"rate_by_control", "change over the span by control"},
-                            {"ciede2000", "place by place, where the history lies on the scene's atlas"}});
-  run.line.example("fit plate.json copper --vary /rules/0/alpha=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o copper_fit");
-  run.line.example("fit plate.json copper --vary /emitters/0/carries/water=0.1:2:log --objective covered --objective mean_color=0.5 --evaluations 200 -o copper_fit");
+  run.line.list("Figures",
+                {{"color_distribution", "distance between the distributions of color, mean over times"},
+                 {"mean_color", "distance between the mean colors, root mean square over times"},
+                 {"covered", "share of places that have changed visibly, mean difference over times, %"},
+                 {"onset, saturation", "when places have made a tenth, nine tenths of their change, % of the span"},
+                 {"color_by_control", "distance between the colors given control and time"},
+                 {"rate_by_control", "change over the span by control"},
+                 {"ciede2000", "place by place, where the history lies on the scene's atlas"}});
+  run.line.example(
+      "fit plate.json copper --vary /rules/0/alpha=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o "
+      "copper_fit");
+  run.line.example(
+      "fit plate.json copper --vary /emitters/0/carries/water=0.1:2:log --objective covered --objective mean_color=0.5 "
+      "--evaluations 200 -o copper_fit");
   if (!run.parse()) return 0;
 
   Wanted wanted;
@@ -85,15 +95,20 @@ int cmd_fit(CommandRun& run) {
   for (const std::string& text : objective) wanted.terms.push_back(analysis::parse_fit_term(text));
   for (std::size_t i = 0; i < wanted.terms.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
-      if (wanted.terms[i].figure == wanted.terms[k].figure) throw UsageError("--objective: " + std::string(analysis::kFitFigureNames[static_cast<std::size_t>(wanted.terms[i].figure)]) + " is given twice");
+      if (wanted.terms[i].figure == wanted.terms[k].figure)
+        throw UsageError(
+            "--objective: " + std::string(analysis::kFitFigureNames[static_cast<std::size_t>(wanted.terms[i].figure)]) +
+            " is given twice");
     }
   }
   if (wanted.terms.empty()) wanted.terms.emplace_back();
-  if (wanted.ranges.empty()) throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/alpha=0.01:1:log");
+  if (wanted.ranges.empty())
+    throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/alpha=0.01:1:log");
   const fs::path given_history = history;
   history = history_place(history);
   const PathKind kind = kind_of(history);
-  if (kind != PathKind::History && kind != PathKind::Transfer) throw InvalidInput(history.string() + ": is no history or transfer; only those age");
+  if (kind != PathKind::History && kind != PathKind::Transfer)
+    throw InvalidInput(history.string() + ": is no history or transfer; only those age");
   std::vector<std::string> controls;
   const analysis::TextureSeries series = analysis::open_series(history).series;
   for (const ControlFacts& c : series.facts().controls) controls.push_back(c.name);
@@ -108,20 +123,33 @@ int cmd_fit(CommandRun& run) {
   task.terms = wanted.terms;
   task.seed = task.objective.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.add_inputs = [scene](JobInputs& inputs) { scene.add_inputs(inputs); };
-  task.write_model = [scene, output](const fs::path& folder, const std::vector<double>& values) { scene.write(folder, output, values); };
+  task.write_model = [scene, output](const fs::path& folder, const std::vector<double>& values) {
+    scene.write(folder, output, values);
+  };
   task.command = command_of(scene_path, given_history, parameters, vary, objective, task);
-  const auto num_looks = static_cast<std::size_t>(std::count_if(task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_look; }));
+  const auto num_looks = static_cast<std::size_t>(std::count_if(
+      task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_look; }));
   const analysis::FitBudget budget = analysis::fit_budget(task.options, task.parameters.size() - num_looks, num_looks);
   if (budget.evaluations < budget.least) {
-    throw UsageError("--evaluations: found " + std::to_string(budget.evaluations) + "; expected at least " + std::to_string(budget.least) + ", the start and two generations of " + std::to_string(budget.population));
+    throw UsageError("--evaluations: found " + std::to_string(budget.evaluations) + "; expected at least " +
+                     std::to_string(budget.least) + ", the start and two generations of " +
+                     std::to_string(budget.population));
   }
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_fit(std::move(task), output), "fit");
   if (!status) return 0;
   const Json report = load_json(output / analysis::kFitReportFile);
-  const auto text = [](const Json& v) { return v.is_null() ? std::string("undefined") : short_number_text(rounded(v.get<double>(), 4)); };
-  run.note("objective: " + text(report.at("objective").at("before")) + " before, " + text(report.at("objective").at("after")) + " after");
-  for (const Json& p : report.at("parameters")) run.note(p.at("pointer").get<std::string>() + ": " + text(p.at("initial")) + " -> " + text(p.at("best")) + "; " + p.at("verdict").get<std::string>());
-  run.report_output(*status, output, Json{{"objective", report.at("objective")}, {"parameters", report.at("parameters")}, {"evaluations", report.at("evaluations")}});
+  const auto text = [](const Json& v) {
+    return v.is_null() ? std::string("undefined") : short_number_text(rounded(v.get<double>(), 4));
+  };
+  run.note("objective: " + text(report.at("objective").at("before")) + " before, " +
+           text(report.at("objective").at("after")) + " after");
+  for (const Json& p : report.at("parameters"))
+    run.note(p.at("pointer").get<std::string>() + ": " + text(p.at("initial")) + " -> " + text(p.at("best")) + "; " +
+             p.at("verdict").get<std::string>());
+  run.report_output(*status, output,
+                    Json{{"objective", report.at("objective")},
+                         {"parameters", report.at("parameters")},
+                         {"evaluations", report.at("evaluations")}});
   return 0;
 }
 

@@ -1,8 +1,8 @@
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/commands/commands.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/manual.h"
 #include "tools/patinate/command_line/verbs.h"
+#include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 

@@ -4,21 +4,21 @@
 #include "analysis/fit/fit_job.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
-#include "patinate/atlas/uv_layout.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/topology.h"
+#include "patinate/atlas/uv_layout.h"
+#include "patinate/geometry/mesh_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer_io.h"
 #include "simulation/job/simulation_job.h"
-#include "tools/patinate/services/capture_results.h"
-#include "tools/patinate/commands/commands.h"
-#include "tools/patinate/command_line/failure.h"
-#include "tools/patinate/services/curves.h"
 #include "tools/patinate/command_line/facts.h"
+#include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/stats.h"
-#include "patinate/transfer/transfer_io.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/capture_results.h"
+#include "tools/patinate/services/curves.h"
 
 namespace patinate::cli {
 
@@ -49,14 +49,16 @@ Facts history_facts(const std::filesystem::path& path) {
   std::string shown;
   for (const ControlParameter& c : m.controls) {
     controls.push_back(Json{{"name", c.name}, {"range", {c.low, c.high}}, {"unit", c.unit}});
-    shown += (shown.empty() ? "" : "; ") + c.name + ", " + short_number_text(c.low) + " to " + short_number_text(c.high) + " " + c.unit;
+    shown += (shown.empty() ? "" : "; ") + c.name + ", " + short_number_text(c.low) + " to " +
+             short_number_text(c.high) + " " + c.unit;
   }
   facts.add("controls", controls, shown.empty() ? "none" : shown);
   facts.add("mask", m.mask.has_value(), m.mask ? "yes" : "no");
   Json library = Json::array();
   std::string parts;
   for (const LibraryPart& part : m.parts) {
-    parts += (parts.empty() ? "" : "; ") + std::to_string(library.size()) + " " + part.name + ", " + size_text(part.width, part.height);
+    parts += (parts.empty() ? "" : "; ") + std::to_string(library.size()) + " " + part.name + ", " +
+             size_text(part.width, part.height);
     library.push_back(Json{{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}});
   }
   if (!library.empty()) facts.add("library", library, parts);
@@ -111,9 +113,13 @@ Facts factorization_facts(const std::filesystem::path& path) {
   facts.add("name", m.name);
   facts.add("size", Json{m.width, m.height}, size_text(m.width, m.height));
   const analysis::TemporalCurve& curve = m.models.front().curve;
-  facts.add("clock", Json{curve.low, curve.high}, short_number_text(rounded(curve.low, 4)) + " to " + short_number_text(rounded(curve.high, 4)) + " " + time_unit_text(m.time_unit) + ", " + (m.models.size() == 1 ? "one for all channels" : "red; others for green and blue"));
+  facts.add("clock", Json{curve.low, curve.high},
+            short_number_text(rounded(curve.low, 4)) + " to " + short_number_text(rounded(curve.high, 4)) + " " +
+                time_unit_text(m.time_unit) + ", " +
+                (m.models.size() == 1 ? "one for all channels" : "red; others for green and blue"));
   facts.add("frames", m.num_frames);
-  facts.add("extrapolated", m.num_extrapolated, m.num_extrapolated == 0 ? "none" : std::to_string(m.num_extrapolated) + ", seen by nobody");
+  facts.add("extrapolated", m.num_extrapolated,
+            m.num_extrapolated == 0 ? "none" : std::to_string(m.num_extrapolated) + ", seen by nobody");
   for (const auto& [name, value] : m.figures) facts.add(name, value);
   facts.add("history", m.history.string());
   facts.add("key", m.key);
@@ -125,12 +131,15 @@ Facts fit_facts(const std::filesystem::path& path) {
   Facts facts("fit");
   facts.add("model", m.model);
   facts.add("history", m.history);
-  facts.add("objective", Json{m.objective_before, m.objective_after}, short_number_text(rounded(m.objective_before, 4)) + " before, " + short_number_text(rounded(m.objective_after, 4)) + " after");
+  facts.add("objective", Json{m.objective_before, m.objective_after},
+            short_number_text(rounded(m.objective_before, 4)) + " before, " +
+                short_number_text(rounded(m.objective_after, 4)) + " after");
   facts.add("evaluations", static_cast<std::int64_t>(m.evaluations));
   facts.add("converged", m.is_converged, m.is_converged ? "yes" : "no");
   for (std::size_t i = 0; i < m.parameters.size(); ++i) {
     facts.add(m.parameters[i], Json{{"initial", m.initial[i]}, {"best", m.best[i]}, {"verdict", m.verdicts[i]}},
-              short_number_text(rounded(m.initial[i], 4)) + " -> " + short_number_text(rounded(m.best[i], 4)) + "; " + m.verdicts[i]);
+              short_number_text(rounded(m.initial[i], 4)) + " -> " + short_number_text(rounded(m.best[i], 4)) + "; " +
+                  m.verdicts[i]);
   }
   facts.add("key", m.key);
   return facts;
@@ -153,18 +162,21 @@ Facts relit_facts(const capture::RelitProject& project) {
 }
 
 Facts capture_facts(const std::filesystem::path& path) {
-  if (capture::is_relit_capture(capture::capture_file(path))) return relit_facts(capture::read_relit_project(capture::capture_file(path)));
+  if (capture::is_relit_capture(capture::capture_file(path)))
+    return relit_facts(capture::read_relit_project(capture::capture_file(path)));
   const capture::CaptureProject project = capture::read_capture_project(capture::capture_file(path));
   const std::string unit = time_unit_text(project.time_unit);
   Facts facts("capture");
   facts.add("name", project.name);
-  facts.add("photographs", Json{project.photo_width, project.photo_height}, size_text(project.photo_width, project.photo_height));
+  facts.add("photographs", Json{project.photo_width, project.photo_height},
+            size_text(project.photo_width, project.photo_height));
   facts.add("size", Json{project.width(), project.height()}, size_text(project.width(), project.height()));
   Json times = Json::array();
   for (const capture::CapturePhoto& frame : project.frames) times.push_back(frame.time);
   facts.add("times", times,
-            std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) + " to " +
-                short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source + ")");
+            std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) +
+                " to " + short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source +
+                ")");
   facts.add("time_unit", unit, "");
   facts.add("transmission", project.transmission.has_value(), project.transmission ? "yes" : "no");
   return facts;
@@ -195,14 +207,19 @@ Facts mesh_facts(const std::filesystem::path& path) {
   std::string tiles;
   for (const AtlasTile& tile : layout.tiles) tiles += (tiles.empty() ? "" : ", ") + tile.name;
   facts.add("uvs", mesh.has_uvs(),
-            !layout.problem.empty() ? layout.problem + ": --atlas auto unwraps" : tiles.empty() ? "one square" : "tiles " + tiles);
-  facts.add("uv_overlap", layout.overlap_share, mesh.has_uvs() ? short_number_text(rounded(100.0 * layout.overlap_share, 3)) + " %" : "");
+            !layout.problem.empty() ? layout.problem + ": --atlas auto unwraps"
+            : tiles.empty()         ? "one square"
+                                    : "tiles " + tiles);
+  facts.add("uv_overlap", layout.overlap_share,
+            mesh.has_uvs() ? short_number_text(rounded(100.0 * layout.overlap_share, 3)) + " %" : "");
   const MeshTopology topology = mesh_topology(mesh);
   facts.add("parts", topology.num_parts);
-  facts.add("boundary_loops", topology.num_boundary_loops, topology.is_closed() ? "none: closed" : std::to_string(topology.num_boundary_loops));
+  facts.add("boundary_loops", topology.num_boundary_loops,
+            topology.is_closed() ? "none: closed" : std::to_string(topology.num_boundary_loops));
   facts.add("nonmanifold_triangles", topology.num_nonmanifold_triangles);
   facts.add("extent", Json{extent.x(), extent.y(), extent.z()},
-            short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " + short_number_text(extent.z()) +
+            short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " +
+                short_number_text(extent.z()) +
                 (path.extension() == ".gltf" || path.extension() == ".glb" ? " m" : " (the file has no unit)"));
   Json surfaces = Json::array();
   std::string shown;
@@ -216,17 +233,28 @@ Facts mesh_facts(const std::filesystem::path& path) {
 
 Facts facts_of(const std::filesystem::path& path) try {
   switch (kind_of(path)) {
-    case PathKind::History: return history_facts(path);
-    case PathKind::Transfer: return transfer_facts(path);
-    case PathKind::Capture: return capture_facts(path);
-    case PathKind::Registration: return registration_facts(path);
-    case PathKind::Unlit: return unlit_facts(path);
-    case PathKind::Calibration: return calibration_facts(path);
-    case PathKind::Simulation: return simulation_facts(path);
-    case PathKind::Factorization: return factorization_facts(path);
-    case PathKind::Fit: return fit_facts(path);
-    case PathKind::Mesh: return mesh_facts(path);
-    case PathKind::Image: return image_facts(path);
+    case PathKind::History:
+      return history_facts(path);
+    case PathKind::Transfer:
+      return transfer_facts(path);
+    case PathKind::Capture:
+      return capture_facts(path);
+    case PathKind::Registration:
+      return registration_facts(path);
+    case PathKind::Unlit:
+      return unlit_facts(path);
+    case PathKind::Calibration:
+      return calibration_facts(path);
+    case PathKind::Simulation:
+      return simulation_facts(path);
+    case PathKind::Factorization:
+      return factorization_facts(path);
+    case PathKind::Fit:
+      return fit_facts(path);
+    case PathKind::Mesh:
+      return mesh_facts(path);
+    case PathKind::Image:
+      return image_facts(path);
   }
   return image_facts(path);
 } catch (...) {
@@ -237,7 +265,10 @@ Facts facts_of(const std::filesystem::path& path) try {
 
 int cmd_info(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorization folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH",
+                      "A history, capture, transfer, simulation, fit, registration, unlit or factorization folder, a "
+                      "calibration, a mesh or an image",
+                      path);
   CurvesArgument curves;
   curves.declare(run.line);
   StatsArgument stats;

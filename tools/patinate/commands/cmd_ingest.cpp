@@ -1,22 +1,24 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/timelapse/ingest.h"
 #include "capture/relit/relit_ingest.h"
+#include "capture/timelapse/ingest.h"
 #include "libcommon/core/text.h"
 #include "patinate/history/history.h"
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
 namespace {
 
-/// Says what is likely to spoil a transfer: much that never ages, or a thickness that a saturated or opaque part stretches.
+/// Says what is likely to spoil a transfer: much that never ages, or a thickness that a saturated or opaque part
+/// stretches.
 void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
   for (const ControlParameter& c : history.manifest().controls) {
     if (c.name == "thickness" && c.low > 0.0 && c.high / c.low > 50.0) {
-      run.note("thickness spans 1 to " + short_number_text(c.high / c.low) + ": saturated or opaque parts belong outside the `mask`");
+      run.note("thickness spans 1 to " + short_number_text(c.high / c.low) +
+               ": saturated or opaque parts belong outside the `mask`");
     }
     if (c.name != "progress") continue;
     const ImageF values = history.read_control(c.name);
@@ -27,8 +29,9 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
       num_unchanged += mask.data()[i] != 0 && values.data()[i] == 0.0f;
     }
     if (10 * num_unchanged > num_inside) {
-      run.note(short_number_text(std::round(100.0 * static_cast<double>(num_unchanged) / static_cast<double>(num_inside))) +
-               " % of the pixels never change: give a `mask`, or transfers will copy them too");
+      run.note(
+          short_number_text(std::round(100.0 * static_cast<double>(num_unchanged) / static_cast<double>(num_inside))) +
+          " % of the pixels never change: give a `mask`, or transfers will copy them too");
     }
   }
 }
@@ -46,12 +49,14 @@ void note_survey(const capture::SurveyReport& survey, CommandRun& run) {
     run.note(std::to_string(survey.findings.size() - kMaxNamed) + " more are named in " + capture::kSurveyFile);
   }
   if (num_shifted > 0 && !survey.is_stabilized) {
-    run.note(std::to_string(num_shifted) + " photographs are moved against the ones before: --stabilize lays them over one another");
+    run.note(std::to_string(num_shifted) +
+             " photographs are moved against the ones before: --stabilize lays them over one another");
   }
   const auto percent = [](double share) { return short_number_text(std::round(1000.0 * share) / 10.0) + " %"; };
   if (survey.outside_share >= 0.0005) {
     run.note(percent(survey.outside_share) +
-             " of the pixels are saturated, in a highlight or out of view in some photograph and cannot be filled from others: they are outside the mask"
+             " of the pixels are saturated, in a highlight or out of view in some photograph and cannot be filled from "
+             "others: they are outside the mask"
              " (--highlights keep keeps them)");
   }
 }
@@ -66,11 +71,13 @@ void note_alignment(const std::filesystem::path& output, CommandRun& run) {
            short_number_text(json.at("residual_px").get<double>()) + " px");
 }
 
-int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::RelitOptions options, const capture::IngestOptions& shared, const std::filesystem::path& output) {
+int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::RelitOptions options,
+                 const capture::IngestOptions& shared, const std::filesystem::path& output) {
   options.scan = shared.scan;
   options.fill = shared.repair.fill;
   options.progress = shared.progress;
-  const std::optional<JobStatus> status = run.make_folder(capture::plan_relit_ingest(capture::read_relit_project(file), options, output), "ingest");
+  const std::optional<JobStatus> status =
+      run.make_folder(capture::plan_relit_ingest(capture::read_relit_project(file), options, output), "ingest");
   if (!status) return 0;
   const Json report = load_json(output / capture::kRelitReportFile);
   Json left_out = Json::array();
@@ -82,12 +89,17 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::Re
       continue;
     }
     for (const Json& note : step.value("notes", Json::array())) run.note(name + ": " + note.get<std::string>());
-    run.detail(name + ": " + short_number_text(std::round(1000.0 * step.at("determined_share").get<double>()) / 10.0) + " % of the surface determined");
+    run.detail(name + ": " + short_number_text(std::round(1000.0 * step.at("determined_share").get<double>()) / 10.0) +
+               " % of the surface determined");
   }
   const HistoryReader reader(output);
   Json controls = Json::array();
   for (const ControlParameter& c : reader.manifest().controls) controls.push_back(c.name);
-  run.report_output(*status, output, Json{{"frames", reader.num_frames()}, {"controls", controls}, {"left_out", left_out}, {"report", (output / capture::kRelitPageFile).string()}});
+  run.report_output(*status, output,
+                    Json{{"frames", reader.num_frames()},
+                         {"controls", controls},
+                         {"left_out", left_out},
+                         {"report", (output / capture::kRelitPageFile).string()}});
   return 0;
 }
 
@@ -104,14 +116,17 @@ int cmd_ingest(CommandRun& run) {
   run.line.example("ingest photos/capture.json -o copper");
   if (!run.parse()) return 0;
 
-  if (capture::is_relit_capture(capture::capture_file(project_file))) return ingest_relit(run, capture::capture_file(project_file), relit_options, options, output);
+  if (capture::is_relit_capture(capture::capture_file(project_file)))
+    return ingest_relit(run, capture::capture_file(project_file), relit_options, options, output);
   const capture::CaptureProject project = capture::read_capture_project(capture::capture_file(project_file));
   const JobPlan plan = capture::plan_ingest(project, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
   if (!status) return 0;
   const HistoryReader reader(output);
-  if (project.has_raw_frames) run.note("camera RAW: taken as linear light, with daylight white balance; `response` does not apply to it");
-  if (project.time_source == "frame rate") run.note("times are those of the movie's frame rate: for a time-lapse give `interval`");
+  if (project.has_raw_frames)
+    run.note("camera RAW: taken as linear light, with daylight white balance; `response` does not apply to it");
+  if (project.time_source == "frame rate")
+    run.note("times are those of the movie's frame rate: for a time-lapse give `interval`");
   note_alignment(output, run);
   note_doubtful_controls(reader, run);
   const capture::SurveyReport survey = capture::read_survey_report(reader.folder());
@@ -121,8 +136,14 @@ int cmd_ingest(CommandRun& run) {
   Json controls = Json::array();
   for (const ControlParameter& c : history.controls) controls.push_back(c.name);
   Json findings = Json::array();
-  for (const capture::SurveyFinding& f : survey.findings) findings.push_back({{"photo", f.photo}, {"time", f.time}, {"problem", f.problem}});
-  run.report_output(*status, output, Json{{"frames", history.frames.size()}, {"controls", controls}, {"findings", findings}, {"masked_share", survey.masked_share}, {"outside_share", survey.outside_share}});
+  for (const capture::SurveyFinding& f : survey.findings)
+    findings.push_back({{"photo", f.photo}, {"time", f.time}, {"problem", f.problem}});
+  run.report_output(*status, output,
+                    Json{{"frames", history.frames.size()},
+                         {"controls", controls},
+                         {"findings", findings},
+                         {"masked_share", survey.masked_share},
+                         {"outside_share", survey.outside_share}});
   return 0;
 }
 

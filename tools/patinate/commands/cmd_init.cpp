@@ -2,8 +2,8 @@
 
 #include "capture/project/capture_project.h"
 #include "capture/project/draft_project.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -23,7 +23,8 @@ int cmd_init(CommandRun& run) {
   const capture::ProjectDraft draft = capture::draft_capture_project(folder, output.parent_path(), only);
   std::error_code error;
   const bool exists = std::filesystem::exists(output, error);
-  const bool is_same = exists && std::filesystem::is_regular_file(output, error) && read_file(output, 1 << 26) == draft.text;
+  const bool is_same =
+      exists && std::filesystem::is_regular_file(output, error) && read_file(output, 1 << 26) == draft.text;
   const std::optional<JobStatus> status = run.check_file(output, is_same ? "same" : "", "same");
   if (!status) return 0;
   if (*status == JobStatus::Done) write_atomically(output, draft.text);

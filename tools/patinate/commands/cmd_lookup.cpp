@@ -2,23 +2,23 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/controls/image_control.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
+#include "libcommon/image/image_rows.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/controls/control_expression.h"
 #include "patinate/controls/control_kinds.h"
-#include "libcommon/controls/image_control.h"
 #include "patinate/core/error.h"
-#include "libcommon/core/hash.h"
-#include "libcommon/core/text.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/history/material_maps.h"
 #include "patinate/image/image_io.h"
-#include "libcommon/image/image_rows.h"
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/numbered_path.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/services/tile_files.h"
 #include "tools/patinate/command_line/times_argument.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/tile_files.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate::cli {
@@ -31,7 +31,9 @@ struct LookedUp {
 };
 constexpr std::array<std::string_view, 5> kLookedUpNames{"color", "normal", "roughness", "specular", "height"};
 void describe(OptionVisitor& v, LookedUp& o) {
-  v.visit_choice({"map", "Color, or what the history's frames hold beside it: normal (tangent space, y up), roughness or strength of the highlight, height in mm (.exr)"},
+  v.visit_choice({"map",
+                  "Color, or what the history's frames hold beside it: normal (tangent space, y up), roughness or "
+                  "strength of the highlight, height in mm (.exr)"},
                  o.map, kLookedUpNames);
 }
 
@@ -55,7 +57,8 @@ ContentHash begin_key(const LookupCommand& command, const transfer::TransferMani
   ContentHash hash;
   hash.add("lookup 3").add(transfer.key);
   for (const auto& [name, value] : option_values(command.sampling)) hash.add(name).add(value);
-  if (command.looked_up.map != LookedUp::Map::Color) hash.add(kLookedUpNames[static_cast<std::size_t>(command.looked_up.map)]);
+  if (command.looked_up.map != LookedUp::Map::Color)
+    hash.add(kLookedUpNames[static_cast<std::size_t>(command.looked_up.map)]);
   return hash;
 }
 
@@ -64,7 +67,8 @@ std::optional<std::vector<Texture>> unfinished(CommandRun& run, std::vector<Text
   std::vector<Texture> todo;
   if (run.line.common().dry_run) {
     const auto is_open = [](const Texture& t) {
-      return std::any_of(t.files.begin(), t.files.end(), [&](const auto& file) { return image_file_key(file) != t.key; });
+      return std::any_of(t.files.begin(), t.files.end(),
+                         [&](const auto& file) { return image_file_key(file) != t.key; });
     };
     const auto first = std::find_if(textures.begin(), textures.end(), is_open);
     const Texture& told = first == textures.end() ? textures.front() : *first;
@@ -79,7 +83,8 @@ std::optional<std::vector<Texture>> unfinished(CommandRun& run, std::vector<Text
 
 void report(CommandRun& run, const LookupCommand& command, const std::vector<Texture>& textures, bool is_done) {
   const JobStatus status = is_done ? JobStatus::Done : JobStatus::UpToDate;
-  if (textures.size() == 1) return report_tile_files(run, status, command.output, textures.front().files, Json::object());
+  if (textures.size() == 1)
+    return report_tile_files(run, status, command.output, textures.front().files, Json::object());
   Json files = Json::array();
   for (const Texture& texture : textures) {
     for (const auto& file : texture.files) files.push_back(Json{{"time", texture.time}, {"file", file.string()}});
@@ -89,38 +94,47 @@ void report(CommandRun& run, const LookupCommand& command, const std::vector<Tex
 
 transfer::TextureFile texture_file(const HistoryReader& history, const LookupCommand& command, const Texture& texture) {
   const Between between = command.sampling.between;
-  if (command.looked_up.map == LookedUp::Map::Color) return {texture.files, sample(history, texture.time, between), texture.key};
+  if (command.looked_up.map == LookedUp::Map::Color)
+    return {texture.files, sample(history, texture.time, between), texture.key};
   const auto map = static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1);  // The same order.
-  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, map == MaterialMap::Normal ? transfer::TextureKind::Normal : transfer::TextureKind::Value};
+  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key,
+          map == MaterialMap::Normal ? transfer::TextureKind::Normal : transfer::TextureKind::Value};
 }
 
 /// In groups: each goes through the coordinates once.
-void write_textures(const transfer::TransferFolder& transfer, const LookupCommand& command, const std::vector<Texture>& textures, const RunControl& control) {
+void write_textures(const transfer::TransferFolder& transfer, const LookupCommand& command,
+                    const std::vector<Texture>& textures, const RunControl& control) {
   constexpr std::size_t kTogether = 8;
-  const transfer::TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal}, control.part(0.0, 0.2));
+  const transfer::TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal},
+                                       control.part(0.0, 0.2));
   for (std::size_t begin = 0; begin < textures.size(); begin += kTogether) {
     const std::size_t end = std::min(textures.size(), begin + kTogether);
     std::vector<transfer::TextureFile> group;
     for (std::size_t i = begin; i < end; ++i) group.push_back(texture_file(transfer.history(), command, textures[i]));
-    const auto share = [&](std::size_t i) { return 0.2 + 0.8 * static_cast<double>(i) / static_cast<double>(textures.size()); };
+    const auto share = [&](std::size_t i) {
+      return 0.2 + 0.8 * static_cast<double>(i) / static_cast<double>(textures.size());
+    };
     writer.write(group, control.part(share(begin), share(end)));
   }
 }
 
 int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::TransferFolder& transfer) {
-  if (!command.times.is_given()) throw UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
+  if (!command.times.is_given())
+    throw UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
   const std::vector<double> times = command.times.resolve(run, transfer.history().manifest(), 0);
   if (times.size() > 1 && !has_number(command.output)) {
     throw UsageError("-o: found `" + command.output.string() + "` for " + std::to_string(times.size()) +
                      " times; expected a name with a number in it, as texture_%04d.png");
   }
   if (command.looked_up.map != LookedUp::Map::Color) {  // Said before anything is written.
-    (void)sample_material_map(transfer.history(), static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1), times.front(), command.sampling.between);
+    (void)sample_material_map(transfer.history(), static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1),
+                              times.front(), command.sampling.between);
   }
   std::vector<Texture> textures;
   for (double t : times) {
     const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));
-    textures.push_back({t, tile_files(file, transfer.sheet().names), begin_key(command, transfer.manifest()).add(t).hex()});
+    textures.push_back(
+        {t, tile_files(file, transfer.sheet().names), begin_key(command, transfer.manifest()).add(t).hex()});
   }
   const auto todo = unfinished(run, textures);
   if (!todo) return 0;
@@ -147,8 +161,10 @@ ImageF times_of(CommandRun& run, const LookupCommand& command, const transfer::T
   const TexelMap texels(sheet_mesh(transfer.read_atlas(), transfer.sheet()), transfer.sheet(), control.part(0.0, 0.2));
   ControlMap map = make_control_expression(command.time_map, texels, {}, control.part(0.2, 1.0));
   const TimeRange range = range_of(command, map, is_file, transfer.history().manifest());
-  run.detail("0 of the time map stands for " + short_number_text(range.low) + ", 1 for " + short_number_text(range.high));
-  for (float& t : map.values.values()) t = static_cast<float>(range.low + static_cast<double>(t) * (range.high - range.low));
+  run.detail("0 of the time map stands for " + short_number_text(range.low) + ", 1 for " +
+             short_number_text(range.high));
+  for (float& t : map.values.values())
+    t = static_cast<float>(range.low + static_cast<double>(t) * (range.high - range.low));
   return std::move(map.values);
 }
 
@@ -170,7 +186,8 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfe
   if (!todo) return 0;
   if (!todo->empty()) {
     ImageF at = times_of(run, command, transfer, is_file);
-    transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {}, run.control("lookup"));
+    transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {},
+                             run.control("lookup"));
   }
   report(run, command, textures, !todo->empty());
   return 0;
@@ -181,21 +198,29 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfe
 int cmd_lookup(CommandRun& run) {
   LookupCommand command;
   run.line.positional("TRANSFER", "A transfer folder", command.transfer);
-  run.line.output("IMAGE", "Texture to write: .png, .jpg or .tif in sRGB, .exr linear; texture_%04d.png for several times; with tiles one each: "
-                  "tex.1001.png, or where the name says <UDIM>", command.output);
+  run.line.output("IMAGE",
+                  "Texture to write: .png, .jpg or .tif in sRGB, .exr linear; texture_%04d.png for several times; with "
+                  "tiles one each: "
+                  "tex.1001.png, or where the name says <UDIM>",
+                  command.output);
   command.times.declare(run.line);
   run.line.options(command.sampling);
   run.line.options(command.looked_up);
-  run.line.option("time_map", "MAP", "A time of its own for every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
-                  "else for the history's ends. A file with values outside [0, 1] holds times", command.time_map);
+  run.line.option(
+      "time_map", "MAP",
+      "A time of its own for every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
+      "else for the history's ends. A file with values outside [0, 1] holds times",
+      command.time_map);
   run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
   run.line.example("lookup mold_hydrant --time 120 --map normal -o normal_120.png");
   run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");
   run.line.example("lookup copper_hydrant --time-map height --times 480,0 -o younger_above.png");
   if (!run.parse()) return 0;
   require_extension(command.output, image_extensions());
-  if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output)) throw UsageError("--map height: is in mm; expected an .exr");
-  if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty()) throw UsageError("--map: a time map looks up color; leave one of them out");
+  if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output))
+    throw UsageError("--map height: is in mm; expected an .exr");
+  if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty())
+    throw UsageError("--map: a time map looks up color; leave one of them out");
   require_transfer(command.transfer);
   if (command.time_map.empty()) return lookup_times(run, command, transfer::TransferFolder(command.transfer));
   return lookup_time_map(run, command, transfer::TransferFolder(command.transfer));

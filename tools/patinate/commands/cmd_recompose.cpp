@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_files.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"
 #include "tools/patinate/commands/commands.h"
@@ -26,7 +26,7 @@ struct LookChange {
 
 struct LookField {
   std::string_view name;
-  double simulation::MaterialLook::* field;
+  double simulation::MaterialLook::*field;
   Range range;
 };
 constexpr std::array kFields{LookField{"strength", &simulation::MaterialLook::strength, {0, 1000}},
@@ -42,7 +42,8 @@ LookChange parse_change(const std::string& text, const std::vector<std::string>&
   };
   const std::size_t equals = text.find('=');
   const std::size_t dot = text.rfind('.', equals);
-  if (equals == std::string::npos || dot == std::string::npos) throw fail("MATERIAL.WHAT=VALUE, such as rust.strength=0.5");
+  if (equals == std::string::npos || dot == std::string::npos)
+    throw fail("MATERIAL.WHAT=VALUE, such as rust.strength=0.5");
   LookChange change{.what = text.substr(dot + 1, equals - dot - 1)};
   const std::string material = text.substr(0, dot);
   const auto found = std::find(materials.begin(), materials.end(), material);
@@ -57,7 +58,8 @@ LookChange parse_change(const std::string& text, const std::vector<std::string>&
   }
   std::vector<std::string> names;
   for (const LookField& field : kFields) names.emplace_back(field.name);
-  throw fail("strength, variation, specular, specular_variation, height or height_variation" + did_you_mean(change.what, names));
+  throw fail("strength, variation, specular, specular_variation, height or height_variation" +
+             did_you_mean(change.what, names));
 }
 
 void apply_change(const LookChange& change, std::vector<simulation::MaterialLook>& looks) {
@@ -70,7 +72,8 @@ struct RecomposeOptions {
   simulation::ColorForm color_form = simulation::ColorForm::Normalized;
 };
 void describe(OptionVisitor& v, RecomposeOptions& o) {
-  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"}, o.color_form, simulation::kColorFormNames);
+  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
+                 o.color_form, simulation::kColorFormNames);
 }
 
 }  // namespace
@@ -81,14 +84,19 @@ int cmd_recompose(CommandRun& run) {
   RecomposeOptions options;
   run.line.positional("SIMULATION", "A folder that `simulate` made", folder);
   run.line.output("FOLDER", "Folder to make: textures and model.glb", output);
-  run.line.repeated("set", "MATERIAL.WHAT=VALUE", "A post-control: strength, variation, specular, specular_variation, height (mm) or height_variation of a material", texts);
-  run.line.option("scene", "SCENE", "A scene file whose looks to take; default: the one that was simulated", scene_path);
+  run.line.repeated("set", "MATERIAL.WHAT=VALUE",
+                    "A post-control: strength, variation, specular, specular_variation, height (mm) or "
+                    "height_variation of a material",
+                    texts);
+  run.line.option("scene", "SCENE", "A scene file whose looks to take; default: the one that was simulated",
+                  scene_path);
   run.line.options(options);
   run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   const fs::path source = manifest_folder(folder, "simulation.json");
-  simulation::SceneFile file = simulation::read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));
+  simulation::SceneFile file =
+      simulation::read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));
   manifest.apply_to(file);
   if (file.scene.materials != manifest.materials) {
     throw IoError(file.file.string(), "has other materials than the simulation " + source.string());
@@ -99,7 +107,8 @@ int cmd_recompose(CommandRun& run) {
   for (const auto& [role, path] : file.inputs) {
     inputs.add_file(role, path, folder_of(file.file));
     if (!role.starts_with("mesh of ")) continue;
-    for (const std::string& buffer : mesh_buffer_files(path)) inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
+    for (const std::string& buffer : mesh_buffer_files(path))
+      inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
   }
   for (const std::string& text : texts) {
     apply_change(parse_change(text, manifest.materials), file.scene.looks);
@@ -108,10 +117,15 @@ int cmd_recompose(CommandRun& run) {
   inputs.add_options(option_values(options));
   JobPlan plan = inputs.plan(output, "recomposed.json");
   plan.join = [&](const fs::path& made, const RunControl& control) {
-    simulation::Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = options.color_form}, control.part(0.0, 0.5));
+    simulation::Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = options.color_form},
+                                      control.part(0.0, 0.5));
     simulation::read_atlas_file(source, simulation);
     simulation::write_composed_files(made, manifest.name, simulation, plan.key, control.part(0.5, 1.0));
-    save_json(made / "recomposed.json", Json{{"format", "patinate.recomposed"}, {"version", 1}, {"simulation", manifest.key}, {"set", texts}, {"key", plan.key}});
+    save_json(made / "recomposed.json", Json{{"format", "patinate.recomposed"},
+                                             {"version", 1},
+                                             {"simulation", manifest.key},
+                                             {"set", texts},
+                                             {"key", plan.key}});
   };
   const std::optional<JobStatus> status = run.make_folder(plan, "recompose");
   if (status) run.report_output(*status, output);

@@ -6,8 +6,8 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "patinate/geometry/point_cloud_io.h"
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
@@ -36,7 +36,9 @@ void add_scans(const std::vector<fs::path>& given, capture::RegistrationTask& ta
       task.initial.emplace_back();
     }
   }
-  if (task.files.size() < 2) throw UsageError("SCANS: found " + std::to_string(task.files.size()) + "; at least 2 scans are needed, or a .conf or folder that holds them");
+  if (task.files.size() < 2)
+    throw UsageError("SCANS: found " + std::to_string(task.files.size()) +
+                     "; at least 2 scans are needed, or a .conf or folder that holds them");
 }
 
 /// Poses of another .conf for the scans that it names, by name, or by folder and name.
@@ -57,8 +59,10 @@ int reference_index(const std::string& text, const std::vector<std::string>& nam
   const auto found = std::find(names.begin(), names.end(), text);
   if (found != names.end()) return static_cast<int>(found - names.begin());
   const std::optional<double> number = parse_number(text);
-  if (number && *number >= 0.0 && *number < static_cast<double>(names.size()) && *number == static_cast<int>(*number)) return static_cast<int>(*number);
-  throw UsageError("--reference: found `" + text + "`; expected a scan's name or its number from 0 to " + std::to_string(names.size() - 1) + did_you_mean(text, names));
+  if (number && *number >= 0.0 && *number < static_cast<double>(names.size()) && *number == static_cast<int>(*number))
+    return static_cast<int>(*number);
+  throw UsageError("--reference: found `" + text + "`; expected a scan's name or its number from 0 to " +
+                   std::to_string(names.size() - 1) + did_you_mean(text, names));
 }
 
 }  // namespace
@@ -68,16 +72,22 @@ int cmd_register(CommandRun& run) {
   fs::path output, initial;
   std::string reference = "0";
   capture::RegistrationTask task;
-  run.line.positional_list("SCANS", "Scans (.ply, .pcd, .obj), folders of scans, or .conf files that name scans and where they stand", given);
+  run.line.positional_list(
+      "SCANS", "Scans (.ply, .pcd, .obj), folders of scans, or .conf files that name scans and where they stand",
+      given);
   run.line.output("FOLDER", "Folder to make: registration.json, poses.conf, registration.png", output);
-  run.line.option("reference", "SCAN", "The scan whose frame the others are brought into: its name, or its number from 0", reference);
+  run.line.option("reference", "SCAN",
+                  "The scan whose frame the others are brought into: its name, or its number from 0", reference);
   run.line.option("initial", "FILE", "A .conf that says about where scans stand", initial);
   run.line.option("unit", "UNIT", "Length unit of the scans; results are in it, and the table in mm", task.unit);
   run.line.choices({"um", "mm", "cm", "m"});
   run.line.options(task.options);
   run.line.flag("merged", "Write merged.ply too: all points in the reference's frame", task.write_merged);
   run.line.flag("moved", "Write scans/NAME.ply too: every scan in the reference's frame", task.write_scans);
-  run.line.flag("accept_failed", "Go on when a scan cannot be placed for certain: it is left out, or held where its shape leaves a motion open", task.accept_failed);
+  run.line.flag(
+      "accept_failed",
+      "Go on when a scan cannot be placed for certain: it is left out, or held where its shape leaves a motion open",
+      task.accept_failed);
   run.line.example("register day00.ply day07.ply day14.ply --unit mm -o registered");
   run.line.example("register bunny/bun.conf --unit m --merged -o registered");
   if (!run.parse()) return 0;
@@ -86,18 +96,28 @@ int cmd_register(CommandRun& run) {
   const std::vector<std::string> names = capture::scan_names(task.files);
   task.reference = reference_index(reference, names);
   if (!initial.empty()) set_initial(initial, names, task);
-  if (std::none_of(task.initial.begin(), task.initial.end(), [](const auto& pose) { return pose.has_value(); })) task.initial.clear();
+  if (std::none_of(task.initial.begin(), task.initial.end(), [](const auto& pose) { return pose.has_value(); }))
+    task.initial.clear();
   const std::string file = names[static_cast<std::size_t>(task.reference)];
-  const std::optional<JobStatus> status = run.make_folder(capture::plan_registration(std::move(task), output), "register");
+  const std::optional<JobStatus> status =
+      run.make_folder(capture::plan_registration(std::move(task), output), "register");
   if (!status) return 0;
 
   const Json registration = load_json(output / "registration.json");
   for (const std::string& line : capture::registration_table(registration)) run.note(line);
   Json scans = Json::array();
   for (const Json& s : registration.at("scans")) {
-    scans.push_back({{"file", s.at("file")}, {"status", s.at("status")}, {"matrix", s.at("matrix")}, {"residual", s.at("residual")}, {"overlap", s.at("overlap")}});
+    scans.push_back({{"file", s.at("file")},
+                     {"status", s.at("status")},
+                     {"matrix", s.at("matrix")},
+                     {"residual", s.at("residual")},
+                     {"overlap", s.at("overlap")}});
   }
-  run.report_output(*status, output, Json{{"reference", file}, {"unit", registration.at("unit")}, {"scans", scans}, {"closure", registration.at("closure")}});
+  run.report_output(*status, output,
+                    Json{{"reference", file},
+                         {"unit", registration.at("unit")},
+                         {"scans", scans},
+                         {"closure", registration.at("closure")}});
   return 0;
 }
 

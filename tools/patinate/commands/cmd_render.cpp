@@ -2,26 +2,26 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "patinate/atlas/dilate.h"
-#include "patinate/atlas/atlas_mesh.h"
-#include "patinate/atlas/texel_map.h"
-#include "patinate/atlas/uv_layout.h"
 #include "libcommon/controls/image_control.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/filters.h"
-#include "patinate/image/image_io.h"
 #include "libcommon/output/contact_strip.h"
+#include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/atlas/uv_layout.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
+#include "patinate/image/image_io.h"
 #include "patinate/output/render.h"
-#include "tools/patinate/services/aging_mesh.h"
-#include "tools/patinate/commands/commands.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/services/picture_series.h"
 #include "tools/patinate/command_line/times_argument.h"
-#include "patinate/transfer/transfer_reader.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/aging_mesh.h"
+#include "tools/patinate/services/picture_series.h"
 
 namespace patinate::cli {
 
@@ -32,7 +32,9 @@ struct TurnOptions {
   double turn_deg = 0.0;  ///< What the camera turns around the object from the first picture to the end.
 };
 void describe(OptionVisitor& v, TurnOptions& o) {
-  v.visit({"turn", "Movies: the camera turns so far around the object, to its left; 360 closes the round", "deg", between(-36000, 36000)}, o.turn_deg);
+  v.visit({"turn", "Movies: the camera turns so far around the object, to its left; 360 closes the round", "deg",
+           between(-36000, 36000)},
+          o.turn_deg);
 }
 
 struct RenderCommand {
@@ -104,7 +106,8 @@ int render_aging_mesh(CommandRun& run, const RenderCommand& command) {
       RunControl quiet = control;
       quiet.on_progress = {};
       if (!view) {
-        view = std::make_unique<const RenderView>(mesh.mesh, command.options, detail_of(mesh, t, quiet), control.part(0.0, 0.6));
+        view = std::make_unique<const RenderView>(mesh.mesh, command.options, detail_of(mesh, t, quiet),
+                                                  control.part(0.0, 0.6));
       } else if (mesh.detail) {
         view = std::make_unique<const RenderView>(mesh.mesh, command.options, detail_of(mesh, t, quiet), quiet);
       }
@@ -116,7 +119,8 @@ int render_aging_mesh(CommandRun& run, const RenderCommand& command) {
 }
 
 int render_history(CommandRun& run, const RenderCommand& command) {
-  if (is_series(command.output)) throw UsageError("-o: a history has no object; `patinate export` makes movies of histories");
+  if (is_series(command.output))
+    throw UsageError("-o: a history has no object; `patinate export` makes movies of histories");
   const HistoryReader history(command.subject);
   const std::vector<double> times = command.times.resolve(run, history.manifest(), 5);
   const std::string key = begin_key(command, times).add(transfer::history_content_key(history)).hex();
@@ -133,7 +137,8 @@ ImageF sheet_texture(const AtlasMesh& atlas, const std::vector<std::filesystem::
   for (const auto& file : files) textures.push_back(read_color(file));
   if (atlas.tiles.size() == 1) {
     mesh_over_sheet = unit_square_mesh(atlas);
-    dilate(textures.front(), TexelMap(mesh_over_sheet, textures.front().width(), textures.front().height()).coverage(), -1);
+    dilate(textures.front(), TexelMap(mesh_over_sheet, textures.front().width(), textures.front().height()).coverage(),
+           -1);
     return std::move(textures.front());
   }
   int side = 1;
@@ -155,7 +160,8 @@ int render_mesh(CommandRun& run, const RenderCommand& command) {
   if (command.texture.empty()) throw UsageError("--texture: is missing; a mesh is rendered with an image");
   const Mesh mesh = read_mesh(command.subject);
   UvLayout layout = find_uv_layout(mesh);
-  if (layout.tiles.empty()) throw IoError(command.subject.string(), layout.problem + "; a texture needs UVs in [0, 1] or in tiles");
+  if (layout.tiles.empty())
+    throw IoError(command.subject.string(), layout.problem + "; a texture needs UVs in [0, 1] or in tiles");
   const AtlasMesh atlas = atlas_mesh_of(mesh, std::move(layout));
   const std::vector<std::filesystem::path> files = tile_map_files(command.texture, atlas.tile_names());
   ContentHash hash = begin_key(command, {});
@@ -173,9 +179,14 @@ int render_mesh(CommandRun& run, const RenderCommand& command) {
 int cmd_render(CommandRun& run) {
   RenderCommand command;
   run.line.positional("SUBJECT", "A transfer, a simulation, a history, or a mesh with --texture", command.subject);
-  run.line.output("PICTURE", "Image to make: .png, .jpg, .tif or .exr; of a transfer or simulation also a movie (.mp4, .webm, .gif) or images aged_%04d.png", command.output);
+  run.line.output("PICTURE",
+                  "Image to make: .png, .jpg, .tif or .exr; of a transfer or simulation also a movie (.mp4, .webm, "
+                  ".gif) or images aged_%04d.png",
+                  command.output);
   command.times.declare(run.line);
-  run.line.option("texture", "IMAGE", "Color of a mesh; with UDIM tiles or several materials one file each: tex.<UDIM>.png", command.texture);
+  run.line.option("texture", "IMAGE",
+                  "Color of a mesh; with UDIM tiles or several materials one file each: tex.<UDIM>.png",
+                  command.texture);
   run.line.options(command.options);
   run.line.options(command.movie);
   run.line.options(command.turn);
@@ -191,10 +202,14 @@ int cmd_render(CommandRun& run) {
   }
   switch (kind_of(command.subject)) {
     case PathKind::Transfer:
-    case PathKind::Simulation: return render_aging_mesh(run, command);
-    case PathKind::History: return render_history(run, command);
-    case PathKind::Mesh: return render_mesh(run, command);
-    default: throw InvalidInput(command.subject.string() + ": is no transfer, simulation, history or mesh");
+    case PathKind::Simulation:
+      return render_aging_mesh(run, command);
+    case PathKind::History:
+      return render_history(run, command);
+    case PathKind::Mesh:
+      return render_mesh(run, command);
+    default:
+      throw InvalidInput(command.subject.string() + ": is no transfer, simulation, history or mesh");
   }
 }
 

@@ -1,15 +1,14 @@
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
 namespace {
-
 
 /// What the command line sets over the scene file; 0 = as the file says.
 struct SimulateOptions {
@@ -21,9 +20,13 @@ struct SimulateOptions {
 
 void describe(OptionVisitor& v, SimulateOptions& o) {
   v.visit({"iterations", "How long it runs; 0 = as the scene says", "", between(0, 1e9)}, o.iterations);
-  v.visit({"history_every", "Iterations from one frame of the history to the next; 0 = as the scene says", "", between(0, 1e9)}, o.history_every);
-  v.visit({"resolution", "Texels along each side of the atlas; 0 = as the scene says", "", between(0, 16384)}, o.resolution);
-  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"}, o.color_form, simulation::kColorFormNames);
+  v.visit({"history_every", "Iterations from one frame of the history to the next; 0 = as the scene says", "",
+           between(0, 1e9)},
+          o.history_every);
+  v.visit({"resolution", "Texels along each side of the atlas; 0 = as the scene says", "", between(0, 16384)},
+          o.resolution);
+  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
+                 o.color_form, simulation::kColorFormNames);
 }
 
 std::string list_text(const Json& names) {
@@ -34,9 +37,12 @@ std::string list_text(const Json& names) {
 
 /// Rows of the mass ledger, in amounts on texels of median size.
 std::string ledger_text(const Json& ledger) {
-  static constexpr std::array kColumns{"emitted", "made", "on_surfaces", "carried", "absorbed", "rested", "left", "used"};
+  static constexpr std::array kColumns{"emitted",  "made",   "on_surfaces", "carried",
+                                       "absorbed", "rested", "left",        "used"};
   std::string text = "mass            ";
-  const auto cell = [](std::string word) { return word.size() < 13 ? std::string(13 - word.size(), ' ') + word : " " + word; };
+  const auto cell = [](std::string word) {
+    return word.size() < 13 ? std::string(13 - word.size(), ' ') + word : " " + word;
+  };
   for (const char* column : kColumns) text += cell(column);
   for (const auto& [material, row] : ledger.items()) {
     text += "\n" + material + std::string(material.size() < 16 ? 16 - material.size() : 1, ' ');
@@ -54,7 +60,10 @@ int cmd_simulate(CommandRun& run) {
   run.line.positional("SCENE", "A scene file (docs/simulation.md)", scene_path);
   run.line.output("SIMULATION", "Folder to make", output);
   run.line.options(options);
-  run.line.repeated("controls", "NAME", "A parameter map to write for transfer, beside those that the scene asks for: hits, last_hit, residence, MATERIAL.deposited, MATERIAL.final", controls);
+  run.line.repeated("controls", "NAME",
+                    "A parameter map to write for transfer, beside those that the scene asks for: hits, last_hit, "
+                    "residence, MATERIAL.deposited, MATERIAL.final",
+                    controls);
   run.line.example("simulate rust.json -o rust");
   run.line.example("simulate rust.json -o rust --controls hits --controls water.deposited --iterations 500");
   if (!run.parse()) return 0;
@@ -62,22 +71,31 @@ int cmd_simulate(CommandRun& run) {
   for (const std::string& note : file.notes) run.note(note);
   if (options.iterations > 0) file.iterations = options.iterations;
   if (options.history_every > 0) file.history_every = options.history_every;
-  if (options.resolution > 0 && options.resolution < 16) throw UsageError("--resolution: found `" + std::to_string(options.resolution) + "`; expected 0 or [16, 16384]");
+  if (options.resolution > 0 && options.resolution < 16)
+    throw UsageError("--resolution: found `" + std::to_string(options.resolution) + "`; expected 0 or [16, 16384]");
   if (options.resolution > 0) file.scene.resolution = options.resolution;
   if (run.line.is_given("seed")) file.scene.seed = static_cast<std::uint64_t>(run.line.common().seed);
   const std::vector<std::string> names = simulation::parameter_map_names(file.scene.materials);
   for (const std::string& name : controls) {
-    if (std::find(names.begin(), names.end(), name) == names.end()) throw UsageError("--controls: found `" + name + "`; expected a parameter map" + did_you_mean(name, names));
-    if (std::find(file.controls.begin(), file.controls.end(), name) == file.controls.end()) file.controls.push_back(name);
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw UsageError("--controls: found `" + name + "`; expected a parameter map" + did_you_mean(name, names));
+    if (std::find(file.controls.begin(), file.controls.end(), name) == file.controls.end())
+      file.controls.push_back(name);
   }
   simulation::SimulationOptions simulation;
   simulation.color_form = options.color_form;
-  const std::optional<JobStatus> status = run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");
+  const std::optional<JobStatus> status =
+      run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");
   if (!status) return 0;
   const Json manifest = load_json(output / "simulation.json");
-  if (manifest.contains("outside")) run.note("its folder holds its scene but for " + list_text(manifest["outside"]) + ", which stays where it is; keep both to open it again");
+  if (manifest.contains("outside"))
+    run.note("its folder holds its scene but for " + list_text(manifest["outside"]) +
+             ", which stays where it is; keep both to open it again");
   if (!run.line.common().json) run.note(ledger_text(manifest.at("ledger")));
-  run.report_output(*status, output, Json{{"counters", manifest.at("counters")}, {"ledger", manifest.at("ledger")}, {"atlas_hash", manifest.at("atlas_hash")}});
+  run.report_output(*status, output,
+                    Json{{"counters", manifest.at("counters")},
+                         {"ledger", manifest.at("ledger")},
+                         {"atlas_hash", manifest.at("atlas_hash")}});
   return 0;
 }
 

@@ -3,16 +3,16 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <optional>
 #include <nlohmann/json.hpp>
+#include <optional>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/commands/commands.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/interruption.h"
 #include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/commands/commands.h"
 #include "tools/studio/access.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/server.h"
@@ -25,12 +25,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::chrono::seconds kLongestEnd{10};  ///< An iteration of a large scene ends, and what was painted last is written.
+constexpr std::chrono::seconds kLongestEnd{
+    10};  ///< An iteration of a large scene ends, and what was painted last is written.
 
 struct StudioPort {
   int port = 0;
 };
-void describe(OptionVisitor& v, StudioPort& o) { v.visit({"port", "Port to listen on; 0 = any that is free", "", between(0, 65535)}, o.port); }
+void describe(OptionVisitor& v, StudioPort& o) {
+  v.visit({"port", "Port to listen on; 0 = any that is free", "", between(0, 65535)}, o.port);
+}
 
 std::string this_machine() {
   std::array<char, 256> name{};
@@ -46,8 +49,12 @@ struct SessionArgument {
 
   void declare(CommandLine& line) {
     line.option("save", "FILE.html", "Write a place as one page that opens without a server, and end", file);
-    line.option("place", "PLACE", "With --save: a history, transfer or simulation, by its name below the folder; default: the folder itself", place);
-    line.numbers("times", "T,T,...", "With --save: times whose textures are in the page; default: those of the frames", times);
+    line.option(
+        "place", "PLACE",
+        "With --save: a history, transfer or simulation, by its name below the folder; default: the folder itself",
+        place);
+    line.numbers("times", "T,T,...", "With --save: times whose textures are in the page; default: those of the frames",
+                 times);
     line.option("size", "N", "With --save: longest side of a texture, [16, 8192] texels; default 1024", size);
   }
   [[nodiscard]] bool is_given() const { return !file.empty(); }
@@ -59,12 +66,17 @@ int save_session(CommandRun& run, const fs::path& folder, const SessionArgument&
   options.place = argument.place.empty() ? "." : argument.place;
   options.times = argument.times;
   if (argument.size) {
-    if (!(*argument.size >= 16 && *argument.size <= 8192) || *argument.size != std::floor(*argument.size)) throw UsageError("--size: found `" + number_text(*argument.size) + "`; expected an integer [16, 8192]");
+    if (!(*argument.size >= 16 && *argument.size <= 8192) || *argument.size != std::floor(*argument.size))
+      throw UsageError("--size: found `" + number_text(*argument.size) + "`; expected an integer [16, 8192]");
     options.size = static_cast<int>(*argument.size);
   }
   std::error_code error;
-  if (fs::exists(argument.file, error) && !run.line.common().force) throw CannotComplete(argument.file.string() + ": exists; --force replaces it");
-  studio::Studio studio(studio::ServedFolder(folder), {.version = PATINATE_VERSION, .token = {}, .port = 0, .hosts = {}, .num_threads = run.line.common().threads}, [] {});
+  if (fs::exists(argument.file, error) && !run.line.common().force)
+    throw CannotComplete(argument.file.string() + ": exists; --force replaces it");
+  studio::Studio studio(
+      studio::ServedFolder(folder),
+      {.version = PATINATE_VERSION, .token = {}, .port = 0, .hosts = {}, .num_threads = run.line.common().threads},
+      [] {});
   write_atomically(argument.file, studio.session(options, run.control("studio")));
   run.report_output(JobStatus::Done, argument.file);
   return 0;
@@ -73,9 +85,15 @@ int save_session(CommandRun& run, const fs::path& folder, const SessionArgument&
 void tell_address(CommandRun& run, int port, const std::string& token, const fs::path& recordings) {
   const std::string number = std::to_string(port), address = "http://127.0.0.1:" + number + "/?token=" + token;
   const std::string tunnel = "ssh -L " + number + ":127.0.0.1:" + number + " " + this_machine();
-  const std::string kept = recordings.empty() ? "nowhere: the folder is a finished result, or part of one" : "in " + recordings.string();
-  run.report(Json{{"address", address}, {"port", port}, {"token", token}, {"tunnel", tunnel}, {"recordings", recordings.empty() ? Json(nullptr) : Json(recordings.string())}},
-             "Open        " + address + "\nElsewhere   " + tunnel + "   then open the same address there\n" + (run.line.common().quiet ? "" : "Recorded    " + kept + "\n") + "End         Ctrl-C");
+  const std::string kept =
+      recordings.empty() ? "nowhere: the folder is a finished result, or part of one" : "in " + recordings.string();
+  run.report(Json{{"address", address},
+                  {"port", port},
+                  {"token", token},
+                  {"tunnel", tunnel},
+                  {"recordings", recordings.empty() ? Json(nullptr) : Json(recordings.string())}},
+             "Open        " + address + "\nElsewhere   " + tunnel + "   then open the same address there\n" +
+                 (run.line.common().quiet ? "" : "Recorded    " + kept + "\n") + "End         Ctrl-C");
 }
 
 }  // namespace
@@ -85,11 +103,18 @@ int cmd_studio(CommandRun& run) {
   StudioPort port;
   std::vector<std::string> hosts, also_read;
   SessionArgument session;
-  run.line.positional("FOLDER", "What to show: a folder with histories, transfers, simulations, scenes or captures, or one of them; default: here", folder);
+  run.line.positional("FOLDER",
+                      "What to show: a folder with histories, transfers, simulations, scenes or captures, or one of "
+                      "them; default: here",
+                      folder);
   run.line.required(false);
   run.line.options(port);
-  run.line.repeated("allow-host", "NAME", "A name, without port, by which a browser may call this machine beside localhost", hosts);
-  run.line.repeated("allow-folder", "FOLDER", "A folder outside that files of the one shown may name: the history of a transfer, the meshes of a scene", also_read);
+  run.line.repeated("allow-host", "NAME",
+                    "A name, without port, by which a browser may call this machine beside localhost", hosts);
+  run.line.repeated(
+      "allow-folder", "FOLDER",
+      "A folder outside that files of the one shown may name: the history of a transfer, the meshes of a scene",
+      also_read);
   session.declare(run.line);
   run.line.without({"seed", "dry_run"});
   run.line.example("studio results");
@@ -108,15 +133,22 @@ int cmd_studio(CommandRun& run) {
   const std::string token = studio::random_token();
   bool has_quit = false;
   take_time_to_end(kLongestEnd);
-  studio::Studio studio(std::move(served), {.version = PATINATE_VERSION, .token = token, .port = server.port(), .hosts = hosts, .num_threads = run.line.common().threads},
-                [&] {
-                  has_quit = true;
-                  server.stop();
-                });
+  studio::Studio studio(std::move(served),
+                        {.version = PATINATE_VERSION,
+                         .token = token,
+                         .port = server.port(),
+                         .hosts = hosts,
+                         .num_threads = run.line.common().threads},
+                        [&] {
+                          has_quit = true;
+                          server.stop();
+                        });
   tell_address(run, server.port(), token, recordings);
   server.run({.admit = [&](const studio::HttpRequest& request) { return studio.admit(request); },
-              .answer = [&](const studio::HttpRequest& request, const std::stop_token& gone) { return studio.answer(request, gone); },
-              .open = [&](const studio::HttpRequest& request, const std::shared_ptr<studio::WebSocketPeer>& peer) { return studio.open(request, peer); }},
+              .answer = [&](const studio::HttpRequest& request,
+                            const std::stop_token& gone) { return studio.answer(request, gone); },
+              .open = [&](const studio::HttpRequest& request,
+                          const std::shared_ptr<studio::WebSocketPeer>& peer) { return studio.open(request, peer); }},
              run.control("studio").stop);
   return has_quit ? 0 : kInterruptedExitCode;
 }

@@ -19,7 +19,10 @@ int cmd_synth(CommandRun& run) {
   datasets::LedgeOptions ledge_options;
   datasets::MoldOptions mold_options;
   datasets::SculptureOptions sculpture_options;
-  run.line.positional("KIND", "crackle (a capture project with its truth), mold (one of scans and lights, with its truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)", kind);
+  run.line.positional("KIND",
+                      "crackle (a capture project with its truth), mold (one of scans and lights, with its truth), "
+                      "ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
+                      kind);
   run.line.choices(kKinds);
   run.line.output("FOLDER", "Folder to make", output);
   // Each kind has options of its own, so the kind decides what --help lists and what is accepted.
@@ -39,7 +42,7 @@ int cmd_synth(CommandRun& run) {
   const JobPlan plan = kind == "crackle" ? datasets::plan_crackle(crackle_options, output)
                        : kind == "fence" ? datasets::plan_fence(fence_options, output)
                        : kind == "ledge" ? datasets::plan_ledge(ledge_options, output)
-                       : kind == "mold" ? datasets::plan_mold(mold_options, output)
+                       : kind == "mold"  ? datasets::plan_mold(mold_options, output)
                                          : datasets::plan_sculpture(sculpture_options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "synth " + kind);
   if (status) run.report_output(*status, output);

@@ -1,14 +1,14 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "patinate/capture/thickness.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "patinate/capture/thickness.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
@@ -23,7 +23,8 @@ Response response_of(const std::string& text) {
   if (text == "srgb") return {.kind = Response::Kind::Srgb};
   if (text == "linear") return {.kind = Response::Kind::Linear};
   const std::optional<double> gamma = parse_number(text);
-  if (!gamma || !(*gamma > 0 && *gamma <= 10)) throw UsageError("--response: found `" + text + "`; expected srgb, linear or a gamma in (0, 10]");
+  if (!gamma || !(*gamma > 0 && *gamma <= 10))
+    throw UsageError("--response: found `" + text + "`; expected srgb, linear or a gamma in (0, 10]");
   return {.kind = Response::Kind::Gamma, .gamma = *gamma};
 }
 
@@ -69,8 +70,9 @@ int cmd_thickness(CommandRun& run) {
   }
   capture::ThicknessMap map;
   try {
-    map = capture::thickness_from_transmission(read_light(photo, curve), blank.empty() ? ImageF() : read_light(blank, curve), mask.empty() ? ImageU8() : read_mask(mask),
-                                      options.thickness, run.control("thickness"));
+    map = capture::thickness_from_transmission(
+        read_light(photo, curve), blank.empty() ? ImageF() : read_light(blank, curve),
+        mask.empty() ? ImageU8() : read_mask(mask), options.thickness, run.control("thickness"));
   } catch (const IoError&) {
     throw;
   } catch (const InvalidInput& e) {
@@ -82,11 +84,13 @@ int cmd_thickness(CommandRun& run) {
     float& v = map.values.data()[i];
     const bool is_known = map.known.data()[i] != 0;
     num_known += is_known;
-    v = is_known && span > 0 ? static_cast<float>(std::clamp((static_cast<double>(v) - map.low) / span, 0.0, 1.0)) : 0.0f;
+    v = is_known && span > 0 ? static_cast<float>(std::clamp((static_cast<double>(v) - map.low) / span, 0.0, 1.0))
+                             : 0.0f;
   }
   write_exr(output, map.values, {"Y"}, ExrDepth::Float, key);
   if (map.low > 0.0 && map.high / map.low > 50.0) {
-    run.note("thickness spans 1 to " + short_number_text(map.high / map.low) + ": saturated or opaque parts belong outside the --mask");
+    run.note("thickness spans 1 to " + short_number_text(map.high / map.low) +
+             ": saturated or opaque parts belong outside the --mask");
   }
   run.detail("0 stands for " + number_text(map.low) + ", 1 for " + number_text(map.high) + " (relative)");
   run.report_output(*status, output, Json{{"range", {map.low, map.high}}, {"unit", "relative"}, {"known", num_known}});

@@ -4,22 +4,22 @@
 #include <utility>
 
 #include "libcommon/atlas/direction_field.h"
-#include "patinate/controls/control_expression.h"
-#include "patinate/controls/control_kinds.h"
 #include "libcommon/controls/distance_io.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
+#include "patinate/controls/control_expression.h"
+#include "patinate/controls/control_kinds.h"
+#include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/destination.h"
 #include "tools/patinate/services/mesh_source.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/path_kind.h"
 #include "transfer/exemplar/appearance_cache.h"
-#include "transfer/synthesis/transfer_controls.h"
 #include "transfer/job/transfer_job.h"
+#include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::cli {
 
@@ -43,35 +43,43 @@ std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map)
   return range;
 }
 
-/// Says what the values of a library's control mean, and that it would help. Candidates are drawn by the first two controls: it becomes one of them.
-void note_library(const std::vector<LibraryPart>& library, std::vector<transfer::TransferControl>& controls, CommandRun& run) {
+/// Says what the values of a library's control mean, and that it would help. Candidates are drawn by the first two
+/// controls: it becomes one of them.
+void note_library(const std::vector<LibraryPart>& library, std::vector<transfer::TransferControl>& controls,
+                  CommandRun& run) {
   if (library.empty()) return;
-  const auto found = std::find_if(controls.begin(), controls.end(), [](const transfer::TransferControl& c) { return c.source == kLibraryControl; });
+  const auto found = std::find_if(controls.begin(), controls.end(),
+                                  [](const transfer::TransferControl& c) { return c.source == kLibraryControl; });
   std::string list;
-  for (std::size_t p = 0; p < library.size(); ++p) list += (p == 0 ? "" : ", ") + std::to_string(p) + " " + library[p].name;
+  for (std::size_t p = 0; p < library.size(); ++p)
+    list += (p == 0 ? "" : ", ") + std::to_string(p) + " " + library[p].name;
   if (found == controls.end()) {
-    run.note("a library (" + list + "): nothing says where which history applies; --control " + std::string(kLibraryControl) + "=MAP does");
+    run.note("a library (" + list + "): nothing says where which history applies; --control " +
+             std::string(kLibraryControl) + "=MAP does");
     return;
   }
   run.note(std::string(kLibraryControl) + ": " + list);
   if (found - controls.begin() > 1) std::rotate(controls.begin() + 1, found, found + 1);
 }
 
-std::vector<transfer::TransferControl> make_controls(const std::vector<std::string>& texts, const HistoryReader& history, const TexelMap& map,
-                                           const ControlKindOptions& kinds, CommandRun& run) {
+std::vector<transfer::TransferControl> make_controls(const std::vector<std::string>& texts,
+                                                     const HistoryReader& history, const TexelMap& map,
+                                                     const ControlKindOptions& kinds, CommandRun& run) {
   std::vector<transfer::TransferControl> controls;
   for (const std::string& text : texts) {
     const transfer::ControlSpec spec = transfer::parse_control_spec(text);
     const std::string source = transfer::source_control(history, spec);
     for (const transfer::TransferControl& other : controls) {
-      if (other.source == source) throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
+      if (other.source == source)
+        throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
     }
     ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source));
     for (const std::string& note : made.notes) run.note(note);
     const auto [low, high] = covered_range(made.values, map);
     controls.push_back(transfer::make_transfer_control(history, spec, std::move(made)));
     if (!(low < high) && controls.back().mapping != transfer::ControlMapping::Physical) {
-      run.note("control `" + source + "`: `" + spec.destination + "` is the same all over the mesh, so that it decides nothing");
+      run.note("control `" + source + "`: `" + spec.destination +
+               "` is the same all over the mesh, so that it decides nothing");
     }
   }
   note_library(history.facts().parts, controls, run);
@@ -91,22 +99,28 @@ ImageU8 read_source_mask(const std::filesystem::path& file, const HistoryReader&
   return mask;
 }
 
-const std::string_view* find_flow(const std::string& flow) { return std::find(kDirectionKindNames.begin(), kDirectionKindNames.end(), flow); }
+const std::string_view* find_flow(const std::string& flow) {
+  return std::find(kDirectionKindNames.begin(), kDirectionKindNames.end(), flow);
+}
 
 /// A typo is said before work starts.
 void check_flow(const std::string& flow) {
   if (find_flow(flow) != kDirectionKindNames.end() || std::filesystem::exists(flow)) return;
   const std::vector<std::string> kinds(kDirectionKindNames.begin(), kDirectionKindNames.end());
-  throw UsageError("--flow: found `" + flow + "`; expected gravity, curvature, uv, or a file of curves" + did_you_mean(flow, kinds));
+  throw UsageError("--flow: found `" + flow + "`; expected gravity, curvature, uv, or a file of curves" +
+                   did_you_mean(flow, kinds));
 }
 
 /// A kind, or a file of curves. @returns nothing for UVs.
-std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const TexelMap& map, const std::array<double, 3>& up, CommandRun& run) {
+std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const TexelMap& map,
+                                            const std::array<double, 3>& up, CommandRun& run) {
   const RunControl control = run.control("flow");
   const auto* const kind = find_flow(flow);
   if (kind == kDirectionKindNames.end()) {
     const std::vector<std::vector<Vec3>> curves = read_curves(flow);
-    if (std::none_of(curves.begin(), curves.end(), [](const auto& c) { return std::any_of(c.begin(), c.end(), [&](const Vec3& p) { return p != c.front(); }); })) {
+    if (std::none_of(curves.begin(), curves.end(), [](const auto& c) {
+          return std::any_of(c.begin(), c.end(), [&](const Vec3& p) { return p != c.front(); });
+        })) {
       throw IoError(flow, "no curve has two different points");
     }
     return std::make_shared<const FlowFrames>(curve_frames(map, curves, control));
@@ -132,24 +146,37 @@ int cmd_transfer(CommandRun& run) {
   run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
-  run.line.repeated("control", "SPEC", "[SOURCE=]DESTINATION[:weight[:mapping]]: a control of the history, and where on the mesh it is high: a kind "
-                    "(accessibility, facing, spray), a map file or an expression; mapping: rank, linear, physical", control_texts);
+  run.line.repeated(
+      "control", "SPEC",
+      "[SOURCE=]DESTINATION[:weight[:mapping]]: a control of the history, and where on the mesh it is high: a kind "
+      "(accessibility, facing, spray), a map file or an expression; mapping: rank, linear, physical",
+      control_texts);
   run.line.required();
   run.line.options(atlas);
-  run.line.default_text("resolution", "as many as show every pixel of the history, 256 to 4096 along a side of all tiles together, where its texel size and the mesh's unit are known, else " +
-                                          std::to_string(atlas.resolution));
-  run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says", texel_size_mm);
-  run.line.option("source_mask", "FILE", "8-bit image of the history's size; what is 0 there is not copied", source_mask);
-  run.line.option("flow", "FLOW", "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature (along tubes and ridges), uv (as each chart lies), "
-                  "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows", flow);
+  run.line.default_text("resolution",
+                        "as many as show every pixel of the history, 256 to 4096 along a side of all tiles together, "
+                        "where its texel size and the mesh's unit are known, else " +
+                            std::to_string(atlas.resolution));
+  run.line.option("texel_size", "MM", "Surface length of one pixel of the history; default: what the history says",
+                  texel_size_mm);
+  run.line.option("source_mask", "FILE", "8-bit image of the history's size; what is 0 there is not copied",
+                  source_mask);
+  run.line.option("flow", "FLOW",
+                  "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature "
+                  "(along tubes and ridges), uv (as each chart lies), "
+                  "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows",
+                  flow);
   run.line.options(options);
   run.line.options(cache);
   run.line.options(kinds);
-  run.line.example("transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
+  run.line.example(
+      "transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
   run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
-  run.line.example("transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
+  run.line.example(
+      "transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
   if (!run.parse()) return 0;
-  if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm)) throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
+  if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm))
+    throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.

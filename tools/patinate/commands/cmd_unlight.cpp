@@ -11,7 +11,8 @@ int cmd_unlight(CommandRun& run) {
   std::filesystem::path step_file, output;
   capture::UnlightOptions options;
   run.line.positional("STEP", "A step.json: photographs, lights and scan (docs/unlighting.md)", step_file);
-  run.line.output("FOLDER", "Folder of maps to make: albedo, standard deviation, normals, highlights, a report", output);
+  run.line.output("FOLDER", "Folder of maps to make: albedo, standard deviation, normals, highlights, a report",
+                  output);
   run.line.options(options);
   run.line.example("unlight step.json -o unlit");
   run.line.example("unlight cat.json --strengths -o cat");
@@ -22,15 +23,22 @@ int cmd_unlight(CommandRun& run) {
   if (!status) return 0;
   const Json made = load_json(output / capture::kUnlitManifestFile);
   for (const Json& note : made.at("notes")) run.note(note.get<std::string>());
-  const double determined = made.at("determined_pixels").get<double>(), surface = made.at("surface_pixels").get<double>();
+  const double determined = made.at("determined_pixels").get<double>(),
+               surface = made.at("surface_pixels").get<double>();
   double left_out = 0.0;
-  for (const Json& light : made.at("lights")) left_out += light.at("left_out").at("rms").get<double>() / static_cast<double>(made.at("lights").size());
+  for (const Json& light : made.at("lights"))
+    left_out += light.at("left_out").at("rms").get<double>() / static_cast<double>(made.at("lights").size());
   const auto percent = [](double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; };
-  run.note(percent(determined / surface) + " of the surface determined; residual " + percent(made.at("residual").get<double>()) + ", photographs foretold from the others " +
-           percent(left_out) + " off");
+  run.note(percent(determined / surface) + " of the surface determined; residual " +
+           percent(made.at("residual").get<double>()) + ", photographs foretold from the others " + percent(left_out) +
+           " off");
   run.report_output(*status, output,
-                    Json{{"determined_pixels", made.at("determined_pixels")}, {"surface_pixels", made.at("surface_pixels")}, {"residual", made.at("residual")},
-                         {"left_out", left_out}, {"is_converged", made.at("is_converged")}, {"notes", made.at("notes")}});
+                    Json{{"determined_pixels", made.at("determined_pixels")},
+                         {"surface_pixels", made.at("surface_pixels")},
+                         {"residual", made.at("residual")},
+                         {"left_out", left_out},
+                         {"is_converged", made.at("is_converged")},
+                         {"notes", made.at("notes")}});
   return made.at("is_converged").get<bool>() ? 0 : 1;
 }
 

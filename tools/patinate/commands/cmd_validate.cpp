@@ -5,18 +5,18 @@
 #include "analysis/fit/fit_job.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
+#include "patinate/core/error.h"
 #include "patinate/geometry/mesh_io.h"
 #include "patinate/geometry/point_cloud_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "simulation/job/simulation_job.h"
-#include "tools/patinate/services/capture_results.h"
-#include "tools/patinate/commands/commands.h"
 #include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "patinate/transfer/transfer_reader.h"
+#include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/capture_results.h"
 
 namespace patinate::cli {
 
@@ -62,7 +62,8 @@ void check_capture(const capture::CaptureProject& project, Checks& checks, const
   }
   if (project.transmission) {
     checks.run([&] { (void)capture::read_photo(project, project.transmission->photo); });
-    if (project.transmission->blank) checks.run([&] { (void)capture::read_photo(project, *project.transmission->blank); });
+    if (project.transmission->blank)
+      checks.run([&] { (void)capture::read_photo(project, *project.transmission->blank); });
   }
   for (const capture::GivenControl& c : project.controls) {
     checks.run([&] { (void)capture::to_history_size(read_gray(c.file), project, c.file); });
@@ -74,44 +75,62 @@ void check_relit(const capture::RelitProject& project, Checks& checks, const Run
   for (const capture::RelitStep& step : project.steps) {
     control.throw_if_stopped();
     if (step.scan) checks.run([&] { (void)read_point_cloud(*step.scan); });
-    for (const std::filesystem::path& photo : step.photos) checks.run([&] { (void)read_color(photo, project.response); });
+    for (const std::filesystem::path& photo : step.photos)
+      checks.run([&] { (void)read_color(photo, project.response); });
     if (step.ambient) checks.run([&] { (void)read_color(*step.ambient, project.response); });
     if (step.ready) {
       checks.run([&] { (void)read_color(step.ready->albedo, project.response); });
-      for (const auto& map : {step.ready->position, step.ready->normal}) checks.run([&] { (void)read_channels(map, {"X", "Y", "Z"}); });
+      for (const auto& map : {step.ready->position, step.ready->normal})
+        checks.run([&] { (void)read_channels(map, {"X", "Y", "Z"}); });
     }
   }
 }
 
 void check_path(const std::filesystem::path& path, Checks& checks, const RunControl& control) try {
   switch (kind_of(path)) {
-    case PathKind::History: return check_history(path, checks, control);
+    case PathKind::History:
+      return check_history(path, checks, control);
     case PathKind::Transfer: {
       const transfer::TransferReader transfer(path);
       return check_history(transfer.history().folder(), checks, control);
     }
     case PathKind::Capture:
-      if (capture::is_relit_capture(capture::capture_file(path))) return check_relit(capture::read_relit_project(capture::capture_file(path)), checks, control);
+      if (capture::is_relit_capture(capture::capture_file(path)))
+        return check_relit(capture::read_relit_project(capture::capture_file(path)), checks, control);
       return check_capture(capture::read_capture_project(capture::capture_file(path)), checks, control);
-    case PathKind::Registration: return check_registration(path);
-    case PathKind::Unlit: return check_unlit(path);
-    case PathKind::Calibration: return check_calibration(path);
+    case PathKind::Registration:
+      return check_registration(path);
+    case PathKind::Unlit:
+      return check_unlit(path);
+    case PathKind::Calibration:
+      return check_calibration(path);
     case PathKind::Simulation: {
       const std::filesystem::path folder = manifest_folder(path, "simulation.json");
       const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
       std::vector<std::string> channels;
       for (const std::string& material : m.materials) channels.push_back("amount." + material);
       checks.run([&] { (void)read_channels(folder / "atlas.exr", channels); });
-      for (const char* name : {"color.png", "normal.png", "specular.png"}) checks.run([&] { (void)read_color(folder / name); });
+      for (const char* name : {"color.png", "normal.png", "specular.png"})
+        checks.run([&] { (void)read_color(folder / name); });
       checks.run([&] { (void)read_gray(folder / "height.exr"); });
       checks.run([&] { (void)read_mesh(folder / "model.glb"); });
-      for (const std::string& name : m.controls) checks.run([&] { (void)read_gray(folder / "controls" / (name + ".exr")); });
+      for (const std::string& name : m.controls)
+        checks.run([&] { (void)read_gray(folder / "controls" / (name + ".exr")); });
       return check_history(folder / "history", checks, control);
     }
     case PathKind::Factorization: {
       const analysis::FactorizationManifest m = analysis::read_factorization(path);
-      for (const auto& [name, file] : m.maps) checks.run([&file = file] { (void)(file.extension() == ".png" ? read_mask(file).width() : static_cast<int>(probe_image(file).channels.size())); });
-      for (const char* name : {"base", "gain"}) checks.run([&] { (void)read_channels(manifest_folder(path, analysis::kFactorizationManifestFile) / "maps" / (std::string(name) + ".exr"), {"R", "G", "B"}); });
+      for (const auto& [name, file] : m.maps)
+        checks.run([&file = file] {
+          (void)(file.extension() == ".png" ? read_mask(file).width()
+                                            : static_cast<int>(probe_image(file).channels.size()));
+        });
+      for (const char* name : {"base", "gain"})
+        checks.run([&] {
+          (void)read_channels(
+              manifest_folder(path, analysis::kFactorizationManifestFile) / "maps" / (std::string(name) + ".exr"),
+              {"R", "G", "B"});
+        });
       return check_history(m.history, checks, control);
     }
     case PathKind::Fit: {
@@ -121,8 +140,10 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
       checks.run([&] { check_history(folder / "before", checks, control); });
       return checks.run([&] { check_history(folder / "after", checks, control); });
     }
-    case PathKind::Mesh: return checks.run([&] { (void)read_mesh(path); });
-    case PathKind::Image: return checks.run([&] { (void)read_color(path); });
+    case PathKind::Mesh:
+      return checks.run([&] { (void)read_mesh(path); });
+    case PathKind::Image:
+      return checks.run([&] { (void)read_color(path); });
   }
 } catch (...) {
   rethrow_naming(path);
@@ -132,7 +153,10 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 
 int cmd_validate(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH", "A history, capture, transfer, simulation, fit, registration, unlit or factorization folder, a calibration, a mesh or an image", path);
+  run.line.positional("PATH",
+                      "A history, capture, transfer, simulation, fit, registration, unlit or factorization folder, a "
+                      "calibration, a mesh or an image",
+                      path);
   run.line.without({"seed", "force", "dry_run"});
   run.line.example("validate copper");
   if (!run.parse()) return 0;

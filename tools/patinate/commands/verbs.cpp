@@ -13,7 +13,10 @@ constexpr std::array kVerbs{
     Verb{"init", "Drafts a capture project from a folder of photographs.", cmd_init},
     Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
     Verb{"unlight", "Makes albedo and normals of photographs under known lights.", cmd_unlight},
-    Verb{"calibrate", "Finds where camera and lights stand, or how codes become light.", cmd_calibrate, {"camera", "spheres", "lambertian", "response"}},
+    Verb{"calibrate",
+         "Finds where camera and lights stand, or how codes become light.",
+         cmd_calibrate,
+         {"camera", "spheres", "lambertian", "response"}},
     Verb{"thickness", "Makes a map of a layer's thickness from a transmission photograph.", cmd_thickness},
     Verb{"register", "Brings scans of one object into one frame.", cmd_register},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
@@ -25,12 +28,16 @@ constexpr std::array kVerbs{
     Verb{"evaluate", "Says how good the texture of a transfer, or of another tool, is.", cmd_evaluate},
     Verb{"export", "Writes a transfer or simulation as GLB, or a history too as images or a movie.", cmd_export},
     Verb{"compare", "Says how alike two histories age: figures, maps and curves on one page.", cmd_compare},
-    Verb{"factorize", "Takes a history apart: one curve over time, and maps of gain, base, rate and offset.", cmd_factorize},
+    Verb{"factorize", "Takes a history apart: one curve over time, and maps of gain, base, rate and offset.",
+         cmd_factorize},
     Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
     Verb{"fit", "Finds a scene's numbers that age it as a history does.", cmd_fit},
     Verb{"recompose", "Gives a simulation another look without simulating again.", cmd_recompose},
     Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},
-    Verb{"synth", "Makes test data with known truth: crackle, fence, ledge, mold, sculpture.", cmd_synth, {"crackle", "fence", "ledge", "mold", "sculpture"}},
+    Verb{"synth",
+         "Makes test data with known truth: crackle, fence, ledge, mold, sculpture.",
+         cmd_synth,
+         {"crackle", "fence", "ledge", "mold", "sculpture"}},
     Verb{"info", "Says what a file or folder is.", cmd_info},
     Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
     Verb{"completion", "Prints a completion script for a shell.", cmd_completion},
@@ -52,7 +59,8 @@ CommandDeclaration declaration_of(const Verb& verb) {
   CommandDeclaration all = declared(verb, {});
   for (const char* const* kind = verb.kinds; *kind != nullptr; ++kind) {
     for (ArgumentInfo& argument : declared(verb, {*kind}).arguments) {
-      const auto same = std::find_if(all.arguments.begin(), all.arguments.end(), [&](const auto& a) { return a.name == argument.name; });
+      const auto same = std::find_if(all.arguments.begin(), all.arguments.end(),
+                                     [&](const auto& a) { return a.name == argument.name; });
       if (same == all.arguments.end()) {
         argument.help = std::string(*kind) + ": " + argument.help;
         all.arguments.push_back(std::move(argument));
@@ -75,7 +83,8 @@ std::vector<CommandDeclaration> all_declarations() {
 
 std::string overview() {
   std::string text =
-      "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND [arguments]\n\nCommands:\n";
+      "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND "
+      "[arguments]\n\nCommands:\n";
   for (const Verb& verb : kVerbs) {
     std::string name = std::string("  ") + verb.name;
     name.resize(17, ' ');

@@ -5,9 +5,9 @@
 
 #include "libcommon/core/files.h"
 #include "patinate/geometry/mesh_io.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::cli {
 

@@ -19,12 +19,12 @@
 namespace patinate::cli {
 
 struct AgingMesh {
-  std::string key;           ///< Content key of all that its looks depend on.
-  HistoryManifest history;   ///< Its times.
+  std::string key;          ///< Content key of all that its looks depend on.
+  HistoryManifest history;  ///< Its times.
   std::vector<std::string> tile_names;
   std::vector<int> triangle_tile;  ///< Empty when there is one tile.
-  Mesh mesh;                 ///< UVs over the sheet of all tiles.
-  Mesh unit_mesh;            ///< UVs of every tile in the unit square.
+  Mesh mesh;                       ///< UVs over the sheet of all tiles.
+  Mesh unit_mesh;                  ///< UVs of every tile in the unit square.
   double meters_per_unit = 0.001;
   /// Its texture over the sheet at a time: linear RGB, gutters filled.
   std::function<ImageF(double time, const RunControl& control)> sample;

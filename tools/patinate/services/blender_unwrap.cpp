@@ -22,9 +22,9 @@
 #include <thread>
 #include <vector>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 
 namespace patinate::cli {
 
@@ -37,7 +37,8 @@ constexpr double kGutterTexels = 2.0;
 constexpr double kSlack = 1e-3;  ///< By how much UVs may leave [0, 1], from rounding; they are brought back.
 constexpr std::uint64_t kMostLogBytes = 1 << 20;
 
-/// Builds the mesh from plain numbers, so that nothing is merged or put in another order, and writes (position, u, v) per corner.
+/// Builds the mesh from plain numbers, so that nothing is merged or put in another order, and writes (position, u, v)
+/// per corner.
 constexpr const char* kScript = R"(import sys
 import bpy
 
@@ -79,7 +80,8 @@ struct TemporaryFolder {
   fs::path path;
   TemporaryFolder() {
     std::string name = (fs::temp_directory_path() / "patinate-blender-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) fail(std::string("no temporary folder can be made for it, ") + std::strerror(errno));
+    if (::mkdtemp(name.data()) == nullptr)
+      fail(std::string("no temporary folder can be made for it, ") + std::strerror(errno));
     path = name;
   }
   ~TemporaryFolder() {
@@ -193,10 +195,12 @@ void read_uvs(const fs::path& path, Mesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       int position = -1;
       Vec2 uv;
-      if (!(in >> position >> uv.x() >> uv.y()) || position != mesh.triangles[t][k]) fail("returned the triangles in another order");
+      if (!(in >> position >> uv.x() >> uv.y()) || position != mesh.triangles[t][k])
+        fail("returned the triangles in another order");
       if (!(uv.minCoeff() >= -kSlack && uv.maxCoeff() <= 1.0 + kSlack)) fail("returned UVs outside [0, 1]");
       uv = uv.cwiseMax(0.0).cwiseMin(1.0);
-      const std::array<std::uint64_t, 3> key{static_cast<std::uint64_t>(position), std::bit_cast<std::uint64_t>(uv.x()), std::bit_cast<std::uint64_t>(uv.y())};
+      const std::array<std::uint64_t, 3> key{static_cast<std::uint64_t>(position), std::bit_cast<std::uint64_t>(uv.x()),
+                                             std::bit_cast<std::uint64_t>(uv.y())};
       const auto [it, is_new] = entries.try_emplace(key, static_cast<int>(uvs.size()));
       if (is_new) uvs.push_back(uv);
       uv_triangles[t][k] = it->second;
@@ -210,12 +214,14 @@ void read_uvs(const fs::path& path, Mesh& mesh) {
 
 Mesh blender_unwrap(Mesh mesh, int resolution, const RunControl& control) {
   const TemporaryFolder folder;
-  const fs::path script = folder.path / "unwrap.py", source = folder.path / "mesh.txt", target = folder.path / "uvs.txt", log = folder.path / "log.txt";
+  const fs::path script = folder.path / "unwrap.py", source = folder.path / "mesh.txt",
+                 target = folder.path / "uvs.txt", log = folder.path / "log.txt";
   write_atomically(script, kScript);
   write_numbers(source, mesh);
   const std::string margin = std::to_string(kGutterTexels / resolution);
-  Child blender({"blender", "--background", "--factory-startup", "--python-exit-code", "1", "--python", script.string(), "--", source.string(),
-                 target.string(), margin}, log);
+  Child blender({"blender", "--background", "--factory-startup", "--python-exit-code", "1", "--python", script.string(),
+                 "--", source.string(), target.string(), margin},
+                log);
   const int status = blender.wait(control);
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     const std::string reason = reason_in(log);

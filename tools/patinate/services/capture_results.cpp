@@ -10,11 +10,11 @@
 #include "capture/calibration/calibrate.h"
 #include "capture/registration/registration_io.h"
 #include "capture/unlighting/unlight_job.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/light_io.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
-#include "libcommon/core/text.h"
 #include "patinate/geometry/camera_io.h"
-#include "libcommon/geometry/light_io.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::cli {
@@ -100,10 +100,12 @@ Facts unlit_facts(const fs::path& path) {
   const Unlit unlit = read_unlit(path);
   Facts facts("unlit");
   if (!unlit.name.empty()) facts.add("name", unlit.name);
-  facts.add("size", Json{unlit.width, unlit.height}, size_text(unlit.width, unlit.height) + (unlit.channels == 1 ? ", gray" : ""));
+  facts.add("size", Json{unlit.width, unlit.height},
+            size_text(unlit.width, unlit.height) + (unlit.channels == 1 ? ", gray" : ""));
   facts.add("lights", static_cast<std::int64_t>(unlit.num_lights));
-  facts.add("determined_pixels", unlit.num_determined,
-            std::to_string(unlit.num_determined) + " of " + std::to_string(unlit.num_surface) + " that show the surface");
+  facts.add(
+      "determined_pixels", unlit.num_determined,
+      std::to_string(unlit.num_determined) + " of " + std::to_string(unlit.num_surface) + " that show the surface");
   facts.add("residual", unlit.residual, percent(unlit.residual));
   Json names = Json::array();
   std::string shown;
@@ -124,17 +126,22 @@ Facts calibration_facts(const fs::path& path) {
   JsonReader json(path.string(), content);
   json.expect_format("patinate.calibration", 1);
   Facts facts("calibration");
-  facts.add("calibrated", std::string(capture::kCalibrationKindNames[static_cast<std::size_t>(json.member("kind").choice(capture::kCalibrationKindNames))]));
+  facts.add("calibrated", std::string(capture::kCalibrationKindNames[static_cast<std::size_t>(
+                              json.member("kind").choice(capture::kCalibrationKindNames))]));
   facts.add("unit", json.member("unit").string());
   if (json.has("camera")) {
     const Camera camera = read_camera(path);
     const CameraParameters& p = camera.parameters();
-    facts.add("camera", json_of(camera), size_text(p.width, p.height) + ", focal lengths " + short_number_text(p.fx) + " and " + short_number_text(p.fy) + " px");
+    facts.add("camera", json_of(camera),
+              size_text(p.width, p.height) + ", focal lengths " + short_number_text(p.fx) + " and " +
+                  short_number_text(p.fy) + " px");
   }
   if (json.has("lights")) {
     const std::vector<Light> lights = read_lights(path, 1.0);
-    const auto near = std::count_if(lights.begin(), lights.end(), [](const Light& light) { return light.kind == Light::Kind::Near; });
-    facts.add("lights", static_cast<std::int64_t>(lights.size()), std::to_string(lights.size()) + ", " + std::to_string(near) + " of them near");
+    const auto near =
+        std::count_if(lights.begin(), lights.end(), [](const Light& light) { return light.kind == Light::Kind::Near; });
+    facts.add("lights", static_cast<std::int64_t>(lights.size()),
+              std::to_string(lights.size()) + ", " + std::to_string(near) + " of them near");
   }
   if (json.has("response")) {
     const Json& response = content.at("response");
@@ -152,7 +159,8 @@ void check_registration(const fs::path& path) {
   std::vector<std::string> names;
   for (JsonReader scan : json.member("scans").elements()) {
     names.push_back(scan.member("file").string());
-    if (names.back().empty() || fs::path(names.back()).filename() != names.back()) scan.member("file").fail("the name of a file, without its folder");
+    if (names.back().empty() || fs::path(names.back()).filename() != names.back())
+      scan.member("file").fail("the name of a file, without its folder");
     (void)scan.member("status").string();
     (void)scan.member("residual").number(at_least(0));
     (void)scan.member("overlap").number(between(0, 1));
@@ -173,7 +181,8 @@ void check_registration(const fs::path& path) {
     const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> m(v.data());
     const Eigen::Matrix3d r = m.topLeftCorner<3, 3>();
     constexpr double kRigid = 1e-6;
-    if (!((r * r.transpose() - Eigen::Matrix3d::Identity()).norm() < kRigid) || !(r.determinant() > 0.0) || m.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
+    if (!((r * r.transpose() - Eigen::Matrix3d::Identity()).norm() < kRigid) || !(r.determinant() > 0.0) ||
+        m.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
       matrix.fail("a rotation and a shift");
     }
   }
@@ -186,7 +195,8 @@ void check_registration(const fs::path& path) {
     require_scan(pair.member("source"));
   }
   JsonReader closure = json.member("closure");
-  for (const char* name : {"median_deg", "median", "largest_deg", "largest"}) (void)closure.member(name).number(at_least(0));
+  for (const char* name : {"median_deg", "median", "largest_deg", "largest"})
+    (void)closure.member(name).number(at_least(0));
   (void)json.member("key").string();
 }
 
@@ -198,14 +208,17 @@ void check_unlit(const fs::path& path) {
       const ImageU8 mask = read_mask(map.file);
       width = mask.width(), height = mask.height();
     } else {
-      const std::vector<std::string> color = unlit.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
-      const ImageF image = read_channels(map.file, map.name == "normal"     ? std::vector<std::string>{"X", "Y", "Z"}
-                                                   : map.name == "specular" ? std::vector<std::string>{"strength", "roughness"}
-                                                                            : color);
+      const std::vector<std::string> color =
+          unlit.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+      const ImageF image =
+          read_channels(map.file, map.name == "normal"     ? std::vector<std::string>{"X", "Y", "Z"}
+                                  : map.name == "specular" ? std::vector<std::string>{"strength", "roughness"}
+                                                           : color);
       width = image.width(), height = image.height();
     }
     if (width != unlit.width || height != unlit.height) {
-      throw IoError(map.file.string(), "is " + size_text(width, height) + "; unlight.json says " + size_text(unlit.width, unlit.height));
+      throw IoError(map.file.string(),
+                    "is " + size_text(width, height) + "; unlight.json says " + size_text(unlit.width, unlit.height));
     }
   }
 }

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "patinate/history/history.h"
 #include "libcommon/metrics/color_curves.h"
+#include "patinate/core/error.h"
+#include "patinate/history/history.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::cli {
 
@@ -50,7 +50,8 @@ std::vector<std::uint32_t> pixels_of(const transfer::TransferReader& transfer) {
 }
 
 /// Bins of equal width over the control's range; empty ones are left out.
-std::vector<Region> bins_of(const HistoryReader& history, const CurvesArgument& curves, const std::vector<std::uint32_t>& pixels) {
+std::vector<Region> bins_of(const HistoryReader& history, const CurvesArgument& curves,
+                            const std::vector<std::uint32_t>& pixels) {
   const double bins = curves.bins.value_or(kDefaultBins);
   if (!(bins >= 1.0 && bins <= kMostBins) || bins != std::floor(bins)) {
     throw UsageError("--bins: found `" + number_text(bins) + "`; expected an integer [1, 1000]");
@@ -60,7 +61,9 @@ std::vector<Region> bins_of(const HistoryReader& history, const CurvesArgument& 
   const double width = (control.high - control.low) / bins;
   std::vector<Region> regions;
   for (int i = 0; i < static_cast<int>(bins); ++i) {
-    regions.push_back({control.name + " " + short_number_text(control.low + i * width) + " to " + short_number_text(control.low + (i + 1) * width), {}});
+    regions.push_back({control.name + " " + short_number_text(control.low + i * width) + " to " +
+                           short_number_text(control.low + (i + 1) * width),
+                       {}});
   }
   for (std::uint32_t pixel : pixels) {
     const double bin = std::min(std::floor(static_cast<double>(values.data()[pixel]) * bins), bins - 1.0);
@@ -73,7 +76,8 @@ std::vector<Region> bins_of(const HistoryReader& history, const CurvesArgument& 
 /// The texel or pixel of "x,y".
 std::int64_t place_of(const std::string& text, int width, int height) {
   const std::vector<std::string> parts = split(text, ',');
-  const std::optional<double> x = parts.size() == 2 ? parse_number(parts[0]) : std::nullopt, y = x ? parse_number(parts[1]) : std::nullopt;
+  const std::optional<double> x = parts.size() == 2 ? parse_number(parts[0]) : std::nullopt,
+                              y = x ? parse_number(parts[1]) : std::nullopt;
   if (!x || !y || *x != std::floor(*x) || *y != std::floor(*y) || !(*x >= 0 && *x < width && *y >= 0 && *y < height)) {
     throw UsageError("--at: found `" + text + "`; expected X,Y in whole pixels inside " + size_text(width, height));
   }
@@ -114,7 +118,8 @@ std::string csv_of(CommandRun& run, const HistoryReader& history, const std::vec
   return text;
 }
 
-std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader& history, const transfer::TransferReader* transfer) {
+std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader& history,
+                               const transfer::TransferReader* transfer) {
   const std::vector<std::uint32_t> all = transfer != nullptr ? pixels_of(*transfer) : pixels_of(history);
   std::vector<Region> regions{{"all", all}};
   if (!curves.by.empty()) {
@@ -129,7 +134,8 @@ std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader
       pixel = pixel_of(coordinates, history.manifest().width, place_of(at, coordinates.width(), coordinates.height()));
       if (pixel < 0) throw UsageError("--at: texel " + at + " belongs to no chart");
     }
-    regions.push_back({"at " + number_text(parse_number(split(at, ',')[0]).value_or(0)) + " " + split(at, ',')[1], {static_cast<std::uint32_t>(pixel)}});
+    regions.push_back({"at " + number_text(parse_number(split(at, ',')[0]).value_or(0)) + " " + split(at, ',')[1],
+                       {static_cast<std::uint32_t>(pixel)}});
   }
   return regions;
 }
@@ -155,7 +161,8 @@ int write_curves(CommandRun& run, const CurvesArgument& curves, const std::files
   const std::string text = csv_of(run, history, regions_of(curves, history, transfer.get()));
   // A CSV carries no key: it is up to date when it holds just this.
   std::error_code error;
-  const std::string existing = std::filesystem::is_regular_file(curves.file, error) && read_file(curves.file) == text ? "same" : "";
+  const std::string existing =
+      std::filesystem::is_regular_file(curves.file, error) && read_file(curves.file) == text ? "same" : "";
   const JobStatus status = check_output_file(curves.file, existing, "same", run.job_options());
   if (status == JobStatus::Done) write_atomically(curves.file, text);
   run.report_output(status, curves.file);

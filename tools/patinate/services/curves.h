@@ -11,10 +11,10 @@
 namespace patinate::cli {
 
 struct CurvesArgument {
-  std::filesystem::path file;     ///< "" = no curves.
-  std::string by;                 ///< A control of the history; "" = the whole surface.
-  std::optional<double> bins;     ///< Of `by`; 5.
-  std::vector<std::string> at;    ///< "x,y"
+  std::filesystem::path file;   ///< "" = no curves.
+  std::string by;               ///< A control of the history; "" = the whole surface.
+  std::optional<double> bins;   ///< Of `by`; 5.
+  std::vector<std::string> at;  ///< "x,y"
   void declare(CommandLine& line);
 };
 

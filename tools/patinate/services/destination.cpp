@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "transfer/guidance/scale.h"
 
 namespace patinate::cli {
@@ -15,7 +15,8 @@ namespace {
 /// What the command says when sizes were chosen, not known.
 void note_scale(const transfer::TransferScale& scale, CommandRun& run) {
   if (scale.source == transfer::ScaleSource::PixelAssumed) {
-    run.note("the history has no texel size: one pixel of it covers one texel (" + number_text(scale.texel_size_mm) + " mm); --texel-size sets it");
+    run.note("the history has no texel size: one pixel of it covers one texel (" + number_text(scale.texel_size_mm) +
+             " mm); --texel-size sets it");
   } else if (scale.source == transfer::ScaleSource::MeshScaled) {
     run.note("the mesh has no unit: it is scaled so that one texel equals one pixel of the history; --unit sets it");
   }
@@ -27,22 +28,28 @@ void note_ratio(double pixels_per_texel, double equal_resolution, CommandRun& ru
   const Range range = resolution_range();
   const double resolution = std::round(equal_resolution);
   run.note("one texel covers " + short_number_text(pixels_per_texel) + " pixels of the history" +
-           (range.contains(resolution) ? "; --resolution " + std::to_string(static_cast<int>(resolution)) + " would make them equal" : ""));
+           (range.contains(resolution)
+                ? "; --resolution " + std::to_string(static_cast<int>(resolution)) + " would make them equal"
+                : ""));
 }
 
-/// A surface on which texture makes no sense: of a few pixels of the history, around which every neighborhood would go many times, or of
-/// more than any history can be spread over.
+/// A surface on which texture makes no sense: of a few pixels of the history, around which every neighborhood would go
+/// many times, or of more than any history can be spread over.
 void require_plausible(const MeshSource& source, const transfer::TransferScale& scale, double equal_resolution) {
   constexpr double kLeast = 4.0, kMost = 1e8;  // Of the history's pixels, along a side of the atlas.
   if (equal_resolution >= kLeast && equal_resolution <= kMost) return;
-  throw IoError(source.path.string(), "with " + number_text(scale.mm_per_mesh_unit) + " mm to its unit and " + number_text(scale.texel_size_mm) + " mm to a pixel of the history, its whole surface is " +
-                                          short_number_text(rounded(equal_resolution, 2)) + " pixels wide; expected 4 to 1e8: are --unit and --texel-size right?");
+  throw IoError(source.path.string(), "with " + number_text(scale.mm_per_mesh_unit) + " mm to its unit and " +
+                                          number_text(scale.texel_size_mm) +
+                                          " mm to a pixel of the history, its whole surface is " +
+                                          short_number_text(rounded(equal_resolution, 2)) +
+                                          " pixels wide; expected 4 to 1e8: are --unit and --texel-size right?");
 }
 
 /// Nobody who reads "default 1024" expects 4096 x 4096 texels, and what they take.
 void note_chosen(int resolution, std::size_t num_tiles, CommandRun& run) {
   const std::string size = size_text(resolution, resolution) + (num_tiles > 1 ? " texels a tile" : " texels");
-  run.note("automatic resolution: " + size + ", so that they show the history's pixels (256 to 4096 along a side of all); --resolution sets another");
+  run.note("automatic resolution: " + size +
+           ", so that they show the history's pixels (256 to 4096 along a side of all); --resolution sets another");
 }
 
 }  // namespace
@@ -62,16 +69,20 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
   out.mm_per_mesh_unit = scale.mm_per_mesh_unit;
   out.texel_size_mm = scale.texel_size_mm;
   AtlasOptions chosen = options;
-  require_plausible(source, scale, options.resolution * unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit / scale.texel_size_mm);
+  require_plausible(
+      source, scale,
+      options.resolution * unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit / scale.texel_size_mm);
   if (!is_resolution_given && out.unit && pixel_mm) {
-    chosen.resolution = transfer::choose_resolution(options.resolution, unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit, *pixel_mm,
-                                          static_cast<int>(atlas.tiles.size()));
+    chosen.resolution =
+        transfer::choose_resolution(options.resolution, unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit,
+                                    *pixel_mm, static_cast<int>(atlas.tiles.size()));
     note_chosen(chosen.resolution, atlas.tiles.size(), run);
   }
   run.line.decided("resolution", std::to_string(chosen.resolution));
   unscaled.reset();
   // An unwrapped atlas keeps its gutters for the number of texels it was made with.
-  if (atlas.is_unwrapped && chosen.resolution != options.resolution) atlas = make_atlas(source, mesh, chosen, run.control("atlas"));
+  if (atlas.is_unwrapped && chosen.resolution != options.resolution)
+    atlas = make_atlas(source, mesh, chosen, run.control("atlas"));
   note_atlas(source, atlas, run);
   note_scale(scale, run);
   scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);

@@ -18,15 +18,16 @@ struct Destination {
   std::shared_ptr<const TexelMap> map;     ///< Of the same mesh.
   std::optional<std::string> unit;         ///< Of the mesh file, when it is known.
   double mm_per_mesh_unit = 1.0;
-  double texel_size_mm = 1.0;              ///< Surface length of one pixel of the history.
+  double texel_size_mm = 1.0;  ///< Surface length of one pixel of the history.
 };
 
-/// Reads the mesh and chooses what was not said: without a unit it is scaled so that a texel equals a pixel of the history; with one,
-/// and a history that knows its texel size, every tile gets as many texels as it takes to show every pixel (256 along a side at
-/// least, and in all tiles together no more than 4096 x 4096) unless --resolution was given. Notes say what was chosen.
+/// Reads the mesh and chooses what was not said: without a unit it is scaled so that a texel equals a pixel of the
+/// history; with one, and a history that knows its texel size, every tile gets as many texels as it takes to show every
+/// pixel (256 along a side at least, and in all tiles together no more than 4096 x 4096) unless --resolution was given.
+/// Notes say what was chosen.
 /// @param pixel_mm  Surface length of one pixel of the history, when it is known.
 /// @throws IoError naming the mesh's file.
-[[nodiscard]] Destination make_destination(const MeshSource& source, const AtlasOptions& options, bool is_resolution_given,
-                                           std::optional<double> pixel_mm, CommandRun& run);
+[[nodiscard]] Destination make_destination(const MeshSource& source, const AtlasOptions& options,
+                                           bool is_resolution_given, std::optional<double> pixel_mm, CommandRun& run);
 
 }  // namespace patinate::cli

@@ -5,16 +5,16 @@
 #include <cmath>
 #include <cstring>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "transfer/files/flow_io.h"
-#include "patinate/transfer/transfer_reader.h"
 #include "transfer/synthesis/map_audit.h"
 
 namespace patinate::cli {
@@ -38,44 +38,56 @@ std::vector<int> frames_to_compare(int num_frames, int num_times) {
   return out;
 }
 
-analysis::SynthesisSource source_of(const History& history, const std::string& control, double pixel_mm, int num_times) {
+analysis::SynthesisSource source_of(const History& history, const std::string& control, double pixel_mm,
+                                    int num_times) {
   analysis::SynthesisSource source;
-  for (int frame : frames_to_compare(history.num_frames(), num_times)) source.frames.push_back(codes_of(history.read_frame(frame)));
+  for (int frame : frames_to_compare(history.num_frames(), num_times))
+    source.frames.push_back(codes_of(history.read_frame(frame)));
   source.mask = history.read_mask();
   if (!control.empty()) source.control = history.read_control(control);
   source.pixel_mm = pixel_mm;
   return source;
 }
 
-analysis::Figure energy_figure(const char* name, const char* title, std::optional<double> value, const std::string& undefined = {}) {
+analysis::Figure energy_figure(const char* name, const char* title, std::optional<double> value,
+                               const std::string& undefined = {}) {
   return {.name = name, .title = title, .unit = "", .value = value, .undefined = value ? "" : undefined};
 }
 
 /// @param why  Why nothing was audited; "" when it was tried.
-void add_audit(std::vector<analysis::Figure>& figures, const transfer::OptimumAudit& audit, const std::string& why = {}) {
+void add_audit(std::vector<analysis::Figure>& figures, const transfer::OptimumAudit& audit,
+               const std::string& why = {}) {
   const bool has = audit.num_audited > 0;
-  const std::string none = why.empty() ? "no audited texel shows a pixel whose whole neighborhood lies in the source" : why;
+  const std::string none =
+      why.empty() ? "no audited texel shows a pixel whose whole neighborhood lies in the source" : why;
   const std::string undefined = has ? "the least energy is 0" : none;
   const auto drawn = static_cast<double>(audit.num_audited + audit.num_left_out);
   const auto known = [](bool is_known, double value) { return is_known ? std::optional(value) : std::nullopt; };
-  figures.push_back(energy_figure("audit_ratio", "Energy over the optimum, neighbors held fixed (M1)", audit.ratio, undefined));
-  figures.push_back(energy_figure("audit_ratio_median", "The same texel by texel, median (M1)", audit.median_ratio, undefined));
-  figures.push_back(energy_figure("audit_optimal_share", "Texels that no other pixel serves better (M1)", known(has, audit.optimal_share), none));
+  figures.push_back(
+      energy_figure("audit_ratio", "Energy over the optimum, neighbors held fixed (M1)", audit.ratio, undefined));
+  figures.push_back(
+      energy_figure("audit_ratio_median", "The same texel by texel, median (M1)", audit.median_ratio, undefined));
+  figures.push_back(energy_figure("audit_optimal_share", "Texels that no other pixel serves better (M1)",
+                                  known(has, audit.optimal_share), none));
   figures.push_back(energy_figure("audit_energy", "Energy of the audited texels (M1)", known(has, audit.energy), none));
-  figures.push_back(energy_figure("audit_left_out", "Not audited: their pixel lies too near the source's border (M1)", known(drawn > 0.0, static_cast<double>(audit.num_left_out) / std::max(1.0, drawn)), none));
+  figures.push_back(energy_figure("audit_left_out", "Not audited: their pixel lies too near the source's border (M1)",
+                                  known(drawn > 0.0, static_cast<double>(audit.num_left_out) / std::max(1.0, drawn)),
+                                  none));
 }
 
 ImageF read_nnf(const fs::path& file, int width, int height) {
   const std::string bytes = read_file(file);
   const std::size_t expected = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 8;
   if (bytes.size() != expected) {
-    throw IoError(file.string(), "has " + std::to_string(bytes.size()) + " bytes; " + size_text(width, height) + " pairs of int32 are " + std::to_string(expected));
+    throw IoError(file.string(), "has " + std::to_string(bytes.size()) + " bytes; " + size_text(width, height) +
+                                     " pairs of int32 are " + std::to_string(expected));
   }
   static_assert(std::endian::native == std::endian::little);
   std::vector<std::int32_t> values(bytes.size() / 4);
   std::memcpy(values.data(), bytes.data(), bytes.size());
   ImageF out(width, height, 2);
-  std::transform(values.begin(), values.end(), out.values().begin(), [](std::int32_t v) { return static_cast<float>(v); });
+  std::transform(values.begin(), values.end(), out.values().begin(),
+                 [](std::int32_t v) { return static_cast<float>(v); });
   return out;
 }
 
@@ -87,8 +99,11 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
     return read_nnf(file, size.width(), size.height());
   }
   const ImageInfo info = probe_image(file);
-  const auto has = [&](const char* name) { return std::find(info.channels.begin(), info.channels.end(), name) != info.channels.end(); };
-  if (has(transfer::kCoordinateChannels[0]) && has(transfer::kCoordinateChannels[1])) return read_channels(file, {transfer::kCoordinateChannels[0], transfer::kCoordinateChannels[1]});
+  const auto has = [&](const char* name) {
+    return std::find(info.channels.begin(), info.channels.end(), name) != info.channels.end();
+  };
+  if (has(transfer::kCoordinateChannels[0]) && has(transfer::kCoordinateChannels[1]))
+    return read_channels(file, {transfer::kCoordinateChannels[0], transfer::kCoordinateChannels[1]});
   if (info.channels.size() < 2) throw IoError(file.string(), "has one channel; a coordinate map has x and y");
   ImageF out = read_channels(file, {info.channels[0], info.channels[1]});
   if (extension == ".png") {  // Codes, not shares of 65535.
@@ -99,7 +114,8 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
 
 }  // namespace
 
-analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis::EvaluationOptions& options, std::uint64_t seed, const transfer::CacheOptions& cache) {
+analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis::EvaluationOptions& options,
+                                       std::uint64_t seed, const transfer::CacheOptions& cache) {
   const transfer::TransferManifest manifest = transfer::read_transfer_manifest(transfer);
   const std::string name = input_name(transfer);
   std::string about = "transfer " + name + ", history " + input_name(manifest.history);
@@ -111,20 +127,29 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
             const transfer::TransferReader reader(transfer);
             const transfer::TransferManifest& m = reader.manifest();
             analysis::MapToEvaluate out;
-            out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source, m.texel_size_mm, options.num_times);
+            out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source,
+                                   m.texel_size_mm, options.num_times);
             out.source.mask = reader.source_mask();
             out.map = {.name = name,
                        .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
                        .coordinates = reader.coordinates(),
                        .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
             out.map.frames = transfer::read_flow_frames(m, *out.map.surface);
-            out.more = {energy_figure("energy", "Energy (M1)", m.energy.energy), energy_figure("energy_coherence", "Energy, part of coherence (M1)", m.energy.coherence),
+            out.more = {energy_figure("energy", "Energy (M1)", m.energy.energy),
+                        energy_figure("energy_coherence", "Energy, part of coherence (M1)", m.energy.coherence),
                         energy_figure("energy_control", "Energy, part of control (M1)", m.energy.control_mismatch)};
             if (options.num_audits == 0) return out;
-            transfer::MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = m.texel_size_mm, .controls = {}, .frames = out.map.frames};
+            transfer::MapToAudit made{.surface = out.map.surface,
+                                      .coordinates = out.map.coordinates,
+                                      .pixel_mm = m.texel_size_mm,
+                                      .controls = {},
+                                      .frames = out.map.frames};
             made.source_mask = out.source.mask;
-            for (std::size_t i = 0; i < m.controls.size(); ++i) made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
-            add_audit(out.more, transfer::audit_map(reader.history(), made, m.measured_with, options.num_audits, seed, control.part(0.3, 1.0), transfer::appearance_source(reader.history(), cache)));
+            for (std::size_t i = 0; i < m.controls.size(); ++i)
+              made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
+            add_audit(out.more, transfer::audit_map(reader.history(), made, m.measured_with, options.num_audits, seed,
+                                                    control.part(0.3, 1.0),
+                                                    transfer::appearance_source(reader.history(), cache)));
             return out;
           }};
 }
@@ -134,42 +159,59 @@ std::string named_control(const std::string& spec) {
   return spec.substr(0, at + 1) + input_name(spec.substr(at + 1));
 }
 
-analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign, const analysis::EvaluationOptions& options, std::uint64_t seed, const transfer::CacheOptions& cache) {
-  if (foreign.history.empty()) throw UsageError("--history: is needed for " + map.string() + ", which is no transfer: the history that the tool copied from");
+analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign,
+                                      const analysis::EvaluationOptions& options, std::uint64_t seed,
+                                      const transfer::CacheOptions& cache) {
+  if (foreign.history.empty())
+    throw UsageError("--history: is needed for " + map.string() +
+                     ", which is no transfer: the history that the tool copied from");
   const HistoryReader history(foreign.history);
-  const std::optional<transfer::ControlSpec> spec = foreign.control.empty() ? std::nullopt : std::optional(transfer::parse_control_spec(foreign.control));
-  if (spec && (spec->weight != 1.0 || spec->mapping != transfer::ControlMapping::Rank)) throw UsageError("--control: weight and mapping are the tool's own; give [SOURCE=]MAP with the values that the tool was given");
+  const std::optional<transfer::ControlSpec> spec =
+      foreign.control.empty() ? std::nullopt : std::optional(transfer::parse_control_spec(foreign.control));
+  if (spec && (spec->weight != 1.0 || spec->mapping != transfer::ControlMapping::Rank))
+    throw UsageError(
+        "--control: weight and mapping are the tool's own; give [SOURCE=]MAP with the values that the tool was given");
   const std::string source_name = spec ? transfer::source_control(history, *spec) : "";
   ContentHash hash;
   hash.add_file(map).add(transfer::history_content_key(history)).add(source_name);
   if (spec) hash.add_file(spec->destination);
   if (!foreign.picture.empty()) hash.add_file(foreign.picture);
-  return {.name = map.stem().string(),
-          .about = "coordinates " + input_name(map) + ", history " + input_name(foreign.history) + (spec ? ", " + named_control(foreign.control) : ""),
-          .key = hash.hex(),
-          .open = [map, foreign, spec, source_name, options, seed, cache](const RunControl& control) {
-            const HistoryReader source(foreign.history);
-            analysis::MapToEvaluate out;
-            out.source = source_of(source, source_name, 1.0, options.num_times);
-            const ImageF wanted = spec ? read_gray(spec->destination) : ImageF();
-            if (!foreign.picture.empty()) out.made = analysis::MadePicture{.frame = out.source.frames.size() - 1, .codes = codes_of(read_color(foreign.picture))};
-            out.map.name = map.filename().string();
-            out.map.coordinates = read_coordinates(map, !wanted.empty() ? wanted : out.made ? out.made->codes : ImageF());
-            out.map.surface = analysis::flat_surface(out.map.coordinates.width(), out.map.coordinates.height(), 1.0);
-            if (!spec) {
-              if (options.num_audits > 0) add_audit(out.more, {}, "no control was given");
-              return out;
-            }
-            if (!wanted.same_size(out.map.coordinates)) {
-              throw IoError(spec->destination, "is " + size_text(wanted.width(), wanted.height()) + "; the coordinate map is " + size_text(out.map.coordinates.width(), out.map.coordinates.height()));
-            }
-            out.map.control = wanted;
-            if (options.num_audits == 0) return out;
-            const double pixel_mm = options.source_step > 0 ? 1.0 / options.source_step : 1.0;
-            const transfer::MapToAudit made{.surface = out.map.surface, .coordinates = out.map.coordinates, .pixel_mm = pixel_mm, .controls = {{source_name, wanted}}};
-            add_audit(out.more, transfer::audit_map(source, made, {}, options.num_audits, seed, control, transfer::appearance_source(source, cache)));
-            return out;
-          }};
+  return {
+      .name = map.stem().string(),
+      .about = "coordinates " + input_name(map) + ", history " + input_name(foreign.history) +
+               (spec ? ", " + named_control(foreign.control) : ""),
+      .key = hash.hex(),
+      .open = [map, foreign, spec, source_name, options, seed, cache](const RunControl& control) {
+        const HistoryReader source(foreign.history);
+        analysis::MapToEvaluate out;
+        out.source = source_of(source, source_name, 1.0, options.num_times);
+        const ImageF wanted = spec ? read_gray(spec->destination) : ImageF();
+        if (!foreign.picture.empty())
+          out.made = analysis::MadePicture{.frame = out.source.frames.size() - 1,
+                                           .codes = codes_of(read_color(foreign.picture))};
+        out.map.name = map.filename().string();
+        out.map.coordinates = read_coordinates(map, !wanted.empty() ? wanted : out.made ? out.made->codes : ImageF());
+        out.map.surface = analysis::flat_surface(out.map.coordinates.width(), out.map.coordinates.height(), 1.0);
+        if (!spec) {
+          if (options.num_audits > 0) add_audit(out.more, {}, "no control was given");
+          return out;
+        }
+        if (!wanted.same_size(out.map.coordinates)) {
+          throw IoError(spec->destination, "is " + size_text(wanted.width(), wanted.height()) +
+                                               "; the coordinate map is " +
+                                               size_text(out.map.coordinates.width(), out.map.coordinates.height()));
+        }
+        out.map.control = wanted;
+        if (options.num_audits == 0) return out;
+        const double pixel_mm = options.source_step > 0 ? 1.0 / options.source_step : 1.0;
+        const transfer::MapToAudit made{.surface = out.map.surface,
+                                        .coordinates = out.map.coordinates,
+                                        .pixel_mm = pixel_mm,
+                                        .controls = {{source_name, wanted}}};
+        add_audit(out.more, transfer::audit_map(source, made, {}, options.num_audits, seed, control,
+                                                transfer::appearance_source(source, cache)));
+        return out;
+      }};
 }
 
 }  // namespace patinate::cli

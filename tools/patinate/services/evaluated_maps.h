@@ -15,7 +15,7 @@ namespace patinate::cli {
 /// What is needed beside a map that is no transfer.
 struct ForeignMapOptions {
   std::filesystem::path history;  ///< What the tool copied from.
-  std::string control;            ///< [SOURCE=]MAP: what the tool followed, in the values of the history's control; "" = none.
+  std::string control;  ///< [SOURCE=]MAP: what the tool followed, in the values of the history's control; "" = none.
   std::filesystem::path picture;  ///< The picture that the tool made, of the history's last frame; "" = none.
 };
 
@@ -24,11 +24,16 @@ struct ForeignMapOptions {
 
 /// A transfer: its history, its first control, its energy, which is audited with its own coherence share and controls.
 /// @param options  Times and audits. @param seed  Of the audits. @param cache  Of the appearance that audits need.
-[[nodiscard]] analysis::EvaluationItem transfer_item(const std::filesystem::path& transfer, const analysis::EvaluationOptions& options, std::uint64_t seed, const transfer::CacheOptions& cache);
-/// A coordinate map of another tool, over a flat picture: EXR or TIFF with channels source.x and source.y (or its first two), 16-bit PNG (R = x, G = y), or
-/// `.nnf`: int32 x, y for every pixel, row by row, little-endian, of the size of the control map or the picture. Audited, where there is a control, with the energy of a transfer's default options.
+[[nodiscard]] analysis::EvaluationItem transfer_item(const std::filesystem::path& transfer,
+                                                     const analysis::EvaluationOptions& options, std::uint64_t seed,
+                                                     const transfer::CacheOptions& cache);
+/// A coordinate map of another tool, over a flat picture: EXR or TIFF with channels source.x and source.y (or its first
+/// two), 16-bit PNG (R = x, G = y), or
+/// `.nnf`: int32 x, y for every pixel, row by row, little-endian, of the size of the control map or the picture.
+/// Audited, where there is a control, with the energy of a transfer's default options.
 /// @throws IoError, InvalidInput, UsageError
-[[nodiscard]] analysis::EvaluationItem foreign_item(const std::filesystem::path& map, const ForeignMapOptions& foreign, const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                          const transfer::CacheOptions& cache);
+[[nodiscard]] analysis::EvaluationItem foreign_item(const std::filesystem::path& map, const ForeignMapOptions& foreign,
+                                                    const analysis::EvaluationOptions& options, std::uint64_t seed,
+                                                    const transfer::CacheOptions& cache);
 
 }  // namespace patinate::cli

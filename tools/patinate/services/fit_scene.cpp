@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "simulation/job/aged_frames.h"
 
 namespace patinate::cli {
@@ -22,7 +22,8 @@ const std::set<std::string> kFixed{"/version", "/seed", "/atlas/resolution"};
 
 std::string unescaped(std::string token) {
   for (const auto& [from, to] : {std::pair{"~1", "/"}, std::pair{"~0", "~"}}) {
-    for (std::size_t at = token.find(from); at != std::string::npos; at = token.find(from, at + 1)) token.replace(at, 2, to);
+    for (std::size_t at = token.find(from); at != std::string::npos; at = token.find(from, at + 1))
+      token.replace(at, 2, to);
   }
   return token;
 }
@@ -42,7 +43,8 @@ Json* found_at(Json& root, const std::string& pointer) {
     const std::string token = unescaped(pointer.substr(begin, end - begin));
     if (at->is_object() && at->contains(token)) {
       at = &(*at)[token];
-    } else if (at->is_array() && !token.empty() && token.size() < 8 && token.find_first_not_of("0123456789") == std::string::npos && std::stoul(token) < at->size()) {
+    } else if (at->is_array() && !token.empty() && token.size() < 8 &&
+               token.find_first_not_of("0123456789") == std::string::npos && std::stoul(token) < at->size()) {
       at = &(*at)[std::stoul(token)];
     } else {
       return nullptr;
@@ -64,15 +66,23 @@ void collect_numbers(const Json& json, const std::string& pointer, std::vector<s
 /// Pointers that begin most like the wrong one.
 std::string nearest(const std::string& pointer, const std::vector<std::string>& all) {
   if (const std::string one = did_you_mean(pointer, all); !one.empty()) return one;
-  const auto common = [&](const std::string& other) { return static_cast<std::size_t>(std::mismatch(pointer.begin(), pointer.end(), other.begin(), other.end()).first - pointer.begin()); };
+  const auto common = [&](const std::string& other) {
+    return static_cast<std::size_t>(std::mismatch(pointer.begin(), pointer.end(), other.begin(), other.end()).first -
+                                    pointer.begin());
+  };
   std::vector<std::string> sorted = all;
-  std::stable_sort(sorted.begin(), sorted.end(), [&](const std::string& a, const std::string& b) { return common(a) > common(b); });
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](const std::string& a, const std::string& b) { return common(a) > common(b); });
   std::string text;
-  for (std::size_t i = 0; i < std::min<std::size_t>(4, sorted.size()); ++i) text += (text.empty() ? "" : ", ") + sorted[i];
+  for (std::size_t i = 0; i < std::min<std::size_t>(4, sorted.size()); ++i)
+    text += (text.empty() ? "" : ", ") + sorted[i];
   return text.empty() ? "" : "; numbers of the scene that are named most alike: " + text;
 }
 
-bool is_path(const Json& json) { return json.is_string() && (json.get<std::string>().ends_with(".json") || json.get<std::string>().find('/') != std::string::npos); }
+bool is_path(const Json& json) {
+  return json.is_string() &&
+         (json.get<std::string>().ends_with(".json") || json.get<std::string>().find('/') != std::string::npos);
+}
 
 /// f(path) for every path that a scene holds.
 template <class F>
@@ -98,14 +108,17 @@ void for_each_path(Json& root, F&& f) {
 
 }  // namespace
 
-FitScene::FitScene(const fs::path& file, const std::vector<analysis::FitRange>& ranges, const std::vector<std::string>& controls, const RunControl& control)
+FitScene::FitScene(const fs::path& file, const std::vector<analysis::FitRange>& ranges,
+                   const std::vector<std::string>& controls, const RunControl& control)
     : file_(file), root_(std::make_shared<Json>(load_json(file))) {
   given_ = root_->dump();
   base_ = std::make_shared<const simulation::SceneFile>(simulation::read_scene(file_, *root_, *assets_, control));
   const std::vector<std::string> known = simulation::parameter_map_names(base_->scene.materials);
   controls_ = base_->controls;
   for (const std::string& name : controls) {
-    if (std::find(known.begin(), known.end(), name) != known.end() && std::find(controls_.begin(), controls_.end(), name) == controls_.end()) controls_.push_back(name);
+    if (std::find(known.begin(), known.end(), name) != known.end() &&
+        std::find(controls_.begin(), controls_.end(), name) == controls_.end())
+      controls_.push_back(name);
   }
   for (const analysis::FitRange& range : ranges) add_parameter(range);
 }
@@ -138,7 +151,8 @@ void FitScene::add_parameter(const analysis::FitRange& range) {
     fail("is not in " + file_.string() + nearest(pointer, all));
   }
   if (!value->is_number()) fail("is " + value->dump().substr(0, 40) + " in " + file_.string() + "; expected a number");
-  analysis::FitParameter parameter{.range = range, .start = value->get<double>(), .is_whole = false, .is_look = pointer.starts_with("/appearance/")};
+  analysis::FitParameter parameter{
+      .range = range, .start = value->get<double>(), .is_whole = false, .is_look = pointer.starts_with("/appearance/")};
   const Json before = *value;
   for (const double end : {range.low, range.high}) {
     *value = end;
@@ -161,8 +175,10 @@ Json FitScene::with(const std::vector<double>& values) const {
   Json json = *root_;
   for (std::size_t i = 0; i < parameters_.size(); ++i) {
     Json& at = *found_at(json, parameters_[i].range.name);
-    if (parameters_[i].is_whole) at = static_cast<std::int64_t>(values[i]);
-    else at = values[i];
+    if (parameters_[i].is_whole)
+      at = static_cast<std::int64_t>(values[i]);
+    else
+      at = values[i];
   }
   return json;
 }
@@ -174,21 +190,35 @@ simulation::SceneFile FitScene::read(const Json& json) const {
 }
 
 analysis::SurfaceOutline FitScene::outline() const {
-  analysis::SurfaceOutline outline{.name = base_->name, .width = base_->scene.resolution, .height = base_->scene.resolution, .time_unit = base_->time_unit, .times = {}, .control_names = controls_};
-  for (std::int64_t i = 0; i < base_->iterations; i += base_->history_every) outline.times.push_back(base_->frame_time(i));
+  analysis::SurfaceOutline outline{.name = base_->name,
+                                   .width = base_->scene.resolution,
+                                   .height = base_->scene.resolution,
+                                   .time_unit = base_->time_unit,
+                                   .times = {},
+                                   .control_names = controls_};
+  for (std::int64_t i = 0; i < base_->iterations; i += base_->history_every)
+    outline.times.push_back(base_->frame_time(i));
   outline.times.push_back(base_->frame_time(base_->iterations));
   return outline;
 }
 
 analysis::AgeWith FitScene::age() const {
-  return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift, const RunControl& control) -> LookAt {
+  return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift,
+                         const RunControl& control) -> LookAt {
     simulation::SceneFile file = scene.read(scene.with(values));
     file.scene.seed += seed_shift;
     const auto aged = std::make_shared<simulation::AgedFrames>(file, simulation::SimulationOptions{}, control);
     return [scene, aged](const std::vector<double>& look_values, const RunControl& look_control) {
-      analysis::AgedSurface frames{.name = scene.base_->name, .time_unit = scene.base_->time_unit, .texel_size_mm = aged->texel_size_mm(), .times = aged->times(), .colors = {}, .mask = aged->coverage(), .controls = {}};
+      analysis::AgedSurface frames{.name = scene.base_->name,
+                                   .time_unit = scene.base_->time_unit,
+                                   .texel_size_mm = aged->texel_size_mm(),
+                                   .times = aged->times(),
+                                   .colors = {},
+                                   .mask = aged->coverage(),
+                                   .controls = {}};
       frames.colors = aged->compose(scene.read(scene.with(look_values)).scene.looks, look_control);
-      for (const simulation::ParameterControl& c : aged->controls()) frames.controls.push_back({{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
+      for (const simulation::ParameterControl& c : aged->controls())
+        frames.controls.push_back({{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
       return frames;
     };
   };
@@ -202,7 +232,10 @@ void FitScene::add_inputs(JobInputs& inputs) const {
 void FitScene::write(const fs::path& folder, const fs::path& output, const std::vector<double>& values) const {
   Json json = with(values);
   const fs::path target = fs::weakly_canonical(fs::absolute(output));
-  for_each_path(json, [&](Json& path) { path = fs::relative(fs::weakly_canonical(fs::absolute(file_.parent_path() / path.get<std::string>())), target).string(); });
+  for_each_path(json, [&](Json& path) {
+    path = fs::relative(fs::weakly_canonical(fs::absolute(file_.parent_path() / path.get<std::string>())), target)
+               .string();
+  });
   save_json(folder / "scene.json", json);
 }
 

@@ -18,18 +18,23 @@ namespace patinate::cli {
 class FitScene {
  public:
   /// Reads the scene, finds every pointer, and reads the scene again with both ends of every range.
-  /// @param controls  Parameter maps to write beside those that the scene asks for, as far as its materials have them: what the history has.
-  /// @throws UsageError (IoError where a file names it) for a pointer that is no number of the scene (with those that are named nearly so), is named twice or cannot be varied;
-  /// IoError for a scene that cannot be read, or not with an end of a range.
-  FitScene(const std::filesystem::path& file, const std::vector<analysis::FitRange>& ranges, const std::vector<std::string>& controls, const RunControl& control);
+  /// @param controls  Parameter maps to write beside those that the scene asks for, as far as its materials have them:
+  /// what the history has.
+  /// @throws UsageError (IoError where a file names it) for a pointer that is no number of the scene (with those that
+  /// are named nearly so), is named twice or cannot be varied; IoError for a scene that cannot be read, or not with an
+  /// end of a range.
+  FitScene(const std::filesystem::path& file, const std::vector<analysis::FitRange>& ranges,
+           const std::vector<std::string>& controls, const RunControl& control);
 
   [[nodiscard]] const std::vector<analysis::FitParameter>& parameters() const { return parameters_; }
   [[nodiscard]] const std::vector<std::string>& notes() const { return base_->notes; }
   [[nodiscard]] analysis::SurfaceOutline outline() const;
   [[nodiscard]] analysis::AgeWith age() const;
   void add_inputs(JobInputs& inputs) const;
-  /// Writes `folder / scene.json` with these values. @param output  The folder's name in the end: paths are relative to it.
-  void write(const std::filesystem::path& folder, const std::filesystem::path& output, const std::vector<double>& values) const;
+  /// Writes `folder / scene.json` with these values. @param output  The folder's name in the end: paths are relative to
+  /// it.
+  void write(const std::filesystem::path& folder, const std::filesystem::path& output,
+             const std::vector<double>& values) const;
 
  private:
   [[nodiscard]] Json with(const std::vector<double>& values) const;

@@ -2,13 +2,13 @@
 
 #include <utility>
 
-#include "patinate/core/error.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "patinate/geometry/mesh_io.h"
 #include "libcommon/geometry/mesh_repair.h"
-#include "tools/patinate/services/blender_unwrap.h"
+#include "patinate/core/error.h"
+#include "patinate/geometry/mesh_io.h"
 #include "tools/patinate/command_line/failure.h"
+#include "tools/patinate/services/blender_unwrap.h"
 
 namespace patinate::cli {
 
@@ -39,7 +39,9 @@ std::optional<std::string> MeshSource::unit_or_none() const {
 
 void declare_mesh(CommandLine& line, MeshSource& source) {
   line.positional("MESH", "OBJ, PLY, glTF or GLB", source.path);
-  line.option("unit", "um|mm|cm|m", "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative", source.unit);
+  line.option("unit", "um|mm|cm|m",
+              "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative",
+              source.unit);
   line.suggestions({"um", "mm", "cm", "m"});
   line.option("node", "NAME", "Only the surfaces of this node", source.node);
   line.option("material", "NAME", "Only the surfaces of this material", source.material);
@@ -65,9 +67,12 @@ double mm_per_unit(const std::string& unit) {
 Range resolution_range() { return between(16, 16384); }
 
 void describe(OptionVisitor& v, AtlasOptions& o) {
-  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()}, o.resolution);
-  v.visit_choice({"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: always; blender: unwrapped by Blender, where it is installed"}, o.method,
-                 kAtlasChoiceNames);
+  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()},
+          o.resolution);
+  v.visit_choice({"atlas",
+                  "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: "
+                  "always; blender: unwrapped by Blender, where it is installed"},
+                 o.method, kAtlasChoiceNames);
 }
 
 AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control) {

@@ -39,16 +39,18 @@ inline constexpr std::array<std::string_view, 4> kAtlasChoiceNames{"auto", "uv",
 [[nodiscard]] Range resolution_range();
 
 struct AtlasOptions {
-  int resolution = 1024;                    ///< Texels along each side of a tile; [16, 16384].
+  int resolution = 1024;  ///< Texels along each side of a tile; [16, 16384].
   AtlasChoice method = AtlasChoice::Auto;
 };
 void describe(OptionVisitor& v, AtlasOptions& o);
 
 /// make_atlas_mesh(), after blender_unwrap() where asked for; errors in the mesh name its file.
-[[nodiscard]] AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control);
+[[nodiscard]] AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options,
+                                   const RunControl& control);
 /// Says what a user should know of the atlas.
 void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run);
 /// make_texel_map(); errors name the file.
-[[nodiscard]] TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution, const RunControl& control);
+[[nodiscard]] TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution,
+                                      const RunControl& control);
 
 }  // namespace patinate::cli

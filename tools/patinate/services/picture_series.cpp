@@ -25,7 +25,8 @@ RunControl without_progress(RunControl control) {
   return control;
 }
 
-int make_movie(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie) {
+int make_movie(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series,
+               const MovieOptions& movie) {
   ContentHash hash;
   hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
   for (double t : series.times) hash.add(t);
@@ -56,7 +57,8 @@ int make_images(CommandRun& run, const std::filesystem::path& output, const Pict
   Json files = Json::array();
   for (std::size_t i = 0; i < series.times.size(); ++i) {
     const std::filesystem::path file = numbered_path(output, static_cast<int>(i));
-    const std::string key = ContentHash().add("picture 1").add(series.key).add(series.times[i]).add(lower_extension(output)).hex();
+    const std::string key =
+        ContentHash().add("picture 1").add(series.key).add(series.times[i]).add(lower_extension(output)).hex();
     files.push_back(Json{{"time", series.times[i]}, {"file", file.string()}});
     const bool is_last = i + 1 == series.times.size();
     if (run.line.common().dry_run && image_file_key(file) == key && !is_last) continue;
@@ -82,7 +84,8 @@ int make_images(CommandRun& run, const std::filesystem::path& output, const Pict
 
 bool is_series(const std::filesystem::path& output) { return is_movie(output) || has_number(output); }
 
-int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie) {
+int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series,
+                const MovieOptions& movie) {
   return is_movie(output) ? make_movie(run, output, series, movie) : make_images(run, output, series);
 }
 

@@ -21,7 +21,8 @@ struct PictureSeries {
   std::vector<double> times;
   std::function<ImageF(double time, const RunControl& control)> picture;
   /// Where they need not be in memory: the same picture as a file, and as the codes that a movie takes.
-  std::function<void(double time, const std::filesystem::path& file, const std::string& key, const RunControl& control)> write = {};
+  std::function<void(double time, const std::filesystem::path& file, const std::string& key, const RunControl& control)>
+      write = {};
   std::function<ImageU8(double time, const RunControl& control)> codes = {};
 };
 
@@ -32,6 +33,7 @@ inline constexpr int kMoviePictures = 100;
 [[nodiscard]] bool is_series(const std::filesystem::path& output);
 /// Makes the movie or the images, one picture at a time; each image is up to date or not by itself.
 /// @returns the command's exit code.
-int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie);
+int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series,
+                const MovieOptions& movie);
 
 }  // namespace patinate::cli

@@ -7,13 +7,15 @@
 
 namespace patinate::cli {
 
-std::vector<std::filesystem::path> tile_files(const std::filesystem::path& output, const std::vector<std::string>& tile_names) {
+std::vector<std::filesystem::path> tile_files(const std::filesystem::path& output,
+                                              const std::vector<std::string>& tile_names) {
   std::vector<std::filesystem::path> files;
   for (const std::string& name : tile_names) files.push_back(tile_path(output, name));
   return files;
 }
 
-std::optional<JobStatus> check_tile_files(CommandRun& run, const std::vector<std::filesystem::path>& files, const std::string& key) {
+std::optional<JobStatus> check_tile_files(CommandRun& run, const std::vector<std::filesystem::path>& files,
+                                          const std::string& key) {
   // The one that decides: in the way, else missing, else any.
   const std::filesystem::path* decisive = &files.front();
   std::string decisive_key = image_file_key(files.front());

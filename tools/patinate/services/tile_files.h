@@ -14,12 +14,14 @@
 namespace patinate::cli {
 
 /// The file of each tile (tile_path()).
-[[nodiscard]] std::vector<std::filesystem::path> tile_files(const std::filesystem::path& output, const std::vector<std::string>& tile_names);
+[[nodiscard]] std::vector<std::filesystem::path> tile_files(const std::filesystem::path& output,
+                                                            const std::vector<std::string>& tile_names);
 
-/// Whether the images of all tiles are to be made, as CommandRun::check_file() says of one: Done when one is missing, UpToDate when
-/// all have the key.
+/// Whether the images of all tiles are to be made, as CommandRun::check_file() says of one: Done when one is missing,
+/// UpToDate when all have the key.
 /// @throws CannotComplete if one is there with another key, without --force.
-[[nodiscard]] std::optional<JobStatus> check_tile_files(CommandRun& run, const std::vector<std::filesystem::path>& files,
+[[nodiscard]] std::optional<JobStatus> check_tile_files(CommandRun& run,
+                                                        const std::vector<std::filesystem::path>& files,
                                                         const std::string& key);
 
 /// CommandRun::report_output() of all files: one line, and with --json a member `files`.

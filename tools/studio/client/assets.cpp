@@ -25,7 +25,8 @@ std::span<const StudioAsset> studio_assets() {
   static constexpr std::string_view kPage =
       "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>patinate studio</title>"
       "<body style=\"font:16px/1.5 sans-serif;max-width:40em;margin:4em auto\"><h1>patinate studio</h1>"
-      "<p>This patinate was built without its browser client, because npm was missing. Install nodejs and npm (<code>tools/setup</code> does), "
+      "<p>This patinate was built without its browser client, because npm was missing. Install nodejs and npm "
+      "(<code>tools/setup</code> does), "
       "then build again.</p></body></html>\n";
   static constexpr std::array<StudioAsset, 1> kAssets{{{"/", "text/html; charset=utf-8", kPage}}};
   return kAssets;
@@ -34,7 +35,8 @@ std::span<const StudioAsset> studio_assets() {
 
 const StudioAsset* find_studio_asset(std::string_view path) {
   const std::span<const StudioAsset> assets = studio_assets();
-  const auto found = std::find_if(assets.begin(), assets.end(), [path](const StudioAsset& a) { return a.path == path; });
+  const auto found =
+      std::find_if(assets.begin(), assets.end(), [path](const StudioAsset& a) { return a.path == path; });
   return found == assets.end() ? nullptr : &*found;
 }
 

@@ -1,5 +1,6 @@
 /// \file
-/// A history as one curve and a few maps: space-time appearance factorization [Gu, Tu, Ramamoorthi, Matusik, Pfister, Nayar 2006].
+/// A history as one curve and a few maps: space-time appearance factorization [Gu, Tu, Ramamoorthi, Matusik, Pfister,
+/// Nayar 2006].
 #pragma once
 
 #include <array>
@@ -19,24 +20,31 @@ namespace patinate::analysis {
 enum class FactorClock { Shared, Channels };
 
 struct FactorizationOptions {
-  FactorClock clock = FactorClock::Shared;  ///< One rate and offset of a place, or one for each channel as in the paper.
-  int num_intervals = 32;                   ///< Of the curve's spline; [2, 400].
-  double max_rate = 4.0;                    ///< Rates are looked for in [1 / max_rate, max_rate]; [1.1, 20].
-  double least_change = 0.004;              ///< A place whose color changes by less does not change; linear, > 0.
-  int num_training = 256;                   ///< Places that the curve is fitted to, with their own clocks; [16, 4096].
+  FactorClock clock =
+      FactorClock::Shared;      ///< One rate and offset of a place, or one for each channel as in the paper.
+  int num_intervals = 32;       ///< Of the curve's spline; [2, 400].
+  double max_rate = 4.0;        ///< Rates are looked for in [1 / max_rate, max_rate]; [1.1, 20].
+  double least_change = 0.004;  ///< A place whose color changes by less does not change; linear, > 0.
+  int num_training = 256;       ///< Places that the curve is fitted to, with their own clocks; [16, 4096].
 };
 void describe(OptionVisitor& v, FactorizationOptions& o);
 
 /// Colors of N places at T times: what a factorization is made from.
 struct PlaceSeries {
-  std::vector<double> times = {};           ///< Strictly increasing; T >= kLeastFrames.
-  int num_channels = 3;                     ///< C, 1 to 3.
-  std::vector<float> values = {};           ///< N x C x T, finite.
-  std::vector<std::uint8_t> is_seen = {};   ///< N x T; 0 = the value is none of the surface. Empty: all are.
+  std::vector<double> times = {};          ///< Strictly increasing; T >= kLeastFrames.
+  int num_channels = 3;                    ///< C, 1 to 3.
+  std::vector<float> values = {};          ///< N x C x T, finite.
+  std::vector<std::uint8_t> is_seen = {};  ///< N x T; 0 = the value is none of the surface. Empty: all are.
 
-  [[nodiscard]] std::int64_t num_places() const { return static_cast<std::int64_t>(values.size() / (times.size() * static_cast<std::size_t>(num_channels))); }
-  [[nodiscard]] const float* place(std::int64_t i) const { return values.data() + static_cast<std::size_t>(i) * times.size() * static_cast<std::size_t>(num_channels); }
-  [[nodiscard]] const std::uint8_t* seen(std::int64_t i) const { return is_seen.empty() ? nullptr : is_seen.data() + static_cast<std::size_t>(i) * times.size(); }
+  [[nodiscard]] std::int64_t num_places() const {
+    return static_cast<std::int64_t>(values.size() / (times.size() * static_cast<std::size_t>(num_channels)));
+  }
+  [[nodiscard]] const float* place(std::int64_t i) const {
+    return values.data() + static_cast<std::size_t>(i) * times.size() * static_cast<std::size_t>(num_channels);
+  }
+  [[nodiscard]] const std::uint8_t* seen(std::int64_t i) const {
+    return is_seen.empty() ? nullptr : is_seen.data() + static_cast<std::size_t>(i) * times.size();
+  }
   /// One channel alone.
   [[nodiscard]] PlaceSeries channel(int c) const;
 };
@@ -57,30 +65,39 @@ struct PlaceFactors {
   double rate_stddev = 0.0;  ///< Of `rate`, as the noise leaves it.
   std::array<double, 3> gain = {};
   std::array<double, 3> base = {};
-  double residual = 0.0;     ///< Root mean square over channels and seen times, outliers as well.
+  double residual = 0.0;  ///< Root mean square over channels and seen times, outliers as well.
 };
 
 /// What is learned from some places and holds for all.
 struct TemporalModel {
-  TemporalCurve curve;             ///< Every channel's lowest value is 0, its highest 1, and it ends no lower than it begins.
+  TemporalCurve curve;  ///< Every channel's lowest value is 0, its highest 1, and it ends no lower than it begins.
   std::vector<double> noise = {};  ///< Standard deviation of most residuals, per channel.
-  double correlation = 0.0;        ///< Of residuals from one frame to the next, [0, 0.99]: 0 for noise; more where the model misses what happens.
+  double correlation = 0.0;  ///< Of residuals from one frame to the next, [0, 0.99]: 0 for noise; more where the model
+                             ///< misses what happens.
 
-  /// Residuals that hang together are fewer than they seem: what a residual is measured by, so that sums of squares count independent ones.
-  [[nodiscard]] double scale(std::size_t channel) const { return noise[channel] * std::sqrt((1.0 + correlation) / (1.0 - correlation)); }
+  /// Residuals that hang together are fewer than they seem: what a residual is measured by, so that sums of squares
+  /// count independent ones.
+  [[nodiscard]] double scale(std::size_t channel) const {
+    return noise[channel] * std::sqrt((1.0 + correlation) / (1.0 - correlation));
+  }
 };
 
 /// A factorization of places in memory.
 struct Factorization {
-  std::vector<TemporalModel> models;                ///< One, or one per channel (FactorClock::Channels).
-  std::vector<std::vector<PlaceFactors>> factors;   ///< For each model, N. With Channels, gain[0] and base[0] are the channel's.
+  std::vector<TemporalModel> models;  ///< One, or one per channel (FactorClock::Channels).
+  std::vector<std::vector<PlaceFactors>>
+      factors;  ///< For each model, N. With Channels, gain[0] and base[0] are the channel's.
 };
 
-/// The curve, from places spread over all that are given: robust, joint with their own clocks. @throws InvalidInput with fewer than kLeastFrames
-/// times, or when no place changes (why it says), or on options out of range. Same bits for any number of threads.
-[[nodiscard]] TemporalModel train_curve(const PlaceSeries& places, const FactorizationOptions& options, const RunControl& control = {});
-/// Every place by itself, given the curve. Same bits for any number of threads. Cost: about 0.3 ms a place of 100 times and 3 channels.
-[[nodiscard]] std::vector<PlaceFactors> fit_places(const PlaceSeries& places, const TemporalModel& model, const FactorizationOptions& options, const RunControl& control = {});
+/// The curve, from places spread over all that are given: robust, joint with their own clocks. @throws InvalidInput
+/// with fewer than kLeastFrames times, or when no place changes (why it says), or on options out of range. Same bits
+/// for any number of threads.
+[[nodiscard]] TemporalModel train_curve(const PlaceSeries& places, const FactorizationOptions& options,
+                                        const RunControl& control = {});
+/// Every place by itself, given the curve. Same bits for any number of threads. Cost: about 0.3 ms a place of 100 times
+/// and 3 channels.
+[[nodiscard]] std::vector<PlaceFactors> fit_places(const PlaceSeries& places, const TemporalModel& model,
+                                                   const FactorizationOptions& options, const RunControl& control = {});
 
 /// A change of the common clock that changes no color: clock' = scale clock + shift.
 struct ClockGauge {
@@ -92,12 +109,16 @@ void apply_gauge(const ClockGauge& gauge, TemporalCurve& curve);
 void apply_gauge(const ClockGauge& gauge, std::vector<PlaceFactors>& factors);
 
 /// Curve, places and gauge of all of it. @throws InvalidInput as train_curve().
-[[nodiscard]] Factorization factorize(const PlaceSeries& places, const FactorizationOptions& options = {}, const RunControl& control = {});
+[[nodiscard]] Factorization factorize(const PlaceSeries& places, const FactorizationOptions& options = {},
+                                      const RunControl& control = {});
 /// Of a history's pixels inside its mask, in reading order. Memory: 12 B a pixel and frame.
-[[nodiscard]] Factorization factorize(const History& history, const FactorizationOptions& options = {}, const RunControl& control = {});
+[[nodiscard]] Factorization factorize(const History& history, const FactorizationOptions& options = {},
+                                      const RunControl& control = {});
 
-/// Colors over time of some pixels, seen where the frames' own masks say so. @param pixels  y * width + x, ascending. @throws IoError
-[[nodiscard]] PlaceSeries place_series(const History& history, std::span<const std::uint32_t> pixels, const RunControl& control = {});
+/// Colors over time of some pixels, seen where the frames' own masks say so. @param pixels  y * width + x, ascending.
+/// @throws IoError
+[[nodiscard]] PlaceSeries place_series(const History& history, std::span<const std::uint32_t> pixels,
+                                       const RunControl& control = {});
 
 /// One channel of a place at a time.
 [[nodiscard]] double factored_value(const TemporalCurve& curve, const PlaceFactors& place, int channel, double time);

@@ -14,20 +14,21 @@ namespace patinate::analysis {
 
 /// One number. Undefined ones say why; none is ever NaN.
 struct Figure {
-  std::string name = {};                 ///< snake_case, unique in a report.
-  std::string title = {};                ///< For people.
+  std::string name = {};   ///< snake_case, unique in a report.
+  std::string title = {};  ///< For people.
   std::string unit = {};
   std::optional<double> value = {};
   std::optional<double> low = {}, high = {};  ///< 95 % interval.
-  std::optional<double> split = {};      ///< The same figure for A against itself split in two: what equal surfaces would show.
-  std::string undefined = {};            ///< Why there is no value; "" when there is one.
+  std::optional<double> split =
+      {};                      ///< The same figure for A against itself split in two: what equal surfaces would show.
+  std::string undefined = {};  ///< Why there is no value; "" when there is one.
 };
 
 struct CurveColumn {
-  std::string name = {};                                    ///< For the CSV and the legend.
-  std::vector<std::optional<double>> values = {};           ///< As many as the curve's x.
-  std::vector<std::pair<double, double>> band = {};    ///< 95 % interval; none or as many.
-  bool is_reference = false;                           ///< Drawn dashed: serves comparison only.
+  std::string name = {};                             ///< For the CSV and the legend.
+  std::vector<std::optional<double>> values = {};    ///< As many as the curve's x.
+  std::vector<std::pair<double, double>> band = {};  ///< 95 % interval; none or as many.
+  bool is_reference = false;                         ///< Drawn dashed: serves comparison only.
 };
 /// Several columns over one axis: a CSV and a chart.
 struct Curve {
@@ -44,7 +45,7 @@ struct Curve {
 struct Picture {
   std::string name = {};  ///< File name without extension.
   std::string caption = {};
-  ImageF image = {};      ///< Linear, 3 channels.
+  ImageF image = {};  ///< Linear, 3 channels.
 };
 
 struct Section {

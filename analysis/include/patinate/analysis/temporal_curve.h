@@ -29,10 +29,12 @@ struct CurveBasis {
 };
 [[nodiscard]] CurveBasis curve_basis(const TemporalCurve& curve, double clock);
 
-/// Least squares through values at clocks, with so little resistance to bending that only stretches without a value feel it.
+/// Least squares through values at clocks, with so little resistance to bending that only stretches without a value
+/// feel it.
 /// @param low,high  low < high. @param num_intervals  >= 1. @param clocks,values  As many; not empty.
 /// @returns the coefficients of one channel.
-[[nodiscard]] std::vector<double> fitted_curve(double low, double high, int num_intervals, std::span<const double> clocks, std::span<const double> values);
+[[nodiscard]] std::vector<double> fitted_curve(double low, double high, int num_intervals,
+                                               std::span<const double> clocks, std::span<const double> values);
 
 /// The same curve (as nearly as its intervals allow) on another domain.
 [[nodiscard]] TemporalCurve moved_curve(const TemporalCurve& curve, double low, double high, int num_intervals);

@@ -62,9 +62,10 @@ struct SeriesFile {
   [[nodiscard]] std::string key() const;
 };
 /// Reads `transfer.json` and `coordinates.exr` as files.
-/// @param path     A history or a transfer (then over time in its atlas). @param through  A transfer: the history's frames are looked up through
-/// its coordinates; "" = none.
-/// @throws IoError if a file breaks its format; InvalidInput if `through` looks into a history of another size, or is given for a transfer.
+/// @param path     A history or a transfer (then over time in its atlas). @param through  A transfer: the history's
+/// frames are looked up through its coordinates; "" = none.
+/// @throws IoError if a file breaks its format; InvalidInput if `through` looks into a history of another size, or is
+/// given for a transfer.
 [[nodiscard]] SeriesFile open_series(const std::filesystem::path& path, const std::filesystem::path& through = {});
 
 }  // namespace patinate::analysis

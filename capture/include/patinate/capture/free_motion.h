@@ -20,8 +20,9 @@ struct FreeMotion {
 /// "shift along (0, 0, 1)", "turn about (0, 0, 1) through (10, 2, 0)".
 [[nodiscard]] std::string text_of(const FreeMotion& motion);
 
-/// Motions in the span of `directions` (columns: rotation, shift; 6 x k), as many as columns: pure shifts first, then turns that are as free
-/// of shift as the span allows. A plane gives two shifts and a turn, a cylinder a shift and a turn about its axis, a sphere three turns about its middle.
+/// Motions in the span of `directions` (columns: rotation, shift; 6 x k), as many as columns: pure shifts first, then
+/// turns that are as free of shift as the span allows. A plane gives two shifts and a turn, a cylinder a shift and a
+/// turn about its axis, a sphere three turns about its middle.
 [[nodiscard]] std::vector<FreeMotion> free_motions(const Eigen::Matrix<double, 6, Eigen::Dynamic>& directions);
 
 }  // namespace patinate::capture

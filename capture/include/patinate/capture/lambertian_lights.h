@@ -1,5 +1,6 @@
 /// \file
-/// Lights from how they shade a matt object of known shape: positions, strengths in each channel, ambient light and the lens's vignetting.
+/// Lights from how they shade a matt object of known shape: positions, strengths in each channel, ambient light and the
+/// lens's vignetting.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,23 +23,23 @@ struct ShadedSample {
 };
 
 struct LambertianLightOptions {
-  double albedo = 1.0;            ///< Of the object; > 0. Strengths are in proportion to 1 / albedo.
-  bool has_ambient = false;       ///< Fit a constant that every light's photographs share, in each channel.
-  bool has_vignetting = false;    ///< Fit 1 + v1 r^2 + v2 r^4, r = 1 at the picture's corners, shared by all lights.
-  double saturated = 0.98;        ///< Samples with a channel from here on are left out; > 0.
-  double huber_sigmas = 3.0;      ///< Samples farther off weigh less; > 0.
-  double max_distance_sd = 0.1;   ///< A distance known worse than this share of it counts as not determined; > 0.
+  double albedo = 1.0;           ///< Of the object; > 0. Strengths are in proportion to 1 / albedo.
+  bool has_ambient = false;      ///< Fit a constant that every light's photographs share, in each channel.
+  bool has_vignetting = false;   ///< Fit 1 + v1 r^2 + v2 r^4, r = 1 at the picture's corners, shared by all lights.
+  double saturated = 0.98;       ///< Samples with a channel from here on are left out; > 0.
+  double huber_sigmas = 3.0;     ///< Samples farther off weigh less; > 0.
+  double max_distance_sd = 0.1;  ///< A distance known worse than this share of it counts as not determined; > 0.
 };
 void describe(OptionVisitor& v, LambertianLightOptions& o);
 
 /// One light. value = albedo / pi * intensity * max(0, n . l) / d^2 * vignetting + ambient.
 struct LambertianLight {
   CalibrationStatus status = CalibrationStatus::Undetermined;
-  Light light;                                            ///< Near.
+  Light light;                                                                   ///< Near.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  ///< Position (mm), then intensity.
-  double distance_sd = 0.0;                               ///< Of the distance from the samples' middle, over it; infinite when undetermined.
-  double rms = 0.0;                                       ///< Of the residuals, linear.
-  int num_samples = 0;                                    ///< That were used: neither saturated nor facing away.
+  double distance_sd = 0.0;  ///< Of the distance from the samples' middle, over it; infinite when undetermined.
+  double rms = 0.0;          ///< Of the residuals, linear.
+  int num_samples = 0;       ///< That were used: neither saturated nor facing away.
 };
 
 struct LambertianLightResult {
@@ -48,13 +49,17 @@ struct LambertianLightResult {
   double sigma = 0.0;              ///< Of one value, from the residuals' median.
 };
 
-/// Each light starts at the best of a grid of directions and distances, at each of which strengths are linear least squares; then Ceres refines all lights, ambient and
-/// vignetting together (Huber, its scale from the residuals' median, three rounds). A single flat pose leaves distance against strength open when
-/// the light is far or the values are noisy: the status and distance_sd say so.
+/// Each light starts at the best of a grid of directions and distances, at each of which strengths are linear least
+/// squares; then Ceres refines all lights, ambient and vignetting together (Huber, its scale from the residuals'
+/// median, three rounds). A single flat pose leaves distance against strength open when the light is far or the values
+/// are noisy: the status and distance_sd say so.
 /// @param given  Samples [light]: at least 20 each; for a target, all its poses together.
 /// @param camera_mm  For the picture's middle and corners (vignetting).
-/// @throws InvalidInput naming the light: too few samples, numbers that are not finite, normals of another length than 1, nothing but black or saturated samples.
-[[nodiscard]] LambertianLightResult lights_from_lambertian(const Camera& camera_mm, const std::vector<std::vector<ShadedSample>>& given,
-                                                           const LambertianLightOptions& options = {}, const RunControl& control = {});
+/// @throws InvalidInput naming the light: too few samples, numbers that are not finite, normals of another length than
+/// 1, nothing but black or saturated samples.
+[[nodiscard]] LambertianLightResult lights_from_lambertian(const Camera& camera_mm,
+                                                           const std::vector<std::vector<ShadedSample>>& given,
+                                                           const LambertianLightOptions& options = {},
+                                                           const RunControl& control = {});
 
 }  // namespace patinate::capture

@@ -17,18 +17,20 @@
 namespace patinate::capture {
 
 enum class RegistrationMethod { Symmetric, PclPlane, PclPoint, PclGicp };
-inline constexpr std::array<std::string_view, 4> kRegistrationMethodNames{"symmetric", "pcl-plane", "pcl-point", "pcl-gicp"};
+inline constexpr std::array<std::string_view, 4> kRegistrationMethodNames{"symmetric", "pcl-plane", "pcl-point",
+                                                                          "pcl-gicp"};
 enum class RegistrationStart { Auto, Given, Global };
 inline constexpr std::array<std::string_view, 3> kRegistrationStartNames{"auto", "given", "global"};
 
 /// Settings of register_pair() and of all that stands on it.
 struct RegistrationOptions {
   RegistrationMethod method = RegistrationMethod::Symmetric;
-  RegistrationStart start = RegistrationStart::Auto;  ///< Auto: from the start that is given, and by search where that fails.
-  double min_overlap = 0.15;     ///< Share of the smaller scan that must find partners; (0, 1].
-  double max_in_front = 0.06;    ///< Share of what both see that may lie in the other scanner's line of sight; [0, 1].
-  int max_iterations = 60;       ///< Of the last, full stage; > 0.
-  int max_surfels = 60000;       ///< A scan is thinned to about so many pieces; [100, 10^7].
+  RegistrationStart start =
+      RegistrationStart::Auto;  ///< Auto: from the start that is given, and by search where that fails.
+  double min_overlap = 0.15;    ///< Share of the smaller scan that must find partners; (0, 1].
+  double max_in_front = 0.06;   ///< Share of what both see that may lie in the other scanner's line of sight; [0, 1].
+  int max_iterations = 60;      ///< Of the last, full stage; > 0.
+  int max_surfels = 60000;      ///< A scan is thinned to about so many pieces; [100, 10^7].
 };
 void describe(OptionVisitor& v, RegistrationOptions& o);
 
@@ -40,29 +42,34 @@ enum class RegistrationStatus { Converged, IterationLimit, TooFewPairs, Degenera
 struct PairRegistration {
   RegistrationStatus status = RegistrationStatus::TooFewPairs;
   RigidTransform target_from_source;
-  double rms_residual = 0.0;      ///< Of partners along their normals, weighted as in the fit.
-  double median_residual = 0.0;   ///< Median of the same, absolute, over all partners, those that do not fit too.
-  double overlap = 0.0;           ///< Share of the smaller scan's surface that has a partner; [0, 1].
-  double fitting = 0.0;           ///< Share of the partners that fit; the others lie as near, but as surfaces that changed, or in a wrong pose.
-  std::optional<double> in_front; ///< Of what is seen by both: share that one scan puts in front of what the other saw; absent without lines of sight.
-  /// Of (rotation in radians, shift) about `center` in the target's frame, from the scatter of the points; free motions are left out of it.
-  /// Errors that are common to many points of a scan (its scanner's calibration) are not in it.
+  double rms_residual = 0.0;     ///< Of partners along their normals, weighted as in the fit.
+  double median_residual = 0.0;  ///< Median of the same, absolute, over all partners, those that do not fit too.
+  double overlap = 0.0;          ///< Share of the smaller scan's surface that has a partner; [0, 1].
+  double fitting = 0.0;  ///< Share of the partners that fit; the others lie as near, but as surfaces that changed, or
+                         ///< in a wrong pose.
+  std::optional<double> in_front;  ///< Of what is seen by both: share that one scan puts in front of what the other
+                                   ///< saw; absent without lines of sight.
+  /// Of (rotation in radians, shift) about `center` in the target's frame, from the scatter of the points; free motions
+  /// are left out of it. Errors that are common to many points of a scan (its scanner's calibration) are not in it.
   Matrix6 covariance = Matrix6::Zero();
-  Vec3 center = Vec3::Zero();     ///< Middle of the target scan.
-  std::vector<FreeMotion> free_motions;  ///< What the shape leaves open; then Degenerate, and held at the start's value.
+  Vec3 center = Vec3::Zero();  ///< Middle of the target scan.
+  std::vector<FreeMotion>
+      free_motions;  ///< What the shape leaves open; then Degenerate, and held at the start's value.
   int num_pairs = 0;
   int num_iterations = 0;
   bool is_found_by_search = false;
 };
 
-/// Symmetric generalized ICP in double precision, recentered and rescaled (surfel_alignment.h), from `start`, else from a search over
-/// rotations (rotation_search.h). The status is Converged only when enough of the smaller scan finds partners, they fit as the scans'
-/// noise and spacing allow, and neither scan lies in the other scanner's lines of sight. Not reaching it is a status, not an exception.
-/// Swapped scans give the inverse; neither unit nor origin matter. Same bits for any number of threads.
+/// Symmetric generalized ICP in double precision, recentered and rescaled (surfel_alignment.h), from `start`, else from
+/// a search over rotations (rotation_search.h). The status is Converged only when enough of the smaller scan finds
+/// partners, they fit as the scans' noise and spacing allow, and neither scan lies in the other scanner's lines of
+/// sight. Not reaching it is a status, not an exception. Swapped scans give the inverse; neither unit nor origin
+/// matter. Same bits for any number of threads.
 /// @param start  target from source; nothing = search, whatever options.start says.
-/// @throws InvalidInput on options out of range, a scan of fewer than 16 points or without extent or surface, or a method other than
-/// Symmetric (see reference_methods.h); Canceled.
-[[nodiscard]] PairRegistration register_pair(const PointCloud& target, const PointCloud& source, const std::optional<RigidTransform>& start,
-                                         const RegistrationOptions& options = {}, const RunControl& control = {});
+/// @throws InvalidInput on options out of range, a scan of fewer than 16 points or without extent or surface, or a
+/// method other than Symmetric (see reference_methods.h); Canceled.
+[[nodiscard]] PairRegistration register_pair(const PointCloud& target, const PointCloud& source,
+                                             const std::optional<RigidTransform>& start,
+                                             const RegistrationOptions& options = {}, const RunControl& control = {});
 
 }  // namespace patinate::capture

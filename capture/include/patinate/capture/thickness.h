@@ -15,38 +15,41 @@ enum class ThicknessCurve {
 
 struct ThicknessOptions {
   ThicknessCurve curve = ThicknessCurve::Reciprocal;  ///< Why: docs/decisions/0001-thickness-from-transmission.md.
-  ModeFilterOptions mode_filter = {};                 ///< Its values are T: 1 = as bright as the blank, or the largest code.
-  int num_refinements = 2;                            ///< [0, 10]. See fill_cracks(); 0 keeps edges of the layer sharp.
+  ModeFilterOptions mode_filter = {};  ///< Its values are T: 1 = as bright as the blank, or the largest code.
+  int num_refinements = 2;             ///< [0, 10]. See fill_cracks(); 0 keeps edges of the layer sharp.
 };
 void describe(OptionVisitor& v, ThicknessOptions& o);
 
 /// Every pixel gets the value that the layer around it has, cracks or not: the mode filter, refined.
 ///
-/// On sloping or curved paint the mode of a window is flat in patches, with steps between them. So the filter is run again on
-/// what is left of `in` after the last result, blurred by half of spatial_sigma_px, is taken off; a crack differs from that trend as
-/// much as before, the slope is gone. Steps of the layer itself are softened to half of spatial_sigma_px.
-/// Synthetic crackle (median / 95th percentile of the error): 0 refinements 1.1 / 5.3 %, one 0.44 / 2.2 %, two 0.29 / 1.4 %.
-/// Same contract as mode_filter().
+/// On sloping or curved paint the mode of a window is flat in patches, with steps between them. So the filter is run
+/// again on what is left of `in` after the last result, blurred by half of spatial_sigma_px, is taken off; a crack
+/// differs from that trend as much as before, the slope is gone. Steps of the layer itself are softened to half of
+/// spatial_sigma_px. Synthetic crackle (median / 95th percentile of the error): 0 refinements 1.1 / 5.3 %, one 0.44
+/// / 2.2 %, two 0.29 / 1.4 %. Same contract as mode_filter().
 [[nodiscard]] ImageF fill_cracks(const ImageF& in, const ImageU8& mask, const ThicknessOptions& options = {},
                                  const RunControl& control = {});
 
 /// A thickness map; only ratios to other values of the same map mean something.
 struct ThicknessMap {
-  ImageF values;      ///< H x W x 1, finite; larger is thicker; 0 outside.
-  double low = 0.0;   ///< Robust range: 0.1 % and 99.9 % percentiles inside the mask.
+  ImageF values;     ///< H x W x 1, finite; larger is thicker; 0 outside.
+  double low = 0.0;  ///< Robust range: 0.1 % and 99.9 % percentiles inside the mask.
   double high = 0.0;
-  ImageU8 known;      ///< H x W; 0 outside the mask and where the blank is black.
+  ImageU8 known;  ///< H x W; 0 outside the mask and where the blank is black.
 };
 
 /// T = photo / blank (or the photo), cracks filled by fill_cracks(), then the curve.
-/// T is limited to [1/1024, 1]: less is not told from black. Where the blank is darker than 1/1024, T is unknown: such pixels
-/// count as outside.
+/// T is limited to [1/1024, 1]: less is not told from black. Where the blank is darker than 1/1024, T is unknown: such
+/// pixels count as outside.
 /// @param photo  H x W x 1, linear transmitted light, finite inside `mask`.
-/// @param blank  The same without the layer; empty when there is none: T then has an unknown factor, which is taken as 1.
+/// @param blank  The same without the layer; empty when there is none: T then has an unknown factor, which is taken
+/// as 1.
 /// @param mask   0 = outside; may be empty.
-/// @throws InvalidInput if sizes differ, the mask or the blank leaves nothing, a value is not finite, or an option is out of range.
+/// @throws InvalidInput if sizes differ, the mask or the blank leaves nothing, a value is not finite, or an option is
+/// out of range.
 [[nodiscard]] ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blank, const ImageU8& mask,
-                                                       const ThicknessOptions& options = {}, const RunControl& control = {});
+                                                       const ThicknessOptions& options = {},
+                                                       const RunControl& control = {});
 
 /// The curve at one T. @param transmittance  > 0.
 [[nodiscard]] double thickness_of(double transmittance, ThicknessCurve curve);

@@ -17,16 +17,17 @@
 
 namespace patinate::capture {
 
-/// One step, in the view of the result: pixel (x, y) of every image shows the same place of the surface. Lamps, positions, normals and blockers share
-/// one frame (the scanner's). H x W is the size of the first photograph.
+/// One step, in the view of the result: pixel (x, y) of every image shows the same place of the surface. Lamps,
+/// positions, normals and blockers share one frame (the scanner's). H x W is the size of the first photograph.
 struct UnlightInput {
-  std::vector<ImageF> photos = {};    ///< L images H x W x C, C = 1 or 3, linear, the ambient light subtracted; finite.
-  std::vector<ImageU8> valid = {};    ///< L images H x W, 0 = saturated or out of view; or none: every sample counts.
-  ImageF position_mm = {};            ///< H x W x 3. May be empty when all lamps are directional and there are no blockers.
-  ImageF normal = {};                 ///< H x W x 3, from the scan, need not be exactly unit; (0, 0, 0) where it has none. Empty: from the photographs alone (photometric_normals()).
-  ImageU8 mask = {};                  ///< H x W, 0 = no surface; may be empty.
-  std::vector<Light> lights = {};     ///< L, in the photographs' order.
-  const Mesh* blockers = nullptr;  ///< Casts shadows, mm; may be null.
+  std::vector<ImageF> photos = {};  ///< L images H x W x C, C = 1 or 3, linear, the ambient light subtracted; finite.
+  std::vector<ImageU8> valid = {};  ///< L images H x W, 0 = saturated or out of view; or none: every sample counts.
+  ImageF position_mm = {};  ///< H x W x 3. May be empty when all lamps are directional and there are no blockers.
+  ImageF normal = {};  ///< H x W x 3, from the scan, need not be exactly unit; (0, 0, 0) where it has none. Empty: from
+                       ///< the photographs alone (photometric_normals()).
+  ImageU8 mask = {};   ///< H x W, 0 = no surface; may be empty.
+  std::vector<Light> lights = {};          ///< L, in the photographs' order.
+  const Mesh* blockers = nullptr;          ///< Casts shadows, mm; may be null.
   std::optional<Vec3> camera_center = {};  ///< For highlights, mm. Not given: a camera far away along view_direction.
   Vec3 view_direction = Vec3(0, 0, 1);     ///< Unit, from the surface to the camera; read only without camera_center.
 };
@@ -36,19 +37,24 @@ enum class Rejection { None, Robust };
 enum class SpecularMode { None, Fit, Auto };
 
 struct UnlightOptions {
-  NormalMode normals = NormalMode::Refine;   ///< Keep: the scan's. Refine: the photographs' where they know better.
-  double normal_sigma_deg = 2.0;             ///< Expected error of the scan's normals; (0, 90].
-  Rejection rejection = Rejection::Robust;   ///< None: every valid sample that is lit counts (plain least squares).
-  double rejection_sigma = 3.0;              ///< Samples farther off are highlights or shadows; [1.5, 20], in standard deviations.
-  SpecularMode specular = SpecularMode::Auto;  ///< Fit: each neighborhood's highlight is found and subtracted. Auto: where nearly all its texels are better for it.
-  double specular_window_px = 24.0;          ///< Highlights are alike within such a distance; [2, 1000].
-  bool estimate_strengths = false;           ///< The lamps' intensities are only a guess: find them, one for each lamp and channel.
-  bool estimate_ambient = false;             ///< A light from everywhere was not subtracted: find it, one irradiance for each channel.
-  double noise_floor = 0.001;                ///< Standard deviation of a photograph's value that does not depend on it; > 0.
-  double noise_share = 0.005;                ///< The part that grows with the value; [0, 1]. Only their ratio matters: residuals scale both.
-  double min_cosine = 0.05;                  ///< Light that grazes more does not count; [0, 1).
-  int min_lights = 2;                        ///< Texels with fewer clean samples are not determined; [1, 64].
-  std::optional<double> shadow_offset_mm = {};    ///< Blockers nearer than this cast no shadow. Not given: the median edge of the blockers.
+  NormalMode normals = NormalMode::Refine;  ///< Keep: the scan's. Refine: the photographs' where they know better.
+  double normal_sigma_deg = 2.0;            ///< Expected error of the scan's normals; (0, 90].
+  Rejection rejection = Rejection::Robust;  ///< None: every valid sample that is lit counts (plain least squares).
+  double rejection_sigma = 3.0;  ///< Samples farther off are highlights or shadows; [1.5, 20], in standard deviations.
+  SpecularMode specular = SpecularMode::Auto;  ///< Fit: each neighborhood's highlight is found and subtracted. Auto:
+                                               ///< where nearly all its texels are better for it.
+  double specular_window_px = 24.0;            ///< Highlights are alike within such a distance; [2, 1000].
+  bool estimate_strengths =
+      false;  ///< The lamps' intensities are only a guess: find them, one for each lamp and channel.
+  bool estimate_ambient =
+      false;  ///< A light from everywhere was not subtracted: find it, one irradiance for each channel.
+  double noise_floor = 0.001;  ///< Standard deviation of a photograph's value that does not depend on it; > 0.
+  double noise_share =
+      0.005;  ///< The part that grows with the value; [0, 1]. Only their ratio matters: residuals scale both.
+  double min_cosine = 0.05;  ///< Light that grazes more does not count; [0, 1).
+  int min_lights = 2;        ///< Texels with fewer clean samples are not determined; [1, 64].
+  std::optional<double> shadow_offset_mm =
+      {};  ///< Blockers nearer than this cast no shadow. Not given: the median edge of the blockers.
 };
 void describe(OptionVisitor& v, UnlightOptions& o);
 
@@ -66,32 +72,35 @@ inline constexpr int kNumSampleStates = 7;
 
 struct LightReport {
   std::array<std::int64_t, kNumSampleStates> samples{};  ///< Indexed by SampleState, over the mask.
-  Vec3 strength = Vec3::Ones();  ///< Times the intensity that was given; their geometric mean over the lamps is 1 in each channel.
-  double residual = 0.0;         ///< Root mean square of what clean samples are off, over the mean of them.
+  Vec3 strength =
+      Vec3::Ones();  ///< Times the intensity that was given; their geometric mean over the lamps is 1 in each channel.
+  double residual = 0.0;  ///< Root mean square of what clean samples are off, over the mean of them.
 };
 
 struct UnlightResult {
-  ImageF albedo = {};      ///< H x W x C; 0 where not determined.
-  ImageF stddev = {};      ///< H x W x C, standard deviation of the albedo.
-  ImageF normal = {};      ///< H x W x 3, unit; the scan's where not determined.
-  ImageF specular = {};    ///< H x W x 2: strength and roughness as of specular_lobe(); empty with SpecularMode::None.
+  ImageF albedo = {};    ///< H x W x C; 0 where not determined.
+  ImageF stddev = {};    ///< H x W x C, standard deviation of the albedo.
+  ImageF normal = {};    ///< H x W x 3, unit; the scan's where not determined.
+  ImageF specular = {};  ///< H x W x 2: strength and roughness as of specular_lobe(); empty with SpecularMode::None.
   SpecularLobe lobe = SpecularLobe::Ggx;  ///< Which the photographs fit better.
-  ImageU8 mask = {};       ///< 255 = determined.
-  ImageU8 samples = {};    ///< H x W x L, SampleState.
+  ImageU8 mask = {};                      ///< 255 = determined.
+  ImageU8 samples = {};                   ///< H x W x L, SampleState.
   std::vector<LightReport> lights = {};
-  double noise_scale = 1.0;           ///< Residuals over what noise_floor and noise_share expect.
-  double residual = 0.0;              ///< Root mean square over all clean samples, over their mean.
-  Vec3 ambient = Vec3::Zero();        ///< Irradiance from everywhere; 0 unless it was to be estimated.
-  bool is_converged = true;           ///< False when strengths or ambient were asked for and did not settle, or cannot be told.
-  std::int64_t num_surface = 0;       ///< Texels of the mask.
+  double noise_scale = 1.0;     ///< Residuals over what noise_floor and noise_share expect.
+  double residual = 0.0;        ///< Root mean square over all clean samples, over their mean.
+  Vec3 ambient = Vec3::Zero();  ///< Irradiance from everywhere; 0 unless it was to be estimated.
+  bool is_converged = true;  ///< False when strengths or ambient were asked for and did not settle, or cannot be told.
+  std::int64_t num_surface = 0;  ///< Texels of the mask.
   std::int64_t num_determined = 0;
-  std::vector<std::string> notes = {};     ///< What the user should know, one line each.
+  std::vector<std::string> notes = {};  ///< What the user should know, one line each.
 };
 
 /// A clean sample's value is albedo / pi x intensity x max(0, n . l) / d^2 (no d^2 for directional lamps).
-/// @throws InvalidInput if sizes or numbers differ, a value, position or normal inside the mask is not finite, a lamp's intensity is not above 0,
+/// @throws InvalidInput if sizes or numbers differ, a value, position or normal inside the mask is not finite, a lamp's
+/// intensity is not above 0,
 ///         near lamps have no positions, no sample is valid, or no lamp reaches the surface.
 /// Cost: a few us for each texel and lamp. Same bits for any number of threads.
-[[nodiscard]] UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options = {}, const RunControl& control = {});
+[[nodiscard]] UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options = {},
+                                    const RunControl& control = {});
 
 }  // namespace patinate::capture

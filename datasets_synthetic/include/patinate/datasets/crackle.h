@@ -29,8 +29,8 @@ struct CrackleOptions {
   double spacing_per_thickness = 17.0;  ///< Crack spacing over thickness; cells are this large at most; > 0.
   double strain = 0.055;                ///< Final width of a crack over the local spacing; [0, 0.5].
   double grain = 0.35;                  ///< How much first cracks follow the plate's grain (vertical); [0, 1].
-  double simultaneity = 1.0;            ///< How far cracks come at once where the paint is thin, and meet at 120 degrees; [0, 1].
-  double yellowing = 0.10;              ///< Share of blue that the paint loses until the end; [0, 1].
+  double simultaneity = 1.0;  ///< How far cracks come at once where the paint is thin, and meet at 120 degrees; [0, 1].
+  double yellowing = 0.10;    ///< Share of blue that the paint loses until the end; [0, 1].
   TransmissionLaw law = TransmissionLaw::Reciprocal;
   double absorption_per_mm = 5.0;  ///< a; > 0. For Linear a thickness_max_mm < 1.
   double noise = 0.006;            ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
@@ -77,11 +77,11 @@ struct CrackleDataset {
 /// Cracks come one after another [Bohn, Pauchard, Couder 2005, "Hierarchical crack pattern as formed by successive
 /// domain divisions"]: each begins where the distance to older cracks is largest compared with the spacing that the
 /// local thickness asks for (spacing proportional to thickness), runs across its cell the short way, turns to meet the
-/// older crack at a right angle, and stops there. Where the paint is thin cracks come at once, so that none of those that meet is the
-/// older one: junctions move to where three equal pulls balance, at 120 degrees [Goehring, Conroy, Akhter, Clegg, Routh 2010, "Evolution of
-/// mud-crack patterns during repeated drying cycles"], and cracks between them are wavy. Thin paint has small cells, thick paint large
-/// ones with straight sides; thin paint begins first. A crack opens as width (1 - exp(-(t - start) / tau)), never
-/// closing. Cost: about 1 s for 512 x 512.
+/// older crack at a right angle, and stops there. Where the paint is thin cracks come at once, so that none of those
+/// that meet is the older one: junctions move to where three equal pulls balance, at 120 degrees [Goehring, Conroy,
+/// Akhter, Clegg, Routh 2010, "Evolution of mud-crack patterns during repeated drying cycles"], and cracks between them
+/// are wavy. Thin paint has small cells, thick paint large ones with straight sides; thin paint begins first. A crack
+/// opens as width (1 - exp(-(t - start) / tau)), never closing. Cost: about 1 s for 512 x 512.
 /// @throws InvalidInput
 [[nodiscard]] CrackleDataset crackle(const CrackleOptions& options, const RunControl& control = {});
 

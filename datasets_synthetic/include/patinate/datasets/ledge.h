@@ -25,15 +25,16 @@ struct LedgeOptions {
   double thickness_mm = 30.0;  ///< Of a sill's front; > 0, at most a tenth of the width.
   int num_sills = 3;           ///< [1, 6].
   int cells = 24;              ///< Squares along the wall; [1, 400].
-  int num_charts = 1;          ///< Charts that a face is cut into along its longer side, each turned by an angle of its own; [1, 24].
+  int num_charts =
+      1;  ///< Charts that a face is cut into along its longer side, each turned by an angle of its own; [1, 24].
   LedgeWeather weather = LedgeWeather::Dust;
 };
 
 void describe(OptionVisitor& v, LedgeOptions& o);
 
-/// A mesh in mm, y up, the wall's front in the plane z = 0 and facing +z, its foot at y = 0, centered on x = 0. Sills fall outward on top and
-/// back toward the wall below, as those do that leave streaks. Wall and sills are closed bodies that enter each other; their faces are
-/// charts of one atlas of even density without overlaps, 3 texels apart on 1024.
+/// A mesh in mm, y up, the wall's front in the plane z = 0 and facing +z, its foot at y = 0, centered on x = 0. Sills
+/// fall outward on top and back toward the wall below, as those do that leave streaks. Wall and sills are closed bodies
+/// that enter each other; their faces are charts of one atlas of even density without overlaps, 3 texels apart on 1024.
 /// @throws InvalidInput
 [[nodiscard]] Mesh ledge(const LedgeOptions& options = {});
 

@@ -15,7 +15,7 @@ namespace patinate {
 
 /// A mesh and the squares that its UVs lie in.
 struct AtlasMesh {
-  Mesh mesh;                       ///< UVs as a file holds them: those of a tile lie in the unit square at its origin.
+  Mesh mesh;  ///< UVs as a file holds them: those of a tile lie in the unit square at its origin.
   UvLayoutRule rule = UvLayoutRule::Square;
   std::vector<AtlasTile> tiles;    ///< At least one; shift = origin and scale = 1 once the UVs are brought in.
   std::vector<int> triangle_tile;  ///< Into tiles; as long as the mesh's triangles.

@@ -13,8 +13,9 @@
 
 namespace patinate {
 
-/// Tiles of one size in rows, the first at the top left. A single tile is the whole sheet; several have a margin of kTileMargin
-/// texels around each, which nothing covers, so that filtering at a tile's border never reaches the next one.
+/// Tiles of one size in rows, the first at the top left. A single tile is the whole sheet; several have a margin of
+/// kTileMargin texels around each, which nothing covers, so that filtering at a tile's border never reaches the next
+/// one.
 struct Sheet {
   int tile_width = 0;   ///< Texels.
   int tile_height = 0;  ///< Texels.
@@ -47,8 +48,8 @@ template <class T>
   for (int y = 0; y < out.height(); ++y) {
     const std::span<const T> from = image.row(sheet.first_y(tile) + y);
     const auto channels = static_cast<std::size_t>(image.channels());
-    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(sheet.first_x(tile)) * channels), out.row(y).size(),
-                out.row(y).begin());
+    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(sheet.first_x(tile)) * channels),
+                out.row(y).size(), out.row(y).begin());
   }
   return out;
 }
@@ -65,8 +66,8 @@ void paste_tile(Image<T>& image, const Sheet& sheet, int tile, const Image<T>& v
   }
 }
 
-/// File of one tile: `<UDIM>` in the name gives way to the tile's name ("1001" for a tile that has none); without it the name goes
-/// before the extension, tex.png to tex.1002.png; a tile without name keeps the path.
+/// File of one tile: `<UDIM>` in the name gives way to the tile's name ("1001" for a tile that has none); without it
+/// the name goes before the extension, tex.png to tex.1002.png; a tile without name keeps the path.
 [[nodiscard]] std::filesystem::path tile_path(const std::filesystem::path& path, const std::string& tile_name);
 
 }  // namespace patinate

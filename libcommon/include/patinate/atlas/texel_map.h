@@ -17,7 +17,8 @@ namespace patinate {
 
 using TexelId = std::int64_t;  ///< y * width + x; -1 = none.
 
-/// Orthonormal axes in a triangle's plane, mm: which way "right" and "down" are for what lies there. Zero for a triangle without UVs' area.
+/// Orthonormal axes in a triangle's plane, mm: which way "right" and "down" are for what lies there. Zero for a
+/// triangle without UVs' area.
 using FlowFrame = Eigen::Matrix<double, 3, 2>;
 using FlowFrames = std::vector<FlowFrame>;  ///< One a triangle of a mesh.
 
@@ -34,8 +35,8 @@ struct SurfacePoint {
   double b2 = 0.0;
 };
 
-/// Texel -> surface. A texel is covered when its center lies in a triangle's UVs; where UVs overlap, the lowest triangle
-/// wins. Stores 4 bytes per texel; points, positions, frames and neighbors are computed.
+/// Texel -> surface. A texel is covered when its center lies in a triangle's UVs; where UVs overlap, the lowest
+/// triangle wins. Stores 4 bytes per texel; points, positions, frames and neighbors are computed.
 class TexelMap {
  public:
   /// @param mesh  With UVs in [0, 1], in mm. Kept by copy.
@@ -43,7 +44,8 @@ class TexelMap {
   TexelMap(Mesh mesh, int width, int height, const RunControl& control = {});
   /// Over the tiles of a sheet. @param mesh  As sheet_mesh() gives it: UVs over the whole sheet.
   TexelMap(Mesh mesh, Sheet sheet, const RunControl& control = {});
-  /// Half as many texels in both directions, rounded down, in one square. The mesh is shared. @throws InvalidInput if nothing is left.
+  /// Half as many texels in both directions, rounded down, in one square. The mesh is shared. @throws InvalidInput if
+  /// nothing is left.
   [[nodiscard]] TexelMap halved(const RunControl& control = {}) const;
 
   [[nodiscard]] int width() const { return width_; }
@@ -76,10 +78,12 @@ class TexelMap {
   /// 0 / 255.
   [[nodiscard]] ImageU8 coverage() const;
 
-  /// Texels that lie at `offsets_mm` (in the frame of the texel's triangle) from texel `t`, walking straight over the surface and across seams; texel -1 where the
-  /// surface ends. With where they really lie: texels are a grid, offsets are not. Over seams that is known as well as the frames on both sides agree.
+  /// Texels that lie at `offsets_mm` (in the frame of the texel's triangle) from texel `t`, walking straight over the
+  /// surface and across seams; texel -1 where the surface ends. With where they really lie: texels are a grid, offsets
+  /// are not. Over seams that is known as well as the frames on both sides agree.
   /// @param frames  One a triangle: uv_frames(), or a direction field. @param out  As long as offsets_mm.
-  void gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm, std::span<TexelNeighbor> out) const;
+  void gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm,
+              std::span<TexelNeighbor> out) const;
   /// The straight walk itself: from a surface point along a 3D vector in its triangle's plane. triangle = -1 where the
   /// surface ends.
   [[nodiscard]] SurfacePoint walk(SurfacePoint from, Vec3 step_mm) const;

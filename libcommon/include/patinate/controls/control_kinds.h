@@ -1,6 +1,6 @@
 /// \file
-/// Every kind of control map by name, for command lines and files. A new kind is one line of the table in the .cpp, and a
-/// member of ControlKindOptions if it has options.
+/// Every kind of control map by name, for command lines and files. A new kind is one line of the table in the .cpp, and
+/// a member of ControlKindOptions if it has options.
 #pragma once
 
 #include <array>
@@ -21,7 +21,8 @@ namespace patinate {
 
 /// The options of all kinds. Paths stand here because a kind chosen by name reads its own input.
 struct ControlKindOptions {
-  std::array<double, 3> up{0.0, 1.0, 0.0};  ///< Which way is up for sky, sun and height; any length > 0. Default: as in glTF.
+  std::array<double, 3> up{0.0, 1.0,
+                           0.0};  ///< Which way is up for sky, sun and height; any length > 0. Default: as in glTF.
   AccessibilityOptions accessibility;
   RayShareOptions ray_share;
   TangentSphereOptions tangent_sphere;
@@ -30,10 +31,11 @@ struct ControlKindOptions {
   FacingOptions facing;
   DistanceOptions distance;
   SprayOptions spray;
-  std::string sky;         ///< Panorama of the kind `exposure`; "" = an even sky.
-  std::string distance_from;  ///< "boundary", "creases", "ridges", "valleys", a CSV of curves or an image; needed by `distance`.
-  std::string spray_path;  ///< File of read_spray_path(); "" = default_spray_path().
-  std::string image;       ///< Image of the kind `image`.
+  std::string sky;            ///< Panorama of the kind `exposure`; "" = an even sky.
+  std::string distance_from;  ///< "boundary", "creases", "ridges", "valleys", a CSV of curves or an image; needed by
+                              ///< `distance`.
+  std::string spray_path;     ///< File of read_spray_path(); "" = default_spray_path().
+  std::string image;          ///< Image of the kind `image`.
 };
 void describe(OptionVisitor& visitor, ControlKindOptions& options);
 
@@ -47,8 +49,8 @@ struct ControlKind {
 /// Their names.
 [[nodiscard]] const std::vector<std::string>& control_kind_names();
 
-/// Files that make_control() would read: part of what its result depends on. @throws UsageError if an option that should
-/// name a file names nothing.
+/// Files that make_control() would read: part of what its result depends on. @throws UsageError if an option that
+/// should name a file names nothing.
 [[nodiscard]] std::vector<std::filesystem::path> control_input_files(const std::string& kind,
                                                                      const ControlKindOptions& options);
 
@@ -57,13 +59,13 @@ struct ControlKind {
 [[nodiscard]] ControlMap make_control(const std::string& kind, const TexelMap& map,
                                       const ControlKindOptions& options = {}, const RunControl& control = {});
 
-/// A ready-made map: image_map() of a file's channel `Y`, its only one, or the mean of its colors. Over an atlas of tiles: the files of
-/// tile_map_files(), laid over their tiles.
+/// A ready-made map: image_map() of a file's channel `Y`, its only one, or the mean of its colors. Over an atlas of
+/// tiles: the files of tile_map_files(), laid over their tiles.
 /// @throws IoError
 [[nodiscard]] ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map);
 
-/// An expression of kinds and files (ControlExpression). Maps that are even are noted. @throws UsageError, and what its parts
-/// throw.
+/// An expression of kinds and files (ControlExpression). Maps that are even are noted. @throws UsageError, and what its
+/// parts throw.
 [[nodiscard]] ControlMap make_control_expression(std::string_view expression, const TexelMap& map,
                                                  const ControlKindOptions& options = {},
                                                  const RunControl& control = {});

@@ -13,10 +13,10 @@ namespace patinate {
 
 /// A parameter of the surface that aging follows, over an atlas.
 struct ControlMap {
-  ImageF values;      ///< H x W x 1 in [0, 1]; 0 outside the charts.
-  double low = 0.0;   ///< What 0 stands for, in `unit`.
-  double high = 1.0;  ///< What 1 stands for, in `unit`; > low unless the map was inverted.
-  std::string unit;   ///< "1/mm", "cosine", ...; "relative" when only ratios mean something.
+  ImageF values;                     ///< H x W x 1 in [0, 1]; 0 outside the charts.
+  double low = 0.0;                  ///< What 0 stands for, in `unit`.
+  double high = 1.0;                 ///< What 1 stands for, in `unit`; > low unless the map was inverted.
+  std::string unit;                  ///< "1/mm", "cosine", ...; "relative" when only ratios mean something.
   std::vector<std::string> notes{};  ///< What a user should know about it: whole sentences without a full stop.
 };
 
@@ -37,7 +37,8 @@ struct ValueRange {
 [[nodiscard]] ControlMap normalized_control(const ImageF& values, const TexelMap& map, const ValueRange& range,
                                             std::string unit);
 
-/// Unit vector along three numbers of an option. @throws InvalidInput naming the option unless their length is finite and > 0.
+/// Unit vector along three numbers of an option. @throws InvalidInput naming the option unless their length is finite
+/// and > 0.
 [[nodiscard]] Vec3 unit_direction(const std::array<double, 3>& numbers, const std::string& option);
 
 /// Adds a note if the map is the same on the whole surface (to 0.001), so that it guides nothing.

@@ -29,7 +29,22 @@ struct ExpressionName {
 };
 
 struct ExpressionNode {
-  enum class Kind { Number, Name, Add, Subtract, Multiply, Divide, Negate, Invert, Min, Max, Abs, Pow, Clamp, Smoothstep };
+  enum class Kind {
+    Number,
+    Name,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Negate,
+    Invert,
+    Min,
+    Max,
+    Abs,
+    Pow,
+    Clamp,
+    Smoothstep
+  };
   Kind kind = Kind::Number;
   double number = 0.0;
   std::size_t name = 0;  ///< Into Expression::names.
@@ -46,7 +61,8 @@ struct ExpressionSyntax {
   std::string subject = "control";     ///< "control `0.5*acess`: position 5: ...".
   std::string name = "control";        ///< "unknown control `acess`".
   std::span<const std::string> names;  ///< What a NAME may be.
-  /// Whether FILE is allowed: anything in double quotes, or a word with an extension (`wet.exr`, `maps/wet-2.exr`) or that begins with
+  /// Whether FILE is allowed: anything in double quotes, or a word with an extension (`wet.exr`, `maps/wet-2.exr`) or
+  /// that begins with
   /// `/`, `./`, `../` or `~`: blanks around `/` and `-` then say that they divide and subtract.
   bool has_files = true;
 };

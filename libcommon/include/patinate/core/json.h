@@ -28,12 +28,12 @@ void save_json(const std::filesystem::path& path, const Json& json);
 struct OldSpelling {
   std::string_view before, now;
 };
-/// Brings a document of ours from `version` to the next: members, and texts that are exactly such a word, get their new spelling; `"version"`
-/// is raised. Documents of other versions stay as they are.
+/// Brings a document of ours from `version` to the next: members, and texts that are exactly such a word, get their new
+/// spelling; `"version"` is raised. Documents of other versions stay as they are.
 void update_spelling(Json& document, int version, std::initializer_list<OldSpelling> words);
 
-/// One JSON value and where it stands. Objects remember which members were asked for, so that finish() can name the others,
-/// and which ones were looked for with has(), so that it can suggest them.
+/// One JSON value and where it stands. Objects remember which members were asked for, so that finish() can name the
+/// others, and which ones were looked for with has(), so that it can suggest them.
 class JsonReader {
  public:
   /// @param json  Must outlive the reader.

@@ -3,11 +3,13 @@
 /// made. An options struct `FooOptions` has one function beside it:
 ///
 ///     void describe(OptionVisitor& v, FooOptions& o) {
-///       v.visit({"spatial_sigma", "Gaussian window; larger than the widest crack", "px", above(0)}, o.spatial_sigma_px);
-///       v.visit_choice({"curve", "How transmitted light becomes thickness"}, o.curve, kCurveNames);
+///       v.visit({"spatial_sigma", "Gaussian window; larger than the widest crack", "px", above(0)},
+///       o.spatial_sigma_px); v.visit_choice({"curve", "How transmitted light becomes thickness"}, o.curve,
+///       kCurveNames);
 ///     }
 ///
-/// The defaults are those of the struct and stand nowhere else. Names are snake_case; the command line also takes `-` for `_`.
+/// The defaults are those of the struct and stand nowhere else. Names are snake_case; the command line also takes `-`
+/// for `_`.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 /// \file
-/// A photograph's camera: where a point of the world is seen, and where a pixel looks. OpenCV's conventions: pinhole with Brown
-/// distortion, x right, y down, z forward, pixel centers at integers.
+/// A photograph's camera: where a point of the world is seen, and where a pixel looks. OpenCV's conventions: pinhole
+/// with Brown distortion, x right, y down, z forward, pixel centers at integers.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,15 +14,16 @@ namespace patinate {
 
 /// What a calibration says.
 struct CameraParameters {
-  int width = 0;   ///< Of the photographs, pixels; [1, 65536].
+  int width = 0;  ///< Of the photographs, pixels; [1, 65536].
   int height = 0;
   double fx = 0.0;  ///< Focal lengths, pixels; 0.001 to 1e6 longer sides of the picture.
   double fy = 0.0;
   double cx = 0.0;  ///< Principal point, pixels; at most 1e4 longer sides from the first one.
   double cy = 0.0;
   std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3 [Brown 1971].
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< x_in_camera = rotation x_in_world + translation; orthonormal to 1e-6, det +1.
-  Vec3 translation = Vec3::Zero();                         ///< In the world's unit.
+  Eigen::Matrix3d rotation =
+      Eigen::Matrix3d::Identity();  ///< x_in_camera = rotation x_in_world + translation; orthonormal to 1e-6, det +1.
+  Vec3 translation = Vec3::Zero();  ///< In the world's unit.
 };
 
 /// Points origin + s direction, s > 0, in the world.
@@ -49,7 +50,8 @@ class Camera {
   [[nodiscard]] const Vec3& center() const { return center_; }
   /// Pixel at which a point is seen, in the picture or not; nothing behind the camera or beyond the lens model's reach.
   [[nodiscard]] std::optional<Vec2> project(const Vec3& in_world) const;
-  /// Where a pixel looks; project() of its points is the pixel to 1e-9 px (damped Newton). Nothing where no direction is seen at it.
+  /// Where a pixel looks; project() of its points is the pixel to 1e-9 px (damped Newton). Nothing where no direction
+  /// is seen at it.
   [[nodiscard]] std::optional<CameraRay> ray(const Vec2& pixel) const;
   /// The same camera in a world of another unit. @param factor  New units per old unit; > 0.
   [[nodiscard]] Camera scaled(double factor) const;

@@ -16,10 +16,11 @@ using Triangle = std::array<int, 3>;  ///< Indices of three corners, counter-clo
 
 /// Positions, UVs and normals are indexed separately, as in OBJ: a UV seam or a hard edge does not split a position.
 struct Mesh {
-  std::vector<Vec3> positions;       ///< In the file's unit until scaled to mm; equal positions of one surface are one entry.
-  std::vector<Vec2> uvs;             ///< v up (OBJ). Empty when the mesh has none.
-  std::vector<Vec3> normals;         ///< Unit. Empty when the file has none.
-  std::vector<Triangle> triangles;         ///< Into positions.
+  std::vector<Vec3>
+      positions;              ///< In the file's unit until scaled to mm; equal positions of one surface are one entry.
+  std::vector<Vec2> uvs;      ///< v up (OBJ). Empty when the mesh has none.
+  std::vector<Vec3> normals;  ///< Unit. Empty when the file has none.
+  std::vector<Triangle> triangles;  ///< Into positions.
   /// Into uvs; as long as triangles, or empty. -1 = a corner without UV, in a file that has some for others.
   std::vector<Triangle> uv_triangles;
   std::vector<Triangle> normal_triangles;  ///< Into normals; as long as triangles, or empty.
@@ -50,7 +51,8 @@ struct Box {
 [[nodiscard]] Vec3 area_vector(const Mesh& mesh, int triangle);
 /// Angle-weighted unit normals, one per position [Thuermer and Wuthrich 1998]; (0,0,1) where undefined.
 [[nodiscard]] std::vector<Vec3> vertex_normals(const Mesh& mesh);
-/// Shading normals per corner: the file's where it has them, else vertex_normals(). Makes `normals` and `normal_triangles`.
+/// Shading normals per corner: the file's where it has them, else vertex_normals(). Makes `normals` and
+/// `normal_triangles`.
 [[nodiscard]] Mesh with_normals(Mesh mesh);
 /// Multiplies positions.
 void scale_mesh(Mesh& mesh, double factor);
@@ -60,18 +62,18 @@ void scale_mesh(Mesh& mesh, double factor);
 /// Where refine_edges() puts new positions.
 enum class RefineShape {
   Flat,    ///< On the edge: the surface stays the same.
-  Curved,  ///< On the curve that the normals at the edge's ends ask for [Vlachos et al. 2001, PN triangles]; on the edge where
-           ///< its sides have different normals (creases). Normals of the mesh that are more than 45 degrees off their
-           ///< triangle, or missing, are found from the triangles around that are within 45 degrees.
+  Curved,  ///< On the curve that the normals at the edge's ends ask for [Vlachos et al. 2001, PN triangles]; on the
+           ///< edge where its sides have different normals (creases). Normals of the mesh that are more than 45 degrees
+           ///< off their triangle, or missing, are found from the triangles around that are within 45 degrees.
 };
 /// Splits edges at midpoints (consistently, UVs and normals interpolated) until none is longer than `max_edge`, or
 /// `max_triangles` is reached. Edges keep conforming: no cracks. Curved gives every corner a normal of its own.
 /// @throws InvalidInput unless max_edge > 0.
 [[nodiscard]] Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles = 2'000'000,
                                 RefineShape shape = RefineShape::Flat);
-/// neighbors[t][k] = triangle across the edge (corner k, corner k+1) of t, by positions; -1 at a boundary. Where more than two
-/// triangles share an edge, those that bend least are joined in pairs of opposite direction, and the others end there (all of
-/// them, where more than 64 meet).
+/// neighbors[t][k] = triangle across the edge (corner k, corner k+1) of t, by positions; -1 at a boundary. Where more
+/// than two triangles share an edge, those that bend least are joined in pairs of opposite direction, and the others
+/// end there (all of them, where more than 64 meet).
 [[nodiscard]] std::vector<std::array<int, 3>> triangle_neighbors(const Mesh& mesh);
 
 }  // namespace patinate

@@ -10,11 +10,12 @@
 
 namespace patinate {
 
-/// Plain arrays; every list but `points` is as long as points, or empty. Points that the scanner did not measure (NaN) are left out.
+/// Plain arrays; every list but `points` is as long as points, or empty. Points that the scanner did not measure (NaN)
+/// are left out.
 struct PointCloud {
-  std::vector<Vec3> points;    ///< Finite; in the file's unit until scaled to mm.
-  std::vector<Vec3> normals;   ///< Unit, towards the scanner. Empty until estimated, or as the file says them.
-  std::vector<Vec3> colors;    ///< Red, green, blue as stored, divided by 255; empty when the file has none.
+  std::vector<Vec3> points;         ///< Finite; in the file's unit until scaled to mm.
+  std::vector<Vec3> normals;        ///< Unit, towards the scanner. Empty until estimated, or as the file says them.
+  std::vector<Vec3> colors;         ///< Red, green, blue as stored, divided by 255; empty when the file has none.
   std::vector<Triangle> triangles;  ///< Into points, when the file has faces; else empty.
 
   /// Range grid: which point lies at column x, row y: cell[y * width + x], -1 = nothing measured there.
@@ -26,7 +27,8 @@ struct PointCloud {
   std::optional<Grid> grid;
   std::optional<Vec3> scanner;  ///< Where the scanner stood, in the cloud's frame, when the file says it.
 
-  std::optional<Vec3> toward_scanner;  ///< Unit; of a scanner that looks along parallel lines, when `scanner` is not known (range grids).
+  std::optional<Vec3> toward_scanner;  ///< Unit; of a scanner that looks along parallel lines, when `scanner` is not
+                                       ///< known (range grids).
 
   [[nodiscard]] int num_points() const { return static_cast<int>(points.size()); }
 };
@@ -34,7 +36,8 @@ struct PointCloud {
 /// Multiplies positions.
 void scale_cloud(PointCloud& cloud, double factor);
 [[nodiscard]] Box bounding_box(const PointCloud& cloud);
-/// Unit vector from a point to where the scanner stood: to `scanner` when it is known, else `toward_scanner`, else nothing.
+/// Unit vector from a point to where the scanner stood: to `scanner` when it is known, else `toward_scanner`, else
+/// nothing.
 [[nodiscard]] std::optional<Vec3> direction_to_scanner(const PointCloud& cloud, const Vec3& point);
 /// All of it moved: points, normals, scanner.
 [[nodiscard]] PointCloud moved(PointCloud cloud, const RigidTransform& target_from_cloud);

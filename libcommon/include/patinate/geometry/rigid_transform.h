@@ -1,5 +1,6 @@
 /// \file
-/// Rigid transforms, named target_from_source: x_in_target = target_from_source.apply(x_in_source), and inner names cancel in a product.
+/// Rigid transforms, named target_from_source: x_in_target = target_from_source.apply(x_in_source), and inner names
+/// cancel in a product.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +24,8 @@ struct RigidTransform {
 [[nodiscard]] RigidTransform operator*(const RigidTransform& left, const RigidTransform& right);
 
 /// Of a 4 x 4 matrix, its rotation brought to the nearest exactly orthonormal one.
-/// @throws InvalidInput unless the last row is 0 0 0 1, everything is finite, and the upper left part is a rotation to 1e-4 (a mirror is named as such).
+/// @throws InvalidInput unless the last row is 0 0 0 1, everything is finite, and the upper left part is a rotation to
+/// 1e-4 (a mirror is named as such).
 [[nodiscard]] RigidTransform rigid_transform(const Eigen::Matrix4d& matrix);
 /// Rotation by |axis_angle| radians about axis_angle [Rodrigues]; exact to rounding for small angles too.
 [[nodiscard]] Eigen::Matrix3d rotation_of(const Vec3& axis_angle);

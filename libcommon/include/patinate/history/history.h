@@ -15,34 +15,34 @@ namespace patinate {
 /// ControlFacts with its file.
 struct ControlParameter {
   std::string name;
-  std::filesystem::path file;        ///< Relative to the history; float.
-  double low = 0.0;                  ///< Physical value that 0 stands for.
-  double high = 1.0;                 ///< Physical value that 1 stands for.
-  std::string unit = "";             ///< "1/mm", "relative", ...
+  std::filesystem::path file;  ///< Relative to the history; float.
+  double low = 0.0;            ///< Physical value that 0 stands for.
+  double high = 1.0;           ///< Physical value that 1 stands for.
+  std::string unit = "";       ///< "1/mm", "relative", ...
 };
 
 /// An image of the history's size that belongs to something.
 struct HistoryImage {
   std::string name;
-  std::filesystem::path file;        ///< Relative to the history.
+  std::filesystem::path file;  ///< Relative to the history.
 };
 
 struct HistoryFrame {
-  double time = 0.0;                 ///< In the history's time unit; strictly increasing.
-  std::filesystem::path file;        ///< Half RGB EXR, linear albedo; relative to the history.
+  double time = 0.0;           ///< In the history's time unit; strictly increasing.
+  std::filesystem::path file;  ///< Half RGB EXR, linear albedo; relative to the history.
   /// 8 bit; 0 where this frame's color is not the surface's (highlight, saturated, out of the stabilized view).
   std::optional<std::filesystem::path> mask = std::nullopt;
   /// In the order of kFrameExtraNames, each at most once; float.
   std::vector<HistoryImage> extras = {};
-  bool is_extrapolated = false;      ///< Nobody saw it: a model goes on from where the frames end.
+  bool is_extrapolated = false;  ///< Nobody saw it: a model goes on from where the frames end.
 };
 
-using HistoryMap = HistoryImage;     ///< One of kHistoryMapNames.
+using HistoryMap = HistoryImage;  ///< One of kHistoryMapNames.
 
 /// What `history.json` says.
 struct HistoryManifest {
   std::string name;
-  std::string origin = "captured";   ///< captured | simulated | synthetic
+  std::string origin = "captured";  ///< captured | simulated | synthetic
   int width = 0;
   int height = 0;
   std::optional<double> texel_size_mm;
@@ -50,7 +50,7 @@ struct HistoryManifest {
   std::vector<HistoryFrame> frames;
   std::vector<ControlParameter> controls;
   std::optional<std::filesystem::path> mask;
-  std::vector<HistoryMap> maps;      ///< In the order of kHistoryMapNames.
+  std::vector<HistoryMap> maps;  ///< In the order of kHistoryMapNames.
   std::string key;
   std::vector<LibraryPart> parts = {};  ///< Of a library.
 };
@@ -60,7 +60,8 @@ struct HistoryManifest {
 /// Reads a history frame by frame; memory does not grow with the number of frames.
 class HistoryReader final : public History {
  public:
-  /// Opens a folder (or its history.json) and checks that every file is there and has the right size; pixels are decoded later.
+  /// Opens a folder (or its history.json) and checks that every file is there and has the right size; pixels are
+  /// decoded later.
   /// @throws IoError naming the file.
   explicit HistoryReader(const std::filesystem::path& path);
 
@@ -83,7 +84,8 @@ class HistoryReader final : public History {
   HistoryFacts facts_;
 };
 
-/// Writes a history into an existing folder, frame by frame, and the manifest last. Not thread-safe; the static functions are.
+/// Writes a history into an existing folder, frame by frame, and the manifest last. Not thread-safe; the static
+/// functions are.
 class HistoryWriter {
  public:
   /// @param manifest  name, origin, size, texel_size_mm, time_unit and key; lists may be empty.
@@ -115,21 +117,26 @@ class HistoryWriter {
   void add_written_frame_mask(int index);
   /// stddev/0007.exr and so on. @throws InvalidInput unless the name is of kFrameExtraNames.
   [[nodiscard]] static std::filesystem::path frame_extra_file(int index, const std::string& name);
-  /// Writes frame_extra_file(); static, since steps that know no writer make it. @throws InvalidInput on other channels.
-  static void write_frame_extra(const std::filesystem::path& folder, int index, const std::string& name, const ImageF& values);
-  /// Names what write_frame_extra() has written for a frame that is named already. @throws InvalidInput if frame `index` is not there.
+  /// Writes frame_extra_file(); static, since steps that know no writer make it. @throws InvalidInput on other
+  /// channels.
+  static void write_frame_extra(const std::filesystem::path& folder, int index, const std::string& name,
+                                const ImageF& values);
+  /// Names what write_frame_extra() has written for a frame that is named already. @throws InvalidInput if frame
+  /// `index` is not there.
   void add_written_frame_extra(int index, const std::string& name);
-  /// Lets a frame that is named already show filled_frame_file(index), which an earlier step has written. Its mask stays.
+  /// Lets a frame that is named already show filled_frame_file(index), which an earlier step has written. Its mask
+  /// stays.
   /// @throws InvalidInput if frame `index` is not there.
   void add_filled_frame(int index);
   /// @param mask  H x W; not 0 = inside. @throws InvalidInput if it covers nothing.
   void write_mask(const ImageU8& mask);
   /// Names the mask that an earlier step has written already, as mask_file().
   void add_written_mask();
-  /// Writes map_file(name); static, since steps that know no writer make maps. @param values  Of the history's size, with the channels of
-  /// the map. @throws InvalidInput
+  /// Writes map_file(name); static, since steps that know no writer make maps. @param values  Of the history's size,
+  /// with the channels of the map. @throws InvalidInput
   static void write_map(const std::filesystem::path& folder, const std::string& name, const ImageF& values);
-  /// Names a map that an earlier step has written already, as map_file(name). @throws InvalidInput if it is named already.
+  /// Names a map that an earlier step has written already, as map_file(name). @throws InvalidInput if it is named
+  /// already.
   void add_written_map(const std::string& name);
   /// @throws InvalidInput unless finite and > 0.
   void set_texel_size_mm(double size);
@@ -148,7 +155,8 @@ class HistoryWriter {
 /// The file in a history's folder that says what is in it.
 inline constexpr const char* kHistoryManifestFile = "history.json";
 /// `history.json` of a folder, or the file itself. Other files are not looked at.
-/// @throws IoError if it breaks the format: unknown key, wrong type, times not strictly increasing, parts that do not fit, ...
+/// @throws IoError if it breaks the format: unknown key, wrong type, times not strictly increasing, parts that do not
+/// fit, ...
 [[nodiscard]] HistoryManifest read_history_manifest(const std::filesystem::path& path);
 /// Equal manifests give equal bytes. @throws InvalidInput as HistoryWriter::finish; CannotComplete.
 void write_history_manifest(const std::filesystem::path& file, const HistoryManifest& manifest);

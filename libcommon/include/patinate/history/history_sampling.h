@@ -29,7 +29,8 @@ class FrameLocator {
  public:
   /// @param times  Of the frames: at least one, strictly increasing.
   FrameLocator(std::vector<double> times, Between between);
-  /// @param time  Not NaN (which gives the last frame). @param hint  A frame that it may lie after, as the one of a neighbor: any index.
+  /// @param time  Not NaN (which gives the last frame). @param hint  A frame that it may lie after, as the one of a
+  /// neighbor: any index.
   [[nodiscard]] TimePosition operator()(double time, int hint = 0) const {
     const double* const times = times_.data();
     const int last = static_cast<int>(times_.size()) - 1;

@@ -1,5 +1,6 @@
 /// \file
-/// A history as a value: what every algorithm takes, wherever the history is kept. history.h reads one from a folder, memory_history.h makes one of images.
+/// A history as a value: what every algorithm takes, wherever the history is kept. history.h reads one from a folder,
+/// memory_history.h makes one of images.
 #pragma once
 
 #include <array>
@@ -20,13 +21,15 @@ enum class TimeUnit { Seconds, Minutes, Hours, Days };
 [[nodiscard]] double seconds_per(TimeUnit unit);
 
 inline constexpr int kMaxHistorySide_px = 65536;
-inline constexpr double kLargestControl = 1e30;  ///< What a control may stand for, on either side of 0: pixels hold floats.
+inline constexpr double kLargestControl =
+    1e30;  ///< What a control may stand for, on either side of 0: pixels hold floats.
 inline constexpr std::array<std::string_view, 3> kHistoryOriginNames{"captured", "simulated", "synthetic"};
 
-/// What frames may have beside color: `stddev` (of the albedo; R, G, B), `specular` (strength, roughness), `normal` (X, Y, Z, unit), `height` (Y, mm);
-/// 0 where not known.
+/// What frames may have beside color: `stddev` (of the albedo; R, G, B), `specular` (strength, roughness), `normal` (X,
+/// Y, Z, unit), `height` (Y, mm); 0 where not known.
 inline constexpr std::array<std::string_view, 4> kFrameExtraNames{"stddev", "specular", "normal", "height"};
-/// Images that are constant in time. `position` and `normal`: X, Y, Z; `height` and `texel_size`: Y. mm, or unit vectors; 0 where there is no surface.
+/// Images that are constant in time. `position` and `normal`: X, Y, Z; `height` and `texel_size`: Y. mm, or unit
+/// vectors; 0 where there is no surface.
 inline constexpr std::array<std::string_view, 4> kHistoryMapNames{"position", "normal", "height", "texel_size"};
 /// Names of the channels, as files have them. @throws InvalidInput listing the names there are.
 [[nodiscard]] const std::vector<std::string>& frame_extra_channels(const std::string& name);
@@ -51,7 +54,8 @@ struct FrameFacts {
   friend bool operator==(const FrameFacts&, const FrameFacts&) = default;
 };
 
-/// One of several histories that lie side by side in one: a library (`patinate combine`). Everything but transfers sees one history.
+/// One of several histories that lie side by side in one: a library (`patinate combine`). Everything but transfers sees
+/// one history.
 struct LibraryPart {
   std::string name;
   int x = 0;  ///< Its first column; its first row is 0.
@@ -91,7 +95,8 @@ struct TimePosition {
   double fraction = 0.0;
 };
 
-/// A material history: color of a surface over time, with its controls. Nothing here says where it is kept. Immutable and thread-safe.
+/// A material history: color of a surface over time, with its controls. Nothing here says where it is kept. Immutable
+/// and thread-safe.
 class History {
  public:
   virtual ~History() = default;
@@ -110,7 +115,8 @@ class History {
   [[nodiscard]] ImageU8 read_mask() const;
   /// H x W x 3 (position, normal) or x 1. @throws InvalidInput listing the maps there are; IoError.
   [[nodiscard]] ImageF read_map(const std::string& name) const;
-  /// What a frame has more than color: H x W x (3, 2, 3, 1) for the names of kFrameExtraNames; nothing when the frame has none of it.
+  /// What a frame has more than color: H x W x (3, 2, 3, 1) for the names of kFrameExtraNames; nothing when the frame
+  /// has none of it.
   /// @throws InvalidInput if there is no such index or name; IoError.
   [[nodiscard]] std::optional<ImageF> read_frame_extra(int index, const std::string& name) const;
   /// Where frame `index` shows the surface itself: read_mask() and the frame's own mask. 0 / 255; may be 0 everywhere.
@@ -134,10 +140,11 @@ class History {
   // Of the facts' size, and checked. Indices are of the facts' lists.
   [[nodiscard]] virtual ImageF load_frame(std::size_t frame) const = 0;
   [[nodiscard]] virtual ImageF load_control(std::size_t control) const = 0;
-  [[nodiscard]] virtual ImageU8 load_mask() const = 0;                       ///< Asked for where has_mask.
+  [[nodiscard]] virtual ImageU8 load_mask() const = 0;  ///< Asked for where has_mask.
   [[nodiscard]] virtual ImageF load_map(std::size_t map) const = 0;
   [[nodiscard]] virtual ImageF load_frame_extra(std::size_t frame, std::size_t extra) const = 0;
-  [[nodiscard]] virtual ImageU8 load_frame_mask(std::size_t frame) const = 0;  ///< Asked for where the frame's has_mask.
+  [[nodiscard]] virtual ImageU8 load_frame_mask(
+      std::size_t frame) const = 0;  ///< Asked for where the frame's has_mask.
 
   [[nodiscard]] std::size_t checked(int index) const;
   [[nodiscard]] std::size_t control_index(const std::string& name) const;

@@ -18,10 +18,10 @@ struct NamedImage {
 };
 
 struct MemoryFrame {
-  double time = 0.0;                     ///< Later than that of the frame before; as find_time_problem() wants them (history_times.h).
-  ImageF color;                          ///< H x W x 3, linear, finite.
-  ImageU8 mask = {};                     ///< H x W; 0 where the color is not the surface's. Empty: none of its own.
-  std::vector<NamedImage> extras = {};   ///< Of different names.
+  double time = 0.0;  ///< Later than that of the frame before; as find_time_problem() wants them (history_times.h).
+  ImageF color;       ///< H x W x 3, linear, finite.
+  ImageU8 mask = {};  ///< H x W; 0 where the color is not the surface's. Empty: none of its own.
+  std::vector<NamedImage> extras = {};  ///< Of different names.
   bool is_extrapolated = false;
 };
 
@@ -57,7 +57,9 @@ class MemoryHistory final : public History {
   [[nodiscard]] ImageF load_control(std::size_t control) const override { return images_.controls[control].values; }
   [[nodiscard]] ImageU8 load_mask() const override { return images_.mask; }
   [[nodiscard]] ImageF load_map(std::size_t map) const override { return images_.maps[map].image; }
-  [[nodiscard]] ImageF load_frame_extra(std::size_t frame, std::size_t extra) const override { return images_.frames[frame].extras[extra].image; }
+  [[nodiscard]] ImageF load_frame_extra(std::size_t frame, std::size_t extra) const override {
+    return images_.frames[frame].extras[extra].image;
+  }
   [[nodiscard]] ImageU8 load_frame_mask(std::size_t frame) const override { return images_.frames[frame].mask; }
 
   MemoryHistoryImages images_;

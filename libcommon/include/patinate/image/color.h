@@ -12,7 +12,8 @@ namespace patinate {
 /// sRGB code in [0, 1] to linear in [0, 1]. Values outside are extended by odd symmetry.
 [[nodiscard]] float linear_from_srgb(float code);
 [[nodiscard]] float srgb_from_linear(float linear);
-/// 8-bit sRGB code of a linear value, clamped, rounded to nearest. Inverse of linear_from_srgb(code / 255) for all 256 codes.
+/// 8-bit sRGB code of a linear value, clamped, rounded to nearest. Inverse of linear_from_srgb(code / 255) for all 256
+/// codes.
 [[nodiscard]] std::uint8_t srgb8_from_linear(float linear);
 
 /// How integer codes of a photograph become linear values.

@@ -36,7 +36,9 @@ class Image {
   [[nodiscard]] T& at(int x, int y, int c = 0) { return values_[index(x, y, c)]; }
   [[nodiscard]] const T& at(int x, int y, int c = 0) const { return values_[index(x, y, c)]; }
   /// The channels of one pixel.
-  [[nodiscard]] std::span<T> pixel(int x, int y) { return {&values_[index(x, y, 0)], static_cast<std::size_t>(channels_)}; }
+  [[nodiscard]] std::span<T> pixel(int x, int y) {
+    return {&values_[index(x, y, 0)], static_cast<std::size_t>(channels_)};
+  }
   [[nodiscard]] std::span<const T> pixel(int x, int y) const {
     return {&values_[index(x, y, 0)], static_cast<std::size_t>(channels_)};
   }

@@ -1,6 +1,6 @@
 /// \file
-/// Image files through OpenImageIO. Channels are found by name; equal images give equal bytes (no time stamps). Camera RAW and
-/// movies are decoded in a process of their own (decoder_process.h).
+/// Image files through OpenImageIO. Channels are found by name; equal images give equal bytes (no time stamps). Camera
+/// RAW and movies are decoded in a process of their own (decoder_process.h).
 #pragma once
 
 #include <filesystem>
@@ -30,16 +30,18 @@ struct ImageInfo {
 /// @throws IoError if it is missing, empty, no image, or too large.
 [[nodiscard]] ImageInfo probe_image(const std::filesystem::path& path);
 
-/// Color as 3 linear channels (gray is repeated, alpha dropped, RGBA unassociated). Integer codes go through `response`;
-/// float files are linear already.
-/// @throws IoError also when truncated, when a value is NaN or infinite, or, by its header, when it holds more than 2^30 values; CannotComplete when memory ends.
+/// Color as 3 linear channels (gray is repeated, alpha dropped, RGBA unassociated). Integer codes go through
+/// `response`; float files are linear already.
+/// @throws IoError also when truncated, when a value is NaN or infinite, or, by its header, when it holds more than
+/// 2^30 values; CannotComplete when memory ends.
 [[nodiscard]] ImageF read_color(const std::filesystem::path& path, const Response& response = {});
-/// One channel of raw values: codes / 255 (or / 65535) for integers, values for floats. `channel` "" means "Y", the only
-/// one, or the mean of R, G, B.
+/// One channel of raw values: codes / 255 (or / 65535) for integers, values for floats. `channel` "" means "Y", the
+/// only one, or the mean of R, G, B.
 [[nodiscard]] ImageF read_gray(const std::filesystem::path& path, const std::string& channel = "");
 /// Named channels in the order asked for; raw values. @throws IoError naming a missing channel and those there are.
 [[nodiscard]] ImageF read_channels(const std::filesystem::path& path, const std::vector<std::string>& channels);
-/// 8-bit mask: 0 outside, 255 inside (any code >= 128 of the first channel; alpha when that is the only one that varies).
+/// 8-bit mask: 0 outside, 255 inside (any code >= 128 of the first channel; alpha when that is the only one that
+/// varies).
 [[nodiscard]] ImageU8 read_mask(const std::filesystem::path& path);
 
 enum class ExrDepth { Half, Float };

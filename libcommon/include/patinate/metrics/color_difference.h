@@ -6,8 +6,8 @@
 
 namespace patinate {
 
-/// CIEDE2000 difference of two CIELAB colors, k_L = k_C = k_H = 1 [Sharma, Wu, Dalal 2005]. >= 0, symmetric, 0 for equal colors; about 1 is
-/// just noticeable side by side. Jumps where hues are opposite (their note 4).
+/// CIEDE2000 difference of two CIELAB colors, k_L = k_C = k_H = 1 [Sharma, Wu, Dalal 2005]. >= 0, symmetric, 0 for
+/// equal colors; about 1 is just noticeable side by side. Jumps where hues are opposite (their note 4).
 /// @param a,b  L*, a*, b*; finite.
 [[nodiscard]] double ciede2000(const std::array<double, 3>& a, const std::array<double, 3>& b);
 

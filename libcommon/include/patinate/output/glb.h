@@ -25,18 +25,20 @@ struct GlbTexture {
 
 /// One look of the mesh, by textures that are made one after the other.
 struct GlbLook {
-  std::string name;                     ///< As GlbVariant::name.
-  std::vector<GlbTexture> base_colors;  ///< One a tile; sRGB codes of 3 channels.
+  std::string name;                        ///< As GlbVariant::name.
+  std::vector<GlbTexture> base_colors;     ///< One a tile; sRGB codes of 3 channels.
   std::vector<GlbTexture> normals = {};    ///< As GlbVariant::normals.
   std::vector<GlbTexture> speculars = {};  ///< As GlbVariant::speculars, one channel.
 };
 
 /// One look of the mesh. The first one is what viewers without the extension show.
 struct GlbVariant {
-  std::string name;                  ///< Shown in viewers, UTF-8, e.g. "12.5 d"; unique.
-  std::vector<ImageF> base_colors;   ///< One a tile; linear RGB, any size; stored as 8-bit sRGB PNG.
-  std::vector<ImageU8> normals = {};    ///< None, or one a tile: tangent-space normals, 127.5 + 127.5 n; x along +u, y along +v (up).
-  std::vector<ImageU8> speculars = {};  ///< None, or one a tile: specular value, 255 = 1; roughness = max(0.05, 1 - specular).
+  std::string name;                 ///< Shown in viewers, UTF-8, e.g. "12.5 d"; unique.
+  std::vector<ImageF> base_colors;  ///< One a tile; linear RGB, any size; stored as 8-bit sRGB PNG.
+  std::vector<ImageU8> normals =
+      {};  ///< None, or one a tile: tangent-space normals, 127.5 + 127.5 n; x along +u, y along +v (up).
+  std::vector<ImageU8> speculars =
+      {};  ///< None, or one a tile: specular value, 255 = 1; roughness = max(0.05, 1 - specular).
 };
 
 /// Which triangles show which of a variant's textures: glTF gets a primitive a tile, and a material a tile and variant.
@@ -53,11 +55,12 @@ struct GlbOptions {
 };
 
 /// Writes atomically; equal input gives equal bytes. Axes are kept as they are, v is flipped as glTF asks.
-/// Materials are seen from both sides, as files from laboratories mix them. Where a variant has normals, vertices carry tangents.
+/// Materials are seen from both sides, as files from laboratories mix them. Where a variant has normals, vertices carry
+/// tangents.
 /// @param mesh  With UVs in [0, 1] of every tile.
-/// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture a tile, normals have
-/// not 3 channels, or a value is not finite; CannotComplete if it cannot be written.
-/// Memory: the mesh, and what one texture takes while it is made; the file's bytes wait on the disk, beside its place.
+/// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture
+/// a tile, normals have not 3 channels, or a value is not finite; CannotComplete if it cannot be written. Memory: the
+/// mesh, and what one texture takes while it is made; the file's bytes wait on the disk, beside its place.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbLook>& looks, const GlbOptions& options = {}, const RunControl& control = {});
 /// Of whole images.

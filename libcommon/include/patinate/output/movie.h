@@ -22,17 +22,20 @@ void describe(OptionVisitor& v, MovieOptions& o);
 /// {".mp4", ".webm", ".gif"}.
 [[nodiscard]] const std::vector<std::string>& movie_extensions();
 
-/// Writes a movie picture by picture: memory does not grow with their number. The file is whole or absent. Equal pictures give equal
-/// bytes, for any number of threads (each encoder runs on one).
+/// Writes a movie picture by picture: memory does not grow with their number. The file is whole or absent. Equal
+/// pictures give equal bytes, for any number of threads (each encoder runs on one).
 /// @param path     Its extension decides the format.
-/// @param picture  Called for 0 ... num_pictures - 1 in order: linear RGB, all of one size. The last column and row are repeated
+/// @param picture  Called for 0 ... num_pictures - 1 in order: linear RGB, all of one size. The last column and row are
+/// repeated
 ///                 where H.264 and VP9 want even sizes.
 /// @param key      Content key, kept in the file.
-/// @throws InvalidInput if there is no picture, sizes differ, a size is outside [2, 8192], or an option is out of range;
-/// UsageError on another extension; CannotComplete if this build has no encoder or it cannot be written; Canceled.
+/// @throws InvalidInput if there is no picture, sizes differ, a size is outside [2, 8192], or an option is out of
+/// range; UsageError on another extension; CannotComplete if this build has no encoder or it cannot be written;
+/// Canceled.
 void write_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageF(int)>& picture,
                  const MovieOptions& options = {}, const std::string& key = "", const RunControl& control = {});
-/// Of sRGB codes, 3 channels: a quarter of the memory, besides what the encoder keeps (H.264: about 60 pictures of 1.5 bytes a pixel).
+/// Of sRGB codes, 3 channels: a quarter of the memory, besides what the encoder keeps (H.264: about 60 pictures of 1.5
+/// bytes a pixel).
 void write_coded_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageU8(int)>& picture,
                        const MovieOptions& options = {}, const std::string& key = "", const RunControl& control = {});
 

@@ -48,7 +48,8 @@ void describe(OptionVisitor& v, RenderOptions& o);
 
 /// What a texture says of a surface beside its color. Sampled as textures are (RenderView::shade()).
 struct SurfaceDetail {
-  ImageF normals = {};    ///< Tangent space: x along growing u, y along growing v (up), z out of the surface; 3 channels; empty: the mesh's own.
+  ImageF normals = {};  ///< Tangent space: x along growing u, y along growing v (up), z out of the surface; 3 channels;
+                        ///< empty: the mesh's own.
   ImageF roughness = {};  ///< Of the coat, clamped to [0.05, 1]; 1 channel; empty: RenderOptions::roughness.
 };
 
@@ -61,7 +62,8 @@ class RenderView {
   RenderView(const Mesh& mesh, const RenderOptions& options, const RunControl& control = {});
   /// With relief and gloss of its own at every texel. Shadows and occlusion stay those of the mesh.
   /// @throws InvalidInput also when a detail has other channels.
-  RenderView(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail, const RunControl& control = {});
+  RenderView(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail,
+             const RunControl& control = {});
 
   /// The picture with a texture: height x width x 3, linear, >= 0.
   /// @param texture  Any size, 1 or >= 3 channels, linear albedo; row y is v = 1 - (y + 0.5) / height. Sampled

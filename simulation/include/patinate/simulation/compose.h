@@ -27,43 +27,51 @@ enum class ColorForm {
 };
 inline constexpr std::array<std::string_view, 2> kColorFormNames{"normalized", "published"};
 
-/// Composes an atlas [Guenther et al. 2012, sec. 4.5]. With delta_i = amount - original, xi_i in [-1, 1) fixed per texel and material:
+/// Composes an atlas [Guenther et al. 2012, sec. 4.5]. With delta_i = amount - original, xi_i in [-1, 1) fixed per
+/// texel and material:
 ///     w_i      = min(4, min(4, max(0, delta_i) b_i) (1 + v_i xi_i))           then ColorForm
 ///     specular = clamp(s0 + sum delta_i specular_i (1 + v_i xi_i), 0, 1)
 ///     height   = h0 + sum delta_i height_i (1 + v_i xi_i)
-///     normal   = (-dh/dT, -dh/dB, 1) / |.|, slopes to 16 (86.4 degrees) by differences to the neighbors on the surface, across seams
-/// in integers throughout: same bytes for any number of threads, any instruction set and any order of the calls. Colors are sRGB codes
-/// of 8 bit and blended linearly. Normals are in the frame of glTF: T along +u, B at right angles to it toward +v.
+///     normal   = (-dh/dT, -dh/dB, 1) / |.|, slopes to 16 (86.4 degrees) by differences to the neighbors on the
+///     surface, across seams
+/// in integers throughout: same bytes for any number of threads, any instruction set and any order of the calls. Colors
+/// are sRGB codes of 8 bit and blended linearly. Normals are in the frame of glTF: T along +u, B at right angles to it
+/// toward +v.
 ///
-/// Memory: 7 bytes a texel; 4 more once anything has a height; 4 for each of color and height maps where objects have them.
-/// Not thread-safe.
+/// Memory: 7 bytes a texel; 4 more once anything has a height; 4 for each of color and height maps where objects have
+/// them. Not thread-safe.
 class Composer {
  public:
   /// @param scene       Materials, looks, objects with maps. Not kept.
   /// @param scene_mesh  As it stood when `surface` was made. Not kept.
   /// @param surface     Outlives the composer.
   /// @throws InvalidInput if a look has a value out of range.
-  Composer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, ColorForm form = ColorForm::Normalized,
-           const RunControl& control = {});
+  Composer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
+           ColorForm form = ColorForm::Normalized, const RunControl& control = {});
   ~Composer();
   Composer(Composer&&) noexcept;
   Composer& operator=(Composer&&) noexcept;
 
-  /// Other looks for the same amounts: everything is composed again at the next compose(); normals only where heights change.
+  /// Other looks for the same amounts: everything is composed again at the next compose(); normals only where heights
+  /// change.
   /// @throws InvalidInput unless there is one for each material, in range.
   void set_looks(const std::vector<MaterialLook>& looks);
   void set_form(ColorForm form);
   /// For tests and benchmarks. @throws InvalidInput if this machine lacks it.
   void use(InstructionSet set);
 
-  /// Brings the dirty tiles, and the normals around them, up to date; everything at the first call and after set_looks().
+  /// Brings the dirty tiles, and the normals around them, up to date; everything at the first call and after
+  /// set_looks().
   /// @param atlas  Of the same surface, with as many materials as there are looks.
   /// @param dirty  Tiles whose amounts may have changed since the last call; any order.
   /// @return tiles of which anything changed, in order.
-  /// @throws InvalidInput for another atlas or a tile out of range; Canceled: everything is then composed again at the next call.
-  std::vector<TileIndex> compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty, const RunControl& control = {});
+  /// @throws InvalidInput for another atlas or a tile out of range; Canceled: everything is then composed again at the
+  /// next call.
+  std::vector<TileIndex> compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
+                                 const RunControl& control = {});
 
-  /// By texel, in tile order: R | G << 8 | B << 16 | specular << 24, color as sRGB codes. 0 outside the charts and before compose().
+  /// By texel, in tile order: R | G << 8 | B << 16 | specular << 24, color as sRGB codes. 0 outside the charts and
+  /// before compose().
   [[nodiscard]] std::span<const std::uint32_t> codes() const;
   /// By tile: 64 values of x, then of y, then of z; 127.5 + 127.5 n, rounded. Flat is (128, 128, 255).
   [[nodiscard]] std::span<const std::uint8_t> normals() const;
@@ -72,15 +80,17 @@ class Composer {
   [[nodiscard]] std::array<double, 2> slopes(TexelIndex t) const;
   /// A normal tilted by the relief: for rays that are to be reflected by it.
   /// @param normal       Unit.
-  /// @param mm_per_texel Texel steps of the triangle where it stands now: SurfaceAtlas::mm_per_texel, turned as its object.
-  [[nodiscard]] Vec3 perturbed_normal(TexelIndex t, const Vec3& normal, const Eigen::Matrix<double, 3, 2>& mm_per_texel) const;
+  /// @param mm_per_texel Texel steps of the triangle where it stands now: SurfaceAtlas::mm_per_texel, turned as its
+  /// object.
+  [[nodiscard]] Vec3 perturbed_normal(TexelIndex t, const Vec3& normal,
+                                      const Eigen::Matrix<double, 3, 2>& mm_per_texel) const;
 
   // Pictures in the user's order of pixels; what lies outside the charts repeats the nearest texel inside.
-  [[nodiscard]] ImageU8 color_srgb8() const;   ///< H x W x 3.
-  [[nodiscard]] ImageF color_linear() const;   ///< H x W x 3, of the same codes.
-  [[nodiscard]] ImageU8 specular8() const;     ///< H x W x 1.
-  [[nodiscard]] ImageU8 normal8() const;       ///< H x W x 3.
-  [[nodiscard]] ImageF height_mm() const;      ///< H x W x 1, in steps of 1 / 1024 of a median texel's size.
+  [[nodiscard]] ImageU8 color_srgb8() const;  ///< H x W x 3.
+  [[nodiscard]] ImageF color_linear() const;  ///< H x W x 3, of the same codes.
+  [[nodiscard]] ImageU8 specular8() const;    ///< H x W x 1.
+  [[nodiscard]] ImageU8 normal8() const;      ///< H x W x 3.
+  [[nodiscard]] ImageF height_mm() const;     ///< H x W x 1, in steps of 1 / 1024 of a median texel's size.
   [[nodiscard]] std::size_t memory() const;
 
  private:

@@ -1,5 +1,6 @@
 /// \file
-/// The simulator as an engine without files: apply what an artist does, step, look. Looking never changes what happens next.
+/// The simulator as an engine without files: apply what an artist does, step, look. Looking never changes what happens
+/// next.
 #pragma once
 
 #include <array>
@@ -12,24 +13,25 @@
 
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
-#include "patinate/simulation/material_atlas.h"
 #include "patinate/simulation/compose.h"
-#include "patinate/simulation/scene.h"
 #include "patinate/simulation/ledger.h"
+#include "patinate/simulation/material_atlas.h"
+#include "patinate/simulation/scene.h"
 
 namespace patinate::simulation {
 
 struct Gammatons;
 
 struct SimulationOptions {
-  std::vector<std::string> parameter_maps;        ///< Of parameter_map_names(): what to count along the way. Costs memory and little time.
+  std::vector<std::string>
+      parameter_maps;  ///< Of parameter_map_names(): what to count along the way. Costs memory and little time.
   ColorForm color_form = ColorForm::Normalized;
 };
 
 /// Seconds since the beginning, of one process.
 struct SimulationTimes {
   double trace = 0.0;
-  double exchange = 0.0;   ///< Surface update and gammaton update of the paper's Table 2.
+  double exchange = 0.0;  ///< Surface update and gammaton update of the paper's Table 2.
   double respond = 0.0;
   double rules = 0.0;
   double compose = 0.0;
@@ -42,14 +44,16 @@ struct ParameterMap {
   std::string unit;  ///< "1" (counts), "amount", or the scene's unit of time.
 };
 
-/// Gammatons age a scene [Guenther, Rohmer, Grosch 2012, "GPU-accelerated Interactive Material Aging"]. An iteration is: the scene's own
-/// events, tracing (each gammaton to its next contact), exchange of material, response (bounce, float, absorb), rules.
+/// Gammatons age a scene [Guenther, Rohmer, Grosch 2012, "GPU-accelerated Interactive Material Aging"]. An iteration
+/// is: the scene's own events, tracing (each gammaton to its next contact), exchange of material, response (bounce,
+/// float, absorb), rules.
 ///
-/// Same bits for any number of threads and any instruction set, for any way to divide a run by snapshots, and whoever looks meanwhile.
-/// Not thread-safe; each call uses all threads that its RunControl grants.
+/// Same bits for any number of threads and any instruction set, for any way to divide a run by snapshots, and whoever
+/// looks meanwhile. Not thread-safe; each call uses all threads that its RunControl grants.
 class Simulation {
  public:
-  /// @throws InvalidInput what check_scene(), make_scene_mesh(), SurfaceAtlas and check_emitters() throw, and for a parameter map of no known name.
+  /// @throws InvalidInput what check_scene(), make_scene_mesh(), SurfaceAtlas and check_emitters() throw, and for a
+  /// parameter map of no known name.
   explicit Simulation(Scene scene, SimulationOptions options = {}, const RunControl& control = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -66,14 +70,18 @@ class Simulation {
   /// Unusual but allowed things that a user should know of (open or inside-out meshes).
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
-  /// Now, whatever event.iteration says. @throws InvalidInput for an unknown target or a value out of range; nothing is changed then.
+  /// Now, whatever event.iteration says. @throws InvalidInput for an unknown target or a value out of range; nothing is
+  /// changed then.
   /// @param control  For the steps of an event `paint`. @throws Canceled as step().
   void apply(const SceneEvent& event, const RunControl& control = {});
-  /// The scene's own events that come before the next iteration happen now, and not in the next step(): for a picture that is to show them.
+  /// The scene's own events that come before the next iteration happen now, and not in the next step(): for a picture
+  /// that is to show them.
   void apply_due(const RunControl& control = {});
-  /// A brush alone: the emitter moves to a place, its gammatons are born (though it may be off), go to their next contact, exchange and respond.
-  /// All other gammatons, the rules and time stand still: an artist's stroke costs none. What it leaves under way goes on with the next step().
-  /// @param emitter  Of any shape but Sky. @throws InvalidInput for another, nothing is changed then; Canceled as step().
+  /// A brush alone: the emitter moves to a place, its gammatons are born (though it may be off), go to their next
+  /// contact, exchange and respond. All other gammatons, the rules and time stand still: an artist's stroke costs none.
+  /// What it leaves under way goes on with the next step().
+  /// @param emitter  Of any shape but Sky. @throws InvalidInput for another, nothing is changed then; Canceled as
+  /// step().
   void paint(const std::string& emitter, const Vec3& position_mm, const RunControl& control = {});
   /// One iteration. @throws Canceled: the state is then lost (go back to a snapshot).
   void step(const RunControl& control = {});
@@ -102,7 +110,8 @@ class Simulation {
   /// Amounts of a material in the user's order of pixels, 1 = kAmountOne; 0 outside the charts.
   [[nodiscard]] ImageF amounts(int material) const;
   [[nodiscard]] ImageF original_amounts(int material) const;
-  /// Takes amounts over from elsewhere (a finished folder), rounded to quanta; the ledger then no longer describes them.
+  /// Takes amounts over from elsewhere (a finished folder), rounded to quanta; the ledger then no longer describes
+  /// them.
   /// @throws InvalidInput on another size or a value outside [0, 4).
   void set_amounts(int material, const ImageF& amounts);
   /// MATERIAL.final needs not have been asked for. @throws InvalidInput for another that was not, or an unknown name.
@@ -115,7 +124,8 @@ class Simulation {
 
   /// Everything that changes while it runs. Equal states give equal bytes.
   [[nodiscard]] std::vector<std::byte> snapshot() const;
-  /// @param bytes  A snapshot of a simulation of the same scene and options; this scene may have more emitters behind those of that one, which
+  /// @param bytes  A snapshot of a simulation of the same scene and options; this scene may have more emitters behind
+  /// those of that one, which
   ///   have waited then. @throws InvalidInput otherwise; nothing is changed then.
   void restore(std::span<const std::byte> bytes);
 

@@ -15,8 +15,8 @@ namespace patinate::simulation {
 struct Cargo;
 struct ExchangeReport;
 
-/// A sum of mass quanta that does not overflow: high * 2^32 + low. A million gammatons with 16 of everything, born again in each of a
-/// million iterations, are 2^66.
+/// A sum of mass quanta that does not overflow: high * 2^32 + low. A million gammatons with 16 of everything, born
+/// again in each of a million iterations, are 2^66.
 class MassSum {
  public:
   MassSum& operator+=(std::int64_t quanta);
@@ -34,9 +34,14 @@ class MassSum {
   std::uint32_t low_ = 0;
 };
 
-enum class CargoEnd { Left, Absorbed, Rested };  ///< How a gammaton's life ends: outside the scene, in a surface, still on the ground.
+enum class CargoEnd {
+  Left,
+  Absorbed,
+  Rested
+};  ///< How a gammaton's life ends: outside the scene, in a surface, still on the ground.
 
-/// Mass by what became of it, for one material. Balance: emitted + made = on_surfaces + carried + left + absorbed + rested + used.
+/// Mass by what became of it, for one material. Balance: emitted + made = on_surfaces + carried + left + absorbed +
+/// rested + used.
 struct MassAccount {
   MassSum emitted;      ///< Loaded at births.
   MassSum on_surfaces;  ///< Change since the start, may be below 0.
@@ -62,7 +67,8 @@ class MassLedger {
   void end(std::uint32_t gammaton, CargoEnd how, Cargo& cargo);
   void add(const ExchangeReport& report);
   /// What rules changed on the surface.
-  void add_rules(const std::array<std::int64_t, kMaxMaterials>& made, const std::array<std::int64_t, kMaxMaterials>& used);
+  void add_rules(const std::array<std::int64_t, kMaxMaterials>& made,
+                 const std::array<std::int64_t, kMaxMaterials>& used);
 
   [[nodiscard]] const MassAccount& account(int material) const { return accounts_[static_cast<std::size_t>(material)]; }
   [[nodiscard]] MassAccount& account(int material) { return accounts_[static_cast<std::size_t>(material)]; }
@@ -73,7 +79,7 @@ class MassLedger {
 };
 
 /// Compares the books with what is there: sums all texels and all cargo (slow). @returns what is wrong, "" if nothing.
-[[nodiscard]] std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo, std::span<const std::string> materials,
-                                const RunControl& control = {});
+[[nodiscard]] std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo,
+                                std::span<const std::string> materials, const RunControl& control = {});
 
 }  // namespace patinate::simulation

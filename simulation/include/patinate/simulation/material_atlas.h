@@ -13,18 +13,20 @@
 
 namespace patinate::simulation {
 
-/// An amount is a density per surface area: 1 = kAmountOne quanta, up to 65535 (just under 4). Mass = amount quanta * area weight.
+/// An amount is a density per surface area: 1 = kAmountOne quanta, up to 65535 (just under 4). Mass = amount quanta *
+/// area weight.
 inline constexpr std::uint32_t kAmountOne = 16384;
 inline constexpr std::uint32_t kMaxAmount = 65535;
 
-/// Amounts by material: plane after plane, each in pages of 64 x 64 texels (TileGrid's order, 8 KB) that are made when first written.
-/// A page that is not there holds the original amounts, which are one value for each object and material.
-/// Different pages may be made and written by several threads at once.
+/// Amounts by material: plane after plane, each in pages of 64 x 64 texels (TileGrid's order, 8 KB) that are made when
+/// first written. A page that is not there holds the original amounts, which are one value for each object and
+/// material. Different pages may be made and written by several threads at once.
 class MaterialAtlas {
  public:
   /// @param originals  Amount quanta by object, then material; at most kMaxAmount.
   /// @param surface    Outlives the atlas.
-  MaterialAtlas(const SurfaceAtlas& surface, int num_materials, std::vector<std::array<std::uint16_t, kMaxMaterials>> originals);
+  MaterialAtlas(const SurfaceAtlas& surface, int num_materials,
+                std::vector<std::array<std::uint16_t, kMaxMaterials>> originals);
   ~MaterialAtlas();
   MaterialAtlas(MaterialAtlas&&) noexcept;
   MaterialAtlas& operator=(MaterialAtlas&&) noexcept;

@@ -1,6 +1,6 @@
 /// \file
-/// What a simulation is made of, without files: objects, materials, emitters, rates. Lengths in mm, times in s unless said, so that a
-/// reader of scene files (scene_io.h) converts once.
+/// What a simulation is made of, without files: objects, materials, emitters, rates. Lengths in mm, times in s unless
+/// said, so that a reader of scene files (scene_io.h) converts once.
 #pragma once
 
 #include <array>
@@ -27,8 +27,8 @@ struct ColorSource {
   ImageF image;               ///< H x W x 3, linear; may be empty.
 };
 
-/// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v weigh it by
-/// amount * b * (1 + v xi) with xi in [-1, 1) fixed per texel and material.
+/// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v
+/// weigh it by amount * b * (1 + v xi) with xi in [-1, 1) fixed per texel and material.
 struct MaterialLook {
   ColorSource color;
   double strength = 1.0;            ///< >= 0: amount 1 covers the original color by this share.
@@ -64,75 +64,80 @@ enum class EmitterShape {
   Disk,       ///< Uniform over a disk of diameter size[0] at right angles to the direction.
   Rectangle,  ///< Uniform over size[0] x size[1]; the first side is as near to world x as the direction allows.
   Sphere,     ///< Uniform over a sphere of diameter size[0], outward.
-  Sky,        ///< From all over the scene's upper side, in directions within `spread` of `direction`, so that every place is rained on alike.
-  Surface     ///< The artist's brush: a disk that sits `distance` above the point of the surface nearest to `position`, looking down its normal.
+  Sky,  ///< From all over the scene's upper side, in directions within `spread` of `direction`, so that every place is
+        ///< rained on alike.
+  Surface  ///< The artist's brush: a disk that sits `distance` above the point of the surface nearest to `position`,
+           ///< looking down its normal.
 };
-inline constexpr std::array<std::string_view, 6> kEmitterShapeNames{"point", "disk", "rectangle", "sphere", "sky", "surface"};
+inline constexpr std::array<std::string_view, 6> kEmitterShapeNames{"point",  "disk", "rectangle",
+                                                                    "sphere", "sky",  "surface"};
 
 /// A source of gammatons. `gammatons` of them are under way at any time: one that ends is born again.
 struct Emitter {
   std::string name;
   EmitterShape shape = EmitterShape::Rectangle;
   Vec3 position_mm{0, 0, 0};
-  Vec3 direction{0, -1, 0};          ///< Unit.
+  Vec3 direction{0, -1, 0};             ///< Unit.
   std::array<double, 2> size_mm{0, 0};  ///< >= 0.
-  double spread_deg = 0.0;           ///< Half angle of a cone, uniform in solid angle; [0, 180].
-  double speed_mm_s = 1000.0;        ///< > 0.
-  double distance_mm = 10.0;         ///< Surface only.
-  std::int64_t gammatons = 1000;     ///< [1, 10^7].
-  MaterialValues carries{};          ///< [0, 16]: amounts at birth.
-  bool is_on = true;                 ///< Off: its gammatons are not born again.
+  double spread_deg = 0.0;              ///< Half angle of a cone, uniform in solid angle; [0, 180].
+  double speed_mm_s = 1000.0;           ///< > 0.
+  double distance_mm = 10.0;            ///< Surface only.
+  std::int64_t gammatons = 1000;        ///< [1, 10^7].
+  MaterialValues carries{};             ///< [0, 16]: amounts at birth.
+  bool is_on = true;                    ///< Off: its gammatons are not born again.
 };
 
 /// What a gammaton does at a hit: Russian roulette between three responses [Guenther et al. 2012, sec. 4.1].
 struct Behavior {
-  double bounce = 0.2;                ///< Probabilities, >= 0; they and absorb sum to 1.
+  double bounce = 0.2;  ///< Probabilities, >= 0; they and absorb sum to 1.
   double floating = 0.7;
   double absorb = 0.1;
-  double deceleration_bounce = 0.4;   ///< Share of the speed that is lost, [0, 1].
+  double deceleration_bounce = 0.4;  ///< Share of the speed that is lost, [0, 1].
   double deceleration_float = 0.3;
 };
 
-/// Figure 10's one slider, s in [0, 1]: in [0, 1/3] all bounce and lose ever more speed; in [1/3, 2/3] from bouncing to floating; in
-/// [2/3, 1] all float and lose ever more speed. `absorb` is kept at `absorb`.
+/// Figure 10's one slider, s in [0, 1]: in [0, 1/3] all bounce and lose ever more speed; in [1/3, 2/3] from bouncing to
+/// floating; in [2/3, 1] all float and lose ever more speed. `absorb` is kept at `absorb`.
 [[nodiscard]] Behavior behavior_of_slider(double s, double absorb = 0.1);
 
 struct TracingOptions {
-  double epsilon_mm = 0.5;            ///< A floating gammaton hovers by this; > 0.
-  double pull = 0.5;                  ///< How much of its speed turns toward the surface while it floats (the paper's h); >= 0.
-  double reach_mm = 5.0;              ///< A floating gammaton looks this far along its way for the next contact; > 0.
-  double lobe_exponent_bounce = 20;   ///< Phong lobes; >= 0.
+  double epsilon_mm = 0.5;  ///< A floating gammaton hovers by this; > 0.
+  double pull = 0.5;        ///< How much of its speed turns toward the surface while it floats (the paper's h); >= 0.
+  double reach_mm = 5.0;    ///< A floating gammaton looks this far along its way for the next contact; > 0.
+  double lobe_exponent_bounce = 20;  ///< Phong lobes; >= 0.
   double lobe_exponent_float = 100;
-  int max_segments = 6;               ///< Straight pieces in one iteration; [1, 64].
-  bool tangential_slowdown = true;    ///< Floating keeps only the tangential part of the reflected speed.
-  double rest_speed_mm_s = 10.0;      ///< Slower ones come to rest on ground that is nearly level.
-  double rest_slope_deg = 30.0;       ///< What "nearly level" is; [0, 90].
+  int max_segments = 6;             ///< Straight pieces in one iteration; [1, 64].
+  bool tangential_slowdown = true;  ///< Floating keeps only the tangential part of the reflected speed.
+  double rest_speed_mm_s = 10.0;    ///< Slower ones come to rest on ground that is nearly level.
+  double rest_slope_deg = 30.0;     ///< What "nearly level" is; [0, 90].
 };
 
 /// Exchange of material at a hit [Guenther et al. 2012, sec. 4.2].
 struct ExchangeOptions {
-  double ratio = 0.5;        ///< r: 0 only picks up, 1 only drops.
-  MaterialValues rates{};    ///< c_i, [0, 1]: per contact duration.
-  double contact = 1.0;      ///< Duration of a contact; >= 0.
-  int splat_texels = 1;      ///< Width of what one gammaton touches: 1, 3 or 5 texels of the median size.
+  double ratio = 0.5;      ///< r: 0 only picks up, 1 only drops.
+  MaterialValues rates{};  ///< c_i, [0, 1]: per contact duration.
+  double contact = 1.0;    ///< Duration of a contact; >= 0.
+  int splat_texels = 1;    ///< Width of what one gammaton touches: 1, 3 or 5 texels of the median size.
 };
 
-/// What ages while the gammatons run. `driver` is an expression over materials ("min(water, metal)") and surface parameters.
+/// What ages while the gammatons run. `driver` is an expression over materials ("min(water, metal)") and surface
+/// parameters.
 struct Rule {
   std::string name;
   std::string driver;
-  double alpha = 0.1;        ///< Per unit of the scene's time; >= 0.
-  MaterialValues makes{};    ///< Amount made per alpha * driver * time.
-  MaterialValues uses{};     ///< Amount used up per the same; never more than there is.
+  double alpha = 0.1;      ///< Per unit of the scene's time; >= 0.
+  MaterialValues makes{};  ///< Amount made per alpha * driver * time.
+  MaterialValues uses{};   ///< Amount used up per the same; never more than there is.
 };
 
 /// What becomes of a rule while it runs: what is not given stays.
 struct RuleChange {
   std::optional<std::string> driver;
-  std::optional<double> alpha;         ///< 0 = off.
+  std::optional<double> alpha;  ///< 0 = off.
   std::optional<MaterialValues> makes;
   std::optional<MaterialValues> uses;
-  std::optional<Rule> begins;          ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
+  std::optional<Rule>
+      begins;  ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
 };
 
 /// Where a brush paints, and how long.
@@ -146,12 +151,12 @@ struct SceneEvent {
   enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behavior, Switch, Rule, Paint };
   std::int64_t iteration = 0;  ///< Before this one.
   Op op = Op::Move;
-  std::string target;          ///< Of an object or emitter; a material for Rate, a rule for Rule.
-  Vec3 value{0, 0, 0};         ///< Position (mm), angles (deg), or a number in [0]; Switch: 0 = off.
-  std::optional<Emitter> emitter;      ///< Emitter: all of it.
+  std::string target;                ///< Of an object or emitter; a material for Rate, a rule for Rule.
+  Vec3 value{0, 0, 0};               ///< Position (mm), angles (deg), or a number in [0]; Switch: 0 = off.
+  std::optional<Emitter> emitter;    ///< Emitter: all of it.
   std::optional<Behavior> behavior;  ///< Behavior.
-  std::optional<RuleChange> rule;      ///< Rule.
-  std::vector<BrushStop> stops;        ///< Paint: Simulation::paint() at each, one after the other.
+  std::optional<RuleChange> rule;    ///< Rule.
+  std::vector<BrushStop> stops;      ///< Paint: Simulation::paint() at each, one after the other.
 };
 
 struct Scene {
@@ -165,12 +170,13 @@ struct Scene {
   std::vector<Rule> rules;
   std::vector<SceneEvent> events;  ///< By iteration.
   Vec3 gravity_mm_s2{0, -9810, 0};
-  int resolution = 1024;                ///< Of the atlas; [16, 16384].
+  int resolution = 1024;  ///< Of the atlas; [16, 16384].
   std::uint64_t seed = 1;
-  double time_per_iteration = 0.01;     ///< In the scene's unit of time: what one iteration stands for.
+  double time_per_iteration = 0.01;  ///< In the scene's unit of time: what one iteration stands for.
 };
 
-/// @throws InvalidInput naming the first value out of its range, material that is unknown, name that occurs twice; no object; no emitter.
+/// @throws InvalidInput naming the first value out of its range, material that is unknown, name that occurs twice; no
+/// object; no emitter.
 void check_scene(const Scene& scene);
 
 /// What every parameter map may be called, for the given materials.

@@ -20,18 +20,21 @@ namespace patinate::simulation {
 /// A scene as a file says it, and how long it runs.
 struct SceneFile {
   std::filesystem::path file;
-  std::string name;                     ///< Of the file, without extension.
+  std::string name;  ///< Of the file, without extension.
   Scene scene;
-  double mm_per_unit = 1000.0;          ///< Of the file's lengths.
+  double mm_per_unit = 1000.0;  ///< Of the file's lengths.
   TimeUnit time_unit = TimeUnit::Days;
-  std::int64_t iterations = 1000;       ///< >= 0; none: what is painted at the start.
-  std::int64_t history_every = 100;     ///< >= 1.
-  std::vector<std::string> controls;    ///< Parameter maps asked for: "hits", "last_hit", "rust.deposited", "rust.final", ...
+  std::int64_t iterations = 1000;    ///< >= 0; none: what is painted at the start.
+  std::int64_t history_every = 100;  ///< >= 1.
+  std::vector<std::string>
+      controls;  ///< Parameter maps asked for: "hits", "last_hit", "rust.deposited", "rust.final", ...
   std::vector<std::pair<std::string, std::filesystem::path>> inputs;  ///< Role and path of every file that was read.
-  std::vector<std::string> notes;       ///< What a user should know: repaired or unwrapped meshes, open and inside-out ones.
+  std::vector<std::string> notes;  ///< What a user should know: repaired or unwrapped meshes, open and inside-out ones.
 
   /// A frame of the history is due after so many iterations: every `history_every`, and at the end.
-  [[nodiscard]] bool is_frame(std::int64_t iteration) const { return iteration % history_every == 0 || iteration == iterations; }
+  [[nodiscard]] bool is_frame(std::int64_t iteration) const {
+    return iteration % history_every == 0 || iteration == iterations;
+  }
   /// In `time_unit`, with 12 digits; in a scene whose iterations take no time frames still have an order.
   [[nodiscard]] double frame_time(std::int64_t iteration) const;
 };
@@ -39,7 +42,7 @@ struct SceneFile {
 /// Meshes and pictures that were read once, for reading many variants of a scene. Thread-safe.
 struct SceneAssets {
   std::mutex mutex = {};
-  std::map<std::string, Mesh> meshes = {};      ///< By path, selection, atlas and resolution; mm, laid out on the sheet.
+  std::map<std::string, Mesh> meshes = {};  ///< By path, selection, atlas and resolution; mm, laid out on the sheet.
   std::map<std::string, ImageF> pictures = {};  ///< By path and number of channels.
 };
 
@@ -48,6 +51,7 @@ struct SceneAssets {
 [[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const RunControl& control = {});
 /// The same of a scene in memory. @param path  What it is called in errors; paths in it are relative to its folder.
 /// @param assets  Taken from when there, and added to; notes about meshes are of the first reading only.
-[[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const Json& root, SceneAssets& assets, const RunControl& control = {});
+[[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const Json& root, SceneAssets& assets,
+                                   const RunControl& control = {});
 
 }  // namespace patinate::simulation

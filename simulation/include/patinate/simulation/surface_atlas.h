@@ -1,5 +1,6 @@
 /// \file
-/// What is constant in a simulation's atlas: which triangle a texel shows, how large it is, and which texels are its neighbors.
+/// What is constant in a simulation's atlas: which triangle a texel shows, how large it is, and which texels are its
+/// neighbors.
 #pragma once
 
 #include <array>
@@ -9,8 +10,8 @@
 
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/run_control.h"
-#include "patinate/simulation/tile_grid.h"
 #include "patinate/simulation/scene.h"
+#include "patinate/simulation/tile_grid.h"
 
 namespace patinate::simulation {
 
@@ -18,27 +19,31 @@ inline constexpr TexelIndex kNoTexel = 0xFFFFFFFFu;
 
 /// All objects of a scene as one mesh whose UVs share one atlas.
 struct SceneMesh {
-  Mesh mesh;                               ///< World, mm, with normals; UVs over the whole atlas.
-  std::vector<std::uint16_t> object;       ///< Of each triangle.
-  std::vector<std::array<double, 3>> uv_squares;  ///< Per object: its unit square lies at (u, v) with this side (u, v, side).
+  Mesh mesh;                          ///< World, mm, with normals; UVs over the whole atlas.
+  std::vector<std::uint16_t> object;  ///< Of each triangle.
+  std::vector<std::array<double, 3>>
+      uv_squares;  ///< Per object: its unit square lies at (u, v) with this side (u, v, side).
 };
 
-/// Puts the objects' unit squares into one, larger ones for larger surfaces, `gutter` texels apart, and the objects into the world.
-/// @throws InvalidInput naming the object without UVs, with UVs outside [0, 1], or with no area; or that they do not fit.
+/// Puts the objects' unit squares into one, larger ones for larger surfaces, `gutter` texels apart, and the objects
+/// into the world.
+/// @throws InvalidInput naming the object without UVs, with UVs outside [0, 1], or with no area; or that they do not
+/// fit.
 [[nodiscard]] SceneMesh make_scene_mesh(const Scene& scene, int gutter = 4);
 /// The same layout, objects at other places. @throws InvalidInput if the objects are others.
 void place_objects(SceneMesh& scene_mesh, const Scene& scene);
 
-/// Texels of a scene's surface in tile order. Everything is an integer or a plain array, so that another device can share it.
-/// Memory: 6 bytes a texel, and some 50 for each on a chart's border.
+/// Texels of a scene's surface in tile order. Everything is an integer or a plain array, so that another device can
+/// share it. Memory: 6 bytes a texel, and some 50 for each on a chart's border.
 class SurfaceAtlas {
  public:
-  /// A texel of median size has this weight; others in proportion to their area, at least 1. Amount * weight = mass, so that
-  /// conservation is of mass (libcommon/atlas has the areas).
+  /// A texel of median size has this weight; others in proportion to their area, at least 1. Amount * weight = mass, so
+  /// that conservation is of mass (libcommon/atlas has the areas).
   static constexpr std::uint32_t kMedianWeight = 256;
   static constexpr std::uint32_t kMaxWeight = 65535;
 
-  /// @throws InvalidInput if more of the covered texels than kMostOverlap (uv_layout.h) are wanted by two triangles ("UVs overlap"), or none is covered.
+  /// @throws InvalidInput if more of the covered texels than kMostOverlap (uv_layout.h) are wanted by two triangles
+  /// ("UVs overlap"), or none is covered.
   SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const RunControl& control = {});
 
   [[nodiscard]] const TileGrid& grid() const { return grid_; }
@@ -51,55 +56,63 @@ class SurfaceAtlas {
   [[nodiscard]] std::span<const TexelIndex> border() const { return border_; }
   [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
   /// Area weight of a whole texel of a triangle, [1, kMaxWeight].
-  [[nodiscard]] std::uint32_t weight_of_triangle(int triangle) const { return weight_[static_cast<std::size_t>(triangle)]; }
-  /// Area weight of the surface that texel_of() gives to a texel, [1, kMaxWeight]: at a chart's edge it is from half a texel to one and
-  /// a half, and even rain makes even amounts only if that is known.
+  [[nodiscard]] std::uint32_t weight_of_triangle(int triangle) const {
+    return weight_[static_cast<std::size_t>(triangle)];
+  }
+  /// Area weight of the surface that texel_of() gives to a texel, [1, kMaxWeight]: at a chart's edge it is from half a
+  /// texel to one and a half, and even rain makes even amounts only if that is known.
   [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return texel_weight_[t]; }
   /// Columns: surface vectors (mm) of one texel step right and down, of a triangle as it stood at the beginning.
-  [[nodiscard]] const Eigen::Matrix<float, 3, 2>& mm_per_texel(int triangle) const { return step_[static_cast<std::size_t>(triangle)]; }
+  [[nodiscard]] const Eigen::Matrix<float, 3, 2>& mm_per_texel(int triangle) const {
+    return step_[static_cast<std::size_t>(triangle)];
+  }
   [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
   [[nodiscard]] int num_triangles() const { return static_cast<int>(weight_.size()); }
   /// Of a triangle.
   [[nodiscard]] int object(int triangle) const { return object_[static_cast<std::size_t>(triangle)]; }
 
-  /// Texel that shows a surface point: that of its UV, or the nearest covered one beside it that belongs to the same chart; kNoTexel
-  /// when there is none (a triangle smaller than a texel's distance to the next center).
+  /// Texel that shows a surface point: that of its UV, or the nearest covered one beside it that belongs to the same
+  /// chart; kNoTexel when there is none (a triangle smaller than a texel's distance to the next center).
   [[nodiscard]] TexelIndex texel_of(int triangle, double b1, double b2) const;
   /// Covered texels right, left, below and above on the surface, across seams; kNoTexel where the surface ends.
   [[nodiscard]] std::array<TexelIndex, 4> neighbors(TexelIndex t) const;
-  /// How a texel is joined to one beside it: `count` is how often the two name each other as neighbors, 2 inside a chart.
+  /// How a texel is joined to one beside it: `count` is how often the two name each other as neighbors, 2 inside a
+  /// chart.
   struct Link {
     TexelIndex texel;
     std::uint32_t count;
   };
-  /// Texels that name this one as their neighbor or are named by it, each once, for steps over the surface that are as likely there as
-  /// back: over a seam, neighbors() alone are not mutual. @param plain  Room for the answer where there is no seam.
+  /// Texels that name this one as their neighbor or are named by it, each once, for steps over the surface that are as
+  /// likely there as back: over a seam, neighbors() alone are not mutual. @param plain  Room for the answer where there
+  /// is no seam.
   [[nodiscard]] std::span<const Link> links(TexelIndex t, std::array<Link, 4>& plain) const;
 
  private:
-  static constexpr int kSearchRadius = 2;  ///< Texels: a place in a triangle lies at most 0.71 from the center of one that its chart may not own.
+  static constexpr int kSearchRadius =
+      2;  ///< Texels: a place in a triangle lies at most 0.71 from the center of one that its chart may not own.
 
   void weigh_texels(std::span<const double> weight_per_texel, const RunControl& control);
   void make_links();
   [[nodiscard]] bool shows_chart_of(TexelIndex texel, int triangle) const {
-    return triangle_[texel] >= 0 && chart_[static_cast<std::size_t>(triangle_[texel])] == chart_[static_cast<std::size_t>(triangle)];
+    return triangle_[texel] >= 0 &&
+           chart_[static_cast<std::size_t>(triangle_[texel])] == chart_[static_cast<std::size_t>(triangle)];
   }
   /// Of a triangle's chart, to a place in texels that may be anywhere near it.
   [[nodiscard]] TexelIndex nearest_texel(int triangle, double px, double py) const;
 
   TileGrid grid_;
-  std::vector<std::int32_t> triangle_;             ///< Per texel.
-  std::vector<std::uint16_t> weight_;              ///< Per triangle.
-  std::vector<std::uint16_t> texel_weight_;        ///< Per texel.
-  std::vector<std::uint16_t> object_;              ///< Per triangle.
-  std::vector<Eigen::Matrix<float, 3, 2>> step_;   ///< Per triangle.
+  std::vector<std::int32_t> triangle_;               ///< Per texel.
+  std::vector<std::uint16_t> weight_;                ///< Per triangle.
+  std::vector<std::uint16_t> texel_weight_;          ///< Per texel.
+  std::vector<std::uint16_t> object_;                ///< Per triangle.
+  std::vector<Eigen::Matrix<float, 3, 2>> step_;     ///< Per triangle.
   std::vector<std::array<float, 6>> corner_texels_;  ///< Per triangle: x, y of the three corners in texels.
-  std::vector<int> chart_;                         ///< Per triangle; -1 when it shows in no texel.
-  std::vector<TexelIndex> fallback_;               ///< Per triangle: the texel of its middle.
-  std::vector<TexelIndex> border_;                 ///< Sorted: texels whose neighbors are not simply those beside them.
+  std::vector<int> chart_;                           ///< Per triangle; -1 when it shows in no texel.
+  std::vector<TexelIndex> fallback_;                 ///< Per triangle: the texel of its middle.
+  std::vector<TexelIndex> border_;  ///< Sorted: texels whose neighbors are not simply those beside them.
   std::vector<std::array<TexelIndex, 4>> border_neighbors_;
-  std::vector<TexelIndex> linked_;                 ///< Sorted: texels with other links than to those beside them.
-  std::vector<std::uint32_t> first_link_;          ///< Of each, and the end.
+  std::vector<TexelIndex> linked_;         ///< Sorted: texels with other links than to those beside them.
+  std::vector<std::uint32_t> first_link_;  ///< Of each, and the end.
   std::vector<Link> links_;
   std::int64_t num_covered_ = 0;
   double median_texel_size_mm_ = 0.0;

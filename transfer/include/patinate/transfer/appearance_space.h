@@ -15,11 +15,12 @@
 
 namespace patinate::transfer {
 
-inline constexpr int kAppearanceVersion = 1;     ///< Raised when the same history gives other integers: kept ones are then made anew.
-inline constexpr int kAppearanceSize = 8;        ///< Components per pixel: eight int16, one SSE register.
-inline constexpr int kAppearanceLimit = 511;     ///< Components lie in [-511, 511]: differences squared fit our sums.
+inline constexpr int kAppearanceVersion =
+    1;  ///< Raised when the same history gives other integers: kept ones are then made anew.
+inline constexpr int kAppearanceSize = 8;     ///< Components per pixel: eight int16, one SSE register.
+inline constexpr int kAppearanceLimit = 511;  ///< Components lie in [-511, 511]: differences squared fit our sums.
 
-using AppearanceImage = Image<std::int16_t>;     ///< H x W x 8.
+using AppearanceImage = Image<std::int16_t>;  ///< H x W x 8.
 
 struct AppearanceOptions {
   int spatial_radius_px = 1;  ///< [0, 3]. Neighbors that count into a pixel's appearance; 0 = color over time only.
@@ -33,26 +34,32 @@ void describe(OptionVisitor& v, AppearanceOptions& o);
 
 /// Appearance at every level of a pyramid, finest first, and how much of the history it holds.
 struct AppearanceSpace {
-  std::vector<AppearanceImage> levels;  ///< levels[l] is about (W >> l) x (H >> l). Does not depend on how many there are.
-  std::vector<ImageU8> masks;           ///< 0 / 255 of each level; a coarse pixel is inside when all it covers is.
-  std::vector<double> variances;        ///< Per level: total variance of the appearance inside the mask, squared units.
-  double explained_variance = 0.0;      ///< Share of the temporal variance that the components keep, in [0, 1].
+  std::vector<AppearanceImage>
+      levels;                       ///< levels[l] is about (W >> l) x (H >> l). Does not depend on how many there are.
+  std::vector<ImageU8> masks;       ///< 0 / 255 of each level; a coarse pixel is inside when all it covers is.
+  std::vector<double> variances;    ///< Per level: total variance of the appearance inside the mask, squared units.
+  double explained_variance = 0.0;  ///< Share of the temporal variance that the components keep, in [0, 1].
 };
 
-/// Projects every pixel's colors over time (square-root encoded, so that dark differences count as the eye sees them) on
-/// their leading components, then each pixel's neighborhood of components on the leading spatial ones.
+/// Projects every pixel's colors over time (square-root encoded, so that dark differences count as the eye sees them)
+/// on their leading components, then each pixel's neighborhood of components on the leading spatial ones.
 ///
-/// Streams over the frames twice; memory is O(W H 8), whatever the number of frames. Uses + - * / and sqrt only, in a fixed
-/// order: same bits for any number of threads.
-/// @param num_levels  >= 1; fewer come where nothing is inside a coarser level. @param given_mask  Taken instead of the history's own; of its size. Empty: its own.
+/// Streams over the frames twice; memory is O(W H 8), whatever the number of frames. Uses + - * / and sqrt only, in a
+/// fixed order: same bits for any number of threads.
+/// @param num_levels  >= 1; fewer come where nothing is inside a coarser level. @param given_mask  Taken instead of the
+/// history's own; of its size. Empty: its own.
 /// @throws InvalidInput if the mask is empty everywhere.
-[[nodiscard]] AppearanceSpace build_appearance_space(const History& history, int num_levels, const AppearanceOptions& options = {},
+[[nodiscard]] AppearanceSpace build_appearance_space(const History& history, int num_levels,
+                                                     const AppearanceOptions& options = {},
                                                      const RunControl& control = {}, const ImageU8& given_mask = {});
 
-/// Where the appearance of the history at hand comes from, when it is not built: something that gives an equal one (appearance_cache.h).
-using AppearanceSource = std::function<AppearanceSpace(int num_levels, const AppearanceOptions& options, const RunControl& control, const ImageU8& given_mask)>;
+/// Where the appearance of the history at hand comes from, when it is not built: something that gives an equal one
+/// (appearance_cache.h).
+using AppearanceSource = std::function<AppearanceSpace(int num_levels, const AppearanceOptions& options,
+                                                       const RunControl& control, const ImageU8& given_mask)>;
 /// From `source`; where that is empty, built.
-[[nodiscard]] AppearanceSpace appearance_of(const History& history, const AppearanceSource& source, int num_levels, const AppearanceOptions& options,
-                                            const RunControl& control, const ImageU8& given_mask);
+[[nodiscard]] AppearanceSpace appearance_of(const History& history, const AppearanceSource& source, int num_levels,
+                                            const AppearanceOptions& options, const RunControl& control,
+                                            const ImageU8& given_mask);
 
 }  // namespace patinate::transfer

@@ -19,11 +19,11 @@ enum class ControlMapping {
 inline constexpr std::array<std::string_view, 3> kControlMappingNames{"rank", "linear", "physical"};
 
 struct ControlSpec {
-  std::string source;              ///< Control of the history; "" = its only one.
-  std::string destination;         ///< A map file, a kind, or an expression of them.
-  double weight = 1.0;             ///< > 0
+  std::string source;       ///< Control of the history; "" = its only one.
+  std::string destination;  ///< A map file, a kind, or an expression of them.
+  double weight = 1.0;      ///< > 0
   ControlMapping mapping = ControlMapping::Rank;
-  bool has_mapping = false;        ///< It was said.
+  bool has_mapping = false;  ///< It was said.
 };
 
 /// @throws UsageError saying which part is wrong.

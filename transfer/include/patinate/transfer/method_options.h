@@ -8,13 +8,14 @@ namespace patinate::transfer {
 
 /// Of synthesize_multi_level().
 struct MultiLevelOptions {
-  int num_levels = 8;            ///< [1, 8]. Fewer when source or atlas become smaller than 12. Large structures need all.
-  int coarse_passes = 12;        ///< [1, 16]. On each level but the finest.
-  int fine_passes = 2;           ///< [1, 16]. On the finest; the last goes by the energy alone.
-  int num_random = 6;            ///< [0, 64]. Candidates of similar control value a texel and pass.
+  int num_levels = 8;      ///< [1, 8]. Fewer when source or atlas become smaller than 12. Large structures need all.
+  int coarse_passes = 12;  ///< [1, 16]. On each level but the finest.
+  int fine_passes = 2;     ///< [1, 16]. On the finest; the last goes by the energy alone.
+  int num_random = 6;      ///< [0, 64]. Candidates of similar control value a texel and pass.
   double first_coherence = 0.2;  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one.
-  double coherence_bonus = 8.0;  ///< [0, 8]. A candidate that continues no neighbor's source counts (1 + this) times its cost.
-  double reuse_penalty = 1.5;    ///< [0, 8]. ... and this much more for each time its source is already overused.
+  double coherence_bonus =
+      8.0;  ///< [0, 8]. A candidate that continues no neighbor's source counts (1 + this) times its cost.
+  double reuse_penalty = 1.5;  ///< [0, 8]. ... and this much more for each time its source is already overused.
 };
 void describe(OptionVisitor& v, MultiLevelOptions& o);
 

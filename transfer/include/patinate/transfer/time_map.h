@@ -13,11 +13,12 @@
 namespace patinate::transfer {
 
 struct TimeMapOptions {
-  std::int64_t frame_bytes = std::int64_t{256} << 20;  ///< Of decoded frames kept at once; two are kept whatever it says.
+  std::int64_t frame_bytes = std::int64_t{256}
+                             << 20;  ///< Of decoded frames kept at once; two are kept whatever it says.
 };
 
-/// gather_at_times() row by row, for an atlas that is not in memory. Frames that fit into options.frame_bytes all at once are read once, however many
-/// calls there are; else once a call. Not thread-safe: a call uses threads itself.
+/// gather_at_times() row by row, for an atlas that is not in memory. Frames that fit into options.frame_bytes all at
+/// once are read once, however many calls there are; else once a call. Not thread-safe: a call uses threads itself.
 class TimeMapLookup {
  public:
   TimeMapLookup(const History& history, Between between, const TimeMapOptions& options = {});
@@ -25,9 +26,11 @@ class TimeMapLookup {
   TimeMapLookup(const TimeMapLookup&) = delete;
   TimeMapLookup& operator=(const TimeMapLookup&) = delete;
 
-  /// @param indices,times  Whole rows of an atlas, as gather_at_times() takes them. @param first_row  Where they stand, for the message.
+  /// @param indices,times  Whole rows of an atlas, as gather_at_times() takes them. @param first_row  Where they stand,
+  /// for the message.
   /// @param out  As many rows, 3 channels: 0 where indices are kNoValue.
-  void look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row, ImageF& out, const RunControl& control = {});
+  void look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row, ImageF& out,
+               const RunControl& control = {});
 
  private:
   struct Impl;
@@ -36,17 +39,20 @@ class TimeMapLookup {
 
 /// The history's color at every texel's own time.
 ///
-/// Texels are visited in the atlas's order, once for as many frames as fit into options.frame_bytes: memory does not grow with the number of
-/// frames. Frames are read when a texel first asks for them. With one time everywhere the result equals gather() of sample() to the bit.
+/// Texels are visited in the atlas's order, once for as many frames as fit into options.frame_bytes: memory does not
+/// grow with the number of frames. Frames are read when a texel first asks for them. With one time everywhere the
+/// result equals gather() of sample() to the bit.
 /// @param indices  H x W, pixels of the history's frames as packed_lookup.h has them, or kNoValue.
 /// @param times    H x W x 1, in the history's unit, clamped to its ends; not looked at where indices are kNoValue.
 /// @returns H x W x 3, linear; 0 where indices are kNoValue.
 /// @throws InvalidInput if sizes differ or a time is NaN (naming the texel); IoError of the history.
 /// Cost: two pixels a texel; each frame that any texel needs is read once, those at the ends of a block perhaps twice.
-[[nodiscard]] ImageF gather_at_times(const History& history, const Image<std::uint32_t>& indices, const ImageF& times, Between between,
-                                     const RunControl& control = {}, const TimeMapOptions& options = {});
+[[nodiscard]] ImageF gather_at_times(const History& history, const Image<std::uint32_t>& indices, const ImageF& times,
+                                     Between between, const RunControl& control = {},
+                                     const TimeMapOptions& options = {});
 /// The same. @param coordinates  H x W x 2, whole numbers inside the history's frames, or -1.
-[[nodiscard]] ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times, Between between,
-                                     const RunControl& control = {}, const TimeMapOptions& options = {});
+[[nodiscard]] ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times,
+                                     Between between, const RunControl& control = {},
+                                     const TimeMapOptions& options = {});
 
 }  // namespace patinate::transfer

@@ -31,6 +31,8 @@ class TransferFolder {
 };
 
 /// Of the mesh's numbers, for glTF: a mesh whose unit nobody said keeps the numbers of its file.
-[[nodiscard]] inline double meters_per_unit(const TransferManifest& manifest) { return manifest.unit ? 0.001 : 1.0 / manifest.mm_per_mesh_unit; }
+[[nodiscard]] inline double meters_per_unit(const TransferManifest& manifest) {
+  return manifest.unit ? 0.001 : 1.0 / manifest.mm_per_mesh_unit;
+}
 
 }  // namespace patinate::transfer

@@ -17,7 +17,8 @@
 namespace patinate::transfer {
 
 inline constexpr const char* kCoordinateChannels[2] = {"source.x", "source.y"};
-inline constexpr const char* kIndexChannel = "source.index";  ///< Of a library: which of its histories; -1 outside the charts.
+inline constexpr const char* kIndexChannel =
+    "source.index";  ///< Of a library: which of its histories; -1 outside the charts.
 
 /// The history's own content key, or one made of its files when it has none.
 [[nodiscard]] std::string history_content_key(const HistoryReader& history);
@@ -31,52 +32,54 @@ inline constexpr const char* kIndexChannel = "source.index";  ///< Of a library:
 /// Everything that a transfer folder is made from.
 struct TransferTask {
   std::shared_ptr<const HistoryReader> history;
-  TransferInput input;                       ///< Of that history, whatever `history` says here; the map lies over the sheet of all tiles.
+  TransferInput input;  ///< Of that history, whatever `history` says here; the map lies over the sheet of all tiles.
   TransferOptions options;
-  std::shared_ptr<const AtlasMesh> atlas;    ///< The same mesh with the UVs of its tiles, in mm; none: the map's, one square.
-  std::string mesh_name;                     ///< For provenance: the file's name.
-  std::optional<std::string> unit;           ///< The mesh file's unit when it was said.
+  std::shared_ptr<const AtlasMesh>
+      atlas;                        ///< The same mesh with the UVs of its tiles, in mm; none: the map's, one square.
+  std::string mesh_name;            ///< For provenance: the file's name.
+  std::optional<std::string> unit;  ///< The mesh file's unit when it was said.
   double mm_per_mesh_unit = 1.0;
-  std::string flow = "uv";                   ///< What the frames were made from, for people.
-  std::string source_mask_name;              ///< For people: the file's name.
+  std::string flow = "uv";       ///< What the frames were made from, for people.
+  std::string source_mask_name;  ///< For people: the file's name.
 };
 
 /// One square of the atlas.
 struct TransferTile {
-  std::string name;                   ///< "1001", a material's name; "" for a square alone.
+  std::string name;  ///< "1001", a material's name; "" for a square alone.
   std::filesystem::path coordinates;
 };
 
 /// A control pair as `transfer.json` keeps it.
 struct RecordedControl {
-  std::string source;                 ///< Control of the history.
-  std::string destination;            ///< As the user asked for it.
+  std::string source;       ///< Control of the history.
+  std::string destination;  ///< As the user asked for it.
   double weight = 1.0;
   ControlMapping mapping = ControlMapping::Rank;
-  ControlRange range;                 ///< Of the destination's values.
-  std::filesystem::path file;         ///< The destination's values; tile_path() of it for every tile.
+  ControlRange range;          ///< Of the destination's values.
+  std::filesystem::path file;  ///< The destination's values; tile_path() of it for every tile.
 
   [[nodiscard]] std::string text() const { return source + "=" + destination; }
 };
 
 /// What a reader needs of `transfer.json`.
 struct TransferManifest {
-  std::filesystem::path history;      ///< Absolute or relative to the working folder.
+  std::filesystem::path history;  ///< Absolute or relative to the working folder.
   std::string history_key;
   std::filesystem::path mesh;
   UvLayoutRule tile_rule = UvLayoutRule::Square;
-  std::vector<TransferTile> tiles;    ///< At least one.
-  bool is_unwrapped = false;          ///< The UVs were made for this transfer.
-  int width = 0;                      ///< Of a tile.
+  std::vector<TransferTile> tiles;  ///< At least one.
+  bool is_unwrapped = false;        ///< The UVs were made for this transfer.
+  int width = 0;                    ///< Of a tile.
   int height = 0;
-  double texel_size_mm = 1.0;         ///< Surface length of one pixel of the history.
-  std::string flow = "uv";            ///< What the history's direction on the surface was made from.
+  double texel_size_mm = 1.0;  ///< Surface length of one pixel of the history.
+  std::string flow = "uv";     ///< What the history's direction on the surface was made from.
   std::vector<RecordedControl> controls;
   std::optional<std::filesystem::path> source_mask;  ///< What may be copied, beside the history's own mask.
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;
-  TransferOptions measured_with;      ///< Coherence share, neighborhood and appearance of that energy; what an earlier version did not write has its default.
+  TransferOptions measured_with;  ///< Coherence share, neighborhood and appearance of that energy; what an earlier
+                                  ///< version did not write has its default.
   std::string key;
   /// The tiles in one grid, as TexelMap sees them.
   [[nodiscard]] Sheet sheet() const;
@@ -86,8 +89,10 @@ struct TransferManifest {
 
 /// Writes coordinates, controls (a file a tile), mesh and source mask into an existing folder.
 void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result);
-/// Writes transfer.json. @param final_folder  Where the folder will stand: the history's path is written relative to it.
-void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder, const TransferTask& task,
-                             const EnergyReport& energy, double explained_variance, const std::string& key);
+/// Writes transfer.json. @param final_folder  Where the folder will stand: the history's path is written relative to
+/// it.
+void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder,
+                             const TransferTask& task, const EnergyReport& energy, double explained_variance,
+                             const std::string& key);
 
 }  // namespace patinate::transfer

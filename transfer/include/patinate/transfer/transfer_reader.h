@@ -17,14 +17,17 @@
 
 namespace patinate::transfer {
 
-/// Value of the source at every texel's coordinates; `outside` where they are -1. The simple version, and the truth, of gather_packed().
+/// Value of the source at every texel's coordinates; `outside` where they are -1. The simple version, and the truth, of
+/// gather_packed().
 /// @param coordinates  H x W x 2, whole numbers inside the source, or -1.
-[[nodiscard]] ImageF gather(const ImageF& source, const ImageF& coordinates, float outside = 0.0f, const RunControl& control = {});
+[[nodiscard]] ImageF gather(const ImageF& source, const ImageF& coordinates, float outside = 0.0f,
+                            const RunControl& control = {});
 
 /// Thread-safe.
 class TransferReader {
  public:
-  /// Opens a transfer folder (or its transfer.json) and the history that it names, and checks that they belong together.
+  /// Opens a transfer folder (or its transfer.json) and the history that it names, and checks that they belong
+  /// together.
   /// @throws IoError, also when the history has changed since.
   explicit TransferReader(const std::filesystem::path& path);
 
@@ -38,24 +41,30 @@ class TransferReader {
   [[nodiscard]] const Sheet& sheet() const { return folder_.sheet(); }
   /// H x W x 2, over the sheet.
   [[nodiscard]] const ImageF& coordinates() const { return coordinates_; }
-  /// The same as one number a texel (packed_lookup.h), gutters filled and borders repeated over the margins tile by tile; made when first asked for.
+  /// The same as one number a texel (packed_lookup.h), gutters filled and borders repeated over the margins tile by
+  /// tile; made when first asked for.
   [[nodiscard]] const Image<std::uint32_t>& filled_indices() const;
   [[nodiscard]] ImageU8 coverage() const;
-  /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control (match_controls()).
+  /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control
+  /// (match_controls()).
   /// @param index  Into manifest().controls. @throws IoError if its file is missing or does not fit.
   [[nodiscard]] ImageF matched_control(std::size_t index) const;
   /// The history's pixels that could be copied: its mask and the one that was given (usable_mask()).
   [[nodiscard]] ImageU8 source_mask() const;
-  /// The surface's color at a time of the history's unit (clamped to its ends): H x W x 3 over the sheet, linear. Gutters are filled tile by tile, so that
-  /// filtering does not bleed. At a frame's time inside the charts exactly that frame's values.
+  /// The surface's color at a time of the history's unit (clamped to its ends): H x W x 3 over the sheet, linear.
+  /// Gutters are filled tile by tile, so that filtering does not bleed. At a frame's time inside the charts exactly
+  /// that frame's values.
   [[nodiscard]] ImageF sample(double time, const RunControl& control = {}) const;
   /// The same, an image per tile.
   [[nodiscard]] std::vector<ImageF> sample_tiles(double time, const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  Over the sheet.
-  [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between, const RunControl& control = {}) const;
-  /// What frames hold beside color (sample_material_map()) over the sheet, gutters filled; normals in the tangent space of their texels: x along
-  /// growing u, y along growing v, z out of the surface. @throws InvalidInput as sample_material_map(); IoError.
-  [[nodiscard]] ImageF sample_map(MaterialMap map, double time, Between between = Between::Blend, const RunControl& control = {}) const;
+  [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between,
+                                                 const RunControl& control = {}) const;
+  /// What frames hold beside color (sample_material_map()) over the sheet, gutters filled; normals in the tangent space
+  /// of their texels: x along growing u, y along growing v, z out of the surface. @throws InvalidInput as
+  /// sample_material_map(); IoError.
+  [[nodiscard]] ImageF sample_map(MaterialMap map, double time, Between between = Between::Blend,
+                                  const RunControl& control = {}) const;
   /// The tiles of an image over the sheet.
   [[nodiscard]] std::vector<ImageF> tiles_of(ImageF values) const;
   /// Values of any image of the history's size at every texel, an image per tile, gutters filled.
@@ -67,7 +76,8 @@ class TransferReader {
   /// How patches lie, filled as filled_indices(); empty when coordinates do not say it.
   [[nodiscard]] const Image<std::uint32_t>& filled_turns() const;
   /// An image over the sheet from a file a tile; margins hold `outside`.
-  [[nodiscard]] ImageF read_sheet(const std::vector<std::filesystem::path>& files, const std::vector<std::string>& channels, float outside) const;
+  [[nodiscard]] ImageF read_sheet(const std::vector<std::filesystem::path>& files,
+                                  const std::vector<std::string>& channels, float outside) const;
   /// The tiles of an image over the sheet, gutters filled.
   [[nodiscard]] std::vector<ImageF> filled_tiles(const ImageF& values) const;
 

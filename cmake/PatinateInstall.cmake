@@ -4,12 +4,13 @@ include(CMakePackageConfigHelpers)
 
 set(patinate_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/patinate")
 
-foreach(component common calibration capture registration transfer simulation analysis datasets)
+foreach(component ${patinate_components})
   set_target_properties(patinate_${component} PROPERTIES EXPORT_NAME ${component})
   add_library(patinate::${component} ALIAS patinate_${component})
-  install(TARGETS patinate_${component} EXPORT patinate
+  install(TARGETS patinate_${component} EXPORT patinate-${component}
     ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
     FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+  install(EXPORT patinate-${component} NAMESPACE patinate:: DESTINATION "${patinate_package_dir}")
 endforeach()
 install(TARGETS patinate patinate-decode RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 
@@ -30,10 +31,9 @@ if(NOT PATINATE_SANITIZE)
   install(FILES "${patinate_said}/patinate.fish" DESTINATION "${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d")
 endif()
 
-install(EXPORT patinate NAMESPACE patinate:: FILE patinate-targets.cmake DESTINATION "${patinate_package_dir}")
 configure_package_config_file(cmake/patinate-config.cmake.in "${PROJECT_BINARY_DIR}/patinate-config.cmake"
   INSTALL_DESTINATION "${patinate_package_dir}")
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/patinate-config-version.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/patinate-config.cmake" "${PROJECT_BINARY_DIR}/patinate-config-version.cmake"
-  cmake/PatinateDependencies.cmake DESTINATION "${patinate_package_dir}")
+  cmake/PatinateComponents.cmake cmake/PatinateDependencies.cmake DESTINATION "${patinate_package_dir}")
 install(FILES LICENSE README.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")

@@ -8,7 +8,7 @@
 #include "libcommon/image/response_io.h"
 #include "patinate/core/error.h"
 #include "patinate/geometry/camera_io.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/geometry/rigid_transform.h"
 #include "patinate/image/image_io.h"
 

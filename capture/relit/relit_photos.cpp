@@ -9,7 +9,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/scan_mesh.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {

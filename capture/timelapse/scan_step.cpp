@@ -12,7 +12,7 @@
 #include "patinate/controls/accessibility.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {

@@ -4,9 +4,9 @@
 #include <exception>
 #include <memory>
 
-#include "patinate/geometry/mesh_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/transfer/age.h"
 
 using namespace patinate;

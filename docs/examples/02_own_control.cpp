@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "patinate/atlas/texel_map.h"
-#include "patinate/geometry/mesh_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/transfer/transfer.h"
 #include "patinate/transfer/transfer_io.h"
 #include "patinate/transfer/transfer_reader.h"

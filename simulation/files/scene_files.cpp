@@ -10,7 +10,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
-#include "libcommon/geometry/mesh_files.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/core/error.h"
 #include "simulation/rules/rule_io.h"
 

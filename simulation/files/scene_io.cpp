@@ -10,7 +10,7 @@
 #include "libcommon/history/history_times.h"
 #include "patinate/atlas/atlas_choice.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "simulation/files/scene_json.h"
 #include "simulation/rules/rule_io.h"

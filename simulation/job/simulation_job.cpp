@@ -8,7 +8,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/mesh_files.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/job/job_record.h"
 #include "patinate/core/error.h"

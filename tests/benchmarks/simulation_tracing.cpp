@@ -7,7 +7,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/ray_scene.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "tests/benchmarks/simulation_parts.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "patinate/datasets/ledge.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/temp_folder.h"
 #include "tools/studio/live_engine.h"
 

@@ -15,7 +15,7 @@
 #include "patinate/atlas/texel_map.h"
 #include "patinate/atlas/unwrap.h"
 #include "patinate/datasets/sculpture.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate {
 namespace {

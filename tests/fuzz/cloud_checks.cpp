@@ -1,7 +1,7 @@
 #include "tests/fuzz/cloud_checks.h"
 
 #include "libcommon/geometry/scan_mesh.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 
 namespace patinate::fuzz {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate::fuzz {
 

@@ -1,6 +1,6 @@
 #include <array>
 
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/output/glb.h"
 #include "patinate/output/movie.h"
 #include "tests/fuzz/fuzz_target.h"

@@ -1,4 +1,4 @@
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

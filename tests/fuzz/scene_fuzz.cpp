@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/scene_io.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -11,7 +11,7 @@
 #include "libcommon/job/job.h"
 #include "libcommon/metrics/correlation.h"
 #include "patinate/controls/control_kinds.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "tests/support/temp_folder.h"

@@ -4,7 +4,7 @@
 
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/studio/registered_scans.h"
 #include "tools/studio/routes.h"

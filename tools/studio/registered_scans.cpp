@@ -7,7 +7,7 @@
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/scan_mesh.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 #include "tools/studio/mesh_glb.h"
 
 namespace patinate::studio {

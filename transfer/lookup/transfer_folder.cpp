@@ -1,7 +1,7 @@
 #include "patinate/transfer/transfer_folder.h"
 
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate::transfer {
 

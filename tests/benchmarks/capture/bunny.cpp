@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "libcommon/core/random.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 
 namespace patinate::benchmarks {
 

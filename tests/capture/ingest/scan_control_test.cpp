@@ -10,7 +10,7 @@
 #include "capture/timelapse/ingest.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "tests/capture/ingest/ingest_folder.h"
 #include "tests/libcommon/geometry/shapes.h"

@@ -7,7 +7,7 @@
 
 #include "libcommon/core/random.h"
 #include "patinate/capture/registration.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 #include "tests/support/test_data.h"
 
 namespace patinate::capture {

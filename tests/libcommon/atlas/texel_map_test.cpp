@@ -13,7 +13,7 @@
 #include "libcommon/atlas/raster.h"
 #include "libcommon/core/random.h"
 #include "patinate/atlas/dilate.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "libcommon/atlas/direction_field.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

@@ -10,7 +10,7 @@
 #include "libcommon/controls/spray_path_io.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/temp_folder.h"

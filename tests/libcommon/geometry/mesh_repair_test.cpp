@@ -5,7 +5,7 @@
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/geometry/topology.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-#include "libcommon/geometry/mesh_builder.h"
+#include "libcommon/mesh_files/mesh_builder.h"
 #include "patinate/core/error.h"
 #include "tests/libcommon/geometry/shapes.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "patinate/core/error.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 #include "tests/support/test_data.h"
 
 namespace patinate {

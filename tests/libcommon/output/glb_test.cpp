@@ -9,7 +9,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/output/glb_tangents.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/color.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/errors.h"

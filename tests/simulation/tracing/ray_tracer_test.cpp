@@ -7,7 +7,7 @@
 
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/ray_scene.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"
 

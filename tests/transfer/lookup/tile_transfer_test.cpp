@@ -4,7 +4,7 @@
 
 #include "libcommon/core/files.h"
 #include "patinate/core/json.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "tests/support/histories.h"

@@ -11,7 +11,7 @@
 #include "libcommon/output/html_page.h"
 #include "patinate/core/error.h"
 #include "patinate/geometry/camera_io.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/mesh_source.h"

@@ -8,7 +8,7 @@
 #include "patinate/controls/control_expression.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/commands/commands.h"

@@ -7,7 +7,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
 #include "patinate/atlas/uv_layout.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/transfer_io.h"

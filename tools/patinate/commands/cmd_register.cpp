@@ -5,7 +5,7 @@
 #include "capture/registration/registration_job.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/commands/commands.h"
 

@@ -12,7 +12,7 @@
 #include "patinate/atlas/texel_map.h"
 #include "patinate/atlas/uv_layout.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/render.h"
 #include "patinate/transfer/transfer_reader.h"

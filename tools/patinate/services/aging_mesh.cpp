@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "libcommon/core/files.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/path_kind.h"

@@ -6,7 +6,7 @@
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/services/blender_unwrap.h"
 

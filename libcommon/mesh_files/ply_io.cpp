@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/geometry/mesh_builder.h"
-#include "libcommon/geometry/mesh_formats.h"
-#include "libcommon/geometry/ply_parser.h"
+#include "libcommon/mesh_files/mesh_builder.h"
+#include "libcommon/mesh_files/mesh_formats.h"
+#include "libcommon/mesh_files/ply_parser.h"
 #include "patinate/core/error.h"
 
 namespace patinate {

@@ -12,9 +12,9 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/read_limit.h"
-#include "libcommon/geometry/gltf_json.h"
-#include "libcommon/geometry/mesh_builder.h"
-#include "libcommon/geometry/mesh_formats.h"
+#include "libcommon/mesh_files/gltf_json.h"
+#include "libcommon/mesh_files/mesh_builder.h"
+#include "libcommon/mesh_files/mesh_formats.h"
 #include "patinate/core/error.h"
 
 namespace patinate {

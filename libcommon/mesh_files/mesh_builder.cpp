@@ -1,4 +1,4 @@
-#include "libcommon/geometry/mesh_builder.h"
+#include "libcommon/mesh_files/mesh_builder.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

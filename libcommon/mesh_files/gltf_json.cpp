@@ -1,4 +1,4 @@
-#include "libcommon/geometry/gltf_json.h"
+#include "libcommon/mesh_files/gltf_json.h"
 
 #include <algorithm>
 #include <cctype>
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/mesh_files.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 

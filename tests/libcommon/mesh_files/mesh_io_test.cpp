@@ -1,4 +1,4 @@
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 #include <gtest/gtest.h>
 

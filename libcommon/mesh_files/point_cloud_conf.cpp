@@ -5,7 +5,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 
 namespace patinate {
 

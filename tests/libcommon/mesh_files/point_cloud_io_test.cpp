@@ -1,4 +1,4 @@
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/nearest_points.h"
-#include "libcommon/geometry/point_cloud_formats.h"
+#include "libcommon/mesh_files/point_cloud_formats.h"
 #include "patinate/core/error.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"

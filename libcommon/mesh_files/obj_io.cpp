@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "libcommon/core/files.h"
-#include "libcommon/geometry/mesh_builder.h"
-#include "libcommon/geometry/mesh_formats.h"
-#include "libcommon/geometry/point_cloud_formats.h"
+#include "libcommon/mesh_files/mesh_builder.h"
+#include "libcommon/mesh_files/mesh_formats.h"
+#include "libcommon/mesh_files/point_cloud_formats.h"
 #include "patinate/core/error.h"
 
 namespace patinate {

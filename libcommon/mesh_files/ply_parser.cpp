@@ -1,4 +1,4 @@
-#include "libcommon/geometry/ply_parser.h"
+#include "libcommon/mesh_files/ply_parser.h"
 
 #include <algorithm>
 #include <bit>

@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/ply_parser.h"
-#include "libcommon/geometry/point_cloud_formats.h"
+#include "libcommon/mesh_files/ply_parser.h"
+#include "libcommon/mesh_files/point_cloud_formats.h"
 #include "patinate/core/error.h"
 
 namespace patinate {

@@ -1,4 +1,4 @@
-#include "patinate/geometry/point_cloud_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 
 #include <algorithm>
 #include <bit>
@@ -8,8 +8,8 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/regular_file.h"
-#include "libcommon/geometry/mesh_builder.h"
-#include "libcommon/geometry/point_cloud_formats.h"
+#include "libcommon/mesh_files/mesh_builder.h"
+#include "libcommon/mesh_files/point_cloud_formats.h"
 #include "patinate/core/error.h"
 
 namespace patinate {

@@ -6,7 +6,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/point_cloud_formats.h"
+#include "libcommon/mesh_files/point_cloud_formats.h"
 #include "patinate/core/error.h"
 
 namespace patinate {

@@ -1,4 +1,4 @@
-#include "patinate/geometry/mesh_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 #include <algorithm>
 #include <cctype>
@@ -8,7 +8,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/regular_file.h"
-#include "libcommon/geometry/mesh_formats.h"
+#include "libcommon/mesh_files/mesh_formats.h"
 #include "patinate/core/error.h"
 
 namespace patinate {

@@ -8,15 +8,16 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/mesh_files/mesh_files.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/job/job_record.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
 #include "simulation/files/scene_files.h"
 #include "simulation/job/simulation_output.h"
+#include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger_json.h"
 
 namespace patinate::simulation {

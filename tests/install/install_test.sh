@@ -1,5 +1,6 @@
 #!/bin/bash
-# install_test.sh BUILD_FOLDER SOURCE_FOLDER: installs into a fresh prefix, builds docs/examples against it as a stranger would, and runs every example.
+# install_test.sh BUILD_FOLDER SOURCE_FOLDER: installs into a fresh prefix, builds docs/examples against it as a stranger would, runs every example,
+# and asks for each component alone.
 set -euo pipefail
 build=$1
 source=$2
@@ -7,9 +8,11 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
 cmake --install "$build" --prefix "$work/prefix" >/dev/null
-cmake -S "$source/docs/examples" -B "$work/examples" -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_BUILD_TYPE=Release \
-  -DCMAKE_CXX_COMPILER_LAUNCHER="$(command -v ccache || true)" >/dev/null
+configure=(-G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER_LAUNCHER="$(command -v ccache || true)")
+cmake -S "$source/docs/examples" -B "$work/examples" "${configure[@]}" >/dev/null
 cmake --build "$work/examples" >"$work/log" || { cat "$work/log"; exit 1; }
+
+python3 "$source/tests/install/components_test.py" "$source" "$work/prefix" "$work"
 
 patinate="$work/prefix/bin/patinate"
 "$patinate" --version
@@ -23,7 +26,10 @@ cd "$work"
 "$patinate" synth sculpture --resolution 48 -o urn --quiet
 "$work/examples/02_own_control" history urn/mesh.obj own.png
 "$work/examples/01_one_call" history urn/mesh.obj thickness=facing one.png
-for picture in own.png one.png texture.png picture.png; do
+"$work/examples/04_simulate" ledge
+"$work/examples/05_capture" photographs captured
+"$work/examples/06_compare"
+for picture in own.png one.png texture.png picture.png ledge/color.png ledge/hits.exr; do
   said=$("$patinate" info "$picture" --json)
   [[ "$said" == *'"kind": "image"'* ]] || { echo "install: $picture is no picture: $said"; exit 1; }
 done

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "patinate/core/error.h"
+#include "simulation/tracing/gammatons.h"
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
 #include "tests/support/plate_scene.h"

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
+#include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger_json.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/mesh_glb.h"

@@ -21,6 +21,7 @@
 namespace patinate::simulation {
 
 struct Gammatons;
+struct TraceCounters;
 
 struct SimulationOptions {
   std::vector<std::string>

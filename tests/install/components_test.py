@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""Asks an installed patinate for each component alone. Usage: components_test.py SOURCE PREFIX WORK_FOLDER"""
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+
+SOURCE, PREFIX, WORK = (pathlib.Path(p).resolve() for p in sys.argv[1:4])
+del sys.argv[1:]
+# A header of each component.
+HEADERS = {
+    "core": "core/error.h", "image": "image/image_io.h", "geometry": "geometry/mesh.h", "mesh_files": "mesh_files/mesh_io.h", "media": "output/movie.h",
+    "atlas": "atlas/unwrap.h", "metrics": "metrics/ssim.h", "history": "history/memory_history.h", "controls": "controls/control_map.h",
+    "job": "core/run_control.h", "output": "output/render.h", "calibration": "capture/camera_calibration.h", "registration": "capture/registration.h",
+    "capture": "capture/make_history.h", "transfer": "transfer/transfer.h", "simulation": "simulation/engine.h", "analysis": "analysis/comparison.h",
+    "datasets": "datasets/crackle.h",
+}
+HEAVY = re.compile(r"pcl|libav|ffmpeg", re.IGNORECASE)
+NEED_HEAVY = {"registration", "capture", "media"}
+
+
+def components():
+    text = (SOURCE / "cmake/PatinateComponents.cmake").read_text()
+    return re.search(r"set\(patinate_components\s+([^)]*)\)", text).group(1).split()
+
+
+def configure(component, header):
+    folder = WORK / f"component_{component}"
+    said = subprocess.run(
+        ["cmake", "-S", SOURCE / "tests/install/component", "-B", folder, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={PREFIX}", f"-DCOMPONENT={component}",
+         f"-DHEADER=patinate/{header}", f"-DCMAKE_CXX_COMPILER_LAUNCHER={shutil.which('ccache') or ''}"],
+        capture_output=True, text=True)
+    return folder, said
+
+
+class Components(unittest.TestCase):
+    def test_each_is_found_alone_and_compiles(self):
+        self.assertGreater(len(components()), 10)
+        for component in components():
+            with self.subTest(component=component):
+                folder, said = configure(component, HEADERS[component])
+                self.assertEqual(said.returncode, 0, said.stderr)
+                built = subprocess.run(["cmake", "--build", folder], capture_output=True, text=True)
+                self.assertEqual(built.returncode, 0, built.stdout)
+                if component not in NEED_HEAVY:
+                    looked_for = [line for line in (folder / "CMakeCache.txt").read_text().splitlines() if HEAVY.search(line)]
+                    self.assertEqual(looked_for, [])
+
+    def test_one_that_does_not_exist_is_named(self):
+        _, said = configure("simulations", "core/error.h")
+        self.assertNotEqual(said.returncode, 0)
+        self.assertIn("patinate has no component simulations", " ".join(said.stderr.split()))
+
+    def test_internal_headers_are_not_installed(self):
+        installed = {str(p.relative_to(PREFIX / "include")) for p in (PREFIX / "include").rglob("*.h")}
+        public = {str(p).rsplit("/include/", 1)[1] for p in SOURCE.glob("*/include/**/*.h")}
+        self.assertEqual(installed, public)
+        self.assertGreater(len(installed), 50)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -290,6 +290,16 @@ class Simulate(unittest.TestCase):
             self.assertIn(word, errors[0])
         self.assertFalse((self.folder / "wrong").exists())
 
+    def test_a_scene_of_version_1_ages_as_before(self):
+        event = {"iteration": 3, "op": "behavior", "behavior": {"slider": 0.3}}
+        now = {**self.scene, "events": [event], "run": {"iterations": 6}}
+        self.assertEqual((now["version"], "behavior" in now), (2, True))
+        before = json.loads(json.dumps({**now, "version": 1}).replace("behavior", "behaviour"))
+        for name, scene in ("now", now), ("before", before):
+            self.run_in(["simulate", self.write(f"ledge/{name}.json", scene), "-o", name], check=True)
+        for name in "color.png", "atlas.exr":
+            self.assertEqual((self.folder / "before" / name).read_bytes(), (self.folder / "now" / name).read_bytes(), name)
+
     def test_bad_scenes_are_refused_in_one_line(self):
         self.refused(lambda s: s.update(emitters=[]), 3, "emitter")
         self.refused(lambda s: s.update(materials=[f"m{i}" for i in range(9)]), 3, "/materials", "1 to 8")

@@ -1,4 +1,4 @@
-#include "tests/capture/ingest/ingest_folder.h"
+#include "tests/capture/timelapse/ingest_folder.h"
 
 #include "tests/support/errors.h"
 

@@ -12,7 +12,7 @@
 #include "patinate/core/error.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
-#include "tests/capture/ingest/ingest_folder.h"
+#include "tests/capture/timelapse/ingest_folder.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"

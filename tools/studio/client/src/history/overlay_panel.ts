@@ -24,7 +24,7 @@ export function unit_text(unit: string | undefined): string {
 /// @param most  The largest of all, which may lie above the range.
 export function range_legend(name: string, unit: string, low: number, high: number, most: number): HTMLElement {
   const title = unit ? `${name} (${unit})` : name;
-  if (!(high > low)) return legend(title, "0", "0", "there is nothing yet");
+  if (!(high > low)) return h("div", { class: "legend", role: "img", "aria-label": `${title}: there is nothing yet` }, h("b", {}, title), h("small", {}, "there is nothing yet"));
   return legend(title, low === 0 ? "0" : `${number_text(low)} and less`, most > high ? `${number_text(high)} and more` : number_text(high), most > high ? `the most is ${number_text(most)}` : "");
 }
 

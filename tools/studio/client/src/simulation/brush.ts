@@ -3,6 +3,7 @@ import * as THREE from "three";
 import type { Hit } from "../scene/viewer";
 import type { Emitter } from "../types";
 import { throttle } from "../ui/dom";
+import { notice, settle } from "../ui/notices";
 import { emitter_event, extent, rounded, size_of, type SceneContext } from "./context";
 import { way_between, type Spot } from "./way";
 
@@ -83,7 +84,9 @@ export class Brush {
     if (!this.is_on || event.button !== 0 || !event.isPrimary) return;
     const hit = this.context.viewer.pick(event.clientX, event.clientY);
     const emitter = this.current();
-    if (!hit || !emitter) return;
+    if (!emitter) return;
+    if (!hit) return notice("A stroke begins on the surface: beside it nothing is painted.", "info", "stroke");
+    settle("stroke");
     this.context.viewer.canvas.setPointerCapture(event.pointerId);
     const at = rounded(hit.point);
     // An emitter of another shape becomes a brush: from now on it waits for strokes.

@@ -11,8 +11,12 @@ namespace {
 /// Random numbers of paint steps follow those of all iterations; the tracer has room for 24 bits above the lowest 32.
 constexpr std::int64_t kPaintKey = std::int64_t{1} << 52;
 
-GammatonRange gammatons_of(const Scene& scene, std::size_t emitter) {
-  GammatonRange range{0, 0};
+/// At each step one of so many shares of a brush's gammatons is born, and so many steps they live while it paints:
+/// every place of a stroke gets as many.
+constexpr std::int64_t kShares = 8;
+
+GammatonRange gammatons_of(const Scene& scene, std::size_t emitter, std::int64_t step) {
+  GammatonRange range{.begin = 0, .end = 0, .num_shares = kShares, .born_share = step % kShares};
   for (std::size_t k = 0; k <= emitter; ++k) {
     range.begin = range.end;
     range.end += scene.emitters[k].gammatons;
@@ -44,6 +48,16 @@ std::size_t Simulation::State::brush_index(const std::string& emitter) const {
   return static_cast<std::size_t>(found - scene.emitters.begin());
 }
 
+/// Those that were born when it last was their share's turn come to rest, where they still are.
+void Simulation::State::end_share(const GammatonRange& moving) {
+  for (auto i = static_cast<std::size_t>(moving.begin); i < static_cast<std::size_t>(moving.end); ++i) {
+    if (!moving.may_be_born(i) || gammatons.state[i] == GammatonState::Waiting) continue;
+    gammatons.state[i] = GammatonState::Waiting;
+    ledger.end(static_cast<std::uint32_t>(i), CargoEnd::Rested, cargo);
+    ++counters.rested;
+  }
+}
+
 void Simulation::apply_due(const RunControl& control) {
   State& s = *state_;
   while (s.next_event < s.scene.events.size() && s.scene.events[s.next_event].iteration <= s.iteration) {
@@ -58,8 +72,9 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
   if (!position_mm.allFinite()) throw InvalidInput("a brush cannot paint at a place that is no number");
   s.scene.emitters[k].position_mm = position_mm;
   const SwitchedOn on(s.scene.emitters[k]);
-  const GammatonRange moving = gammatons_of(s.scene, k);
+  const GammatonRange moving = gammatons_of(s.scene, k, s.num_paint_steps);
   const std::int64_t key = kPaintKey + s.num_paint_steps;
+  s.end_share(moving);
   s.tracer.trace(s.gammatons, s.scene, key, s.trace, control, moving);
   s.begin_lives_and_end_them();
   const ExchangeReport report = s.exchanger.exchange(s.trace.contacts, s.scene.exchange, {s.iteration, key}, s.cargo,

@@ -35,6 +35,7 @@ struct Simulation::State {
 
   /// Books births and deaths of the last trace() or respond().
   void begin_lives_and_end_them();
+  void end_share(const GammatonRange& moving);
   void mark(std::span<const TileIndex> tiles);
   [[nodiscard]] std::unique_ptr<RuleEngine> make_rules(const RunControl& control) const;
   /// Other rules from now on; maps that they need are made of the objects where they stood at the start.

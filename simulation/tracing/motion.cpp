@@ -215,7 +215,8 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   const MotionScene motion = impl_->motion(scene);
   for_all(
       all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
-        if (all.state[i] == GammatonState::Waiting && !scene.emitters[all.emitter[i]].is_on) return;
+        if (all.state[i] == GammatonState::Waiting && (!scene.emitters[all.emitter[i]].is_on || !moving.may_be_born(i)))
+          return;
         Gammaton g = take(all, i);
         if (g.state == GammatonState::Waiting) {
           const Birth birth =

@@ -31,6 +31,13 @@ struct TraceResult {
 struct GammatonRange {
   std::int64_t begin = 0;
   std::int64_t end = std::numeric_limits<std::int64_t>::max();  ///< Behind the last; cut to how many there are.
+  /// Only one share of them is born: every num_shares-th from `begin + born_share` on.
+  std::int64_t num_shares = 1;
+  std::int64_t born_share = 0;
+
+  [[nodiscard]] bool may_be_born(std::size_t gammaton) const {
+    return (static_cast<std::int64_t>(gammaton) - begin) % num_shares == born_share;
+  }
 };
 
 /// The normal that a gammaton is reflected about: for surfaces with heights.

@@ -121,18 +121,38 @@ TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
   EXPECT_EQ(at_its_end.atlas().hash(), live.atlas().hash());
 }
 
+TEST(Paint, EveryPlaceOfAStrokeGetsAsManyGammatons) {
+  Simulation simulation(painted_plate());
+  run(simulation, 30);
+  std::int64_t before = simulation.counters().emitted;
+  for (int step = 0; step < 60; ++step) {  // Fast: no place is met twice.
+    simulation.paint("brush", Vec3(-30.0 + step, 0, 0));
+    const std::int64_t born = simulation.counters().emitted - before;
+    EXPECT_GE(born, kBrushGammatons / 8) << step;
+    EXPECT_LE(born, kBrushGammatons / 8 + 1) << step;
+    before += born;
+  }
+  const TraceCounters& c = simulation.counters();
+  EXPECT_EQ(c.emitted, c.absorbed + c.left + c.rested + c.alive);
+  EXPECT_EQ(simulation.audit(), "");
+}
+
 TEST(Paint, StepsAtOnePlaceRollDiceOfTheirOwn) {
-  // With the same random numbers in every step the same of 70 drops would bounce, and be absorbed, again and again:
-  // absorbed ones are born anew, so births tell.
+  // Which drops are absorbed, of those that every eighth step gives birth to: with the same random numbers in every
+  // step, always the same.
   Scene scene = painted_plate();
   scene.behavior = {
       .bounce = 0.25, .floating = 0.25, .absorb = 0.5, .deceleration_bounce = 0.4, .deceleration_float = 0.3};
   Simulation simulation(scene);
-  for (int i = 0; i < 40; ++i) simulation.paint("brush", Vec3(0, 0, 0));
-  const Gammatons& g = simulation.gammatons();
-  std::size_t never = 0;
-  for (std::size_t i = g.size() - kBrushGammatons; i < g.size(); ++i) never += g.num_births[i] <= 2 ? 1 : 0;
-  EXPECT_LE(never, 3u);  // of 70, with half of them absorbed at each of about 30 hits
+  const auto absorbed_after = [&](int steps) {
+    for (int i = 0; i < steps; ++i) simulation.paint("brush", Vec3(0, 0, 0));
+    const Gammatons& g = simulation.gammatons();
+    std::vector<bool> is_gone;
+    for (std::size_t i = g.size() - kBrushGammatons; i < g.size(); ++i)
+      is_gone.push_back(g.state[i] == GammatonState::Waiting);
+    return is_gone;
+  };
+  EXPECT_NE(absorbed_after(16), absorbed_after(8));  // 70 drops that meet a chance of one half: 2^-70 to be equal.
 }
 
 TEST(Paint, ASnapshotBetweenStrokesGoesOnAsIfNothingHadHappened) {

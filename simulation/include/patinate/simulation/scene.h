@@ -148,7 +148,8 @@ struct BrushStop {
   std::int64_t steps = 1;  ///< >= 1.
 };
 
-/// What an artist does while it runs. Names are those of the scene; one that it does not have is refused.
+// The kinds of events. Names are those of the scene.
+
 struct MoveEvent {
   std::string target;  ///< An emitter or an object; the emitter where both are called so.
   Vec3 position_mm{0, 0, 0};
@@ -191,6 +192,7 @@ struct PaintEvent {
 using SceneAction = std::variant<MoveEvent, TurnEvent, ScaleEvent, EmitterEvent, RatioEvent, RateEvent, BehaviorEvent,
                                  SwitchEvent, RuleEvent, PaintEvent>;
 
+/// What an artist does while it runs.
 struct SceneEvent {
   std::int64_t iteration = 0;  ///< Before this one.
   SceneAction what;

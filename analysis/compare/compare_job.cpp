@@ -37,19 +37,15 @@ struct Work {
 
 fs::path section_file(const std::string& name) { return fs::path(kJobWorkFolder) / (name + ".json"); }
 
-/// A section's pictures are PNGs inside its JSON, so that an item is one file.
+/// What an item leaves: the section, with its pictures as PNGs inside.
 JobItem section_item(const std::shared_ptr<Work>& work, const NamedSection& section) {
   return {.name = section.name,
           .outputs = part_files(section_file(section.name)),
           .run = [work, name = section.name, make = section.make](const fs::path& folder, const RunControl& control) {
-            const Section section =
-                make(work->loaded(control.part(0.0, 0.3)), work->task.options, control.part(0.3, 1.0));
-            Json json = section_json(section);
-            for (std::size_t i = 0; i < section.pictures.size(); ++i)
-              json["pictures"][i]["source"] =
-                  picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
+            Section made = make(work->loaded(control.part(0.0, 0.3)), work->task.options, control.part(0.3, 1.0));
+            embed_pictures(made.pictures, folder / kJobWorkFolder / (name + ".png"));
             fs::create_directories(folder / kJobWorkFolder);
-            save_part(folder / section_file(name), std::move(json));
+            save_part(folder / section_file(name), section_json(made));
           }};
 }
 
@@ -79,8 +75,8 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
     plan.items.push_back(section_item(work, section));
   }
   plan.join = [work, names, key = plan.key](const fs::path& folder, const RunControl&) {
-    std::vector<Json> made;
-    for (const std::string& name : names) made.push_back(load_part(folder / section_file(name)));
+    std::vector<Section> made;
+    for (const std::string& name : names) made.push_back(section_from_json(load_part(folder / section_file(name))));
     const CompareTask& t = work->task;
     const SeriesFile side_a = open_series(t.a, t.through), side_b = open_series(t.b);
     write_compare_report(folder, {.a = side_a, .b = side_b, .options = t.options, .command = t.command, .key = key},

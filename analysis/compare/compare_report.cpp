@@ -12,13 +12,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string times_text(const Json& side) {
-  return std::to_string(side.at("frames").get<int>()) + " frames, " +
-         short_number_text(side.at("first_time").get<double>()) + " to " +
-         short_number_text(side.at("last_time").get<double>()) + " " + side.at("time_unit").get<std::string>();
+std::string times_text(const HistoryFacts& m) {
+  return std::to_string(m.frames.size()) + " frames, " + short_number_text(m.frames.front().time) + " to " +
+         short_number_text(m.frames.back().time) + " " + time_unit_text(m.time_unit);
 }
 
-Json describe_side(const SeriesFile& side) {
+Json side_json(const SeriesFile& side) {
   const TextureSeries& series = side.series;
   const HistoryFacts& m = series.facts();
   Json controls = Json::array();
@@ -37,56 +36,51 @@ Json describe_side(const SeriesFile& side) {
               {"key", side.key()}};
 }
 
-void add_provenance(HtmlPage& page, const Json& a, const Json& b) {
-  const auto text = [](const Json& v) {
-    return v.is_null()     ? std::string("not known")
-           : v.is_string() ? v.get<std::string>()
-                           : short_number_text(v.get<double>());
-  };
-  const auto size = [](const Json& side) {
-    return size_text(side.at("width").get<int>(), side.at("height").get<int>());
-  };
-  std::vector<std::vector<std::string>> rows{
-      {"name", text(a.at("name")), text(b.at("name"))},
-      {"origin", text(a.at("origin")), text(b.at("origin"))},
-      {"pixels", size(a), size(b)},
-      {"times", times_text(a), times_text(b)},
-      {"texel size (mm)", text(a.at("texel_size_mm")), text(b.at("texel_size_mm"))},
-      {"key", text(a.at("key")), text(b.at("key"))}};
+void add_provenance(HtmlPage& page, const SeriesFile& a, const SeriesFile& b) {
+  std::vector<std::vector<std::string>> rows{{"name"}, {"origin"}, {"pixels"}, {"times"}, {"texel size (mm)"}, {"key"}};
+  for (const SeriesFile* side : {&a, &b}) {
+    const TextureSeries& series = side->series;
+    const std::optional<double> pixel_mm = series.pixel_mm();
+    const std::vector<std::string> cells{series.name(),
+                                         series.facts().origin,
+                                         size_text(series.width(), series.height()),
+                                         times_text(series.facts()),
+                                         pixel_mm ? short_number_text(*pixel_mm) : "not known",
+                                         side->key()};
+    for (std::size_t i = 0; i < rows.size(); ++i) rows[i].push_back(cells[i]);
+  }
   page.table({"", "A", "B"}, rows);
 }
 
 }  // namespace
 
 void write_compare_report(const fs::path& folder, const CompareProvenance& provenance,
-                          const std::vector<Json>& sections) {
-  const Json a = describe_side(provenance.a), b = describe_side(provenance.b);
+                          std::span<const Section> sections) {
   HtmlPage page(provenance.a.series.name() + " against " + provenance.b.series.name());
   page.paragraph(
       "How alike two surfaces age: A and B, at equal times or shares of their spans. Where a figure has a number for A "
       "split in two, that is what equal surfaces would show: "
       "the squares of a chess board over A, the black against the white ones.");
-  add_provenance(page, a, b);
-  Json options = Json::object();
-  for (const auto& [name, value] : option_values(provenance.options)) options[name] = value;
-  options["seed"] = std::to_string(provenance.options.seed);
-  Json report{{"format", "patinate.compare"},
-              {"version", 1},
-              {"a", a},
-              {"b", b},
-              {"figures", Json::array()},
-              {"undefined_sections", Json::array()},
-              {"curves", Json::array()},
-              {"options", options},
-              {"command", provenance.command},
-              {"key", provenance.key}};
-  for (const Json& json : sections) add_section(page, json, folder, "A split in two", report);
+  add_provenance(page, provenance.a, provenance.b);
+  for (const Section& section : sections) add_section(page, section, folder, "A split in two");
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
   page.code(provenance.command);
   page.link(kCompareReportFile, "The figures as JSON");
   page.save(folder / kComparePageFile);
-  save_json(folder / kCompareReportFile, report);
+  Json options = Json::object();
+  for (const auto& [name, value] : option_values(provenance.options)) options[name] = value;
+  options["seed"] = std::to_string(provenance.options.seed);
+  save_json(folder / kCompareReportFile, Json{{"format", "patinate.compare"},
+                                              {"version", 1},
+                                              {"a", side_json(provenance.a)},
+                                              {"b", side_json(provenance.b)},
+                                              {"figures", listed_figures_json(sections)},
+                                              {"undefined_sections", undefined_sections_json(sections)},
+                                              {"curves", listed_curves_json(sections)},
+                                              {"options", options},
+                                              {"command", provenance.command},
+                                              {"key", provenance.key}});
 }
 
 }  // namespace patinate::analysis

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
-#include <vector>
 
 #include "analysis/figures/compared_pair.h"
 #include "patinate/analysis/report_parts.h"
@@ -20,8 +20,8 @@ struct CompareProvenance {
 };
 
 /// Writes report.html (everything inside), report.json and curves/<name>.csv.
-/// @param sections  section_json() with a `source` in every picture. @throws CannotComplete
+/// @param sections  With a `source` in every picture. @throws CannotComplete; InvalidInput if a number is not finite.
 void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance,
-                          const std::vector<Json>& sections);
+                          std::span<const Section> sections);
 
 }  // namespace patinate::analysis

@@ -1,5 +1,7 @@
 #include "analysis/evaluation/evaluation_job.h"
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -27,56 +29,76 @@ ImageF source_picture(const SynthesisSource& source) {
   return linear;
 }
 
-Json picture_json(const Picture& picture, const fs::path& scratch) {
-  return {{"name", picture.name}, {"caption", picture.caption}, {"source", picture_uri(picture.image, scratch)}};
-}
+/// What an item finds of its map.
+struct EvaluatedMap {
+  std::string name, about, hash;  ///< Of the item, of the item, of the Evaluation.
+  std::vector<Figure> figures;
+  std::vector<Picture> pictures;  ///< With their sources.
+};
 
-/// One map's part of the report, with its pictures inside.
-Json evaluated(const EvaluationItem& item, const EvaluationOptions& options, std::uint64_t seed,
-               const fs::path& scratch, const RunControl& control) {
-  const MapToEvaluate opened = item.open(control.part(0.0, 0.5));
-  Evaluation made =
-      evaluate(opened.source, opened.map, options, seed, opened.made ? &*opened.made : nullptr, control.part(0.5, 1.0));
-  Json json{{"name", item.name},
-            {"about", item.about},
-            {"hash", made.hash},
+Json map_json(const EvaluatedMap& map) {
+  Json json{{"name", map.name},
+            {"about", map.about},
+            {"hash", map.hash},
             {"figures", Json::array()},
             {"pictures", Json::array()}};
-  for (const Figure& f : opened.more) json["figures"].push_back(figure_json(f));
-  for (const Figure& f : made.figures) json["figures"].push_back(figure_json(f));
-  json["pictures"].push_back(
-      picture_json({"source", "The source at the last of the compared times", source_picture(opened.source)}, scratch));
-  for (const Picture& p : made.pictures) json["pictures"].push_back(picture_json(p, scratch));
+  for (const Figure& f : map.figures) json["figures"].push_back(figure_json(f));
+  for (const Picture& p : map.pictures) json["pictures"].push_back(picture_json(p));
   return json;
 }
 
-std::string cell(const Json& figure) {
-  if (figure.at("value").is_null()) return "-";
-  std::string text = short_number_text(rounded(figure.at("value").get<double>(), 3));
-  if (figure.contains("split")) text += " (" + short_number_text(rounded(figure.at("split").get<double>(), 3)) + ")";
+/// The inverse of map_json().
+EvaluatedMap map_from_json(const Json& json) {
+  EvaluatedMap map{
+      .name = json.at("name"), .about = json.at("about"), .hash = json.at("hash"), .figures = {}, .pictures = {}};
+  for (const Json& f : json.at("figures")) map.figures.push_back(figure_from_json(f));
+  for (const Json& p : json.at("pictures")) map.pictures.push_back(picture_from_json(p));
+  return map;
+}
+
+EvaluatedMap evaluated(const EvaluationItem& item, const EvaluationOptions& options, std::uint64_t seed,
+                       const fs::path& scratch, const RunControl& control) {
+  MapToEvaluate opened = item.open(control.part(0.0, 0.5));
+  Evaluation made =
+      evaluate(opened.source, opened.map, options, seed, opened.made ? &*opened.made : nullptr, control.part(0.5, 1.0));
+  EvaluatedMap map{
+      .name = item.name,
+      .about = item.about,
+      .hash = std::move(made.hash),
+      .figures = std::move(opened.more),
+      .pictures = {{"source", "The source at the last of the compared times", source_picture(opened.source)}}};
+  std::move(made.figures.begin(), made.figures.end(), std::back_inserter(map.figures));
+  std::move(made.pictures.begin(), made.pictures.end(), std::back_inserter(map.pictures));
+  embed_pictures(map.pictures, scratch);
+  return map;
+}
+
+std::string cell(const Figure& figure) {
+  if (!figure.value) return "-";
+  std::string text = short_number_text(rounded(*figure.value, 3));
+  if (figure.split) text += " (" + short_number_text(rounded(*figure.split, 3)) + ")";
   return text;
 }
 
 /// A row for each figure that any map has, a column for each map.
-void add_table(HtmlPage& page, const std::vector<Json>& maps) {
+void add_table(HtmlPage& page, const std::vector<EvaluatedMap>& maps) {
   std::vector<std::string> header{"figure"};
-  for (const Json& m : maps) header.push_back(m.at("name").get<std::string>());
+  for (const EvaluatedMap& m : maps) header.push_back(m.name);
   header.emplace_back("unit");
   std::vector<std::vector<std::string>> rows;
   std::set<std::string> seen;
-  for (const Json& map : maps) {
-    for (const Json& figure : map.at("figures")) {
-      const auto name = figure.at("name").get<std::string>();
-      if (!seen.insert(name).second) continue;
-      std::vector<std::string> row{figure.at("title").get<std::string>()};
-      for (const Json& other : maps) {
+  for (const EvaluatedMap& map : maps) {
+    for (const Figure& figure : map.figures) {
+      if (!seen.insert(figure.name).second) continue;
+      std::vector<std::string> row{figure.title};
+      for (const EvaluatedMap& other : maps) {
         std::string text;
-        for (const Json& f : other.at("figures")) {
-          if (f.at("name") == name) text = cell(f);
+        for (const Figure& f : other.figures) {
+          if (f.name == figure.name) text = cell(f);
         }
         row.push_back(text);
       }
-      row.push_back(figure.at("unit").get<std::string>());
+      row.push_back(figure.unit);
       rows.push_back(std::move(row));
     }
   }
@@ -84,7 +106,7 @@ void add_table(HtmlPage& page, const std::vector<Json>& maps) {
 }
 
 void write_report(const fs::path& folder, const EvaluationTask& task, const std::string& key,
-                  const std::vector<Json>& maps) {
+                  const std::vector<EvaluatedMap>& maps) {
   HtmlPage page("How good is the texture?");
   page.paragraph(
       "Every texel of a synthesis shows a place of its source; these figures say how well it follows its control, how "
@@ -95,21 +117,18 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
       "smooth and repeats itself.");
   add_table(page, maps);
   Json list = Json::array();
-  for (const Json& map : maps) {
-    page.heading(map.at("name").get<std::string>());
-    page.paragraph(map.at("about").get<std::string>());
+  for (const EvaluatedMap& map : maps) {
+    page.heading(map.name);
+    page.paragraph(map.about);
     std::vector<HtmlPicture> pictures;
-    for (const Json& p : map.at("pictures"))
-      pictures.push_back({p.at("source").get<std::string>(), p.at("caption").get<std::string>()});
+    for (const Picture& p : map.pictures) pictures.push_back({p.source, p.caption});
     page.pictures(pictures);
-    for (const Json& f : map.at("figures")) {
-      if (f.at("value").is_null())
-        page.paragraph(f.at("title").get<std::string>() + ": undefined, " + f.at("undefined").get<std::string>() + ".");
+    Json figures = Json::array();
+    for (const Figure& f : map.figures) {
+      if (!f.value) page.paragraph(f.title + ": undefined, " + f.undefined + ".");
+      figures.push_back(figure_json(f));
     }
-    list.push_back({{"name", map.at("name")},
-                    {"about", map.at("about")},
-                    {"hash", map.at("hash")},
-                    {"figures", map.at("figures")}});
+    list.push_back({{"name", map.name}, {"about", map.about}, {"hash", map.hash}, {"figures", std::move(figures)}});
   }
   Json options = Json::object();
   for (const auto& [name, value] : option_values(task.options)) options[name] = value;
@@ -148,15 +167,15 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
                           .outputs = part_files(item_file(i)),
                           .run = [shared, i](const fs::path& folder, const RunControl& control) {
                             fs::create_directories(folder / kJobWorkFolder);
-                            save_part(
-                                folder / item_file(i),
-                                evaluated(shared->maps[i], shared->options, shared->seed,
-                                          folder / kJobWorkFolder / ("map" + std::to_string(i) + ".png"), control));
+                            const fs::path scratch = folder / kJobWorkFolder / ("map" + std::to_string(i) + ".png");
+                            save_part(folder / item_file(i), map_json(evaluated(shared->maps[i], shared->options,
+                                                                                shared->seed, scratch, control)));
                           }});
   }
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
-    std::vector<Json> maps;
-    for (std::size_t i = 0; i < shared->maps.size(); ++i) maps.push_back(load_part(folder / item_file(i)));
+    std::vector<EvaluatedMap> maps;
+    for (std::size_t i = 0; i < shared->maps.size(); ++i)
+      maps.push_back(map_from_json(load_part(folder / item_file(i))));
     write_report(folder, *shared, key, maps);
   };
   return plan;

@@ -6,6 +6,7 @@
 
 #include "analysis/compare/sections.h"
 #include "analysis/factorization/factorization_work.h"
+#include "analysis/factorization/frame_record.h"
 #include "analysis/factorization/place_fit.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
@@ -35,7 +36,7 @@ struct Said {
   const FactorizationWork& work;
   const FactorizationWork::Factored& f;
   const fs::path& folder;
-  std::vector<Json> frames;
+  std::vector<FrameRecord> frames;
   std::array<double, 4> counts = {};        ///< By PlaceStatus, of the first model, inside the mask.
   std::vector<double> rates, rate_stddevs;  ///< Of fitted places, all models.
   std::vector<double> ends;                 ///< Until when the curve covers every place that changes.
@@ -53,7 +54,7 @@ Said gather(FactorizationWork& work, const fs::path& folder) {
          .clock = read_mask(folder / "maps/clock.png"),
          .changes = read_mask(folder / "maps/changes.png")};
   for (std::size_t i = 0; i < work.frames.size(); ++i)
-    s.frames.push_back(load_json(folder / work_file("frame." + std::to_string(i) + ".json")));
+    s.frames.push_back(frame_from_json(load_json(folder / work_file("frame." + std::to_string(i) + ".json"))));
   for (std::int64_t i = 0; i < work.mask.num_pixels(); ++i) {
     if (work.mask.data()[i] == 0) continue;
     double end = 1e300;
@@ -70,11 +71,11 @@ Said gather(FactorizationWork& work, const fs::path& folder) {
 }
 
 /// Of those frames that were compared, weighted by their pixels.
-std::optional<double> over_frames(const Said& s, const char* name, bool is_squared) {
+std::optional<double> over_frames(const Said& s, double FrameError::*figure, bool is_squared) {
   double sum = 0.0, pixels = 0.0;
-  for (const Json& f : s.frames) {
-    if (!f.contains(name)) continue;
-    const double v = f.at(name).get<double>(), n = f.at("pixels").get<double>();
+  for (const FrameRecord& f : s.frames) {
+    if (!f.error) continue;
+    const double v = (*f.error).*figure, n = static_cast<double>(f.error->num_pixels);
     sum += n * (is_squared ? v * v : v), pixels += n;
   }
   if (pixels == 0.0) return std::nullopt;
@@ -90,9 +91,9 @@ Section figures_section(const Said& s) {
         {.name = name, .title = title, .unit = of, .value = value, .undefined = value ? "" : why});
   };
   const std::string unseen = "no frame shows a place that is known";
-  add("rmse", "Reconstruction, root mean square", "linear", over_frames(s, "rmse", true), unseen);
+  add("rmse", "Reconstruction, root mean square", "linear", over_frames(s, &FrameError::rmse, true), unseen);
   add("ciede2000_mean", "Reconstruction, mean difference of color", "CIEDE2000",
-      over_frames(s, "ciede2000_mean", false), unseen);
+      over_frames(s, &FrameError::ciede2000_mean, false), unseen);
   double noise = 0.0;
   for (const TemporalModel& m : s.f.models) noise = std::max(noise, *std::max_element(m.noise.begin(), m.noise.end()));
   add("noise", "Standard deviation of most residuals, the noisiest channel", "linear", noise, "");
@@ -162,11 +163,12 @@ Section curve_section(const Said& s) {
             .x_name = error.x_name,
             .y_name = "root mean square"};
   CurveColumn rmse{.name = "all channels"};
-  for (const Json& f : s.frames) {
-    if (!f.contains("rmse")) continue;
-    error.x.push_back(f.at("time").get<double>());
-    mean.values.push_back(f.at("ciede2000_mean").get<double>()),
-        p95.values.push_back(f.at("ciede2000_p95").get<double>()), rmse.values.push_back(f.at("rmse").get<double>());
+  for (const FrameRecord& f : s.frames) {
+    if (!f.error) continue;
+    error.x.push_back(f.time);
+    mean.values.push_back(f.error->ciede2000_mean);
+    p95.values.push_back(f.error->ciede2000_p95);
+    rmse.values.push_back(f.error->rmse);
   }
   rms.x = error.x;
   error.columns = {mean, p95}, rms.columns = {rmse};
@@ -291,15 +293,12 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
       "a gain A, a base D, a rate R and an offset O. "
       "The median place has R = 1 and O = 0; phi goes from 0 to 1.");
   fs::create_directories(folder / "curves");
-  Json said{{"figures", Json::array()}, {"curves", Json::array()}, {"undefined_sections", Json::array()}},
-      maps = Json::object();
-  for (const Section& section : {figures_section(s), look_section(s), curve_section(s), maps_section(s)}) {
-    Json json = section_json(section);
-    for (std::size_t i = 0; i < section.pictures.size(); ++i)
-      json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / "picture.png");
-    add_section(page, json, folder, "", said);
+  std::array<Section, 4> sections{figures_section(s), look_section(s), curve_section(s), maps_section(s)};
+  for (Section& section : sections) {
+    embed_pictures(section.pictures, folder / kJobWorkFolder / "picture.png");
+    add_section(page, section, folder, "");
   }
-  Json options = Json::object();
+  Json options = Json::object(), maps = Json::object(), frames = Json::array();
   for (const auto& [name, value] : option_values(work.task.options)) options[name] = value;
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
@@ -308,6 +307,7 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
   page.link("history/history.json", "The denoised history");
   page.save(folder / kFactorizationPageFile);
   for (const auto& [name, file] : factor_maps()) maps[name] = file.generic_string();
+  for (const FrameRecord& frame : s.frames) frames.push_back(frame_json(frame));
   save_json(folder / kFactorizationManifestFile, Json{{"format", "patinate.factorization"},
                                                       {"version", 1},
                                                       {"name", source.name},
@@ -319,9 +319,9 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
                                                       {"curves", models_json(s.f.models)},
                                                       {"maps", maps},
                                                       {"history", "history"},
-                                                      {"frames", s.frames},
-                                                      {"figures", said.at("figures")},
-                                                      {"csv", said.at("curves")},
+                                                      {"frames", frames},
+                                                      {"figures", listed_figures_json(sections)},
+                                                      {"csv", listed_curves_json(sections)},
                                                       {"options", options},
                                                       {"command", work.task.command},
                                                       {"key", work.key}});

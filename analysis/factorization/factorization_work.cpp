@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "analysis/factorization/frame_record.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
@@ -168,12 +169,11 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
   });
   fs::create_directories(folder / "history/frames");
   write_exr(folder / "history" / HistoryWriter::frame_file(index), made, {"R", "G", "B"}, ExrDepth::Half);
-  Json json{{"time", asked.time}};
+  FrameRecord record{.time = asked.time, .covered_share = {}, .error = {}};
   if (asked.is_extrapolated) {
     fs::create_directories(folder / "history/masks");
     write_codes(folder / "history" / HistoryWriter::frame_mask_file(index), covered);
-    json["extrapolated"] = true;
-    json["covered_share"] = rounded(covered_share(f, covered, asked.time), 6);
+    record.covered_share = rounded(covered_share(f, covered, asked.time), 6);
   }
   std::vector<float> list;
   double squares = 0.0, sum = 0.0;
@@ -188,12 +188,12 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
     const auto p95 = list.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(list.size() - 1));
     std::nth_element(list.begin(), p95, list.end());
     const auto n = static_cast<double>(list.size());
-    json["pixels"] = list.size();
-    json["rmse"] = rounded(std::sqrt(squares / (3.0 * n)), 6);
-    json["ciede2000_mean"] = rounded(sum / n, 6);
-    json["ciede2000_p95"] = rounded(static_cast<double>(*p95), 6);
+    record.error = FrameError{.num_pixels = static_cast<std::int64_t>(list.size()),
+                              .rmse = rounded(std::sqrt(squares / (3.0 * n)), 6),
+                              .ciede2000_mean = rounded(sum / n, 6),
+                              .ciede2000_p95 = rounded(static_cast<double>(*p95), 6)};
   }
-  save_json(folder / work_file("frame." + std::to_string(index) + ".json"), json);
+  save_json(folder / work_file("frame." + std::to_string(index) + ".json"), frame_json(record));
   control.report(1.0);
 }
 

@@ -284,8 +284,8 @@ void add_scans(const std::shared_ptr<Work>& work, int stage, JobPlan& plan) {
 }
 
 /// Writes the history with some values; gives what a comparison says of it.
-Json compared(const Work& work, const std::string& name, const std::vector<double>& values, const fs::path& folder,
-              const std::string& key, const RunControl& control) {
+std::vector<Section> compared(const Work& work, const std::string& name, const std::vector<double>& values,
+                              const fs::path& folder, const std::string& key, const RunControl& control) {
   const LookAt look = work.task.age(values, 0, control.part(0.0, 0.6));
   RunControl quiet = control;
   quiet.on_progress = {};
@@ -293,14 +293,9 @@ Json compared(const Work& work, const std::string& name, const std::vector<doubl
   const CompareOptions options = compare_options(work.task.objective);
   const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options,
                                       control.part(0.6, 0.7));
-  Json sections = Json::array();
-  for (const Section& section : {look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)),
-                                 controls_section(pair, options, control.part(0.9, 1.0))}) {
-    Json json = section_json(section);
-    for (std::size_t i = 0; i < section.pictures.size(); ++i)
-      json["pictures"][i]["source"] = picture_uri(section.pictures[i].image, folder / kJobWorkFolder / (name + ".png"));
-    sections.push_back(std::move(json));
-  }
+  std::vector<Section> sections{look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)),
+                                controls_section(pair, options, control.part(0.9, 1.0))};
+  for (Section& section : sections) embed_pictures(section.pictures, folder / kJobWorkFolder / (name + ".png"));
   return sections;
 }
 
@@ -454,8 +449,9 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   add_scans(work, 1 + work->num_generations(), plan);
   plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
     const FitOutcome outcome = outcome_of(*work, folder);
-    const Json before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
-    const Json after = compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+    const std::vector<Section> before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
+    const std::vector<Section> after =
+        compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
     work->task.write_model(folder, outcome.best.values);
     write_fit_report(folder, work->task, outcome, before, after, key);
   };

@@ -9,7 +9,6 @@
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"
 #include "libcommon/output/svg_chart.h"
-#include "patinate/analysis/report_parts.h"
 
 namespace patinate::analysis {
 
@@ -124,44 +123,50 @@ std::vector<std::string> correlated_pairs(const FitTask& task, const FitOutcome&
   return out;
 }
 
-std::vector<Section> sections_of(const Json& list) {
-  std::vector<Section> out;
-  for (const Json& json : list) out.push_back(section_from_json(json));
-  return out;
-}
+/// A figure of a comparison, and what became of it.
+struct FigureChange {
+  Figure before;
+  std::optional<double> after;
+};
 
-Json figures_json(const Json& sections_before, const Json& sections_after) {
-  std::map<std::string, Figure> after;
-  for (const Section& s : sections_of(sections_after)) {
-    for (const Figure& f : s.figures) after[f.name] = f;
+std::vector<FigureChange> figure_changes(std::span<const Section> before, std::span<const Section> after) {
+  std::map<std::string, std::optional<double>> values;
+  for (const Section& s : after) {
+    for (const Figure& f : s.figures) values[f.name] = as_stated(f).value;
   }
-  Json out = Json::array();
-  for (const Section& s : sections_of(sections_before)) {
+  std::vector<FigureChange> changes;
+  for (const Section& s : before) {
     for (const Figure& f : s.figures) {
-      const auto found = after.find(f.name);
-      const auto value = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
-      out.push_back({{"name", f.name},
-                     {"title", f.title},
-                     {"unit", f.unit},
-                     {"before", value(f.value)},
-                     {"after", value(found == after.end() ? std::nullopt : found->second.value)},
-                     {"split", value(f.split)}});
+      const auto found = values.find(f.name);
+      changes.push_back({as_stated(f), found == values.end() ? std::nullopt : found->second});
     }
   }
-  return out;
+  return changes;
 }
 
-void add_comparison(HtmlPage& page, const Json& before, const Json& after, const Json& figures) {
+Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
+
+Json change_json(const FigureChange& change) {
+  const Figure& f = change.before;
+  return Json{{"name", f.name},
+              {"title", f.title},
+              {"unit", f.unit},
+              {"before", optional_json(f.value)},
+              {"after", optional_json(change.after)},
+              {"split", optional_json(f.split)}};
+}
+
+void add_comparison(HtmlPage& page, const Section& look_before, const Section& look_after,
+                    const std::vector<FigureChange>& changes) {
   page.heading("Before and after");
   page.paragraph("The captured surface; the simulated one with the starting values; the simulated one with the best.");
-  page.picture({before.at(0).at("pictures").at(0).at("source").get<std::string>(), "captured"});
-  page.picture({before.at(0).at("pictures").at(1).at("source").get<std::string>(), "simulated, before"});
-  page.picture({after.at(0).at("pictures").at(1).at("source").get<std::string>(), "simulated, after"});
+  page.picture({look_before.pictures.at(0).source, "captured"});
+  page.picture({look_before.pictures.at(1).source, "simulated, before"});
+  page.picture({look_after.pictures.at(1).source, "simulated, after"});
   std::vector<std::vector<std::string>> rows;
-  const auto cell = [](const Json& v) { return v.is_null() ? std::string("undefined") : number(v.get<double>()); };
-  for (const Json& f : figures)
-    rows.push_back({f.at("title").get<std::string>(), cell(f.at("before")), cell(f.at("after")),
-                    f.at("split").is_null() ? "" : cell(f.at("split")), f.at("unit").get<std::string>()});
+  const auto cell = [](const std::optional<double>& v) { return v ? number(*v) : "undefined"; };
+  for (const auto& [f, after] : changes)
+    rows.push_back({f.title, cell(f.value), cell(after), f.split ? number(*f.split) : "", f.unit});
   page.table({"figure (A captured, B simulated)", "before", "after", "A split in two", "unit"}, rows);
   page.paragraph(
       "\"A split in two\": what equal surfaces would show, the squares of a chess board over the captured one, the "
@@ -185,17 +190,16 @@ Json parameter_json(const FitTask& task, const FitOutcome& o, std::size_t i) {
 
 Json objective_json(const FitTask& task, const FitOutcome& o) {
   Json terms = Json::array(), seeds = Json::array();
-  const auto value = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
   for (std::size_t i = 0; i < task.terms.size(); ++i) {
     const auto which = static_cast<std::size_t>(task.terms[i].figure);
     terms.push_back({{"figure", kFitFigureNames[which]},
                      {"unit", kFitFigureUnits[which]},
                      {"weight", task.terms[i].weight},
-                     {"before", value(o.initial.result.figures[i])},
-                     {"after", value(o.best.result.figures[i])}});
+                     {"before", optional_json(o.initial.result.figures[i])},
+                     {"after", optional_json(o.best.result.figures[i])}});
   }
-  for (const FitEvaluation& e : o.seeds) seeds.push_back(value(e.points.front().result.objective));
-  return Json{{"before", value(o.initial.result.objective)},
+  for (const FitEvaluation& e : o.seeds) seeds.push_back(optional_json(e.points.front().result.objective));
+  return Json{{"before", optional_json(o.initial.result.objective)},
               {"after", *o.best.result.objective},
               {"terms", terms},
               {"other_seeds", seeds},
@@ -254,9 +258,9 @@ std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i
   return "";
 }
 
-void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o, const Json& before,
-                      const Json& after, const std::string& key) {
-  const Json figures = figures_json(before, after);
+void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o, std::span<const Section> before,
+                      std::span<const Section> after, const std::string& key) {
+  const std::vector<FigureChange> changes = figure_changes(before, after);
   const SeriesFile captured = open_series(task.history);
   const TextureSeries& series = captured.series;
   HtmlPage page(task.model_name + " fitted to " + series.name());
@@ -272,7 +276,7 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
   page.table({"fitted figure", "weight", "before", "after", "unit"}, rows);
   page.heading("Along each parameter");
   for (std::size_t i = 0; i < task.parameters.size(); ++i) page.drawing(scan_chart(task, o, i));
-  add_comparison(page, before, after, figures);
+  add_comparison(page, before.front(), after.front(), changes);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
   page.code(task.command);
@@ -281,7 +285,8 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
   page.save(folder / kFitPageFile);
   write_atomically(folder / kFitTableFile, evaluations_csv(o.searched, task.parameters, task.terms));
 
-  Json parameters = Json::array(), options = Json::object();
+  Json parameters = Json::array(), options = Json::object(), figures = Json::array();
+  for (const FigureChange& change : changes) figures.push_back(change_json(change));
   for (std::size_t i = 0; i < task.parameters.size(); ++i) parameters.push_back(parameter_json(task, o, i));
   for (const auto& [name, value] : option_values(task.objective)) options[name] = value;
   for (const auto& [name, value] : option_values(task.options)) options[name] = value;

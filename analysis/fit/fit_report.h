@@ -3,12 +3,14 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "analysis/fit/determined.h"
 #include "analysis/fit/fit_job.h"
 #include "analysis/fit/fit_record.h"
+#include "patinate/analysis/report_parts.h"
 
 namespace patinate::analysis {
 
@@ -30,9 +32,9 @@ struct FitOutcome {
 [[nodiscard]] std::string verdict_text(const FitTask& task, const FitOutcome& outcome, std::size_t index);
 
 /// Writes report.html (everything inside), report.json and evaluations.csv.
-/// @param before, after  What a comparison says of the history with the starting and with the best values: lists of
-/// section_json() with a `source` in every picture, the first the look. @throws CannotComplete
+/// @param before, after  What a comparison says of the history with the starting and with the best values: sections
+/// with a `source` in every picture, the first of them the look. @throws CannotComplete
 void write_fit_report(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& outcome,
-                      const Json& before, const Json& after, const std::string& key);
+                      std::span<const Section> before, std::span<const Section> after, const std::string& key);
 
 }  // namespace patinate::analysis

@@ -46,22 +46,27 @@ void add_figures(HtmlPage& page, const std::vector<Figure>& figures, std::string
   std::vector<std::string> header{"figure", "value", "95 % interval", "unit"};
   if (has_baseline) header.insert(header.begin() + 3, std::string(baseline_title));
   std::vector<std::vector<std::string>> rows;
-  for (const Figure& f : figures) rows.push_back(figure_row(f, has_baseline));
+  for (const Figure& f : figures) rows.push_back(figure_row(as_stated(f), has_baseline));
   page.table(header, rows);
 }
 
 constexpr std::uint64_t kMostOfPictures = std::uint64_t{1} << 34;
 
+/// Relative to the page's folder.
+fs::path curve_file(const Curve& curve) { return fs::path("curves") / (curve.name + ".csv"); }
+
 fs::path pictures_of(const fs::path& file) { return file.string() + ".pictures"; }
 
 }  // namespace
 
-std::string picture_uri(const ImageF& image, const fs::path& scratch) {
+void embed_pictures(std::vector<Picture>& pictures, const fs::path& scratch) {
+  if (pictures.empty()) return;
   fs::create_directories(scratch.parent_path());
-  write_srgb8(scratch, image);
-  std::string uri = data_uri(scratch);
-  fs::remove(scratch);
-  return uri;
+  for (Picture& picture : pictures) {
+    write_srgb8(scratch, std::exchange(picture.image, ImageF()));
+    picture.source = data_uri(scratch);
+    fs::remove(scratch);
+  }
 }
 
 std::vector<fs::path> part_files(const fs::path& file) { return {file, pictures_of(file)}; }
@@ -87,30 +92,48 @@ Json load_part(const fs::path& file) {
   return part;
 }
 
-void add_section(HtmlPage& page, const Json& json, const fs::path& folder, std::string_view baseline_title,
-                 Json& report) {
-  const Section section = section_from_json(json);
+void add_section(HtmlPage& page, const Section& section, const fs::path& folder, std::string_view baseline_title) {
   page.heading(section.title);
-  if (!section.undefined.empty()) {
-    page.paragraph("Undefined: " + section.undefined + ".");
-    report.at("undefined_sections").push_back({{"section", section.name}, {"reason", section.undefined}});
-  }
+  if (!section.undefined.empty()) page.paragraph("Undefined: " + section.undefined + ".");
   for (const std::string& text : section.paragraphs) page.paragraph(text);
   add_figures(page, section.figures, baseline_title);
-  for (const Figure& f : section.figures) {
-    Json one = figure_json(f);
-    one["section"] = section.name;
-    report.at("figures").push_back(std::move(one));
-  }
-  for (std::size_t i = 0; i < section.pictures.size(); ++i)
-    page.picture({json.at("pictures").at(i).at("source").get<std::string>(), section.pictures[i].caption});
-  for (const Curve& curve : section.curves) {
-    const fs::path file = fs::path("curves") / (curve.name + ".csv");
-    fs::create_directories(folder / "curves");
-    write_atomically(folder / file, curve_csv(curve));
-    report.at("curves").push_back({{"file", file.generic_string()}, {"title", curve.title}});
+  for (const Picture& picture : section.pictures) page.picture({picture.source, picture.caption});
+  for (const Curve& unrounded : section.curves) {
+    const Curve curve = as_stated(unrounded);
+    const fs::path file = folder / curve_file(curve);
+    fs::create_directories(file.parent_path());
+    write_atomically(file, curve_csv(curve));
     page.drawing(svg_of(curve));
   }
+}
+
+Json listed_figures_json(std::span<const Section> sections) {
+  Json list = Json::array();
+  for (const Section& section : sections) {
+    for (const Figure& f : section.figures) {
+      Json one = figure_json(f);
+      one["section"] = section.name;
+      list.push_back(std::move(one));
+    }
+  }
+  return list;
+}
+
+Json listed_curves_json(std::span<const Section> sections) {
+  Json list = Json::array();
+  for (const Section& section : sections) {
+    for (const Curve& curve : section.curves)
+      list.push_back({{"file", curve_file(curve).generic_string()}, {"title", curve.title}});
+  }
+  return list;
+}
+
+Json undefined_sections_json(std::span<const Section> sections) {
+  Json list = Json::array();
+  for (const Section& section : sections) {
+    if (!section.undefined.empty()) list.push_back({{"section", section.name}, {"reason", section.undefined}});
+  }
+  return list;
 }
 
 }  // namespace patinate::analysis

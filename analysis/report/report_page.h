@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,8 +14,9 @@
 
 namespace patinate::analysis {
 
-/// A picture as a data: URI (8-bit sRGB PNG). @param scratch  A file that is written and removed.
-[[nodiscard]] std::string picture_uri(const ImageF& image, const std::filesystem::path& scratch);
+/// Gives pictures as data: URIs (8-bit sRGB PNG) in place of their pixels: sets `source` and empties `image`.
+/// @param scratch  A file that is written and removed. @throws CannotComplete
+void embed_pictures(std::vector<Picture>& pictures, const std::filesystem::path& scratch);
 
 /// What an item of a job leaves of its part of a report: the JSON, and in a second file the pictures in it, which may
 /// be larger than JSON may.
@@ -24,12 +26,18 @@ void save_part(const std::filesystem::path& file, Json part);
 /// What save_part() was given. @throws IoError
 [[nodiscard]] Json load_part(const std::filesystem::path& file);
 
-/// Adds a section to the page and to the report, and writes its curves to folder/curves/NAME.csv.
-/// @param json  section_json() with a `source` (a data: URI) in every picture.
+/// Adds a section to the page, and writes its curves to folder/curves/NAME.csv.
+/// @param section  With a `source` in every picture. Its numbers are shown as stated (as_stated()).
 /// @param baseline_title  Head of the column that shows Figure::split; "" leaves it out.
-/// @param report  Has the arrays `figures` (figure_json() and `section`), `curves` (`file`, `title`) and
-/// `undefined_sections` (`section`, `reason`), to which is appended. @throws CannotComplete
-void add_section(HtmlPage& page, const Json& json, const std::filesystem::path& folder, std::string_view baseline_title,
-                 Json& report);
+/// @throws CannotComplete; InvalidInput if a number is not finite.
+void add_section(HtmlPage& page, const Section& section, const std::filesystem::path& folder,
+                 std::string_view baseline_title);
+
+/// The same for programs: all figures, with the `section` they are of.
+[[nodiscard]] Json listed_figures_json(std::span<const Section> sections);
+/// The `file` that add_section() has written, relative to its folder, and the `title` of every curve.
+[[nodiscard]] Json listed_curves_json(std::span<const Section> sections);
+/// Those that say nothing: `section` and `reason`.
+[[nodiscard]] Json undefined_sections_json(std::span<const Section> sections);
 
 }  // namespace patinate::analysis

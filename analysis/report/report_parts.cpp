@@ -12,11 +12,16 @@ namespace {
 
 constexpr int kDigits = 9;
 
-Json number_json(const std::optional<double>& v, const std::string& of) {
-  if (!v) return nullptr;
-  if (!std::isfinite(*v)) throw InvalidInput("report: " + of + " is not finite");
-  return rounded(*v, kDigits) + 0.0;
+double stated(double v, const std::string& of) {
+  if (!std::isfinite(v)) throw InvalidInput("report: " + of + " is not finite");
+  return rounded(v, kDigits) + 0.0;  // no -0
 }
+
+std::optional<double> stated(const std::optional<double>& v, const std::string& of) {
+  return v ? std::optional(stated(*v, of)) : std::nullopt;
+}
+
+Json number_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
 
 std::optional<double> number_of(const Json& json) {
   return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
@@ -32,13 +37,55 @@ std::string cell(const std::optional<double>& v) { return v ? number_text(rounde
 
 }  // namespace
 
-Json figure_json(const Figure& f) {
-  Json json{{"name", f.name}, {"title", f.title}, {"unit", f.unit}, {"value", number_json(f.value, f.name)}};
-  if (f.low) json["low"] = number_json(f.low, f.name);
-  if (f.high) json["high"] = number_json(f.high, f.name);
-  if (f.split) json["split"] = number_json(f.split, f.name);
-  if (!f.value) json["undefined"] = f.undefined.empty() ? "not defined for this input" : f.undefined;
+Figure as_stated(Figure f) {
+  for (std::optional<double>* v : {&f.value, &f.low, &f.high, &f.split}) *v = stated(*v, f.name);
+  if (f.value)
+    f.undefined.clear();
+  else if (f.undefined.empty())
+    f.undefined = "not defined for this input";
+  return f;
+}
+
+Curve as_stated(Curve curve) {
+  for (CurveColumn& column : curve.columns) {
+    for (std::optional<double>& v : column.values) v = stated(v, curve.name);
+    for (auto& [low, high] : column.band) low = stated(low, curve.name), high = stated(high, curve.name);
+  }
+  return curve;
+}
+
+Json figure_json(const Figure& figure) {
+  const Figure f = as_stated(figure);
+  Json json{{"name", f.name}, {"title", f.title}, {"unit", f.unit}, {"value", number_json(f.value)}};
+  if (f.low) json["low"] = *f.low;
+  if (f.high) json["high"] = *f.high;
+  if (f.split) json["split"] = *f.split;
+  if (!f.value) json["undefined"] = f.undefined;
   return json;
+}
+
+Figure figure_from_json(const Json& json) {
+  Figure figure{.name = json.at("name"),
+                .title = json.at("title"),
+                .unit = json.at("unit"),
+                .value = number_of(json.at("value"))};
+  if (json.contains("low")) figure.low = number_of(json.at("low"));
+  if (json.contains("high")) figure.high = number_of(json.at("high"));
+  if (json.contains("split")) figure.split = number_of(json.at("split"));
+  if (json.contains("undefined")) figure.undefined = json.at("undefined");
+  return figure;
+}
+
+Json picture_json(const Picture& picture) {
+  Json json{{"name", picture.name}, {"caption", picture.caption}};
+  if (!picture.source.empty()) json["source"] = picture.source;
+  return json;
+}
+
+Picture picture_from_json(const Json& json) {
+  Picture picture{.name = json.at("name"), .caption = json.at("caption")};
+  if (json.contains("source")) picture.source = json.at("source");
+  return picture;
 }
 
 Json section_json(const Section& section) {
@@ -49,13 +96,13 @@ Json section_json(const Section& section) {
   json["figures"] = Json::array();
   for (const Figure& f : section.figures) json["figures"].push_back(figure_json(f));
   json["curves"] = Json::array();
-  for (const Curve& c : section.curves) {
+  for (const Curve& curve : section.curves) {
+    const Curve c = as_stated(curve);
     Json columns = Json::array();
     for (const CurveColumn& column : c.columns) {
       Json values = Json::array(), band = Json::array();
-      for (const auto& v : column.values) values.push_back(number_json(v, c.name));
-      for (const auto& [low, high] : column.band)
-        band.push_back(Json{number_json(low, c.name), number_json(high, c.name)});
+      for (const auto& v : column.values) values.push_back(number_json(v));
+      for (const auto& [low, high] : column.band) band.push_back(Json{low, high});
       columns.push_back(
           {{"name", column.name}, {"values", values}, {"band", band}, {"is_reference", column.is_reference}});
     }
@@ -69,7 +116,7 @@ Json section_json(const Section& section) {
                               {"from_zero", c.from_zero}});
   }
   json["pictures"] = Json::array();
-  for (const Picture& p : section.pictures) json["pictures"].push_back({{"name", p.name}, {"caption", p.caption}});
+  for (const Picture& p : section.pictures) json["pictures"].push_back(picture_json(p));
   return json;
 }
 
@@ -81,15 +128,7 @@ Section section_from_json(const Json& json) {
             .curves = {},
             .pictures = {},
             .undefined = json.at("undefined")};
-  for (const Json& f : json.at("figures")) {
-    Figure figure{
-        .name = f.at("name"), .title = f.at("title"), .unit = f.at("unit"), .value = number_of(f.at("value"))};
-    if (f.contains("low")) figure.low = number_of(f.at("low"));
-    if (f.contains("high")) figure.high = number_of(f.at("high"));
-    if (f.contains("split")) figure.split = number_of(f.at("split"));
-    if (f.contains("undefined")) figure.undefined = f.at("undefined");
-    s.figures.push_back(std::move(figure));
-  }
+  for (const Json& f : json.at("figures")) s.figures.push_back(figure_from_json(f));
   for (const Json& c : json.at("curves")) {
     Curve curve{.name = c.at("name"),
                 .title = c.at("title"),
@@ -107,7 +146,7 @@ Section section_from_json(const Json& json) {
     }
     s.curves.push_back(std::move(curve));
   }
-  for (const Json& p : json.at("pictures")) s.pictures.push_back({p.at("name"), p.at("caption"), {}});
+  for (const Json& p : json.at("pictures")) s.pictures.push_back(picture_from_json(p));
   return s;
 }
 

@@ -151,16 +151,16 @@ std::string Simulation::audit(const RunControl& control) const {
 
 void Simulation::apply(const SceneEvent& event, const RunControl& control) {
   State& s = *state_;
-  if (event.op == SceneEvent::Op::Paint) {
-    for (const BrushStop& stop : event.stops) {
-      for (std::int64_t i = 0; i < stop.steps; ++i) paint(event.target, stop.position_mm, control);
+  if (const auto* stroke = std::get_if<PaintEvent>(&event.what)) {
+    for (const BrushStop& stop : stroke->stops) {
+      for (std::int64_t i = 0; i < stop.steps; ++i) paint(stroke->emitter, stop.position_mm, control);
     }
     return;
   }
   Scene changed = s.scene;
   const bool moves_objects = apply_event(event, changed);
   check_scene(changed);
-  if (event.op == SceneEvent::Op::Rule) s.set_rules(changed.rules);
+  if (std::holds_alternative<RuleEvent>(event.what)) s.set_rules(changed.rules);
   if (moves_objects) {
     SceneMesh moved = s.scene_mesh;
     place_objects(moved, changed);

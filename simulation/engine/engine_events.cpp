@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <variant>
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -19,79 +20,91 @@ SceneObject& object_named(Scene& scene, const std::string& name) {
   throw InvalidInput("the scene has no object called '" + name + "'");
 }
 
-void change_rule(const SceneEvent& event, std::vector<Rule>& rules) {
-  if (!event.rule) throw InvalidInput("a rule event says nothing of a rule");
-  const RuleChange& change = *event.rule;
-  if (std::count_if(rules.begin(), rules.end(), [&](const Rule& rule) { return rule.name == event.target; }) > 1) {
-    throw InvalidInput("two rules are called '" + event.target + "': give each a name of its own to change one");
+Emitter& emitter_named(Scene& scene, const std::string& name) {
+  if (Emitter* emitter = find_named(scene.emitters, name)) return *emitter;
+  throw InvalidInput("the scene has no emitter called '" + name + "'");
+}
+
+// One for each kind of event. Each says whether objects have moved.
+
+bool apply(const MoveEvent& event, Scene& scene) {
+  if (Emitter* emitter = find_named(scene.emitters, event.target)) {
+    emitter->position_mm = event.position_mm;
+    return false;
   }
-  Rule* rule = find_named(rules, event.target);
-  if (!rule && !change.begins) throw InvalidInput("the scene has no rule called '" + event.target + "'");
+  object_named(scene, event.target).translate_mm = event.position_mm;
+  return true;
+}
+
+bool apply(const TurnEvent& event, Scene& scene) {
+  object_named(scene, event.object).rotate_deg = event.rotate_deg;
+  return true;
+}
+
+bool apply(const ScaleEvent& event, Scene& scene) {
+  object_named(scene, event.object).scale = event.scale;
+  return true;
+}
+
+bool apply(const EmitterEvent& event, Scene& scene) {
+  Emitter& emitter = emitter_named(scene, event.emitter.name);
+  if (emitter.gammatons != event.emitter.gammatons) {
+    throw InvalidInput("an emitter keeps its name and its number of gammatons: the streams of the others would shift");
+  }
+  emitter = event.emitter;
+  return false;
+}
+
+bool apply(const SwitchEvent& event, Scene& scene) {
+  emitter_named(scene, event.emitter).is_on = event.is_on;
+  return false;
+}
+
+bool apply(const RatioEvent& event, Scene& scene) {
+  scene.exchange.ratio = event.ratio;
+  return false;
+}
+
+bool apply(const RateEvent& event, Scene& scene) {
+  const auto found = std::find(scene.materials.begin(), scene.materials.end(), event.material);
+  if (found == scene.materials.end()) throw InvalidInput("the scene has no material called '" + event.material + "'");
+  scene.exchange.rates[static_cast<std::size_t>(found - scene.materials.begin())] = event.rate;
+  return false;
+}
+
+bool apply(const BehaviorEvent& event, Scene& scene) {
+  scene.behavior = event.behavior;
+  return false;
+}
+
+bool apply(const RuleEvent& event, Scene& scene) {
+  std::vector<Rule>& rules = scene.rules;
+  const RuleChange& change = event.change;
+  if (std::count_if(rules.begin(), rules.end(), [&](const Rule& rule) { return rule.name == event.rule; }) > 1) {
+    throw InvalidInput("two rules are called '" + event.rule + "': give each a name of its own to change one");
+  }
+  Rule* rule = find_named(rules, event.rule);
+  if (!rule && !change.begins) throw InvalidInput("the scene has no rule called '" + event.rule + "'");
   if (!rule) {
     if (rules.size() >= kMaxRules)
       throw InvalidInput("the scene has " + std::to_string(rules.size()) + " rules; more cannot come to it");
     rules.push_back(*change.begins);
-    return;
+    return false;
   }
   if (change.driver) rule->driver = *change.driver;
   if (change.alpha) rule->alpha = *change.alpha;
   if (change.makes) rule->makes = *change.makes;
   if (change.uses) rule->uses = *change.uses;
+  return false;
 }
+
+/// Changes no scene: Simulation::paint().
+bool apply(const PaintEvent&, Scene&) { return false; }
 
 }  // namespace
 
 bool apply_event(const SceneEvent& event, Scene& scene) {
-  using Op = SceneEvent::Op;
-  switch (event.op) {
-    case Op::Move:
-      if (Emitter* emitter = find_named(scene.emitters, event.target)) {
-        emitter->position_mm = event.value;
-        return false;
-      }
-      object_named(scene, event.target).translate_mm = event.value;
-      return true;
-    case Op::Turn:
-      object_named(scene, event.target).rotate_deg = event.value;
-      return true;
-    case Op::Scale:
-      object_named(scene, event.target).scale = event.value[0];
-      return true;
-    case Op::Emitter: {
-      Emitter* emitter = find_named(scene.emitters, event.target);
-      if (!emitter || !event.emitter) throw InvalidInput("the scene has no emitter called '" + event.target + "'");
-      if (emitter->gammatons != event.emitter->gammatons || emitter->name != event.emitter->name) {
-        throw InvalidInput(
-            "an emitter keeps its name and its number of gammatons: the streams of the others would shift");
-      }
-      *emitter = *event.emitter;
-      return false;
-    }
-    case Op::Switch: {
-      Emitter* emitter = find_named(scene.emitters, event.target);
-      if (!emitter) throw InvalidInput("the scene has no emitter called '" + event.target + "'");
-      emitter->is_on = event.value[0] != 0.0;
-      return false;
-    }
-    case Op::Ratio:
-      scene.exchange.ratio = event.value[0];
-      return false;
-    case Op::Rate: {
-      const auto found = std::find(scene.materials.begin(), scene.materials.end(), event.target);
-      if (found == scene.materials.end()) throw InvalidInput("the scene has no material called '" + event.target + "'");
-      scene.exchange.rates[static_cast<std::size_t>(found - scene.materials.begin())] = event.value[0];
-      return false;
-    }
-    case Op::Behavior:
-      if (event.behavior) scene.behavior = *event.behavior;
-      return false;
-    case Op::Rule:
-      change_rule(event, scene.rules);
-      return false;
-    case Op::Paint:
-      return false;  // changes no scene: Simulation::paint()
-  }
-  return false;
+  return std::visit([&](const auto& what) { return apply(what, scene); }, event.what);
 }
 
 }  // namespace patinate::simulation

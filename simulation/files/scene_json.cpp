@@ -22,10 +22,6 @@ Vec3 read_direction(const JsonReader& json) {
   return v.normalized();
 }
 
-/// In the order of SceneEvent::Op; a stroke stands for several events.
-constexpr std::array<std::string_view, 11> kOpNames{"move",     "turn",   "scale", "emitter", "ratio", "rate",
-                                                    "behavior", "switch", "rule",  "paint",   "stroke"};
-constexpr int kStroke = 10;
 constexpr std::int64_t kLongestStroke = 1'000'000;
 constexpr std::size_t kMostPoints = 100'000;
 
@@ -41,14 +37,26 @@ void check_target(const JsonReader& json, const std::string& name, const std::ve
     json.fail("the name of " + kind + did_you_mean(name, names));
 }
 
+/// A member that names an emitter.
+std::string read_emitter_name(JsonReader& json, const Scene& scene) {
+  std::string name = json.member("target").string();
+  check_target(json.member("target"), name, names_of(scene.emitters), "an emitter");
+  return name;
+}
+
+/// The same of an object.
+std::string read_object_name(JsonReader& json, const Scene& scene) {
+  std::string name = json.member("target").string();
+  check_target(json.member("target"), name, names_of(scene.objects), "an object");
+  return name;
+}
+
 /// A brush's way: on at the first point, one point every `every` iterations and even steps between them, off after the
 /// last.
 void read_stroke(JsonReader json, const SceneContext& context, const Scene& scene, std::vector<SceneEvent>& events) {
-  SceneEvent event;
-  event.iteration = json.member("iteration").integer(at_least(0));
+  const std::int64_t begin = json.member("iteration").integer(at_least(0));
   (void)json.member("op");
-  event.target = json.member("target").string();
-  check_target(json.member("target"), event.target, names_of(scene.emitters), "an emitter");
+  const std::string brush = read_emitter_name(json, scene);
   const std::int64_t every = json.has("every") ? json.member("every").integer(between(1, 1e6)) : 1;
   std::vector<Vec3> points;
   for (const JsonReader& point : json.member("points").elements(kMostPoints))
@@ -57,22 +65,15 @@ void read_stroke(JsonReader json, const SceneContext& context, const Scene& scen
   if (static_cast<std::int64_t>(points.size()) * every > kLongestStroke)
     json.fail("at most " + std::to_string(kLongestStroke) + " iterations");
   json.finish();
-  event.op = SceneEvent::Op::Switch;
-  event.value = Vec3(1, 0, 0);
-  events.push_back(event);
-  event.op = SceneEvent::Op::Move;
-  const std::int64_t begin = event.iteration, steps = static_cast<std::int64_t>(points.size() - 1) * every;
+  events.push_back({begin, SwitchEvent{.emitter = brush, .is_on = true}});
+  const std::int64_t steps = static_cast<std::int64_t>(points.size() - 1) * every;
   for (std::int64_t i = 0; i <= steps; ++i) {
     const auto k = static_cast<std::size_t>(i / every);
     const double share = static_cast<double>(i % every) / static_cast<double>(every);
-    event.iteration = begin + i;
-    event.value = share == 0.0 ? points[k] : Vec3((1.0 - share) * points[k] + share * points[k + 1]);
-    events.push_back(event);
+    const Vec3 place = share == 0.0 ? points[k] : Vec3((1.0 - share) * points[k] + share * points[k + 1]);
+    events.push_back({begin + i, MoveEvent{.target = brush, .position_mm = place}});
   }
-  event.op = SceneEvent::Op::Switch;
-  event.iteration = begin + steps + every;
-  event.value = Vec3::Zero();
-  events.push_back(event);
+  events.push_back({begin + steps + every, SwitchEvent{.emitter = brush, .is_on = false}});
 }
 
 /// Places of a brush that paints alone: [x, y, z], one step, or [x, y, z, steps].
@@ -92,90 +93,108 @@ std::vector<BrushStop> read_stops(const JsonReader& json, double mm_per_unit) {
   return stops;
 }
 
-SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene& scene) {
-  using Op = SceneEvent::Op;
-  SceneEvent event;
-  event.iteration = json.member("iteration").integer(at_least(0));
-  event.op = static_cast<Op>(json.member("op").choice(kOpNames));
+SceneAction read_move(JsonReader& json, const SceneContext& context, const Scene& scene) {
+  MoveEvent event{.target = json.member("target").string()};
   std::vector<std::string> movable = names_of(scene.objects);
   const std::vector<std::string> emitters = names_of(scene.emitters);
-  if (event.op == Op::Move) movable.insert(movable.end(), emitters.begin(), emitters.end());
-  switch (event.op) {
-    case Op::Move:
-      event.target = json.member("target").string();
-      check_target(json.member("target"), event.target, movable, "an object or emitter");
-      event.value = read_vector(json.member("position")) * context.mm_per_unit;
-      break;
-    case Op::Turn:
-      event.target = json.member("target").string();
-      check_target(json.member("target"), event.target, movable, "an object");
-      event.value = read_vector(json.member("rotate"));
-      break;
-    case Op::Scale:
-      event.target = json.member("target").string();
-      check_target(json.member("target"), event.target, movable, "an object");
-      event.value[0] = json.member("scale").number(above(0));
-      break;
-    case Op::Emitter:
-      event.emitter = read_emitter(json.member("emitter"), context);
-      event.target = event.emitter->name;
-      check_target(json.member("emitter").member("name"), event.target, emitters,
-                   "an emitter of the scene (with gammatons 1 and \"on\": false it can wait for its time)");
-      for (const Emitter& e : scene.emitters) {
-        if (e.name == event.target && e.gammatons != event.emitter->gammatons) {
-          json.member("emitter").fail("the same number of gammatons as before (" + std::to_string(e.gammatons) +
-                                      "): the streams of the others would shift");
-        }
-      }
-      break;
-    case Op::Switch:
-      event.target = json.member("target").string();
-      check_target(json.member("target"), event.target, emitters, "an emitter");
-      event.value[0] = json.member("on").boolean() ? 1.0 : 0.0;
-      break;
-    case Op::Ratio:
-      event.value[0] = json.member("ratio").number(between(0, 1));
-      break;
-    case Op::Rate:
-      event.target = json.member("target").string();
-      (void)material_index(json.member("target"), event.target, context.materials);
-      event.value[0] = json.member("rate").number(between(0, 1));
-      break;
-    case Op::Behavior:
-      event.behavior = read_behavior(json.member("behavior"));
-      break;
-    case Op::Paint:
-      event.target = json.member("target").string();
-      check_target(json.member("target"), event.target, emitters, "an emitter");
-      event.stops = read_stops(json.member("points"), context.mm_per_unit);
-      break;
-    case Op::Rule:
-      event.target = json.member("target").string();
-      event.rule = read_rule_change(json, event.target, context.materials, scene.rules);
-      break;
+  movable.insert(movable.end(), emitters.begin(), emitters.end());
+  check_target(json.member("target"), event.target, movable, "an object or emitter");
+  event.position_mm = read_vector(json.member("position")) * context.mm_per_unit;
+  return event;
+}
+
+SceneAction read_turn(JsonReader& json, const SceneContext&, const Scene& scene) {
+  return TurnEvent{.object = read_object_name(json, scene), .rotate_deg = read_vector(json.member("rotate"))};
+}
+
+SceneAction read_scale(JsonReader& json, const SceneContext&, const Scene& scene) {
+  return ScaleEvent{.object = read_object_name(json, scene), .scale = json.member("scale").number(above(0))};
+}
+
+SceneAction read_changed_emitter(JsonReader& json, const SceneContext& context, const Scene& scene) {
+  EmitterEvent event{.emitter = read_emitter(json.member("emitter"), context)};
+  check_target(json.member("emitter").member("name"), event.emitter.name, names_of(scene.emitters),
+               "an emitter of the scene (with gammatons 1 and \"on\": false it can wait for its time)");
+  for (const Emitter& e : scene.emitters) {
+    if (e.name == event.emitter.name && e.gammatons != event.emitter.gammatons) {
+      json.member("emitter").fail("the same number of gammatons as before (" + std::to_string(e.gammatons) +
+                                  "): the streams of the others would shift");
+    }
   }
+  return event;
+}
+
+SceneAction read_ratio(JsonReader& json, const SceneContext&, const Scene&) {
+  return RatioEvent{.ratio = json.member("ratio").number(between(0, 1))};
+}
+
+SceneAction read_rate(JsonReader& json, const SceneContext& context, const Scene&) {
+  RateEvent event{.material = json.member("target").string()};
+  (void)material_index(json.member("target"), event.material, context.materials);
+  event.rate = json.member("rate").number(between(0, 1));
+  return event;
+}
+
+SceneAction read_changed_behavior(JsonReader& json, const SceneContext&, const Scene&) {
+  return BehaviorEvent{.behavior = read_behavior(json.member("behavior"))};
+}
+
+SceneAction read_switch(JsonReader& json, const SceneContext&, const Scene& scene) {
+  return SwitchEvent{.emitter = read_emitter_name(json, scene), .is_on = json.member("on").boolean()};
+}
+
+SceneAction read_changed_rule(JsonReader& json, const SceneContext& context, const Scene& scene) {
+  RuleEvent event{.rule = json.member("target").string(), .change = {}};
+  event.change = read_rule_change(json, event.rule, context.materials, scene.rules);
+  return event;
+}
+
+SceneAction read_paint(JsonReader& json, const SceneContext& context, const Scene& scene) {
+  return PaintEvent{.emitter = read_emitter_name(json, scene),
+                    .stops = read_stops(json.member("points"), context.mm_per_unit)};
+}
+
+/// Names of "op". Each has its reader at the same place, but for a stroke: it stands for several events.
+constexpr std::array<std::string_view, 11> kOpNames{"move",     "turn",   "scale", "emitter", "ratio", "rate",
+                                                    "behavior", "switch", "rule",  "paint",   "stroke"};
+constexpr int kStroke = 10;
+using ReadAction = SceneAction (*)(JsonReader& json, const SceneContext& context, const Scene& scene);
+constexpr std::array<ReadAction, 10> kReadActions{
+    read_move,   read_turn,         read_scale, read_changed_emitter, read_ratio, read_rate, read_changed_behavior,
+    read_switch, read_changed_rule, read_paint};
+
+SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene& scene) {
+  SceneEvent event{.iteration = json.member("iteration").integer(at_least(0)), .what = {}};
+  const auto op = static_cast<std::size_t>(json.member("op").choice(kOpNames));
+  event.what = kReadActions[op](json, context, scene);
   json.finish();
   return event;
 }
 
+/// A rule event and where it stands.
+struct PlacedChange {
+  JsonReader place;
+  std::int64_t iteration;
+  RuleEvent event;
+};
+
 /// A rule that an event changes is one of the scene's, or an event at that time or before has begun it.
-void check_changed_rules(const std::vector<std::pair<JsonReader, SceneEvent>>& changes, const Scene& scene) {
+void check_changed_rules(const std::vector<PlacedChange>& changes, const Scene& scene) {
   std::vector<std::string> names = names_of(scene.rules);
-  for (const auto& [place, event] : changes) {
-    if (event.rule->begins) names.push_back(event.target);
+  for (const PlacedChange& c : changes) {
+    if (c.event.change.begins) names.push_back(c.event.rule);
   }
-  for (const auto& [place, change] : changes) {
-    const auto& event = change;
-    const bool is_there = std::any_of(scene.rules.begin(), scene.rules.end(),
-                                      [&](const Rule& rule) { return rule.name == event.target; }) ||
-                          std::any_of(changes.begin(), changes.end(), [&](const auto& other) {
-                            return other.second.rule->begins && other.second.target == event.target &&
-                                   other.second.iteration <= event.iteration;
-                          });
+  for (const PlacedChange& c : changes) {
+    const std::string& rule = c.event.rule;
+    const bool is_there =
+        std::any_of(scene.rules.begin(), scene.rules.end(), [&](const Rule& r) { return r.name == rule; }) ||
+        std::any_of(changes.begin(), changes.end(), [&](const PlacedChange& other) {
+          return other.event.change.begins && other.event.rule == rule && other.iteration <= c.iteration;
+        });
     if (!is_there)
-      JsonReader(place).member("target").fail(
+      JsonReader(c.place).member("target").fail(
           "the name of a rule of the scene, a built-in one, or a new one with \"driver\" and \"makes\" or \"uses\"" +
-          did_you_mean(event.target, names));
+          did_you_mean(rule, names));
   }
 }
 
@@ -283,14 +302,15 @@ ExchangeOptions read_exchange(JsonReader json, const SceneContext& context) {
 
 std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context, const Scene& scene) {
   std::vector<SceneEvent> events;
-  std::vector<std::pair<JsonReader, SceneEvent>> rule_changes;
+  std::vector<PlacedChange> rule_changes;
   for (const JsonReader& element : json.elements(1'000'000)) {
     if (JsonReader(element).member("op").choice(kOpNames) == kStroke) {
       read_stroke(element, context, scene, events);
       continue;
     }
     events.push_back(read_event(element, context, scene));
-    if (events.back().op == SceneEvent::Op::Rule) rule_changes.emplace_back(element, events.back());
+    if (const auto* change = std::get_if<RuleEvent>(&events.back().what))
+      rule_changes.push_back({element, events.back().iteration, *change});
   }
   check_changed_rules(rule_changes, scene);
   std::stable_sort(events.begin(), events.end(),

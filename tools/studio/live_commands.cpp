@@ -238,7 +238,7 @@ void LiveEngine::apply(const Json& event_mm) {
   record_.add_event(event);
   future_.clear();
   if (stroke_ && !can_paint(stroke_->emitter)) finish_stroke();
-  if (parsed.op == simulation::SceneEvent::Op::Behavior) {
+  if (std::holds_alternative<simulation::BehaviorEvent>(parsed.what)) {
     slider_ =
         event["behavior"].contains("slider") ? std::optional(event["behavior"]["slider"].get<double>()) : std::nullopt;
   }

@@ -32,7 +32,7 @@ void LiveEngine::open_finished() {
     simulation::read_atlas_file(options_.finished, simulation_);
     for (const simulation::SceneEvent& event : file_.scene.events) {
       const bool has_happened = event.iteration < manifest.iterations;
-      if (has_happened && event.op != simulation::SceneEvent::Op::Paint)
+      if (has_happened && !std::holds_alternative<simulation::PaintEvent>(event.what))
         simulation_.apply(event);  // everything stands where it stood; the strokes are in the amounts
     }
     picture_of_ = manifest.iterations;

@@ -103,7 +103,7 @@ bool LiveEngine::go_through(const std::stop_token& stop) {
       const Json& event = *replay.events[replay.num_done];
       const simulation::SceneEvent parsed = parse_event(event, simulation_.scene(), file_.mm_per_unit);
       simulation_.apply(parsed, {.on_progress = {}, .stop = stop, .num_threads = options_.num_threads});
-      if (parsed.op == simulation::SceneEvent::Op::Behavior) {
+      if (std::holds_alternative<simulation::BehaviorEvent>(parsed.what)) {
         slider_ = event["behavior"].contains("slider") ? std::optional(event["behavior"]["slider"].get<double>())
                                                        : std::nullopt;
       }

@@ -265,8 +265,11 @@ TEST(ReportParts, SurviveTheirJson) {
                       .y_name = "y",
                       .x = {0, 1},
                       .columns = {{"one", {1.0, std::nullopt}, {{0, 2}, {0, 2}}}}});
+  s.pictures = {{.name = "p", .caption = "P", .source = "data:,p"}};
   const Section back = section_from_json(section_json(s));
   EXPECT_EQ(section_json(back).dump(), section_json(s).dump());
+  ASSERT_EQ(back.pictures.size(), 1u);
+  EXPECT_EQ(back.pictures[0].source, "data:,p");
   EXPECT_EQ(curve_csv(back.curves[0]), "x  s,one,one low,one high\n0,1,0,2\n1,,0,2\n");
   s.figures[0].value = std::nan("");
   EXPECT_THROW((void)section_json(s), InvalidInput);

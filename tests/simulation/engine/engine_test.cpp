@@ -120,10 +120,7 @@ TEST(Simulation, ASnapshotGoesOnInASceneWithOneMoreEmitterThatWaits) {
   run(whole, 25);
   resumed.restore(finished.snapshot());
   EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
-  SceneEvent on;
-  on.op = SceneEvent::Op::Switch;
-  on.target = "brush";
-  on.value[0] = 1.0;
+  const SceneEvent on{.what = SwitchEvent{.emitter = "brush", .is_on = true}};
   whole.apply(on);
   resumed.apply(on);
   run(whole, 15);
@@ -161,15 +158,8 @@ TEST(Simulation, ASnapshotWithFlippedBitsIsRefusedOrRuns) {
 }
 
 TEST(Simulation, EventsOfTheSceneAreWhatAnArtistWouldDo) {
-  SceneEvent move;
-  move.op = SceneEvent::Op::Move;
-  move.target = "plate";
-  move.value = Vec3(30, 0, 0);
-  move.iteration = 20;
-  SceneEvent ratio;
-  ratio.op = SceneEvent::Op::Ratio;
-  ratio.value[0] = 0.1;
-  ratio.iteration = 30;
+  const SceneEvent move{.iteration = 20, .what = MoveEvent{.target = "plate", .position_mm = Vec3(30, 0, 0)}};
+  const SceneEvent ratio{.iteration = 30, .what = RatioEvent{.ratio = 0.1}};
   Scene written = plate();
   written.events = {move, ratio};
   Simulation replayed(written), live(plate());
@@ -181,20 +171,13 @@ TEST(Simulation, EventsOfTheSceneAreWhatAnArtistWouldDo) {
   run(live, 20);
   EXPECT_EQ(live.atlas().hash(), replayed.atlas().hash());
   EXPECT_TRUE(has(error_of([&] {
-                    SceneEvent wrong = move;
-                    wrong.target = "plat";
-                    live.apply(wrong);
+                    live.apply({.iteration = 20, .what = MoveEvent{.target = "plat", .position_mm = Vec3(30, 0, 0)}});
                   }),
                   "no object called 'plat'"));
 }
 
 SceneEvent rule_event(std::int64_t iteration, const std::string& name, RuleChange change) {
-  SceneEvent event;
-  event.op = SceneEvent::Op::Rule;
-  event.iteration = iteration;
-  event.target = name;
-  event.rule = std::move(change);
-  return event;
+  return {.iteration = iteration, .what = RuleEvent{.rule = name, .change = std::move(change)}};
 }
 
 /// Dust settles where it is level and open: asks for two maps that no rule of plate() does.
@@ -208,10 +191,7 @@ TEST(Simulation, ChangedRulesAreTheSameAtOnceFromAFileAndAcrossSnapshots) {
   MaterialValues half{}, some{};
   half[2] = 0.5;
   some[0] = 0.2;
-  SceneEvent moved;
-  moved.target = "plate";
-  moved.value = Vec3(20, 0, 0);
-  moved.iteration = 12;
+  const SceneEvent moved{.iteration = 12, .what = MoveEvent{.target = "plate", .position_mm = Vec3(20, 0, 0)}};
   Scene written = plate();
   written.events = {
       rule_event(11, "rust", {.driver = {}, .alpha = 2.0, .makes = half, .uses = some, .begins = {}}), moved,
@@ -283,21 +263,18 @@ TEST(Simulation, ARuleThatCannotBeIsRefusedAndChangesNothing) {
 }
 
 TEST(Simulation, AnEmitterThatIsSwitchedOffEmitsNoMore) {
-  SceneEvent off;
-  off.op = SceneEvent::Op::Switch;
-  off.target = "rain";
+  const auto rain = [](bool is_on) { return SceneEvent{.what = SwitchEvent{.emitter = "rain", .is_on = is_on}}; };
   Simulation simulation(plate());
   run(simulation, 10);
-  simulation.apply(off);
+  simulation.apply(rain(false));
   const std::int64_t emitted = simulation.counters().emitted;
   run(simulation, 10);
   EXPECT_EQ(simulation.counters().emitted, emitted);
-  off.value[0] = 1.0;
-  simulation.apply(off);
+  simulation.apply(rain(true));
   run(simulation, 10);
   EXPECT_GT(simulation.counters().emitted, emitted);
-  off.target = "rian";
-  EXPECT_TRUE(has(error_of([&] { simulation.apply(off); }), "no emitter called 'rian'"));
+  EXPECT_TRUE(
+      has(error_of([&] { simulation.apply({.what = SwitchEvent{.emitter = "rian"}}); }), "no emitter called 'rian'"));
 }
 
 TEST(Simulation, DirtyTilesAreThoseThatChanged) {

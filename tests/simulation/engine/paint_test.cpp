@@ -99,14 +99,8 @@ TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
   paint(live, stroke());
   run(live, 8);
   Scene scene = painted_plate();
-  for (int i = 0; i < 2; ++i) {
-    SceneEvent event;
-    event.iteration = 12;
-    event.op = SceneEvent::Op::Paint;
-    event.target = "brush";
-    event.stops = stroke();
-    scene.events.push_back(event);
-  }
+  for (int i = 0; i < 2; ++i)
+    scene.events.push_back({.iteration = 12, .what = PaintEvent{.emitter = "brush", .stops = stroke()}});
   Simulation replayed(scene, {.parameter_maps = {"hits", "residence"}});
   run(replayed, 20);
   EXPECT_EQ(replayed.atlas().hash(), live.atlas().hash());
@@ -204,10 +198,11 @@ TEST(Paint, EventsAreReadWithTheirUnitAndRefusedWithAReason) {
   };
   const std::vector<SceneEvent> events = read("[[1, 2, 3], [0, 0, 0.5, 12]]");
   ASSERT_EQ(events.size(), 1u);
-  ASSERT_EQ(events[0].stops.size(), 2u);
-  EXPECT_EQ(events[0].stops[0].position_mm, Vec3(10, 20, 30));
-  EXPECT_EQ(events[0].stops[0].steps, 1);
-  EXPECT_EQ(events[0].stops[1].steps, 12);
+  const std::vector<BrushStop>& stops = std::get<PaintEvent>(events[0].what).stops;
+  ASSERT_EQ(stops.size(), 2u);
+  EXPECT_EQ(stops[0].position_mm, Vec3(10, 20, 30));
+  EXPECT_EQ(stops[0].steps, 1);
+  EXPECT_EQ(stops[1].steps, 12);
   for (const char* points : {"[]", "[[1, 2]]", "[[1, 2, 3, 0]]", "[[1, 2, 3, 4, 5]]", "[[1, 2, \"x\"]]",
                              "[[1, 2, 3, 1000000], [1, 2, 3]]", "7"}) {
     EXPECT_TRUE(has(error_of([&] { (void)read(points); }), "/events/0/points")) << points;

@@ -45,7 +45,8 @@ struct Curve {
 struct Picture {
   std::string name = {};  ///< File name without extension.
   std::string caption = {};
-  ImageF image = {};  ///< Linear, 3 channels.
+  ImageF image = {};        ///< Linear, 3 channels; may be empty where there is a source.
+  std::string source = {};  ///< What a page shows: a data: URI, or a file relative to the page; "" = not made yet.
 };
 
 struct Section {
@@ -58,12 +59,26 @@ struct Section {
   std::string undefined = {};  ///< Why the section says nothing; "" when it does.
 };
 
-/// Without pictures' pixels. @throws InvalidInput if a number is not finite.
+/// As reports and files state it: nine significant digits, and a reason exactly where there is no value. To state it
+/// again changes nothing, so that a page is the same whether its parts went through a file or not.
+/// @throws InvalidInput if a number is not finite.
+[[nodiscard]] Figure as_stated(Figure figure);
+/// The same of its columns; x stays as it is.
+[[nodiscard]] Curve as_stated(Curve curve);
+
+/// As stated, with pictures' sources but not their pixels. @throws InvalidInput if a number is not finite.
 [[nodiscard]] Json section_json(const Section& section);
 /// The inverse of section_json(); for files of our own only.
 [[nodiscard]] Section section_from_json(const Json& json);
-/// Members name, title, unit, value (null when undefined), low, high, split, undefined: those that there are.
+/// As stated. Members name, title, unit, value (null when undefined), low, high, split, undefined: those that there
+/// are.
 [[nodiscard]] Json figure_json(const Figure& figure);
+/// The inverse of figure_json(); for files of our own only.
+[[nodiscard]] Figure figure_from_json(const Json& json);
+/// Members name, caption, and source where there is one; without pixels.
+[[nodiscard]] Json picture_json(const Picture& picture);
+/// The inverse of picture_json(); for files of our own only.
+[[nodiscard]] Picture picture_from_json(const Json& json);
 /// A header and a row for each x; a value that is not there is an empty cell.
 [[nodiscard]] std::string curve_csv(const Curve& curve);
 

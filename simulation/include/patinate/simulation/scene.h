@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
 #include "patinate/geometry/mesh.h"
@@ -146,17 +148,54 @@ struct BrushStop {
   std::int64_t steps = 1;  ///< >= 1.
 };
 
+// The kinds of events. Names are those of the scene.
+
+struct MoveEvent {
+  std::string target;  ///< An emitter or an object; the emitter where both are called so.
+  Vec3 position_mm{0, 0, 0};
+};
+struct TurnEvent {
+  std::string object;
+  Vec3 rotate_deg{0, 0, 0};  ///< As SceneObject::rotate_deg.
+};
+struct ScaleEvent {
+  std::string object;
+  double scale = 1.0;  ///< > 0.
+};
+/// The emitter of that name becomes this one, with as many gammatons as before.
+struct EmitterEvent {
+  Emitter emitter;
+};
+struct SwitchEvent {
+  std::string emitter;
+  bool is_on = true;
+};
+struct RatioEvent {
+  double ratio = 0.5;  ///< As ExchangeOptions::ratio.
+};
+struct RateEvent {
+  std::string material;
+  double rate = 0.0;  ///< As ExchangeOptions::rates.
+};
+struct BehaviorEvent {
+  Behavior behavior;
+};
+struct RuleEvent {
+  std::string rule;
+  RuleChange change;
+};
+/// Simulation::paint() at each stop, one after the other.
+struct PaintEvent {
+  std::string emitter;
+  std::vector<BrushStop> stops;
+};
+using SceneAction = std::variant<MoveEvent, TurnEvent, ScaleEvent, EmitterEvent, RatioEvent, RateEvent, BehaviorEvent,
+                                 SwitchEvent, RuleEvent, PaintEvent>;
+
 /// What an artist does while it runs.
 struct SceneEvent {
-  enum class Op { Move, Turn, Scale, Emitter, Ratio, Rate, Behavior, Switch, Rule, Paint };
   std::int64_t iteration = 0;  ///< Before this one.
-  Op op = Op::Move;
-  std::string target;                ///< Of an object or emitter; a material for Rate, a rule for Rule.
-  Vec3 value{0, 0, 0};               ///< Position (mm), angles (deg), or a number in [0]; Switch: 0 = off.
-  std::optional<Emitter> emitter;    ///< Emitter: all of it.
-  std::optional<Behavior> behavior;  ///< Behavior.
-  std::optional<RuleChange> rule;    ///< Rule.
-  std::vector<BrushStop> stops;      ///< Paint: Simulation::paint() at each, one after the other.
+  SceneAction what;
 };
 
 struct Scene {

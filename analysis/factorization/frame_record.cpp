@@ -1,0 +1,33 @@
+#include "analysis/factorization/frame_record.h"
+
+#include <nlohmann/json.hpp>
+
+namespace patinate::analysis {
+
+Json frame_json(const FrameRecord& frame) {
+  Json json{{"time", frame.time}};
+  if (frame.covered_share) {
+    json["extrapolated"] = true;
+    json["covered_share"] = *frame.covered_share;
+  }
+  if (frame.error) {
+    json["pixels"] = frame.error->num_pixels;
+    json["rmse"] = frame.error->rmse;
+    json["ciede2000_mean"] = frame.error->ciede2000_mean;
+    json["ciede2000_p95"] = frame.error->ciede2000_p95;
+  }
+  return json;
+}
+
+FrameRecord frame_from_json(const Json& json) {
+  FrameRecord frame{.time = json.at("time"), .covered_share = {}, .error = {}};
+  if (json.contains("covered_share")) frame.covered_share = json.at("covered_share").get<double>();
+  if (json.contains("rmse"))
+    frame.error = FrameError{.num_pixels = json.at("pixels"),
+                             .rmse = json.at("rmse"),
+                             .ciede2000_mean = json.at("ciede2000_mean"),
+                             .ciede2000_p95 = json.at("ciede2000_p95")};
+  return frame;
+}
+
+}  // namespace patinate::analysis

@@ -34,9 +34,9 @@ void change_rule(const SceneEvent& event, std::vector<Rule>& rules) {
     return;
   }
   if (change.driver) rule->driver = *change.driver;
-  if (change.alpha) rule->alpha = *change.alpha;
-  if (change.makes) rule->makes = *change.makes;
-  if (change.uses) rule->uses = *change.uses;
+  if (change.rate) rule->rate = *change.rate;
+  if (change.products) rule->products = *change.products;
+  if (change.reactants) rule->reactants = *change.reactants;
 }
 
 }  // namespace

@@ -174,7 +174,8 @@ void check_changed_rules(const std::vector<std::pair<JsonReader, SceneEvent>>& c
                           });
     if (!is_there)
       JsonReader(place).member("target").fail(
-          "the name of a rule of the scene, a built-in one, or a new one with \"driver\" and \"makes\" or \"uses\"" +
+          "the name of a rule of the scene, a built-in one, or a new one with \"driver\" and \"products\" or "
+          "\"reactants\"" +
           did_you_mean(event.target, names));
   }
 }

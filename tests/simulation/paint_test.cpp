@@ -115,7 +115,7 @@ TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
   run(at_its_end, 12);
   const std::uint64_t steps = static_cast<std::uint64_t>(at_its_end.num_paint_steps());
   EXPECT_EQ(steps, 0u);
-  at_its_end.apply_due();  // a run that ends here has the strokes in its picture, and goes on to the same bytes
+  at_its_end.apply_due();  // a run that ends here has the strokes in its picture, and continues to the same bytes
   EXPECT_EQ(at_its_end.num_paint_steps(), 32);
   run(at_its_end, 8);
   EXPECT_EQ(at_its_end.atlas().hash(), live.atlas().hash());
@@ -123,7 +123,7 @@ TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
 
 TEST(Paint, StepsAtOnePlaceRollDiceOfTheirOwn) {
   // With the same random numbers in every step the same of 70 drops would bounce, and be absorbed, again and again:
-  // absorbed ones are born anew, so births tell.
+  // absorbed ones are born again, so births tell.
   Scene scene = painted_plate();
   scene.behavior = {
       .bounce = 0.25, .floating = 0.25, .absorb = 0.5, .deceleration_bounce = 0.4, .deceleration_float = 0.3};

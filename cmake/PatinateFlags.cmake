@@ -5,7 +5,7 @@ option(PATINATE_FUZZ "Build the libFuzzer targets of tests/fuzz (clang; the pres
 
 add_library(patinate_flags INTERFACE)
 target_compile_features(patinate_flags INTERFACE cxx_std_20)
-# -ffp-contract=off: no fused multiply-add, so equal input gives equal bits on every machine.
+# -ffp-contract=off: no fused multiply-add, so equal input gives equal bits for every instruction set.
 target_compile_options(patinate_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wnon-virtual-dtor -ffp-contract=off
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # g++ 12 warns about every "text" + std::string [GCC bug 105651]

@@ -28,7 +28,7 @@ void add_bar(std::vector<Face>& faces, double x0, double x1, const std::array<Ve
 [[nodiscard]] std::vector<Face> in_patches(const std::vector<Face>& faces, int num_charts);
 
 /// Faces as a mesh, a chart each, of even density without overlaps and 3 texels apart on 1024; equal positions are
-/// joined, so that the surface goes on over edges. Triangles are in the faces' order, 2 cells_x cells_y of each.
+/// joined, so that the surface continues over edges. Triangles are in the faces' order, 2 cells_x cells_y of each.
 /// @param largest_mm  No chart is larger; > 0.
 [[nodiscard]] Mesh mesh_of_faces(const std::vector<Face>& faces, double largest_mm, const std::string& node,
                                  const std::string& material);

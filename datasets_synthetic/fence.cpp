@@ -161,13 +161,13 @@ std::string fence_scene(const FenceOptions& options, const std::string& mesh_fil
   json["rules"] =
       Json::array({{{"name", "graying"},
                     {"driver", "max(0, 1 - gray) * (0.1 + exposure)"},
-                    {"alpha", 0.0022},
-                    {"makes", {{"gray", 1}}}},
-                   {{"name", "decay"}, {"driver", "min(water, wood) * (0.4 + 2*accessibility)"}, {"alpha", 0.012}},
+                    {"rate", 0.0022},
+                    {"products", {{"gray", 1}}}},
+                   {{"name", "decay"}, {"driver", "min(water, wood) * (0.4 + 2*accessibility)"}, {"rate", 0.012}},
                    {{"name", "moss"},
                     {"driver", "min(water, 0.3*organic + 0.3*dirt) * max(0, 1.5 - moss) * (0.06 + moss)"},
-                    {"alpha", 0.08}},
-                   {{"name", "evaporation"}, {"driver", "water * (0.05 + exposure*exposure)"}, {"alpha", 0.15}}});
+                    {"rate", 0.08}},
+                   {{"name", "evaporation"}, {"driver", "water * (0.05 + exposure*exposure)"}, {"rate", 0.15}}});
   json["run"] = {{"iterations", 1000}, {"history_every", 250}, {"controls", {"hits", "organic.final"}}};
   return json.dump(2) + "\n";
 }

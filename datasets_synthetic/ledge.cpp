@@ -22,8 +22,8 @@ void describe(OptionVisitor& v, LedgeOptions& o) {
   v.visit({"sills", "Sills, one above the other and beside each other in turn", "", between(1, 6)}, o.num_sills);
   v.visit({"cells", "Squares along the wall", "", between(1, 400)}, o.cells);
   v.visit({"charts",
-           "Charts that a face is cut into along its longer side, each turned by an angle of its own: to see that no "
-           "seam shows",
+           "Charts that a face is cut into along its longer side, each turned by an angle of its own: to see how "
+           "little seams show",
            "", between(1, 24)},
           o.num_charts);
   v.visit_choice(
@@ -85,7 +85,7 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
                                      {"gammatons", 2000},
                                      {"carries", {{"dirt", 1.5}}}}});
     json["exchange"] = {{"ratio", 0.4}, {"rates", {{"water", 0.3}, {"dirt", 0.1}}}};
-    json["rules"] = Json::array({{{"name", "evaporation"}, {"alpha", 0.5}}, {{"name", "moss"}, {"alpha", 0.02}}});
+    json["rules"] = Json::array({{{"name", "evaporation"}, {"rate", 0.5}}, {{"name", "moss"}, {"rate", 0.02}}});
     json["run"] = {
         {"iterations", 1000}, {"history_every", 100}, {"controls", {"hits", "water.deposited", "dirt.final"}}};
   } else {
@@ -101,8 +101,8 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
     json["emitters"] = Json::array({waiting});
     json["exchange"] = {{"ratio", 0.01}, {"rates", {{"water", 0.3}, {"dirt", 0.5}}}};
     json["rules"] =
-        Json::array({{{"name", "soot"}, {"driver", "max(0, 1 - dirt)"}, {"alpha", 0.1}, {"makes", {{"dirt", 1}}}},
-                     {{"name", "evaporation"}, {"alpha", 0.5}}});
+        Json::array({{{"name", "soot"}, {"driver", "max(0, 1 - dirt)"}, {"rate", 0.1}, {"products", {{"dirt", 1}}}},
+                     {{"name", "evaporation"}, {"rate", 0.5}}});
     json["events"] = Json::array({{{"iteration", 400}, {"op", "emitter"}, {"emitter", rain}}});
     json["run"] = {{"iterations", 1000}, {"history_every", 200}, {"controls", {"hits", "dirt.final"}}};
   }

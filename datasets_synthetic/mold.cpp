@@ -66,7 +66,7 @@ void describe(OptionVisitor& v, MoldOptions& o) {
   v.visit({"motion_deg", "How far the object is turned between steps, at most", "degrees", between(0, 180)},
           o.motion_deg);
   v.visit({"motion", "How far the object is moved between steps, at most", "mm", at_least(0)}, o.motion_mm);
-  v.visit({"highlights", "Strength of the polish; 1 = bright copper, 0 = matt", "", between(0, 10)}, o.highlights);
+  v.visit({"highlights", "Strength of the polish; 1 = bright copper, 0 = diffuse", "", between(0, 10)}, o.highlights);
   v.visit({"shadows", "Whether the object casts shadows"}, o.shadows);
   v.visit({"ambient", "What a white surface shows with all lights off", "", between(0, 1)}, o.ambient);
   v.visit({"drift", "Standard deviation of exposure and white balance from step to step", "", between(0, 0.5)},

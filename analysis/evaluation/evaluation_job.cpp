@@ -139,7 +139,7 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
   page.link(kEvaluationFile, "The figures as JSON");
   page.save(folder / kEvaluationPageFile);
   save_json(folder / kEvaluationFile, Json{{"format", "patinate.evaluation"},
-                                           {"version", 1},
+                                           {"version", 2},
                                            {"maps", list},
                                            {"options", options},
                                            {"command", task.command},

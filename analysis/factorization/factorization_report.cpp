@@ -203,7 +203,7 @@ Section look_section(const Said& s) {
   strip("factored", "Curve and maps", seen, false);
   if (!extrapolated.empty())
     strip("extrapolated",
-          "EXTRAPOLATED: seen by nobody; the curve of places that age faster goes on for slower ones, and holds its "
+          "EXTRAPOLATED: seen by nobody; the curve of places that age faster continues for slower ones, and holds its "
           "end where no place has come so far",
           extrapolated, false);
   return section;

@@ -18,7 +18,7 @@ constexpr std::int64_t kCandidates = 4096;                 ///< Places that are 
 constexpr double kStrongest = 0.6;                         ///< Of the candidates that change: those that change most.
 constexpr double kFitShare = 0.1;                          ///< Of a round's time, for the places one by one.
 constexpr std::array<int, 4> kIterations{25, 25, 25, 60};  ///< Of the joint fit, for every round.
-constexpr double kDomainTail = 0.005;  ///< Share of clock values left outside at each end of the curve.
+constexpr double kDomainTail = 0.005;  ///< Share of clock values excludedside at each end of the curve.
 constexpr double kLeastNoise = 1e-6;   ///< Linear color.
 constexpr double kSigma = 1.4826;      ///< From a median of absolute values to a standard deviation.
 constexpr double kClip = 3.0;          ///< Standard deviations, for the correlation.

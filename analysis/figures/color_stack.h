@@ -53,7 +53,7 @@ struct StackSize {
 [[nodiscard]] StackSize stack_size(const TextureSeries& series, int size);
 
 /// Pixels of the stack are means over the surface that they cover; those of which less than half shows it at some time
-/// are left out.
+/// are excluded.
 /// @param times  Not empty, of the series' unit; clamped to its ends.
 /// @throws InvalidInput if no texel is left. Cost: two frames read a time; memory 24 B x T x N. Same bits for any
 /// number of threads.

@@ -17,7 +17,7 @@ namespace patinate::analysis {
 /// of (v . axis)^2 is exactly |v|^2 / 3.
 [[nodiscard]] const std::array<std::array<double, 3>, 15>& sliced_axes();
 
-/// A sample of colors, sorted along every axis once, so that it can be weighted anew cheaply.
+/// A sample of colors, sorted along every axis once, so that it can be weighted again cheaply.
 class SortedColors {
  public:
   /// At most `most` of the texels, spread evenly over the list by (seed, index). @param texels  Indices into the

@@ -16,7 +16,7 @@ namespace patinate::analysis {
 class SpatialStructure {
  public:
   /// Spectra of square tiles that overlap by half, each with its mean removed and under a Hann window [Welch 1967];
-  /// tiles that lie less than nine tenths on the surface are left out. Covariances along rows, columns and both
+  /// tiles that lie less than nine tenths on the surface are excluded. Covariances along rows, columns and both
   /// diagonals.
   SpatialStructure(const ColorStack& stack, std::size_t time, const BlockGrid& grid);
 

@@ -38,7 +38,7 @@ struct TimeShift {
   std::vector<std::uint8_t> is_known;  ///< Both sides change visibly there.
 };
 /// For every texel the shift s that makes B(t + s) nearest to A(t) in CIELAB over all times, up to half of the span
-/// either way, B's first and last color going on beyond its ends. To a 512th of the span, and between those by a
+/// either way, B's first and last color continuing beyond its ends. To a 512th of the span, and between those by a
 /// parabola.
 /// @param known  1 where both sides age visibly. @throws InvalidInput as find_time_warp().
 [[nodiscard]] TimeShift find_time_shift(const ColorStack& a, const ColorStack& b,

@@ -45,12 +45,12 @@ struct AgedSurface {
 
 /// How something that has aged looks, with other values of the parameters that need no aging.
 /// @param values  Of all parameters, in order; those that need aging are as they were.
-using LookAt = std::function<AgedSurface(const std::vector<double>& values, const RunControl& control)>;
+using ComposeWith = std::function<AgedSurface(const std::vector<double>& values, const RunControl& control)>;
 /// Ages from the beginning with these values of all parameters. @param seed_shift  Added to the model's own seed: the
 /// same numbers give the same chance. Called by several threads at once. @throws InvalidInput if the model takes no
 /// such values together.
 using AgeWith =
-    std::function<LookAt(const std::vector<double>& values, std::uint64_t seed_shift, const RunControl& control)>;
+    std::function<ComposeWith(const std::vector<double>& values, std::uint64_t seed_shift, const RunControl& control)>;
 
 /// Colors at the given times, blended between frames and held at the ends, at a size.
 [[nodiscard]] ColorStack stack_of(const AgedSurface& frames, const std::vector<double>& times, int size,

@@ -50,7 +50,7 @@ using BoxScans = std::vector<std::vector<BoxPoint>>;
 
 /// The interval of a parameter is where the least of what was found at a place, the others held or moved, stays within
 /// `threshold` of the best, interpolated between places; and as far as any point that was tried stays within it. So it
-/// rests on surfaces that were made, never on a formula that goes on beyond them, and is never wider than what was
+/// rests on surfaces that were made, never on a formula that continues beyond them, and is never wider than what was
 /// seen; where the others could make up for more than was tried, it is too narrow.
 /// @param tried     Whatever was tried. @param scans  Along each parameter, the others as at the best. @param profiles
 /// The same with others moved; may be empty.
@@ -62,7 +62,7 @@ using BoxScans = std::vector<std::vector<BoxPoint>>;
                                                       double threshold);
 
 /// Offsets of a scan to each side of the best, as shares of the way to the range's end: 1, 0.3, 0.09, ...; `count` in
-/// all, half to each side, the last of an odd number to the wider one. A side that is no way is left out. @returns
+/// all, half to each side, the last of an odd number to the wider one. A side that is no way is excluded. @returns
 /// places along the parameter, in [0, 1].
 [[nodiscard]] std::vector<double> scan_places(double best, int count);
 

@@ -15,7 +15,7 @@ struct EvolutionOptions {
   double step = 0.3;        ///< Standard deviation at the start, as a share of the box; (0, 1].
   double tolerance = 1e-3;  ///< At an end when no coordinate's standard deviation is larger; > 0.
   double flatness = 0.0;    ///< Or when the values of two generations in a row differ by no more than this; >= 0.
-  int restarts = 0;         ///< From an end it goes on so many times, from a random place.
+  int restarts = 0;         ///< From an end it continues so many times, from a random place.
   std::uint64_t seed = 0;
   std::uint32_t purpose = 0;  ///< Keeps several searches with one seed apart.
 };

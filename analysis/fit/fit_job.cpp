@@ -25,10 +25,10 @@ namespace {
 
 constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other values.
 constexpr int kEvaluationsPerParameter = 60;
-constexpr double kFlatness = 1e-3;  ///< Delta E or per cent: smaller differences are not searched for.
-constexpr double kSmallestLookStep =
-    0.05;  ///< Of the search for a look, however narrow the outer one has become; but no wider than its first step.
-constexpr double kScanLookStep = 0.1;            ///< Of the search for a look beside the best.
+constexpr double kFlatness = 1e-3;               ///< Delta E or per cent: smaller differences are not searched for.
+constexpr double kSmallestLookStep = 0.05;       ///< Of the search for an appearance, however narrow the outer one has
+                                                 ///< become; but no wider than its first step.
+constexpr double kScanAppearanceStep = 0.1;      ///< Of the search for an appearance beside the best.
 constexpr std::uint64_t kScanItems = 1u << 18;   ///< Random numbers of scans, apart from those of the search.
 constexpr double kThresholdWithoutSeeds = 0.01;  ///< Share of the objective.
 
@@ -51,14 +51,14 @@ class Work {
     model.tolerance = task.options.tolerance;
     model.seed = task.seed;
     aged = model.indices(false);
-    looks = model.indices(true);
-    budget = fit_budget(task.options, aged.size(), looks.size());
+    appearance = model.indices(true);
+    budget = fit_budget(task.options, aged.size(), appearance.size());
     for (const FitParameter& p : task.parameters) start.push_back(p.start);
   }
 
   FitTask task;
   FitModel model;
-  std::vector<std::size_t> aged, looks;
+  std::vector<std::size_t> aged, appearance;
   FitBudget budget;
   std::vector<double> start;
 
@@ -87,7 +87,8 @@ class Work {
     return records_.try_emplace(name, std::move(e)).first->second;
   }
 
-  /// The search as it stands before a generation, from the records of those before; and the best looks up to there.
+  /// The search as it stands before a generation, from the records of those before; and the best appearance up to
+  /// there.
   struct Standing {
     Evolution evolution;
     std::vector<double> best;  ///< Values of all parameters.
@@ -203,8 +204,8 @@ FitEvaluation evaluate_candidate(const std::shared_ptr<Work>& work, const std::s
   const std::vector<double> unit = standing.evolution.candidate(k);
   for (std::size_t i = 0; i < work->aged.size(); ++i)
     values[work->aged[i]] = value_at(work->task.parameters[work->aged[i]], unit[i]);
-  const LookSearch search{
-      .num_looks = work->looks.empty() ? 1 : work->task.options.looks,
+  const AppearanceSearch search{
+      .num_appearance = work->appearance.empty() ? 1 : work->task.options.appearance_evaluations,
       .step = std::min(std::max(standing.evolution.spread(), kSmallestLookStep), work->task.options.step),
       .item = static_cast<std::uint64_t>(1 + generation * work->budget.population + k)};
   return evaluate(work->ready(control), name, values, search, 0, control);
@@ -221,7 +222,7 @@ std::vector<std::vector<double>> scan_values(const Work& work, const std::vector
   return list;
 }
 
-/// The parameter at one of its places: the others held, their looks searched again, and the others moved along the
+/// The parameter at one of its places: the others held, their appearance searched again, and the others moved along the
 /// valley.
 FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std::size_t k, const fs::path& folder,
                          const RunControl& control) {
@@ -230,9 +231,9 @@ FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std
   if (k >= places.size()) return {.name = name, .points = {}, .is_skipped = true};
   const std::vector<double>& held = places[k];
   const FitModel& model = work.ready(control);
-  LookSearch search{.num_looks = work.looks.empty() ? 1 : work.task.options.looks,
-                    .step = kScanLookStep,
-                    .item = kScanItems + i * 64 + k};
+  AppearanceSearch search{.num_appearance = work.appearance.empty() ? 1 : work.task.options.appearance_evaluations,
+                          .step = kScanAppearanceStep,
+                          .item = kScanItems + i * 64 + k};
   FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.5));
   const Work::Ground& ground = work.ground(folder);
   if (!ground.valley) return evaluation;
@@ -243,7 +244,7 @@ FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std
     if (j == i) continue;
     const FitParameter& p = work.task.parameters[j];
     moved[j] = value_at(p, std::clamp(unit_at(p, best[j]) + way * ground.valley->slopes[i][j], 0.0, 1.0));
-    is_moved = is_moved || (!p.is_look && moved[j] != held[j]);
+    is_moved = is_moved || (!p.is_appearance && moved[j] != held[j]);
   }
   if (!is_moved) return evaluation;
   search.item += kScanItems;
@@ -272,24 +273,25 @@ void add_scans(const std::shared_ptr<Work>& work, int stage, JobPlan& plan) {
           }));
     }
   }
-  if (work->looks.empty() || options.scan == 0) return;
-  plan.items.push_back(record_item("scan-looks", stage, "", [work](const fs::path& folder, const RunControl& control) {
-    std::vector<std::vector<double>> all;
-    for (const std::size_t i : work->looks) {
-      for (std::vector<double>& values : scan_values(*work, work->best(folder).values, i))
-        all.push_back(std::move(values));
-    }
-    return evaluate_looks(work->ready(control), "scan-looks", all, 0, control);
-  }));
+  if (work->appearance.empty() || options.scan == 0) return;
+  plan.items.push_back(
+      record_item("scan-appearance", stage, "", [work](const fs::path& folder, const RunControl& control) {
+        std::vector<std::vector<double>> all;
+        for (const std::size_t i : work->appearance) {
+          for (std::vector<double>& values : scan_values(*work, work->best(folder).values, i))
+            all.push_back(std::move(values));
+        }
+        return evaluate_appearances(work->ready(control), "scan-appearance", all, 0, control);
+      }));
 }
 
 /// Writes the history with some values; gives what a comparison says of it.
 std::vector<Section> compared(const Work& work, const std::string& name, const std::vector<double>& values,
                               const fs::path& folder, const std::string& key, const RunControl& control) {
-  const LookAt look = work.task.age(values, 0, control.part(0.0, 0.6));
+  const ComposeWith compose = work.task.age(values, 0, control.part(0.0, 0.6));
   RunControl quiet = control;
   quiet.on_progress = {};
-  write_surface(folder / name, look(values, quiet), key + "-" + name);
+  write_surface(folder / name, compose(values, quiet), key + "-" + name);
   const CompareOptions options = compare_options(work.task.objective);
   const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options,
                                       control.part(0.6, 0.7));
@@ -305,7 +307,7 @@ FitOutcome outcome_of(Work& work, const fs::path& folder) {
   outcome.best = work.best(folder);
   outcome.initial = outcome.searched.front().points.front();
   outcome.num_planned = work.budget.evaluations;
-  // Looks end on their own when another generation of them would have been within the budget.
+  // The search of appearance ends on its own when another generation of them would have been within the budget.
   outcome.is_converged =
       work.aged.empty() ? outcome.searched.front().points.size() + static_cast<std::size_t>(work.budget.population) <=
                               static_cast<std::size_t>(work.budget.evaluations)
@@ -340,10 +342,10 @@ FitOutcome outcome_of(Work& work, const fs::path& folder) {
           add(i, e.points[q], q == 0 ? outcome.scans : outcome.profiles);
       }
     }
-    if (!work.looks.empty()) {
-      const FitEvaluation e = work.record(folder, "scan-looks");
+    if (!work.appearance.empty()) {
+      const FitEvaluation e = work.record(folder, "scan-appearance");
       std::size_t next = 0;
-      for (const std::size_t i : work.looks) {
+      for (const std::size_t i : work.appearance) {
         const std::size_t count = scan_values(work, outcome.best.values, i).size();
         for (std::size_t k = 0; k < count && next < e.points.size(); ++k) add(i, e.points[next++], outcome.scans);
       }
@@ -373,7 +375,9 @@ void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs&
 void describe(OptionVisitor& v, FitOptions& o) {
   v.visit({"evaluations", "Budget of the search; 0 = 60 for each parameter that is searched", "", between(0, 1e6)},
           o.evaluations);
-  v.visit({"looks", "Looks for each aging at most, where some parameters need no aging", "", between(1, 1e5)}, o.looks);
+  v.visit({"appearance_evaluations", "Appearances tried for each aging at most, where some parameters need no aging",
+           "", between(1, 1e5)},
+          o.appearance_evaluations);
   v.visit({"repeats", "Seeds over which the objective is averaged", "", between(1, 100)}, o.repeats);
   v.visit({"population", "Candidates a generation, >= 4; 0 = by the number of parameters", "", between(0, 1000)},
           o.population);
@@ -393,8 +397,8 @@ void describe(OptionVisitor& v, FitOptions& o) {
           o.seeds);
 }
 
-FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_looks) {
-  const std::size_t n = num_aged > 0 ? num_aged : num_looks;
+FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance) {
+  const std::size_t n = num_aged > 0 ? num_aged : num_appearance;
   FitBudget budget;
   budget.population = Evolution::population_of(std::max<std::size_t>(n, 1), {.population = options.population});
   budget.least = 1 + 2 * budget.population;
@@ -431,11 +435,11 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   JobPlan plan = inputs.plan(output, kFitReportFile);
   const std::string search_key = search_inputs.key();
   plan.items.push_back(record_item("initial", 0, search_key, [work](const fs::path&, const RunControl& control) {
-    const int looks = work->looks.empty()  ? 1
-                      : work->aged.empty() ? work->budget.evaluations
-                                           : work->task.options.looks;
+    const int num_appearance = work->appearance.empty() ? 1
+                               : work->aged.empty()     ? work->budget.evaluations
+                                                        : work->task.options.appearance_evaluations;
     return evaluate(work->ready(control), "initial", work->start,
-                    {.num_looks = looks, .step = work->task.options.step, .item = 0}, 0, control);
+                    {.num_appearance = num_appearance, .step = work->task.options.step, .item = 0}, 0, control);
   }));
   for (int g = 0; g < work->num_generations(); ++g) {
     for (int k = 0; k < work->budget.population; ++k) {

@@ -1,5 +1,5 @@
 /// \file
-/// Finding a model's parameters as a job: every evaluation is an item, so that a killed search goes on, and a larger
+/// Finding a model's parameters as a job: every evaluation is an item, so that a killed search resumes, and a larger
 /// budget begins where a smaller ended.
 #pragma once
 
@@ -20,25 +20,25 @@ inline constexpr const char* kFitTableFile = "evaluations.csv";
 
 struct FitOptions {
   int evaluations = 0;  ///< Budget of the search; 0 = 60 for each parameter that is searched. When all parameters are
-                        ///< looks, it counts looks.
-  int looks = 30;       ///< For each aging at most, where some parameters need none; [1, 100000].
-  int repeats = 1;      ///< Seeds over which an objective is averaged; [1, 100].
-  int population = 0;   ///< Candidates a generation; 0 = by the number of parameters.
-  double step = 0.3;    ///< First standard deviation, share of a range; (0, 1].
-  double tolerance = 1e-3;  ///< Converged when the candidates' spread is below this share of every range.
-  int restarts = 0;         ///< When converged, as often again from a random place.
-  int scan = 8;             ///< Evaluations a parameter for what the data determine; 0 = none.
-  int seeds = 4;            ///< Other seeds that the best is tried with: what differences mean nothing; 0 = none.
+                        ///< of appearance, it counts appearances.
+  int appearance_evaluations = 30;  ///< For each aging at most, where some parameters need none; [1, 100000].
+  int repeats = 1;                  ///< Seeds over which an objective is averaged; [1, 100].
+  int population = 0;               ///< Candidates a generation; 0 = by the number of parameters.
+  double step = 0.3;                ///< First standard deviation, share of a range; (0, 1].
+  double tolerance = 1e-3;          ///< Converged when the candidates' spread is below this share of every range.
+  int restarts = 0;                 ///< When converged, as often again from a random place.
+  int scan = 8;                     ///< Evaluations a parameter for what the data determine; 0 = none.
+  int seeds = 4;  ///< Other seeds that the best is tried with: what differences mean nothing; 0 = none.
 };
 void describe(OptionVisitor& v, FitOptions& o);
 /// Evaluations that the search may use, and the least that make sense (the start and two generations).
-/// @param num_aged, num_looks  Parameters that need aging, and that need none.
+/// @param num_aged, num_appearance  Parameters that need aging, and that need none.
 struct FitBudget {
   int evaluations = 0;
   int least = 0;
   int population = 0;
 };
-[[nodiscard]] FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_looks);
+[[nodiscard]] FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance);
 
 struct FitTask {
   std::filesystem::path history;         ///< Or a transfer.

@@ -27,10 +27,10 @@ FitRange parse_fit_range(const std::string& text) {
     return UsageError("--vary: found `" + text + "`; expected " + expected);
   };
   const std::size_t equals = text.rfind('=');
-  if (equals == std::string::npos) throw fail("POINTER=LOW:HIGH[:log], such as /rules/0/alpha=0.01:1:log");
+  if (equals == std::string::npos) throw fail("POINTER=LOW:HIGH[:log], such as /rules/0/rate=0.01:1:log");
   FitRange range{.name = text.substr(0, equals)};
   if (range.name.empty() || range.name.front() != '/')
-    throw fail("a JSON pointer into the scene before `=`, such as /rules/0/alpha");
+    throw fail("a JSON pointer into the scene before `=`, such as /rules/0/rate");
   const std::vector<std::string> parts = split(text.substr(equals + 1), ':');
   if (parts.size() < 2 || parts.size() > 3) throw fail("POINTER=LOW:HIGH[:log]");
   const std::optional<double> low = parse_number(parts[0]), high = parse_number(parts[1]);
@@ -53,7 +53,7 @@ FitRange read_fit_range(JsonReader json) {
   FitRange range;
   range.name = json.member("pointer").string();
   if (range.name.empty() || range.name.front() != '/')
-    json.member("pointer").fail("a JSON pointer, such as /rules/0/alpha");
+    json.member("pointer").fail("a JSON pointer, such as /rules/0/rate");
   range.low = json.member("low").number();
   range.high = json.member("high").number();
   if (json.has("scale")) range.scale = static_cast<FitScale>(json.member("scale").choice(kFitScaleNames));

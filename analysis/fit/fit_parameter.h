@@ -14,22 +14,22 @@ inline constexpr std::array<std::string_view, 2> kFitScaleNames{"linear", "log"}
 
 /// What may vary, as a user says it.
 struct FitRange {
-  std::string name;  ///< JSON pointer: "/rules/2/alpha".
+  std::string name;  ///< JSON pointer: "/rules/2/rate".
   double low = 0.0;
   double high = 1.0;                  ///< > low.
   FitScale scale = FitScale::Linear;  ///< Log: low > 0.
   std::string place = {};             ///< "FILE: POINTER" where a file says it, "" from the command line.
 };
-/// "/rules/2/alpha=0.001:0.1:log". @throws UsageError naming what is wrong.
+/// "/rules/2/rate=0.001:0.1:log". @throws UsageError naming what is wrong.
 [[nodiscard]] FitRange parse_fit_range(const std::string& text);
-/// {"pointer": "/rules/2/alpha", "low": 0.001, "high": 0.1, "scale": "log"}. @throws IoError
+/// {"pointer": "/rules/2/rate", "low": 0.001, "high": 0.1, "scale": "log"}. @throws IoError
 [[nodiscard]] FitRange read_fit_range(JsonReader json);
 
 struct FitParameter {
   FitRange range;
-  double start = 0.0;     ///< In the range.
-  bool is_whole = false;  ///< Only whole numbers.
-  bool is_look = false;   ///< Another value needs no new aging, only another look at what has aged.
+  double start = 0.0;          ///< In the range.
+  bool is_whole = false;       ///< Only whole numbers.
+  bool is_appearance = false;  ///< Another value needs no new aging, only another appearance of what has aged.
 };
 
 /// The value at a share of the range, with six significant digits (whole if it must be). @param unit  In [0, 1].

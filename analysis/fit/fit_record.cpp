@@ -68,7 +68,7 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
 
 std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters,
                             std::span<const FitTerm> terms) {
-  std::string text = "evaluation,look";
+  std::string text = "evaluation,appearance";
   for (const FitParameter& p : parameters) text += "," + cell(p.range.name);
   text += ",objective";
   for (const FitTerm& t : terms) text += "," + std::string(kFitFigureNames[static_cast<std::size_t>(t.figure)]);

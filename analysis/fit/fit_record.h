@@ -20,7 +20,7 @@ struct FitPoint {
   ObjectiveValue result;
 };
 
-/// One aging and the looks at it: at least one, all with the same values of what needs aging.
+/// One aging and the appearances tried for it: at least one, all with the same values of what needs aging.
 struct FitEvaluation {
   std::string name;
   std::vector<FitPoint> points;
@@ -35,8 +35,8 @@ struct FitEvaluation {
 [[nodiscard]] FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num_parameters,
                                             std::size_t num_terms);
 
-/// A header and a line a point: evaluation, look, every parameter, objective, every figure, problem. Undefined ones are
-/// empty.
+/// A header and a line a point: evaluation, appearance, every parameter, objective, every figure, problem. Undefined
+/// ones are empty.
 [[nodiscard]] std::string evaluations_csv(std::span<const FitEvaluation> evaluations,
                                           std::span<const FitParameter> parameters, std::span<const FitTerm> terms);
 

@@ -50,8 +50,8 @@ std::string convergence_chart(const FitOutcome& o) {
   ChartSeries each{.name = "tried"}, best{.name = "best so far"};
   std::optional<double> least;
   double x = 0.0;
-  // One evaluation: its looks are what was tried.
-  const bool are_looks = o.searched.size() == 1;
+  // One evaluation: its appearances are what was tried.
+  const bool are_appearances = o.searched.size() == 1;
   const auto add = [&](const std::optional<double>& value) {
     if (value) least = least ? std::min(*least, *value) : *value;
     each.x.push_back(x);
@@ -62,7 +62,7 @@ std::string convergence_chart(const FitOutcome& o) {
   };
   for (const FitEvaluation& e : o.searched) {
     if (e.points.empty()) continue;
-    if (are_looks) {
+    if (are_appearances) {
       for (const FitPoint& p : e.points) add(p.result.objective);
     } else {
       const std::optional<std::size_t> i = e.best();
@@ -71,7 +71,7 @@ std::string convergence_chart(const FitOutcome& o) {
   }
   each.is_dashed = true;
   chart.series = {std::move(best), std::move(each)};
-  if (are_looks) chart.x_label = "look";
+  if (are_appearances) chart.x_label = "appearance";
   return svg_chart(chart);
 }
 
@@ -179,7 +179,7 @@ Json parameter_json(const FitTask& task, const FitOutcome& o, std::size_t i) {
   return Json{{"pointer", p.range.name},
               {"range", {p.range.low, p.range.high}},
               {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]},
-              {"needs_aging", !p.is_look},
+              {"needs_aging", !p.is_appearance},
               {"initial", o.initial.values[i]},
               {"best", o.best.values[i]},
               {"interval", {value_at(p, v.low), value_at(p, v.high)}},
@@ -208,13 +208,13 @@ Json objective_json(const FitTask& task, const FitOutcome& o) {
 
 void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   const std::string tried =
-      std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " looks at them";
+      std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " appearances of them";
   page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
                  number(o.best.result.objective) + " in " + tried +
                  (o.is_converged ? "; the search converged." : "; the budget ended the search."));
   if (is_beaten(o))
     page.paragraph(
-        "Not at its end: along one of the parameters there is a better value. A larger --evaluations goes on from "
+        "Not at its end: along one of the parameters there is a better value. A larger --evaluations resumes from "
         "here.");
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
@@ -304,7 +304,7 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
                                           {"evaluations",
                                            {{"planned", o.num_planned},
                                             {"agings", count_agings(o)},
-                                            {"looks", count_points(o)},
+                                            {"appearance_evaluations", count_points(o)},
                                             {"converged", o.is_converged}}},
                                           {"figures", figures},
                                           {"options", options},
@@ -315,7 +315,8 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
 FitManifest read_fit_manifest(const fs::path& path) {
   const fs::path file = manifest_folder(path, kFitReportFile) / kFitReportFile;
   Json root = load_json(file);
-  update_spelling(root, 1, {{"ageings", "agings"}, {"needs_ageing", "needs_aging"}});
+  update_spelling(root, 1,
+                  {{"ageings", "agings"}, {"needs_ageing", "needs_aging"}, {"looks", "appearance_evaluations"}});
   JsonReader json(file.string(), root);
   json.expect_format("patinate.fit", 2);
   FitManifest m;

@@ -19,14 +19,15 @@ class AgedModel {
       : model_(model) {
     for (int r = 0; r < model.repeats; ++r) {
       const double n = model.repeats;
-      looks_.push_back(model.age(values, seed_shift + static_cast<std::uint64_t>(r), control.part(r / n, (r + 1) / n)));
+      composers_.push_back(
+          model.age(values, seed_shift + static_cast<std::uint64_t>(r), control.part(r / n, (r + 1) / n)));
     }
   }
 
-  [[nodiscard]] FitPoint look(const std::vector<double>& values, const RunControl& control) const {
+  [[nodiscard]] FitPoint compose(const std::vector<double>& values, const RunControl& control) const {
     FitPoint point{.values = values, .result = {}};
-    for (const LookAt& look : looks_) {
-      ObjectiveValue v = (*model_.objective)(look(values, control), control);
+    for (const ComposeWith& compose : composers_) {
+      ObjectiveValue v = (*model_.objective)(compose(values, control), control);
       if (point.result.figures.empty()) {
         point.result = std::move(v);
         continue;
@@ -38,8 +39,8 @@ class AgedModel {
       for (std::size_t i = 0; i < v.figures.size(); ++i) add(point.result.figures[i], v.figures[i]);
       if (point.result.problem.empty()) point.result.problem = v.problem;
     }
-    if (looks_.size() > 1) {
-      const auto n = static_cast<double>(looks_.size());
+    if (composers_.size() > 1) {
+      const auto n = static_cast<double>(composers_.size());
       if (point.result.objective) *point.result.objective /= n;
       for (std::optional<double>& f : point.result.figures) {
         if (f) *f /= n;
@@ -50,7 +51,7 @@ class AgedModel {
 
  private:
   const FitModel& model_;
-  std::vector<LookAt> looks_;
+  std::vector<ComposeWith> composers_;
 };
 
 FitPoint undefined_point(const FitModel& model, const std::vector<double>& values, const std::string& problem) {
@@ -67,31 +68,32 @@ RunControl silent(RunControl control) {
 
 }  // namespace
 
-std::vector<std::size_t> FitModel::indices(bool is_look) const {
+std::vector<std::size_t> FitModel::indices(bool is_appearance) const {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (parameters[i].is_look == is_look) out.push_back(i);
+    if (parameters[i].is_appearance == is_appearance) out.push_back(i);
   }
   return out;
 }
 
 FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values,
-                       const LookSearch& search, std::uint64_t seed_shift, const RunControl& control) try {
+                       const AppearanceSearch& search, std::uint64_t seed_shift, const RunControl& control) try {
   FitEvaluation evaluation{.name = name, .points = {}};
-  const AgedModel aged(model, values, seed_shift, control.part(0.0, search.num_looks > 1 ? 0.6 : 0.95));
-  evaluation.points.push_back(aged.look(values, silent(control)));
-  const std::vector<std::size_t> looks = model.indices(true);
-  if (looks.empty() || search.num_looks <= 1) return evaluation;
+  const AgedModel aged(model, values, seed_shift, control.part(0.0, search.num_appearance > 1 ? 0.6 : 0.95));
+  evaluation.points.push_back(aged.compose(values, silent(control)));
+  const std::vector<std::size_t> appearance = model.indices(true);
+  if (appearance.empty() || search.num_appearance <= 1) return evaluation;
   std::vector<double> start;
-  for (const std::size_t i : looks) start.push_back(unit_at(model.parameters[i], values[i]));
+  for (const std::size_t i : appearance) start.push_back(unit_at(model.parameters[i], values[i]));
   bool is_first = true;
   const auto f = [&](const std::vector<double>& unit) {
     if (!is_first) {
       std::vector<double> tried = values;
-      for (std::size_t k = 0; k < looks.size(); ++k) tried[looks[k]] = value_at(model.parameters[looks[k]], unit[k]);
-      evaluation.points.push_back(aged.look(tried, silent(control)));
-      control.report(0.6 +
-                     0.4 * static_cast<double>(evaluation.points.size()) / static_cast<double>(search.num_looks + 1));
+      for (std::size_t k = 0; k < appearance.size(); ++k)
+        tried[appearance[k]] = value_at(model.parameters[appearance[k]], unit[k]);
+      evaluation.points.push_back(aged.compose(tried, silent(control)));
+      control.report(0.6 + 0.4 * static_cast<double>(evaluation.points.size()) /
+                               static_cast<double>(search.num_appearance + 1));
     }
     is_first = false;  // The start itself has been looked at.
     return evaluation.points.back().result.objective.value_or(std::numeric_limits<double>::infinity());
@@ -101,19 +103,19 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
                                  .flatness = model.flatness,
                                  .seed = model.seed,
                                  .purpose = kLookPurpose + static_cast<std::uint32_t>(search.item)};
-  (void)minimize(f, start, search.num_looks, options);
+  (void)minimize(f, start, search.num_appearance, options);
   return evaluation;
 } catch (const InvalidInput& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};
 }
 
-FitEvaluation evaluate_looks(const FitModel& model, const std::string& name,
-                             std::span<const std::vector<double>> values, std::uint64_t seed_shift,
-                             const RunControl& control) try {
+FitEvaluation evaluate_appearances(const FitModel& model, const std::string& name,
+                                   std::span<const std::vector<double>> values, std::uint64_t seed_shift,
+                                   const RunControl& control) try {
   FitEvaluation evaluation{.name = name, .points = {}};
   if (values.empty()) return evaluation;
   const AgedModel aged(model, values.front(), seed_shift, control.part(0.0, 0.7));
-  for (const std::vector<double>& v : values) evaluation.points.push_back(aged.look(v, silent(control)));
+  for (const std::vector<double>& v : values) evaluation.points.push_back(aged.compose(v, silent(control)));
   return evaluation;
 } catch (const InvalidInput& e) {
   FitEvaluation evaluation{.name = name, .points = {}};

@@ -18,33 +18,33 @@ struct FitModel {
   AgeWith age;
   const FitObjective* objective = nullptr;
   int repeats = 1;        ///< Seeds over which an objective is averaged; >= 1.
-  double flatness = 0.0;  ///< Of the search for the best look, see EvolutionOptions.
+  double flatness = 0.0;  ///< Of the search for the best appearance, see EvolutionOptions.
   double tolerance = 1e-3;
   std::uint64_t seed = 0;
 
   /// Indices of the parameters that need aging, or that need none.
-  [[nodiscard]] std::vector<std::size_t> indices(bool is_look) const;
+  [[nodiscard]] std::vector<std::size_t> indices(bool is_appearance) const;
 };
 
 /// How the parameters that need no aging are searched.
-struct LookSearch {
-  int num_looks = 1;       ///< At most; 1: only the given values.
+struct AppearanceSearch {
+  int num_appearance = 1;  ///< At most; 1: only the given values.
   double step = 0.3;       ///< As EvolutionOptions.
   std::uint64_t item = 0;  ///< Its random numbers.
 };
 
-/// Ages once a seed with `values`, looks with them, and then searches for better values of the parameters that need no
-/// aging: the objective is then a function of the others alone [variable projection, Golub and Pereyra 1973].
+/// Ages once a seed with `values`, composes with them, and then searches for better values of the parameters that need
+/// no aging: the objective is then a function of the others alone [variable projection, Golub and Pereyra 1973].
 /// @returns points of which the first has `values`. Values that the model does not take together give one undefined
 /// point.
 /// @param seed_shift  The first of the seeds.
 [[nodiscard]] FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values,
-                                     const LookSearch& search, std::uint64_t seed_shift,
+                                     const AppearanceSearch& search, std::uint64_t seed_shift,
                                      const RunControl& control = {});
 
-/// Looks with each of several sets of values, which differ from the first only in parameters that need no aging.
-[[nodiscard]] FitEvaluation evaluate_looks(const FitModel& model, const std::string& name,
-                                           std::span<const std::vector<double>> values, std::uint64_t seed_shift,
-                                           const RunControl& control = {});
+/// Composes with each of several sets of values, which differ from the first only in parameters that need no aging.
+[[nodiscard]] FitEvaluation evaluate_appearances(const FitModel& model, const std::string& name,
+                                                 std::span<const std::vector<double>> values, std::uint64_t seed_shift,
+                                                 const RunControl& control = {});
 
 }  // namespace patinate::analysis

@@ -113,7 +113,7 @@ void describe(OptionVisitor& v, LambertianLightOptions& o) {
   v.visit({"albedo", "of the object; strengths are in proportion to 1 / albedo", "", above(0)}, o.albedo);
   v.visit({"ambient", "fit light that is there without the lamps"}, o.has_ambient);
   v.visit({"vignetting", "fit the lens's darkening toward the corners"}, o.has_vignetting);
-  v.visit({"saturated", "linear value from which on a pixel is left out", "", above(0)}, o.saturated);
+  v.visit({"saturated", "linear value from which on a pixel is excluded", "", above(0)}, o.saturated);
   v.visit({"huber_sigmas", "pixels farther off than so many standard deviations weigh less", "", above(0)},
           o.huber_sigmas);
   v.visit({"max_distance_sd", "a distance known worse than this share of it counts as not determined", "", above(0)},
@@ -123,7 +123,7 @@ void describe(OptionVisitor& v, LambertianLightOptions& o) {
 LambertianLightResult lights_from_lambertian(const Camera& camera, const std::vector<std::vector<ShadedSample>>& given,
                                              const LambertianLightOptions& options, const RunControl& control) {
   check_ranges(options);
-  if (given.empty()) throw InvalidInput("lights from a matt object need at least one light");
+  if (given.empty()) throw InvalidInput("lights from a diffuse object need at least one light");
   std::vector<std::vector<ShadedSample>> samples;
   std::vector<Extent> extents;
   LambertianProblem problem;

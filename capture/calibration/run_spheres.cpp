@@ -80,7 +80,7 @@ LightEntry read_entry(JsonReader json, std::size_t num_spheres) {
   return entry;
 }
 
-/// Highlights of a photograph on all spheres. Spheres that do not show the light are left out, with a word; a
+/// Highlights of a photograph on all spheres. Spheres that do not show the light are excluded, with a word; a
 /// photograph in which none does is an error.
 std::vector<std::optional<Vec2>> find_highlights(const LightEntry& entry, const ImageF& photo, const Camera& camera,
                                                  const std::vector<MirrorSphere>& spheres,

@@ -59,7 +59,7 @@ struct CaptureProject {
   std::string time_source;  ///< As FrameSources says it.
   Response response;        ///< Of codes; camera RAW and float images are light already.
   bool has_raw_frames = false;
-  std::vector<CapturePhoto> frames;  ///< Strictly increasing time; excluded ones are left out.
+  std::vector<CapturePhoto> frames;  ///< Strictly increasing time; excluded ones are excluded.
   int photo_width = 0;               ///< Size of every photograph.
   int photo_height = 0;
   PixelRectangle roi;  ///< Inside the photographs; all of them when none is given.

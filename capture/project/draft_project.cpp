@@ -63,7 +63,7 @@ bool is_made(const fs::path& folder) {
 }
 
 /// Every image in the folder and the folders directly in it, in natural order; hidden folders, and what patinate made,
-/// are passed over.
+/// are skipped.
 std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& to_check) {
   std::vector<fs::path> folders{folder};
   std::error_code error;
@@ -82,7 +82,7 @@ std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& t
       try {
         images.push_back({file, probe_image(file)});
       } catch (const IoError& e) {
-        to_check.push_back(std::string(e.what()) + "; left out");
+        to_check.push_back(std::string(e.what()) + "; excluded");
       }
     }
   }
@@ -305,7 +305,7 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
     const bool fits = same_size(*mask, first);
     if (fits) text.member("mask", relative(mask->file));
     (fits ? draft.found : draft.to_check)
-        .push_back("mask " + relative(mask->file) + (fits ? "" : " is not as large as the photographs; left out"));
+        .push_back("mask " + relative(mask->file) + (fits ? "" : " is not as large as the photographs; excluded"));
   }
   text.comment(
       "\"texel_size_mm\": 0.1,  // surface length of a pixel: measure a ruler in the picture, and take the // away");

@@ -11,7 +11,7 @@ namespace patinate::capture {
 struct ProjectDraft {
   std::string text;                   ///< A capture.json, with comments where a person must look.
   std::vector<std::string> found;     ///< What was recognized, one line each.
-  std::vector<std::string> to_check;  ///< What was guessed, or left out; one line each.
+  std::vector<std::string> to_check;  ///< What was guessed, or excluded; one line each.
 };
 
 /// Looks at the images and movies in `folder` and in the folders directly in it. The frames are all photographs, which

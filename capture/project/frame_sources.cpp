@@ -36,7 +36,7 @@ class Files {
     const auto found = infos_.find(file);
     return found != infos_.end() ? found->second : infos_.emplace(file, probe_image(file)).first->second;
   }
-  /// Images in the file; 1 for one that cannot be read, which may be among those that are left out.
+  /// Images in the file; 1 for one that cannot be read, which may be among those that are excluded.
   int num_images(const fs::path& file) {
     try {
       return info(file).num_frames;

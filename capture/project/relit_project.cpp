@@ -152,7 +152,7 @@ void check_steps(const RelitProject& project, const JsonReader& steps) {
     const RelitStep& step = project.steps[i];
     const auto fail = [&](const std::string& problem) { fail_at(i, problem); };
     if (!step.has_shape() && !are_all_directional)
-      fail("has no `scan`; only when all lights are directional can it be left out");
+      fail("has no `scan`; only when all lights are directional can it be omitted");
     if (step.has_shape() && !project.is_camera_given) fail("has a shape, but the project no `camera`");
     if (step.has_shape() && !project.has_shape())
       fail("has a shape, but the reference step has none; choose another `reference`");

@@ -55,7 +55,7 @@ struct RelitProject {
   bool is_camera_given = true;
   std::vector<Light> lights = {};
   std::optional<ReferencePatch> patch = {};
-  std::vector<RelitStep> steps = {};  ///< Strictly increasing time; excluded ones are left out.
+  std::vector<RelitStep> steps = {};  ///< Strictly increasing time; excluded ones are excluded.
   std::size_t reference = 0;          ///< Into steps.
 
   [[nodiscard]] int width() const { return camera_mm.parameters().width; }

@@ -16,7 +16,7 @@ namespace {
 constexpr double kNearInCoarse = 1.5;  ///< Coarse surfels this near, in their distance, and facing alike may overlap.
 constexpr int kMostRounds = 12;
 constexpr double kSettled = 1e-7;       ///< Normalized: nothing moves any more.
-constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is left out is off.
+constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is excluded is off.
 
 bool is_found(const PairRegistration& r) {
   return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate;
@@ -216,7 +216,7 @@ class JointSolver {
     result_.median_closure = shifts[shifts.size() / 2];
   }
 
-  /// The edges as they measure themselves (first), or as their normal equations in the joint poses go on.
+  /// The edges as they measure themselves (first), or as their normal equations in the joint poses continue.
   std::vector<PoseEdge> measured(bool is_first) {
     std::vector<PoseEdge> edges;
     for (RegistrationEdge& e : result_.edges) {
@@ -342,7 +342,7 @@ class JointSolver {
     }
     if (open.cols() == 0) return;
     s.status = RegistrationStatus::Degenerate;
-    s.free_motions = in_frame(free_motions(open), scan(reference_));
+    s.unconstrained_dofs = in_frame(unconstrained_dofs(open), scan(reference_));
   }
 
   std::span<const PointCloud> clouds_;

@@ -16,7 +16,7 @@ struct RegistrationEdge {
   int source = 0;
   PairRegistration pair;    ///< What the two say alone; Converged or Degenerate.
   bool is_in_tree = false;  ///< The chain by which the poses were begun.
-  bool is_used = true;      ///< false: it contradicts all others, and was left out.
+  bool is_used = true;      ///< false: it contradicts all others, and was excluded.
   double closure_deg =
       0.0;  ///< Edges outside the tree: the pair alone against the way through the tree, before the joint solve:
   double closure = 0.0;          ///< angle, and shift of the source's middle.
@@ -32,7 +32,7 @@ struct RegisteredScan {
   Matrix6 covariance = Matrix6::Zero();  ///< Of (rotation in radians, shift) about `center`; 0 for the reference. As in
                                          ///< PairRegistration.
   Vec3 center = Vec3::Zero();            ///< The scan's middle in the reference's frame.
-  std::vector<FreeMotion> free_motions;  ///< In the reference's frame.
+  std::vector<UnconstrainedDof> unconstrained_dofs;  ///< In the reference's frame.
   bool is_found_by_search = false;
 };
 
@@ -43,7 +43,7 @@ struct JointRegistration {
   double largest_closure = 0.0;
   double median_closure_deg = 0.0;
   double median_closure = 0.0;
-  int num_rounds = 0;  ///< Of finding partners anew and solving.
+  int num_rounds = 0;  ///< Of finding partners again and solving.
 };
 
 /// Each scan is first registered to those that have a pose already, the reference first (from its initial pose, else

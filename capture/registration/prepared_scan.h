@@ -56,7 +56,7 @@ class PreparedScan {
 [[nodiscard]] PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& source,
                                           const RigidTransform& target_from_source,
                                           const RegistrationOptions& options = {}, const RunControl& control = {});
-/// Normal equations of the full stage in a pose (normalized): how the pair alone would go on from there.
+/// Normal equations of the full stage in a pose (normalized): how the pair alone would continue from there.
 [[nodiscard]] SurfelAlignment look_at_pose(const PreparedScan& target, const PreparedScan& source,
                                            const RigidTransform& pose, const RunControl& control = {});
 /// The information that goes with a PairRegistration's covariance, about the origins of the normalized frames; free
@@ -64,8 +64,8 @@ class PreparedScan {
 [[nodiscard]] Matrix6 information_of(const SurfelAlignment& alignment, const PreparedScan& target,
                                      const PreparedScan& source);
 
-/// Free motions of normalized coordinates in the target's own frame.
-[[nodiscard]] std::vector<FreeMotion> in_frame(std::vector<FreeMotion> motions, const PreparedScan& target);
+/// Unconstrained degrees of freedom in normalized coordinates in the target's own frame.
+[[nodiscard]] std::vector<UnconstrainedDof> in_frame(std::vector<UnconstrainedDof> motions, const PreparedScan& target);
 
 inline constexpr double kCoarseDistance = 0.12;  ///< Of coarse surfels, normalized: a tenth of the object's size or so.
 

@@ -108,7 +108,8 @@ Local align_fully(const PreparedScan& target, const PreparedScan& source, const 
   return local;
 }
 
-/// Directions that the surface leaves open: little information, or such as comes from noise of the normals alone.
+/// Directions that the surface does not constrain: little information, or such as comes from noise of the normals
+/// alone.
 Eigen::Matrix<double, 6, Eigen::Dynamic> open_directions(const PairSums& sums) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(sums.information);
   Eigen::Matrix<double, 6, Eigen::Dynamic> open(6, 0);
@@ -148,8 +149,8 @@ Matrix6 covariance_of(const PairSums& sums, const PreparedScan& target, const Pr
 
 }  // namespace
 
-std::vector<FreeMotion> in_frame(std::vector<FreeMotion> motions, const PreparedScan& target) {
-  for (FreeMotion& m : motions) {
+std::vector<UnconstrainedDof> in_frame(std::vector<UnconstrainedDof> motions, const PreparedScan& target) {
+  for (UnconstrainedDof& m : motions) {
     m.point = target.middle() + target.scale() * m.point;
     m.point -= m.direction * m.direction.dot(m.point);
     m.pitch *= target.scale();
@@ -184,7 +185,7 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
     r.status = RegistrationStatus::PoorFit;
   } else if (const auto open = open_directions(a.sums); open.cols() > 0) {
     r.status = RegistrationStatus::Degenerate;
-    r.free_motions = in_frame(free_motions(open), target);
+    r.unconstrained_dofs = in_frame(unconstrained_dofs(open), target);
   } else {
     r.status =
         a.last_step <= kConvergedStep * distance ? RegistrationStatus::Converged : RegistrationStatus::IterationLimit;

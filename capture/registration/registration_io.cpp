@@ -23,9 +23,9 @@ Json rows_json(const Matrix& matrix) {
   return rows;
 }
 
-Json motions_json(const std::vector<FreeMotion>& motions) {
+Json motions_json(const std::vector<UnconstrainedDof>& motions) {
   Json texts = Json::array();
-  for (const FreeMotion& m : motions) texts.push_back(text_of(m));
+  for (const UnconstrainedDof& m : motions) texts.push_back(text_of(m));
   return texts;
 }
 
@@ -37,7 +37,7 @@ Json scan_json(const RegisteredScan& s, const std::string& name, const std::vect
   json["partner"] = s.partner >= 0 ? Json(names[static_cast<std::size_t>(s.partner)]) : Json();
   json["covariance"] = rows_json(s.covariance);
   json["covariance_center"] = {s.center.x(), s.center.y(), s.center.z()};
-  json["free_motions"] = motions_json(s.free_motions);
+  json["unconstrained_dofs"] = motions_json(s.unconstrained_dofs);
   json["found_by_search"] = s.is_found_by_search;
   return json;
 }
@@ -76,7 +76,7 @@ bool is_placed(const RegisteredScan& scan) {
 
 Json registration_json(const JointRegistration& result, const std::vector<std::string>& names, int reference,
                        const std::string& unit, RegistrationMethod method, const std::string& key) {
-  Json json{{"format", "patinate.registration"}, {"version", 1}};
+  Json json{{"format", "patinate.registration"}, {"version", 2}};
   json["unit"] = unit.empty() ? Json() : Json(unit);
   json["reference"] = names[static_cast<std::size_t>(reference)];
   json["method"] = kRegistrationMethodNames[static_cast<std::size_t>(method)];
@@ -122,7 +122,8 @@ std::vector<std::string> registration_table(const Json& registration) {
         !is_known  ? "-"
         : has_unit ? with_digits(mm * std::sqrt(shift), 4)
                    : short_number_text(rounded(std::sqrt(shift), 3)));
-    for (const Json& motion : s.at("free_motions")) lines.push_back("  open: " + motion.get<std::string>());
+    for (const Json& motion : s.at("unconstrained_dofs"))
+      lines.push_back("  unconstrained: " + motion.get<std::string>());
   }
   const Json& closure = registration.at("closure");
   const auto length = [&](const char* name) {

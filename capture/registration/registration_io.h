@@ -10,7 +10,8 @@
 
 namespace patinate::capture {
 
-/// Whether the scan has a place: Converged, or Degenerate, where a free motion is held at its start.
+/// Whether the scan has a place: Converged, or Degenerate, where an unconstrained degree of freedom is held at its
+/// start.
 [[nodiscard]] bool is_placed(const RegisteredScan& scan);
 /// @param names  As many as scans. @param unit  Of all lengths; "" is written as null.
 [[nodiscard]] Json registration_json(const JointRegistration& result, const std::vector<std::string>& names,

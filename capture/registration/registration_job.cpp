@@ -61,10 +61,11 @@ void check_all_placed(const JointRegistration& result, const std::vector<std::st
     const RegisteredScan& s = result.scans[k];
     if (s.status == RegistrationStatus::Converged) continue;
     std::string text = names[k] + ": " + std::string(name_of(s.status));
-    if (!s.free_motions.empty()) text += ": its shape leaves open a " + text_of(s.free_motions.front());
-    if (s.free_motions.empty() && s.partner >= 0) text += " with " + names[static_cast<std::size_t>(s.partner)];
-    if (s.free_motions.empty()) text += " (overlap " + short_number_text(rounded(s.overlap, 2)) + ")";
-    throw CannotComplete(text + "; --accept-failed goes on without it, --initial FILE.conf says where scans stand");
+    if (!s.unconstrained_dofs.empty())
+      text += ": its shape does not constrain a " + text_of(s.unconstrained_dofs.front());
+    if (s.unconstrained_dofs.empty() && s.partner >= 0) text += " with " + names[static_cast<std::size_t>(s.partner)];
+    if (s.unconstrained_dofs.empty()) text += " (overlap " + short_number_text(rounded(s.overlap, 2)) + ")";
+    throw CannotComplete(text + "; --accept-failed continues without it, --initial FILE.conf says where scans stand");
   }
 }
 

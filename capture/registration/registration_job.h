@@ -20,7 +20,7 @@ struct RegistrationTask {
   int reference = 0;
   std::string unit;  ///< Of the files: "um", "mm", "cm", "m"; "" = not said.
   RegistrationOptions options;
-  bool accept_failed = false;  ///< Scans that could not be placed are left out; without, they are an error.
+  bool accept_failed = false;  ///< Scans that could not be placed are excluded; without, they are an error.
   bool write_merged = false;   ///< merged.ply: all points in the reference's frame.
   bool write_scans = false;    ///< scans/NAME.ply, each moved.
 };

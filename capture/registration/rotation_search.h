@@ -18,7 +18,7 @@ struct PoseCandidate {
 /// Overlap, times what does not lie in lines of sight (squared), times how closely the surfels fit for being `distance`
 /// apart; [0, 1], larger is better.
 [[nodiscard]] double pose_score(const SurfelAlignment& found, double in_front, double distance);
-/// Coarse alignments from 60 rotations with the middles together and shifted, best first, near duplicates left out;
+/// Coarse alignments from 60 rotations with the middles together and shifted, best first, near duplicates excluded;
 /// `num_kept` at most. Same bits for any number of threads. @throws Canceled
 [[nodiscard]] std::vector<PoseCandidate> search_poses(const PreparedScan& target, const PreparedScan& source,
                                                       int num_kept, const RunControl& control = {});

@@ -34,7 +34,7 @@ struct Surfels {
 
 /// Surfels at least `distance` apart (greedily, in the order of the points), each the plane through the points within
 /// `radius`, weighted by 1 - (d / radius)^2. Places where the points are no surface (fewer than 6, or as thick as wide)
-/// are left out.
+/// are excluded.
 /// @param toward  To the scanner, per point; empty = not known.
 /// Moving all points moves the surfels alike, to rounding. Same bits for any number of threads.
 [[nodiscard]] Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward, double distance,

@@ -44,7 +44,7 @@ void describe(OptionVisitor& v, RelitOptions& o);
 /// height and texel size; `progress` when there is no shape. The key covers files by content, numbers of the project
 /// and options; a step's own key covers what its frame depends on.
 /// @throws InvalidInput if an option is out of range; IoError if a file cannot be read. Running it: CannotComplete when
-/// a step cannot be registered and may not be left out; IoError on photographs that are black or saturated everywhere.
+/// a step cannot be registered and may not be excluded; IoError on photographs that are black or saturated everywhere.
 [[nodiscard]] JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& options,
                                         const std::filesystem::path& output);
 

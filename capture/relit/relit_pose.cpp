@@ -22,7 +22,7 @@ RelitRegistration facts_of(const PairRegistration& r) {
                           .is_found_by_search = r.is_found_by_search,
                           .stddev_deg = degrees * std::sqrt(std::max(0.0, r.covariance.topLeftCorner<3, 3>().trace())),
                           .stddev_mm = std::sqrt(std::max(0.0, r.covariance.bottomRightCorner<3, 3>().trace()))};
-  for (const FreeMotion& motion : r.free_motions) facts.free_motions.push_back(text_of(motion));
+  for (const UnconstrainedDof& motion : r.unconstrained_dofs) facts.unconstrained_dofs.push_back(text_of(motion));
   return facts;
 }
 
@@ -46,11 +46,12 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
                  found.target_from_source, facts_of(found)};
   if (pose.is_accepted || work.options.accept_failed) return pose;
   std::string open;
-  for (const FreeMotion& motion : found.free_motions) open += (open.empty() ? "; free: " : ", ") + text_of(motion);
+  for (const UnconstrainedDof& motion : found.unconstrained_dofs)
+    open += (open.empty() ? "; unconstrained: " : ", ") + text_of(motion);
   throw CannotComplete(work.step_name(index) + ": its scan cannot be registered: " + pose.status + " (overlap " +
                        short_number_text(std::round(100.0 * found.overlap)) + " %, RMS " +
                        short_number_text(rounded(found.rms_residual, 3)) + " mm" + open +
-                       "); give it `initial` or `transform`, or leave it out with --accept-failed");
+                       "); give it `initial` or `transform`, or exclude it with --accept-failed");
 }
 
 }  // namespace

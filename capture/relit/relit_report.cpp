@@ -52,7 +52,7 @@ Json registration_json(const RelitRegistration& r) {
           {"found_by_search", r.is_found_by_search},
           {"stddev_deg", r.stddev_deg},
           {"stddev_mm", r.stddev_mm},
-          {"free_motions", r.free_motions}};
+          {"unconstrained_dofs", r.unconstrained_dofs}};
 }
 
 /// @param json  May have other members, too. @returns nothing where it has none of these.
@@ -64,7 +64,7 @@ std::optional<RelitRegistration> registration_of(const Json& json) {
                            .is_found_by_search = json.at("found_by_search").get<bool>(),
                            .stddev_deg = number_of(json.at("stddev_deg")),
                            .stddev_mm = number_of(json.at("stddev_mm")),
-                           .free_motions = json.at("free_motions").get<std::vector<std::string>>()};
+                           .unconstrained_dofs = json.value("unconstrained_dofs", std::vector<std::string>{})};
 }
 
 void put_solution(Json& json, const RelitSolution& solution) {
@@ -110,7 +110,7 @@ void add_step(HtmlPage& page, const RelitWork& work, std::size_t index, const Re
   page.heading("Step " + std::to_string(facts.step) + ", time " + short_number_text(facts.time) + " " +
                time_unit_text(work.project.time_unit));
   if (!facts.frame) {
-    page.paragraph("Left out: " + facts.pose.status + ".");
+    page.paragraph("Excluded: " + facts.pose.status + ".");
     return;
   }
   page.pictures({{relit_picture_file("light", index).generic_string(), "Under the first light, in the reference view"},
@@ -186,7 +186,7 @@ RelitStepFacts relit_step_facts(const Json& json) {
 }
 
 void write_relit_report(const RelitWork& work, const fs::path& folder, const std::vector<RelitStepFacts>& facts) {
-  Json json{{"format", "patinate.relit"}, {"version", 1}, {"steps", Json::array()}};
+  Json json{{"format", "patinate.relit"}, {"version", 2}, {"steps", Json::array()}};
   for (const RelitStepFacts& f : facts) json["steps"].push_back(to_json(f));
   save_json(folder / kRelitReportFile, json);
   HtmlPage page(work.project.name + ": a shape through time");

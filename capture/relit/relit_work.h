@@ -33,8 +33,8 @@ struct RelitRegistration {
   double overlap = 0.0;
   int num_pairs = 0;
   bool is_found_by_search = false;
-  double stddev_deg = 0.0, stddev_mm = 0.0;    ///< Of the pose.
-  std::vector<std::string> free_motions = {};  ///< As text_of() says them.
+  double stddev_deg = 0.0, stddev_mm = 0.0;          ///< Of the pose.
+  std::vector<std::string> unconstrained_dofs = {};  ///< As text_of() says them.
 };
 
 /// How a step's scan lies in the reference's frame.
@@ -73,7 +73,7 @@ struct RelitStepFacts {
   int step = 0;
   double time = 0.0;
   RelitPose pose;
-  std::optional<RelitFrame> frame = {};  ///< None: the step is left out of the history.
+  std::optional<RelitFrame> frame = {};  ///< None: the step is excluded from the history.
 };
 /// As relit.json and the files of the steps have them.
 [[nodiscard]] Json to_json(const RelitStepFacts& facts);
@@ -104,7 +104,7 @@ struct RelitWork {
   mutable std::optional<RelitReference> reference_;
 };
 
-// Files of the finished history that are of no use to its readers: what a later run with more steps goes on from, and
+// Files of the finished history that are of no use to its readers: what a later run with more steps resumes from, and
 // pictures.
 [[nodiscard]] std::filesystem::path relit_reference_file();
 [[nodiscard]] std::filesystem::path relit_curvature_file();

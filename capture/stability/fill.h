@@ -1,5 +1,5 @@
 /// \file
-/// Pixels that are not known in every frame: filled from the frames before and after, or left out of the history.
+/// Pixels that are not known in every frame: filled from the frames before and after, or excluded from the history.
 #pragma once
 
 #include <cstdint>

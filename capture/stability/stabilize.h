@@ -20,7 +20,7 @@ struct StabilizedMotions {
 /// All frames' motions at once: weighted least squares over the pairs, linear in where three corners of the first frame
 /// lie in each frame, with Cauchy weights against wrong pairs. Pairs of neighbors alone would let errors add up along
 /// the chain; pairs with anchor frames hold it.
-/// @param pairs  Any; every frame but the first should be the `frame` of at least one. Unreliable ones are left out.
+/// @param pairs  Any; every frame but the first should be the `frame` of at least one. Unreliable ones are excluded.
 /// @param width,height  Of the photographs. @throws InvalidInput if a pair names a frame outside [0, num_frames).
 [[nodiscard]] StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pairs, int width,
                                               int height);

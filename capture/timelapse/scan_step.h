@@ -13,7 +13,7 @@ namespace patinate::capture {
 /// Control that a scan gives.
 inline constexpr const char* kScanControlName = "accessibility";
 
-/// The scan's mesh, mended, in mm; its content counts into the work's key. @throws IoError (a point cloud, a mesh
+/// The scan's mesh, repaired, in mm; its content counts into the work's key. @throws IoError (a point cloud, a mesh
 /// without area, ...).
 void load_scan(IngestWork& work);
 /// Item that writes the maps of the history and what the control is made of. Nothing is added without a scan.

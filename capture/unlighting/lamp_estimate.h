@@ -16,7 +16,7 @@ struct LampEstimate {
 /// Gauss-Newton over the logarithms of the strengths (for each lamp and channel, geometric mean 1 in each channel: one
 /// common factor belongs to the albedo) and the ambient irradiance of each channel, with albedo and normal of every
 /// texel eliminated (Schur complement), on up to 8,000 texels spread over the surface. Between steps texels are fitted
-/// anew and shadows and highlights rejected. Sets work.strengths, work.ambient and work.noise_scale.
+/// again and shadows and highlights rejected. Sets work.strengths, work.ambient and work.noise_scale.
 [[nodiscard]] LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control);
 
 }  // namespace patinate::capture

@@ -12,15 +12,15 @@ namespace {
 
 constexpr std::int64_t kMaxTexels = 20'000, kChunk = 64;
 
-/// What a lamp's samples were foretold to be.
-struct Foretold {
+/// What a lamp's samples were predicted to be.
+struct Predicted {
   std::vector<double> ratios;
   double squares = 0.0, values = 0.0;
   std::int64_t num_clean = 0;
 };
 
-void foretell(const UnlightWork& work, const UnlightResult& result, const TexelFitOptions& options, int x, int y,
-              TexelSamples& texel, TexelSamples& raw, std::vector<Foretold>& lamps) {
+void predict(const UnlightWork& work, const UnlightResult& result, const TexelFitOptions& options, int x, int y,
+             TexelSamples& texel, TexelSamples& raw, std::vector<Predicted>& lamps) {
   work.load_raw(x, y, raw);
   work.load(x, y, texel);
   const std::vector<SampleState> before = texel.state;
@@ -51,25 +51,25 @@ void foretell(const UnlightWork& work, const UnlightResult& result, const TexelF
 
 }  // namespace
 
-std::vector<LeftOutError> leave_one_out(const UnlightInput& input, const UnlightOptions& options,
-                                        const UnlightResult& result, const RunControl& control) {
+std::vector<LeaveOneOutError> leave_one_out(const UnlightInput& input, const UnlightOptions& options,
+                                            const UnlightResult& result, const RunControl& control) {
   const UnlightWork work(input, options, result);
   const TexelFitOptions fit_options = work.fit_options();
   const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
-  const std::vector<Foretold> zero(static_cast<std::size_t>(work.num_lights));
+  const std::vector<Predicted> zero(static_cast<std::size_t>(work.num_lights));
   const auto map = [&](std::int64_t begin, std::int64_t end) {
-    std::vector<Foretold> lamps = zero;
+    std::vector<Predicted> lamps = zero;
     TexelSamples texel, raw;
     for (std::int64_t i = begin; i < end; ++i) {
       const std::int64_t at = texels[static_cast<std::size_t>(i)];
       const int x = static_cast<int>(at % work.width), y = static_cast<int>(at / work.width);
-      if (result.mask.at(x, y) != 0) foretell(work, result, fit_options, x, y, texel, raw, lamps);
+      if (result.mask.at(x, y) != 0) predict(work, result, fit_options, x, y, texel, raw, lamps);
     }
     return lamps;
   };
-  std::vector<Foretold> lamps =
+  std::vector<Predicted> lamps =
       parallel_reduce(static_cast<std::int64_t>(texels.size()), kChunk, control, zero, map,
-                      [](std::vector<Foretold> a, const std::vector<Foretold>& b) {
+                      [](std::vector<Predicted> a, const std::vector<Predicted>& b) {
                         for (std::size_t k = 0; k < a.size(); ++k) {
                           a[k].ratios.insert(a[k].ratios.end(), b[k].ratios.begin(), b[k].ratios.end());
                           a[k].squares += b[k].squares;
@@ -78,9 +78,9 @@ std::vector<LeftOutError> leave_one_out(const UnlightInput& input, const Unlight
                         }
                         return a;
                       });
-  std::vector<LeftOutError> errors;
-  for (Foretold& lamp : lamps) {
-    LeftOutError error{.num_samples = static_cast<std::int64_t>(lamp.ratios.size())};
+  std::vector<LeaveOneOutError> errors;
+  for (Predicted& lamp : lamps) {
+    LeaveOneOutError error{.num_samples = static_cast<std::int64_t>(lamp.ratios.size())};
     if (lamp.num_clean > 0 && lamp.values > 0.0)
       error.rms = std::sqrt(lamp.squares * static_cast<double>(lamp.num_clean)) / lamp.values;
     if (!lamp.ratios.empty()) {

@@ -1,5 +1,5 @@
 /// \file
-/// How well the other photographs foretell each one: the check of an unlighting that needs no truth.
+/// How well the other photographs predict each one: the check of an unlighting that needs no truth.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace patinate::capture {
 
-struct LeftOutError {
+struct LeaveOneOutError {
   double rms =
       0.0;  ///< Root mean square of prediction minus photograph over samples that counted as clean, over their mean.
   double median = 0.0;  ///< Median of |prediction - photograph| / prediction over all lit samples, rejected ones too.
@@ -19,7 +19,7 @@ struct LeftOutError {
 /// the fit: albedo, normal, strengths, ambient and highlights as found. The highlights' lobes were fitted with all
 /// lamps.
 /// @param result  Of unlight() with the same input and options. Same bits for any number of threads.
-[[nodiscard]] std::vector<LeftOutError> leave_one_out(const UnlightInput& input, const UnlightOptions& options,
-                                                      const UnlightResult& result, const RunControl& control = {});
+[[nodiscard]] std::vector<LeaveOneOutError> leave_one_out(const UnlightInput& input, const UnlightOptions& options,
+                                                          const UnlightResult& result, const RunControl& control = {});
 
 }  // namespace patinate::capture

@@ -49,13 +49,13 @@ void decode_otherwise(UnlightInput& row, const std::vector<float>& ambient, bool
   }
 }
 
-/// Median over lamps of how far off their photographs are when the others foretell them; no shadow or highlight moves
+/// Median over lamps of how far off their photographs are when the others predict them; no shadow or highlight moves
 /// it.
 double foretold_error(const UnlightInput& row, const RunControl& control) {
   const UnlightOptions options{.specular = SpecularMode::None};
   const UnlightResult result = unlight(row, options, control.part(0.0, 0.3));
   std::vector<double> errors;
-  for (const LeftOutError& e : leave_one_out(row, options, result, control.part(0.3, 1.0))) {
+  for (const LeaveOneOutError& e : leave_one_out(row, options, result, control.part(0.3, 1.0))) {
     if (e.num_samples > 0) errors.push_back(e.median);
   }
   if (errors.empty()) return 0.0;

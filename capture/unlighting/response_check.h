@@ -9,7 +9,7 @@
 
 namespace patinate::capture {
 
-/// How far photographs are off that the others foretell (leave_one_out(), median), in shares of the values as declared.
+/// How far photographs are off that the others predict (leave_one_out(), median), in shares of the values as declared.
 struct ResponseCheck {
   double as_declared = 0.0;
   double otherwise = 0.0;  ///< With the other curve.

@@ -21,10 +21,10 @@ constexpr const char* kFactsFile = ".job/work/unlight.json";
 
 Json three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::vector<LeftOutError>& left_out) {
+Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::vector<LeaveOneOutError>& predicted) {
   Json json;
   json["format"] = "patinate.unlit";
-  json["version"] = 1;
+  json["version"] = 2;
   json["name"] = step.name;
   json["width"] = result.albedo.width();
   json["height"] = result.albedo.height();
@@ -50,8 +50,8 @@ Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::v
          {"samples", samples},
          {"strength", three(light.strength)},
          {"residual", light.residual},
-         {"left_out",
-          {{"rms", left_out[k].rms}, {"median", left_out[k].median}, {"samples", left_out[k].num_samples}}}});
+         {"leave_one_out",
+          {{"rms", predicted[k].rms}, {"median", predicted[k].median}, {"samples", predicted[k].num_samples}}}});
   }
   json["notes"] = result.notes;
   return json;
@@ -80,7 +80,7 @@ void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::
               const RunControl& control) {
   const UnlightScene scene = load_unlight_scene(step, control.part(0.0, 0.2));
   UnlightResult result = unlight(scene.input, options, control.part(0.2, 0.8));
-  const std::vector<LeftOutError> left_out = leave_one_out(scene.input, options, result, control.part(0.8, 0.9));
+  const std::vector<LeaveOneOutError> predicted = leave_one_out(scene.input, options, result, control.part(0.8, 0.9));
   add_step_notes(step, options, scene, result, control.part(0.9, 0.95));
   const std::vector<std::string> color =
       result.albedo.channels() == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
@@ -92,9 +92,9 @@ void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::
   write_codes(folder / "mask.png", result.mask);
   const Eigen::Matrix3d camera_from_world =
       step.camera_mm ? step.camera_mm->parameters().rotation : Eigen::Matrix3d(Vec3(1, -1, -1).asDiagonal());
-  write_unlight_report(folder, step.name, scene.input, result, left_out, camera_from_world);
+  write_unlight_report(folder, step.name, scene.input, result, predicted, camera_from_world);
   fs::create_directories((folder / kFactsFile).parent_path());
-  save_json(folder / kFactsFile, facts_of(step, result, left_out));
+  save_json(folder / kFactsFile, facts_of(step, result, predicted));
   control.report(1.0);
 }
 

@@ -128,7 +128,7 @@ ImageF color_picture(const ImageF& map, double& factor) {
 }
 
 void write_unlight_report(const fs::path& folder, const std::string& name, const UnlightInput& input,
-                          const UnlightResult& result, const std::vector<LeftOutError>& left_out,
+                          const UnlightResult& result, const std::vector<LeaveOneOutError>& predicted,
                           const Eigen::Matrix3d& camera_from_world) {
   constexpr double kStddevWhite = 0.1;
   fs::create_directories(folder / "samples");
@@ -156,8 +156,8 @@ void write_unlight_report(const fs::path& folder, const std::string& name, const
   page.pictures(maps);
   page.heading("Lamps");
   page.paragraph(
-      "Left out: each photograph foretold from the others. RMS over clean samples; the median is over all lit ones, "
-      "rejected ones too.");
+      "Leave-one-out: each photograph predicted from the others. RMS over clean samples; the median is over all lit "
+      "ones, rejected ones too.");
   std::vector<std::vector<std::string>> rows;
   std::vector<HtmlPicture> samples;
   for (std::size_t k = 0; k < result.lights.size(); ++k) {
@@ -171,12 +171,12 @@ void write_unlight_report(const fs::path& folder, const std::string& name, const
     rows.push_back({title, share(SampleState::Clean), share(SampleState::Unlit), share(SampleState::CastShadow),
                     share(SampleState::Darker), share(SampleState::Brighter), share(SampleState::Invalid),
                     short_number_text(rounded(light.strength.mean(), 4)), percent_text(light.residual),
-                    percent_text(left_out[k].rms), percent_text(left_out[k].median)});
+                    percent_text(predicted[k].rms), percent_text(predicted[k].median)});
     write_srgb8(folder / samples_file(k), samples_picture(input, result, static_cast<int>(k)));
     samples.push_back({samples_file(k), title});
   }
   page.table({"lamp", "clean", "faces away", "cast shadow", "darker", "brighter", "not valid", "strength", "residual",
-              "left out, RMS", "left out, median"},
+              "leave-one-out RMS", "leave-one-out median"},
              rows);
   page.heading("Samples");
   page.paragraph(

@@ -32,7 +32,7 @@ namespace patinate::capture {
 /// `folder`.
 /// @param name  Of the step, for the title.
 void write_unlight_report(const std::filesystem::path& folder, const std::string& name, const UnlightInput& input,
-                          const UnlightResult& result, const std::vector<LeftOutError>& left_out,
+                          const UnlightResult& result, const std::vector<LeaveOneOutError>& predicted,
                           const Eigen::Matrix3d& camera_from_world);
 
 }  // namespace patinate::capture

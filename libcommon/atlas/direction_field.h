@@ -42,7 +42,8 @@ struct DirectionGuide {
 [[nodiscard]] FlowFrames direction_frames(const TexelMap& map, DirectionKind kind, const Vec3& up,
                                           const RunControl& control = {});
 
-/// Frames that follow curves drawn near the surface, from first point to last ("down"), and go on smoothly elsewhere.
+/// Frames that follow curves drawn near the surface, from first point to last ("down"), and continue smoothly
+/// elsewhere.
 /// @param curves  mm; of at least two points. @throws InvalidInput if none has a length.
 [[nodiscard]] FlowFrames curve_frames(const TexelMap& map, const std::vector<std::vector<Vec3>>& curves,
                                       const RunControl& control = {});

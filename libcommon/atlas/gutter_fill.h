@@ -37,7 +37,7 @@ class GutterFill {
     std::uint32_t value = kNoValue;
     std::int32_t row = -1;
   };
-  /// How far a second round has come. Several may go on at once.
+  /// How far a second round has come. Several may continue at once.
   struct Sweep {
     int strip = 0;
     std::vector<Covered> above = {};  ///< Per column: the last one above the strip.

@@ -18,7 +18,7 @@ namespace patinate {
 struct PixelNeighbor {
   TexelId texel = -1;
   std::int16_t x = 0, y = 0;  ///< TexelNeighbor::offset_mm in units of 1/256 pixel; neighbors that lie farther than 127
-                              ///< pixels are left out (-1).
+                              ///< pixels are excluded (-1).
 
   static constexpr int kOne = 256;
   friend bool operator==(const PixelNeighbor&, const PixelNeighbor&) = default;

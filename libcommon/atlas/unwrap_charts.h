@@ -34,7 +34,7 @@ class ChartSplitter {
 /// Unit mean normal of a set, weighted by area.
 [[nodiscard]] Vec3 chart_axis(const UnwrapSurface& surface, const std::vector<int>& triangles);
 
-/// Triangles per chart, ascending; empty charts are left out.
+/// Triangles per chart, ascending; empty charts are excluded.
 [[nodiscard]] std::vector<std::vector<int>> triangles_by_chart(const std::vector<int>& triangle_chart);
 
 }  // namespace patinate

@@ -27,8 +27,8 @@ void allow_threads(int num_threads) {
   limit = std::make_unique<Limit>(Limit::max_allowed_parallelism, static_cast<std::size_t>(num_threads));
 }
 
-/// The arena of the calling thread, which keeps a place in it whatever other callers do. Made anew only when the count
-/// changes.
+/// The arena of the calling thread, which keeps a place in it whatever other callers do. Created again only when the
+/// count changes.
 tbb::task_arena& arena_of_this_thread(int num_threads) {
   thread_local std::unique_ptr<tbb::task_arena> arena;
   if (!arena || arena->max_concurrency() != num_threads) {

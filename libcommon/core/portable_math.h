@@ -1,8 +1,8 @@
 /// \file
-/// exp, log, pow, sine and cosine from additions, multiplications and divisions alone: the same bits on every machine
-/// and instruction set, as libm's are not. For whatever decides in a simulation. Compiled with -ffp-contract=off
-/// (cmake/PatinateFlags.cmake). Argument reduction after [Cody and Waite 1980], series by Horner's rule. Checked
-/// against libm over the whole range.
+/// exp, log, pow, sine and cosine from additions, multiplications and divisions alone: the same bits for every
+/// instruction set and C library, as libm's are not (tested on x86-64). For whatever decides in a simulation. Compiled
+/// with -ffp-contract=off (cmake/PatinateFlags.cmake). Argument reduction after [Cody and Waite 1980], series by
+/// Horner's rule. Checked against libm over the whole range.
 #pragma once
 
 #include <bit>

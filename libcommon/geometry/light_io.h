@@ -25,7 +25,7 @@ struct LightRows {
 
 /// Lights in scanner coordinates, mm, of one of
 /// - `.lp`: the number of lights (a 0 may follow it), then a line `NAME x y z` each (names may hold blanks, or be
-/// numbers, or be left out);
+/// numbers, or be omitted);
 /// - `.txt`: the same without names, with or without the count; or three rows, x, y, z, with a column for each light;
 /// - `.json`: a calibration of ours, or an array as below.
 ///
@@ -41,7 +41,7 @@ struct LightRows {
 
 /// As a project has them: an array of {"position" | "direction", "intensity": [r, g, b], "name"} in scanner
 /// coordinates; the path of a file as above; or {"file": path, "kind": "directions" | "positions", "frame": "camera" |
-/// "scanner"}. `intensity` may be left out.
+/// "scanner"}. `intensity` may be omitted.
 /// @throws IoError also for a strength that is not above 0, and for no light at all.
 [[nodiscard]] std::vector<Light> read_lights(JsonReader json, double mm_per_unit, const Camera* camera_mm = nullptr);
 

@@ -165,10 +165,10 @@ void keep(std::vector<T>& values, const std::vector<char>& is_kept) {
 std::string MeshRepairs::text() const {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
-  if (num_degenerate > 0) add(counted(num_degenerate, "triangle") + " without area left out");
+  if (num_degenerate > 0) add(counted(num_degenerate, "triangle") + " without area excluded");
   if (num_duplicates > 0)
     add(counted(num_duplicates, "triangle") +
-        (num_duplicates == 1 ? " that repeats another left out" : " that repeat others left out"));
+        (num_duplicates == 1 ? " that repeats another excluded" : " that repeat others excluded"));
   if (num_turned > 0)
     add(counted(num_turned, "triangle") +
         (num_turned == 1 ? " turned to face as its neighbors do" : " turned to face as their neighbors do"));

@@ -1,5 +1,5 @@
 /// \file
-/// What real mesh files hold that a surface should not: found, counted, and mended where that changes nothing one can
+/// What real mesh files hold that a surface should not: found, counted, and repaired where that changes nothing one can
 /// see.
 #pragma once
 
@@ -11,13 +11,13 @@ namespace patinate {
 
 /// What repair_mesh() found.
 struct MeshRepairs {
-  int num_degenerate = 0;  ///< Triangles without area (a sine below 1e-12 at every corner): left out.
+  int num_degenerate = 0;  ///< Triangles without area (a sine below 1e-12 at every corner): excluded.
   int num_duplicates =
-      0;               ///< Triangles with the corners, UVs and surface of an earlier one, either way round: left out.
+      0;               ///< Triangles with the corners, UVs and surface of an earlier one, either way round: excluded.
   int num_turned = 0;  ///< Triangles that faced the other way than most of their piece's area: turned.
   int num_complex_edges =
-      0;  ///< Edges that more than two triangles share: kept; the surface goes on where it bends least.
-  /// "2 triangles without area left out; 1 triangle turned to face as its neighbors do"; "" when there is nothing to
+      0;  ///< Edges that more than two triangles share: kept; the surface continues where it bends least.
+  /// "2 triangles without area excluded; 1 triangle turned to face as its neighbors do"; "" when there is nothing to
   /// say.
   [[nodiscard]] std::string text() const;
 };

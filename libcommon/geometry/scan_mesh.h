@@ -7,7 +7,7 @@
 
 namespace patinate {
 
-/// Edges of a range grid are left out where they are longer than this many times the grid's median edge (with a known
+/// Edges of a range grid are excluded where they are longer than this many times the grid's median edge (with a known
 /// scanner: the median share of the distance to it): there the surface jumps in depth, or is seen at more than 78
 /// degrees from its normal.
 inline constexpr double kDepthJumpFactor = 5.0;
@@ -24,7 +24,7 @@ class DepthJumps {
  public:
   /// @throws InvalidInput if the cloud has no grid, or no two neighboring cells hold points.
   explicit DepthJumps(const PointCloud& cloud);
-  /// @param a, b  Points; not left out.
+  /// @param a, b  Points; not excluded.
   [[nodiscard]] bool operator()(int a, int b) const;
   /// Median edge of the grid, or its share of the distance to the scanner when that is known.
   [[nodiscard]] double median_edge() const { return median_edge_; }

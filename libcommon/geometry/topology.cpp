@@ -11,7 +11,7 @@ namespace {
 using View = OpenMesh::TriMesh_ArrayKernelT<>;
 
 /// Vertices keep the indices of positions; triangles that would make an edge or vertex complex are counted, not added.
-View make_view(const Mesh& mesh, int& num_left_out) {
+View make_view(const Mesh& mesh, int& num_excluded) {
   omerr().disable();  // It prints a line for each complex edge; we count them.
   View view;
   std::vector<View::VertexHandle> vertices;
@@ -22,7 +22,7 @@ View make_view(const Mesh& mesh, int& num_left_out) {
   }
   for (const Triangle& t : mesh.triangles) {
     const auto corner = [&](std::size_t k) { return vertices[static_cast<std::size_t>(t[k])]; };
-    if (!view.add_face(corner(0), corner(1), corner(2)).is_valid()) ++num_left_out;
+    if (!view.add_face(corner(0), corner(1), corner(2)).is_valid()) ++num_excluded;
   }
   return view;
 }

@@ -10,7 +10,7 @@ struct MeshTopology {
   int num_parts = 0;           ///< Pieces connected over edges.
   int num_boundary_loops = 0;  ///< Closed chains of edges that only one triangle has.
   int num_nonmanifold_triangles =
-      0;  ///< Triangles that no oriented surface can hold beside those before them; left out of the other figures.
+      0;  ///< Triangles that no oriented surface can hold beside those before them; excluded from the other figures.
   int euler_characteristic = 0;  ///< V - E + F over what triangles use: 2 for a sphere, 0 for a torus, 1 for a disc.
   /// Every edge has two triangles that agree in orientation.
   [[nodiscard]] bool is_closed() const { return num_boundary_loops == 0 && num_nonmanifold_triangles == 0; }

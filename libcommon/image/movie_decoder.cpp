@@ -300,7 +300,7 @@ CodedImage MovieDecoder::read(int frame) {
     impl_->go_to(frame);
     return impl_->coded(frame);
   } catch (...) {
-    impl_->next = kMaxImageFrames;  // Whatever is asked for next is looked for anew.
+    impl_->next = kMaxImageFrames;  // Whatever is asked for next is looked for again.
     throw;
   }
 }

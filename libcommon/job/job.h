@@ -72,7 +72,7 @@ struct JobOptions {
 void check_plan(const JobPlan& plan);
 
 /// Works in `OUT.partial` (locked, its key inside), marks finished items there, and renames it to OUT at the end.
-/// However a run ends, the next goes on with the finished items whose key is still the same; others are discarded.
+/// However a run ends, the next resumes with the finished items whose key is still the same; others are discarded.
 /// Where OUT is replaced, its items that have keys of their own and are still planned are taken over (hard links), when
 /// their files are unchanged since. OUT also gets `job.json` (job_record.h).
 /// @throws CannotComplete if OUT exists with another key, may not grow and not `force`, if another process holds the

@@ -13,7 +13,7 @@
 
 namespace patinate {
 
-/// A file that no item declares lies in the folder: a fault of the plan. A run that was killed and goes on would lose
+/// A file that no item declares lies in the folder: a fault of the plan. A run that was killed and resumes would lose
 /// it without a word.
 class UndeclaredOutput : public CannotComplete {
  public:

@@ -84,7 +84,7 @@ class PlyReader {
     }
   }
 
-  /// Stanford's strips: -1 starts anew, every second triangle is turned.
+  /// Stanford's strips: -1 starts again, every second triangle is turned.
   void add_strips(const std::vector<double>& indices) {
     std::size_t start = 0;
     for (std::size_t i = 0; i < indices.size(); ++i) {

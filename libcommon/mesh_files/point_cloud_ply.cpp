@@ -51,7 +51,7 @@ void read_faces(PlyParser& ply, const PlyParser::Element& e, PointCloudBuilder& 
       builder.add_polygon(polygon);
       continue;
     }
-    for (const double value : list) {  // -1 starts anew, every second triangle is turned.
+    for (const double value : list) {  // -1 starts again, every second triangle is turned.
       if (value == -1.0) {
         polygon.clear();
         continue;

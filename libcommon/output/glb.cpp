@@ -98,15 +98,16 @@ GlbTexture whole(const ImageF& linear) {
           [&linear](const auto& write) { write(srgb8_from_linear(linear).values()); }};
 }
 
-std::vector<GlbLook> looks_of(const std::vector<GlbVariant>& variants) {
-  std::vector<GlbLook> looks;
+std::vector<GlbAppearance> appearances_of(const std::vector<GlbVariant>& variants) {
+  std::vector<GlbAppearance> appearance;
   const auto all = [](const auto& images) {
     std::vector<GlbTexture> textures;
     for (const auto& image : images) textures.push_back(whole(image));
     return textures;
   };
-  for (const GlbVariant& v : variants) looks.push_back({v.name, all(v.base_colors), all(v.normals), all(v.speculars)});
-  return looks;
+  for (const GlbVariant& v : variants)
+    appearance.push_back({v.name, all(v.base_colors), all(v.normals), all(v.speculars)});
+  return appearance;
 }
 
 Json views_json(const GlbBinary& binary) {
@@ -134,7 +135,8 @@ Json position_accessor(int view, const std::vector<float>& positions) {
   return json;
 }
 
-void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& variants, const GlbOptions& options) {
+void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppearance>& variants,
+           const GlbOptions& options) {
   if (!mesh.has_uvs()) throw InvalidInput("glb: the mesh has no UVs; unwrap it first");
   if (variants.empty()) throw InvalidInput("glb: there is no variant to write");
   const bool fits = tiles.names.size() == 1
@@ -146,7 +148,7 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& 
   }
   std::set<std::string> names;
   const auto is_empty = [](const GlbTexture& t) { return t.width <= 0 || t.height <= 0 || t.channels <= 0; };
-  for (const GlbLook& variant : variants) {
+  for (const GlbAppearance& variant : variants) {
     if (variant.base_colors.size() != tiles.names.size())
       throw InvalidInput("glb: `" + variant.name + "` needs one texture per tile");
     for (const std::vector<GlbTexture>* maps : {&variant.normals, &variant.speculars}) {
@@ -167,7 +169,7 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbLook>& 
 }
 
 // Images, textures, materials (tiles of the first variant, of the second, ...) and the list of variants.
-void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const std::vector<GlbLook>& variants,
+void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const std::vector<GlbAppearance>& variants,
                    const GlbOptions& options, const RunControl& control) {
   gltf["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}};
   const double num_materials = static_cast<double>(variants.size() * tiles.names.size());
@@ -179,7 +181,7 @@ void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const s
     gltf["textures"].push_back({{"sampler", 0}, {"source", index}});
     return index;
   };
-  for (const GlbLook& variant : variants) {
+  for (const GlbAppearance& variant : variants) {
     for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
       const std::string name = tiles.names.size() == 1 ? variant.name : variant.name + " " + tiles.names[tile];
       const std::size_t index = add_texture(name, variant.base_colors[tile], true);
@@ -263,15 +265,15 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::v
 
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbVariant>& variants, const GlbOptions& options, const RunControl& control) {
-  write_glb(path, mesh, tiles, looks_of(variants), options, control);
+  write_glb(path, mesh, tiles, appearances_of(variants), options, control);
 }
 
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
-               const std::vector<GlbLook>& looks, const GlbOptions& options, const RunControl& control) {
-  check(mesh, tiles, looks, options);
+               const std::vector<GlbAppearance>& appearance, const GlbOptions& options, const RunControl& control) {
+  check(mesh, tiles, appearance, options);
   const Mesh shaded = with_normals(mesh);
-  const bool has_tangents =
-      std::any_of(looks.begin(), looks.end(), [](const GlbLook& look) { return !look.normals.empty(); });
+  const bool has_tangents = std::any_of(appearance.begin(), appearance.end(),
+                                        [](const GlbAppearance& look) { return !look.normals.empty(); });
   const VertexBuffers buffers = make_buffers(shaded, tiles, options.meters_per_unit, has_tangents);
 
   Json gltf;
@@ -300,9 +302,10 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
       gltf["accessors"].push_back(accessor(binary.add(indices, kElementBuffer), kUint32, indices.size(), "SCALAR"));
   }
   gltf["textures"] = Json::array();
-  add_materials(gltf, binary, tiles, looks, options, control);
-  gltf["meshes"] = Json::array(
-      {{{"name", options.name}, {"primitives", make_primitives(index_accessors, looks.size(), tangent_accessor)}}});
+  add_materials(gltf, binary, tiles, appearance, options, control);
+  gltf["meshes"] =
+      Json::array({{{"name", options.name},
+                    {"primitives", make_primitives(index_accessors, appearance.size(), tangent_accessor)}}});
   gltf["bufferViews"] = views_json(binary);
   gltf["buffers"] = Json::array({{{"byteLength", binary.size()}}});
   std::string text;

@@ -14,8 +14,8 @@ namespace patinate {
 
 namespace {
 
-/// What an encoder writes, in order, goes on to a function. It is not told of failures: libpng would print a line of
-/// its own.
+/// What an encoder writes, in order, is passed on to a function. It is not told of failures: libpng would print a line
+/// of its own.
 class Pipe : public OIIO::Filesystem::IOProxy {
  public:
   explicit Pipe(std::function<bool(const void*, std::size_t)> append)

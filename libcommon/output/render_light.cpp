@@ -120,7 +120,7 @@ LitMesh::LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDe
   if (options_.ground) light_ground(control.part(0.7, 1.0));
 }
 
-double LitMesh::openness(const Vec3& p, const Vec3& normal, std::uint64_t item) const {
+double LitMesh::ambient_visibility(const Vec3& p, const Vec3& normal, std::uint64_t item) const {
   RandomStream random(kSeed, item, kOcclusion);
   const Vec2 shift(random.uniform(), random.uniform());
   Vec3 a, b;
@@ -147,13 +147,13 @@ void LitMesh::light_vertices(const RunControl& control) {
     for (std::int64_t i = begin; i < end; ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
       ambient_[k] = static_cast<float>(
-          openness(mesh_.positions[k] + epsilon * normals[k], normals[k], static_cast<std::uint64_t>(i)));
+          ambient_visibility(mesh_.positions[k] + epsilon * normals[k], normals[k], static_cast<std::uint64_t>(i)));
     }
   });
 }
 
 void LitMesh::light_ground(const RunControl& control) {
-  ground_openness_.assign(std::size_t{kGroundGrid} * kGroundGrid, 1.0f);
+  ground_visibility_.assign(std::size_t{kGroundGrid} * kGroundGrid, 1.0f);
   if (options_.occlusion_samples == 0) return;
   parallel_for(kGroundGrid, 4, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t j = begin; j < end; ++j) {
@@ -162,8 +162,8 @@ void LitMesh::light_ground(const RunControl& control) {
         const double v = (2.0 * static_cast<double>(j) / (kGroundGrid - 1) - 1.0) * kGroundExtent * diagonal_;
         const Vec3 center = box_.center() - (box_.center().dot(up_) - ground_height_ + 1e-4 * diagonal_) * up_;
         const std::size_t k = static_cast<std::size_t>(j * kGroundGrid + i);
-        ground_openness_[k] =
-            static_cast<float>(openness(center + u * ground_x_ + v * ground_y_, up_, (std::uint64_t{1} << 40) + k));
+        ground_visibility_[k] = static_cast<float>(
+            ambient_visibility(center + u * ground_x_ + v * ground_y_, up_, (std::uint64_t{1} << 40) + k));
       }
     }
   });
@@ -267,7 +267,7 @@ double LitMesh::ground_light(const Vec3& p, std::span<const Vec3> to_light) cons
     const double x = 0.5 * (u + 1.0) * (kGroundGrid - 1), y = 0.5 * (v + 1.0) * (kGroundGrid - 1);
     const int i = std::min(static_cast<int>(x), kGroundGrid - 2), j = std::min(static_cast<int>(y), kGroundGrid - 2);
     const auto at = [&](int a, int b) {
-      return static_cast<double>(ground_openness_[static_cast<std::size_t>(b * kGroundGrid + a)]);
+      return static_cast<double>(ground_visibility_[static_cast<std::size_t>(b * kGroundGrid + a)]);
     };
     const double fx = x - i, fy = y - j;
     open = (1.0 - fy) * ((1.0 - fx) * at(i, j) + fx * at(i + 1, j)) +

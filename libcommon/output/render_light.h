@@ -39,7 +39,7 @@ class LitMesh {
   [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const;
   [[nodiscard]] double ground_light(const Vec3& p, std::span<const Vec3> to_light) const;
   [[nodiscard]] Vec3 light_direction(int x, int y, int sample, int num_samples) const;
-  [[nodiscard]] double openness(const Vec3& p, const Vec3& normal, std::uint64_t item) const;
+  [[nodiscard]] double ambient_visibility(const Vec3& p, const Vec3& normal, std::uint64_t item) const;
   [[nodiscard]] Vec3 detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const;
   void light_vertices(const RunControl& control);
   void light_ground(const RunControl& control);
@@ -52,10 +52,10 @@ class LitMesh {
   Box box_;
   double diagonal_ = 0.0;
   Vec3 up_, light_, light_x_, light_y_;
-  Vec3 ground_x_, ground_y_;            // Axes on the ground.
-  double ground_height_ = 0.0;          // Along up_.
-  std::vector<float> ambient_;          // Per position: openness.
-  std::vector<float> ground_openness_;  // kGroundGrid x kGroundGrid around the mesh.
+  Vec3 ground_x_, ground_y_;              // Axes on the ground.
+  double ground_height_ = 0.0;            // Along up_.
+  std::vector<float> ambient_;            // Per position: ambient visibility.
+  std::vector<float> ground_visibility_;  // kGroundGrid x kGroundGrid around the mesh.
 };
 
 }  // namespace patinate

@@ -9,7 +9,7 @@
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/surface_atlas.h"
 #include "simulation/composition/compose_kernel.h"
-#include "simulation/composition/quantized_look.h"
+#include "simulation/composition/quantized_appearance.h"
 
 namespace patinate::simulation::composition {
 

@@ -37,8 +37,9 @@ unsigned changed_edges(const std::int32_t* a, const std::int32_t* b) {
   return (right != 0 ? 1u : 0u) | (left != 0 ? 2u : 0u) | (below != 0 ? 4u : 0u) | (above != 0 ? 8u : 0u);
 }
 
-bool has_relief(const std::vector<QuantizedLook>& looks) {
-  return std::any_of(looks.begin(), looks.end(), [](const QuantizedLook& look) { return look.height != 0; });
+bool has_relief(const std::vector<QuantizedAppearance>& appearance) {
+  return std::any_of(appearance.begin(), appearance.end(),
+                     [](const QuantizedAppearance& look) { return look.height != 0; });
 }
 
 std::int32_t slope_at_border(const BorderTexel& texel, const std::array<std::int32_t, 4>& weights,
@@ -77,29 +78,30 @@ Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const Su
     std::fill_n(normal, 2 * kTile, std::uint8_t{128});
     std::fill_n(normal + 2 * kTile, kTile, std::uint8_t{255});
   }
-  set_looks(scene.looks);
+  set_appearance(scene.appearance);
 }
 
-void Composer::State::set_looks(const std::vector<MaterialLook>& new_looks) {
-  std::vector<QuantizedLook> quantized;
+void Composer::State::set_appearance(const std::vector<MaterialAppearance>& new_appearance) {
+  std::vector<QuantizedAppearance> quantized;
   std::vector<Picture> new_pictures;
-  for (std::size_t i = 0; i < new_looks.size(); ++i) {
-    quantized.push_back(quantize(new_looks[i], quanta_per_mm, noise_key(static_cast<int>(i))));
-    new_pictures.push_back(make_picture(new_looks[i].color.image));
+  for (std::size_t i = 0; i < new_appearance.size(); ++i) {
+    quantized.push_back(quantize(new_appearance[i], quanta_per_mm, noise_key(static_cast<int>(i))));
+    new_pictures.push_back(make_picture(new_appearance[i].color.image));
   }
-  looks = std::move(quantized);
+  appearance = std::move(quantized);
   pictures = std::move(new_pictures);
-  if (heights.empty() && (base.has_heights() || has_relief(looks))) heights.assign(surface->grid().num_texels(), 0);
+  if (heights.empty() && (base.has_heights() || has_relief(appearance)))
+    heights.assign(surface->grid().num_texels(), 0);
   is_all_dirty = true;
 }
 
 void Composer::State::read_originals(const MaterialAtlas& atlas) {
-  originals.resize(texel_of_object.size() * looks.size());
+  originals.resize(texel_of_object.size() * appearance.size());
   for (std::size_t object = 0; object < texel_of_object.size(); ++object) {
-    for (std::size_t m = 0; m < looks.size(); ++m) {
+    for (std::size_t m = 0; m < appearance.size(); ++m) {
       const TexelIndex t = texel_of_object[object];
-      originals[object * looks.size() + m].fill(t == kNoTexel ? std::uint16_t{0}
-                                                              : atlas.original(static_cast<int>(m), t));
+      originals[object * appearance.size() + m].fill(t == kNoTexel ? std::uint16_t{0}
+                                                                   : atlas.original(static_cast<int>(m), t));
     }
   }
 }
@@ -111,19 +113,19 @@ void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
   const std::uint16_t object = base.object(tile);
   ComposeTask task;
   task.first_texel = tile * kTile;
-  for (std::size_t m = 0; m < looks.size(); ++m) {
+  for (std::size_t m = 0; m < appearance.size(); ++m) {
     const std::span<const std::uint16_t> amount = atlas.tile(static_cast<int>(m), tile);
     if (amount.empty()) continue;
     const std::uint16_t* original = original_buffer[m];
     if (object != BaseLayer::kSeveral) {
-      original = originals[object * looks.size() + m].data();
+      original = originals[object * appearance.size() + m].data();
     } else {
       for (std::uint32_t l = 0; l < kTile; ++l)
         original_buffer[m][l] = atlas.original(static_cast<int>(m), task.first_texel + l);
     }
     if (!differ(amount.data(), original)) continue;
     const auto k = static_cast<std::size_t>(task.num_materials++);
-    task.look[k] = &looks[m];
+    task.look[k] = &appearance[m];
     task.amount[k] = amount.data();
     task.original[k] = original;
     if (pictures[m].empty()) continue;
@@ -225,12 +227,12 @@ Composer::~Composer() = default;
 Composer::Composer(Composer&&) noexcept = default;
 Composer& Composer::operator=(Composer&&) noexcept = default;
 
-void Composer::set_looks(const std::vector<MaterialLook>& looks) {
-  if (looks.size() != state_->looks.size()) {
-    throw InvalidInput(std::to_string(looks.size()) + " looks were given for " + std::to_string(state_->looks.size()) +
-                       " materials");
+void Composer::set_appearance(const std::vector<MaterialAppearance>& appearance) {
+  if (appearance.size() != state_->appearance.size()) {
+    throw InvalidInput(std::to_string(appearance.size()) + " appearances were given for " +
+                       std::to_string(state_->appearance.size()) + " materials");
   }
-  state_->set_looks(looks);
+  state_->set_appearance(appearance);
 }
 
 void Composer::set_form(ColorForm form) {
@@ -247,7 +249,7 @@ void Composer::use(InstructionSet set) {
 std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
                                          const RunControl& control) {
   State& s = *state_;
-  if (&atlas.surface() != s.surface || atlas.num_materials() != static_cast<int>(s.looks.size())) {
+  if (&atlas.surface() != s.surface || atlas.num_materials() != static_cast<int>(s.appearance.size())) {
     throw InvalidInput("the atlas is not that of the composer");
   }
   const bool is_all = s.is_all_dirty;

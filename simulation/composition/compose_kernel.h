@@ -22,9 +22,9 @@ inline constexpr std::int32_t kMaxSlope = 16 * kSlopeOne;  ///< 86.4 degrees.
 inline constexpr int kSrgbShift = 3;  ///< Linear values of 16 bit, shifted by this, index a table of sRGB codes.
 inline constexpr int kSrgbSize = 65536 >> kSrgbShift;
 
-/// A MaterialLook as integers. What changes with the amount is F = amount difference * (1 + variation * xi), in quanta
-/// of 1 / kOne.
-struct QuantizedLook {
+/// A MaterialAppearance as integers. What changes with the amount is F = amount difference * (1 + variation * xi), in
+/// quanta of 1 / kOne.
+struct QuantizedAppearance {
   std::uint32_t strength = 0;        ///< 1 = kOne.
   std::uint32_t limit = kMaxWeight;  ///< Amount differences above it weigh kMaxWeight.
   std::int32_t variation = 0;        ///< 1 = 32768.
@@ -48,7 +48,7 @@ struct BaseTile {
 /// A tile in which some amounts differ from the originals.
 struct ComposeTask {
   int num_materials = 0;  ///< Of those that differ.
-  std::array<const QuantizedLook*, 8> look{};
+  std::array<const QuantizedAppearance*, 8> look{};
   std::array<const std::uint16_t*, 8> amount{};  ///< 64 each.
   std::array<const std::uint16_t*, 8> original{};
   std::array<const std::uint16_t*, 8> picture{};  ///< 3 x 64 linear values in place of the look's color; may be null.

@@ -30,7 +30,7 @@ void fill_noise(u32 first_texel, u32 key, i32* xi) {
 inline u32 varied(i32 variation, i32 xi) { return static_cast<u32>(32768 + ((variation * xi + 16384) >> 15)); }
 
 template <bool kVaries>
-void add_weights(const QuantizedLook& look, const u16* amount, const u16* original, const i32* xi, u16* weight,
+void add_weights(const QuantizedAppearance& look, const u16* amount, const u16* original, const i32* xi, u16* weight,
                  u32* total) {
   const u32 strength = look.strength, limit = look.limit;
   const i32 variation = look.variation;
@@ -110,7 +110,7 @@ void compose_tile(const ComposeTask& task, u32* rgba, i32* height) {
     height[l] = task.height[l];
   }
   for (unsigned k = 0; k < static_cast<unsigned>(task.num_materials); ++k) {
-    const QuantizedLook& look = *task.look[k];
+    const QuantizedAppearance& look = *task.look[k];
     const u16* amount = task.amount[k];
     const u16* original = task.original[k];
     if ((look.variation | look.specular_variation | look.height_variation) != 0)

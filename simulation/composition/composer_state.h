@@ -9,7 +9,7 @@
 #include "simulation/composition/base_layer.h"
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/height_frames.h"
-#include "simulation/composition/quantized_look.h"
+#include "simulation/composition/quantized_appearance.h"
 
 namespace patinate::simulation {
 
@@ -17,7 +17,7 @@ struct Composer::State {
   State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas, ColorForm color_form,
         const RunControl& control);
 
-  void set_looks(const std::vector<MaterialLook>& looks);
+  void set_appearance(const std::vector<MaterialAppearance>& appearance);
   /// Amounts of new texels, by object and material, from any texel of the object.
   void read_originals(const MaterialAtlas& atlas);
   /// Color, specular value and height of a tile; leaves what changed in `flags`.
@@ -41,7 +41,7 @@ struct Composer::State {
   composition::HeightFrames frames;
   std::vector<TileIndex> covered_tiles;
   std::vector<TexelIndex> texel_of_object;  ///< kNoTexel when it shows in none.
-  std::vector<composition::QuantizedLook> looks;
+  std::vector<composition::QuantizedAppearance> appearance;
   std::vector<composition::Picture> pictures;
   ColorForm form;
   const composition::Kernels* kernels;

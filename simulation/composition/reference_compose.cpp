@@ -6,7 +6,7 @@
 
 #include "patinate/image/color.h"
 #include "simulation/composition/height_frames.h"
-#include "simulation/composition/quantized_look.h"
+#include "simulation/composition/quantized_appearance.h"
 
 namespace patinate::simulation {
 
@@ -60,7 +60,7 @@ void age(ReferenceTexel& texel, const Scene& scene, const MaterialAtlas& atlas, 
   double total = 0.0;
   Vec3 sum = Vec3::Zero();
   for (int m = 0; m < atlas.num_materials(); ++m) {
-    const MaterialLook& look = scene.looks[static_cast<std::size_t>(m)];
+    const MaterialAppearance& look = scene.appearance[static_cast<std::size_t>(m)];
     const double delta =
         (static_cast<double>(atlas.amount(m, t)) - static_cast<double>(atlas.original(m, t))) / kAmountOne;
     const double xi = composition::noise(t, composition::noise_key(m)) / 32768.0;

@@ -216,9 +216,9 @@ const Composer& Simulation::compose(const RunControl& control) {
 
 std::span<const TileIndex> Simulation::composed_tiles() const { return state_->composed_tiles; }
 
-void Simulation::set_looks(std::vector<MaterialLook> looks) {
-  state_->composer.set_looks(looks);
-  state_->scene.looks = std::move(looks);
+void Simulation::set_appearance(std::vector<MaterialAppearance> appearance) {
+  state_->composer.set_appearance(appearance);
+  state_->scene.appearance = std::move(appearance);
 }
 
 namespace {

@@ -92,9 +92,9 @@ bool apply(const RuleEvent& event, Scene& scene) {
     return false;
   }
   if (change.driver) rule->driver = *change.driver;
-  if (change.alpha) rule->alpha = *change.alpha;
-  if (change.makes) rule->makes = *change.makes;
-  if (change.uses) rule->uses = *change.uses;
+  if (change.rate) rule->rate = *change.rate;
+  if (change.products) rule->products = *change.products;
+  if (change.reactants) rule->reactants = *change.reactants;
   return false;
 }
 

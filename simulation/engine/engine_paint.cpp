@@ -81,7 +81,7 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
                                                      s.atlas, s.maps.get(), control);
   s.ledger.add(report);
   s.mark(report.dirty_tiles);
-  s.rules->wake(report.dirty_tiles);  // they age what is there, once time goes on
+  s.rules->wake(report.dirty_tiles);  // they age what is there, once time continues
   s.tracer.respond(s.gammatons, s.scene, key, s.trace, nullptr, control, moving);
   s.begin_lives_and_end_them();
   const TraceCounters& c = s.counters;

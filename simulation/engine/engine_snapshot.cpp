@@ -38,9 +38,9 @@ void write_scene(ByteWriter& out, const Scene& scene) {
   for (const Rule& rule : scene.rules) {
     out.text(rule.name);
     out.text(rule.driver);
-    out.value(rule.alpha);
-    for (const double x : rule.makes) out.value(x);
-    for (const double x : rule.uses) out.value(x);
+    out.value(rule.rate);
+    for (const double x : rule.products) out.value(x);
+    for (const double x : rule.reactants) out.value(x);
   }
 }
 
@@ -51,9 +51,9 @@ std::vector<Rule> read_rules(ByteReader& in) {
   for (Rule& rule : rules) {
     rule.name = in.text();
     rule.driver = in.text();
-    in.value(rule.alpha);
-    for (double& x : rule.makes) in.value(x);
-    for (double& x : rule.uses) in.value(x);
+    in.value(rule.rate);
+    for (double& x : rule.products) in.value(x);
+    for (double& x : rule.reactants) in.value(x);
   }
   return rules;
 }

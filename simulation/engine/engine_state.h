@@ -33,7 +33,7 @@ struct ObjectPlace {
 struct Simulation::State {
   State(Scene given, SimulationOptions given_options, const RunControl& control);
 
-  /// Books births and deaths of the last trace() or respond().
+  /// Enters births and deaths into the ledger of the last trace() or respond().
   void begin_lives_and_end_them();
   void end_share(const GammatonRange& moving);
   void mark(std::span<const TileIndex> tiles);

@@ -6,7 +6,7 @@
 
 namespace patinate::simulation {
 
-/// Default looks and presets: simulation/scene/assets/materials.json.
+/// Default appearance parameters and presets: simulation/scene/assets/materials.json.
 extern const std::string_view kMaterialLibrary;
 
 }  // namespace patinate::simulation

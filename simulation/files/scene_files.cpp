@@ -61,7 +61,7 @@ class CopyPlanner {
   }
 
  private:
-  /// Nothing if it is left out.
+  /// Nothing if it is excluded.
   std::optional<fs::path> place_of(const fs::path& file) {
     const std::vector<std::string> buffers = mesh_buffer_files(file);
     std::uint64_t num_bytes = fs::file_size(file);
@@ -96,7 +96,7 @@ class CopyPlanner {
   }
 
   std::optional<fs::path> leave(const fs::path& file) {
-    copy_.left_out.push_back(file.filename().string());
+    copy_.excluded.push_back(file.filename().string());
     return std::nullopt;
   }
 
@@ -141,7 +141,7 @@ void move_scene_path(Json& path, const fs::path& from, const fs::path& to) {
 }
 
 SceneCopy plan_scene_copy(const fs::path& scene, const Json& root, const fs::path& folder, std::uint64_t most_bytes) {
-  SceneCopy copy{.name = plain_name(scene), .text = {}, .files = {}, .left_out = {}};
+  SceneCopy copy{.name = plain_name(scene), .text = {}, .files = {}, .excluded = {}};
   CopyPlanner planner(copy, fs::absolute(scene).parent_path(), fs::weakly_canonical(fs::absolute(folder)), most_bytes);
   Json moved = root;
   for_each_scene_path(moved, [&](Json& path) { planner.take(path); });

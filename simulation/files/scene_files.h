@@ -12,7 +12,7 @@
 
 namespace patinate::simulation {
 
-/// Calls `visit` with every path of a scene file that has been read: meshes, pictures (looks, presets, maps of
+/// Calls `visit` with every path of a scene file that has been read: meshes, pictures (appearance, presets, maps of
 /// objects), files of rules.
 void for_each_scene_path(Json& root, const std::function<void(Json& path)>& visit);
 /// A path of a file in `from` as one in `to` says it; what is no relative path stays. Both absolute.
@@ -28,16 +28,16 @@ struct SceneCopy {
   std::filesystem::path name;  ///< Of the scene file in the copy's folder: as it was called.
   std::string text;            ///< Of the scene file; its paths lead to `files`.
   std::vector<File> files;
-  std::vector<std::string> left_out;  ///< What is not copied and stays where it is: too large, or named by a glTF in a
+  std::vector<std::string> excluded;  ///< What is not copied and stays where it is: too large, or named by a glTF in a
                                       ///< way that no copy can keep.
 };
 
 inline constexpr std::uint64_t kMostSceneBytes = std::uint64_t{1}
-                                                 << 30;  ///< Of all files of a copy; what would pass it is left out.
+                                                 << 30;  ///< Of all files of a copy; what would pass it is excluded.
 
 /// Names depend on the scene alone, not on where its files lie. @param scene  The scene file, read before without an
 /// error.
-/// @param root  Its content. @param folder  Where the copy will stand; what is left out is named from there. @throws
+/// @param root  Its content. @param folder  Where the copy will stand; what is excluded is named from there. @throws
 /// IoError
 [[nodiscard]] SceneCopy plan_scene_copy(const std::filesystem::path& scene, const Json& root,
                                         const std::filesystem::path& folder,

@@ -47,22 +47,22 @@ std::vector<std::pair<std::string, JsonReader>> read_members(JsonReader& parent,
   return members;
 }
 
-std::vector<MaterialLook> read_looks(JsonReader& json, const Json& root, const SceneContext& context) {
-  const std::map<std::string, MaterialLook> library = library_looks(context);
-  std::vector<MaterialLook> looks(context.materials.size());
-  std::vector<bool> is_known(looks.size(), false);
-  for (std::size_t i = 0; i < looks.size(); ++i) {
+std::vector<MaterialAppearance> read_appearance(JsonReader& json, const Json& root, const SceneContext& context) {
+  const std::map<std::string, MaterialAppearance> library = library_appearance(context);
+  std::vector<MaterialAppearance> appearance(context.materials.size());
+  std::vector<bool> is_known(appearance.size(), false);
+  for (std::size_t i = 0; i < appearance.size(); ++i) {
     const auto found = library.find(context.materials[i]);
     if (found == library.end()) continue;
-    looks[i] = found->second;
+    appearance[i] = found->second;
     is_known[i] = true;
   }
   for (auto& [name, member] : read_members(json, root, "appearance")) {
     const auto i = static_cast<std::size_t>(material_index(member, name, context.materials));
-    looks[i] = read_look(member, looks[i], context);
+    appearance[i] = read_material_appearance(member, appearance[i], context);
     is_known[i] = true;
   }
-  for (std::size_t i = 0; i < looks.size(); ++i) {
+  for (std::size_t i = 0; i < appearance.size(); ++i) {
     if (is_known[i]) continue;
     std::string known;
     for (const auto& [name, look] : library) known += (known.empty() ? "" : ", ") + name;
@@ -70,7 +70,7 @@ std::vector<MaterialLook> read_looks(JsonReader& json, const Json& root, const S
         .fail("for '" + context.materials[i] + "' a member of \"appearance\": only " + known +
               " look like something by themselves");
   }
-  return looks;
+  return appearance;
 }
 
 /// What `read` gives, or gave before under this key.
@@ -236,7 +236,8 @@ SceneFile read_scene(const fs::path& path, const RunControl& control) {
 
 SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& assets, const RunControl& control) {
   Json root = as_written;
-  update_spelling(root, 1, {{"behaviour", "behavior"}});
+  update_spelling(root, 1,
+                  {{"behaviour", "behavior"}, {"alpha", "rate"}, {"makes", "products"}, {"uses", "reactants"}});
   SceneFile file;
   file.file = path;
   file.name = path.stem().string();
@@ -260,7 +261,7 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   }
   if (json.has("seed")) scene.seed = static_cast<std::uint64_t>(json.member("seed").integer(at_least(0)));
   const AtlasMethod method = json.has("atlas") ? read_atlas(json.member("atlas"), scene) : AtlasMethod::Auto;
-  scene.looks = read_looks(json, root, context);
+  scene.appearance = read_appearance(json, root, context);
   std::map<std::string, Preset> presets = library_presets(context);
   for (auto& [name, member] : read_members(json, root, "presets")) presets[name] = read_preset(member, context, false);
 

@@ -193,7 +193,8 @@ void check_changed_rules(const std::vector<PlacedChange>& changes, const Scene& 
         });
     if (!is_there)
       JsonReader(c.place).member("target").fail(
-          "the name of a rule of the scene, a built-in one, or a new one with \"driver\" and \"makes\" or \"uses\"" +
+          "the name of a rule of the scene, a built-in one, or a new one with \"driver\" and \"products\" or "
+          "\"reactants\"" +
           did_you_mean(rule, names));
   }
 }

@@ -30,12 +30,13 @@ struct SceneContext {
 /// A path or [r, g, b].
 [[nodiscard]] ColorSource read_color_source(const JsonReader& json, const SceneContext& context);
 /// One member of "appearance". @param defaults  What members that are not given keep.
-[[nodiscard]] MaterialLook read_look(JsonReader json, MaterialLook defaults, const SceneContext& context);
-/// One member of "presets". Materials of a library that the scene does not have are left out.
+[[nodiscard]] MaterialAppearance read_material_appearance(JsonReader json, MaterialAppearance defaults,
+                                                          const SceneContext& context);
+/// One member of "presets". Materials of a library that the scene does not have are excluded.
 /// @param may_have_others  Whether "composition" may name materials that are not the scene's.
 [[nodiscard]] Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_others);
 /// Names and what they stand for, from the library that comes with patinate.
-[[nodiscard]] std::map<std::string, MaterialLook> library_looks(const SceneContext& context);
+[[nodiscard]] std::map<std::string, MaterialAppearance> library_appearance(const SceneContext& context);
 [[nodiscard]] std::map<std::string, Preset> library_presets(const SceneContext& context);
 
 /// One element of "emitters". @param defaults  For an event: the emitter as it is.

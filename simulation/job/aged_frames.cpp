@@ -33,8 +33,8 @@ AgedFrames::AgedFrames(const SceneFile& file, SimulationOptions options, const R
   for (const std::string& name : file.controls) controls_.push_back(parameter_control(simulation_, name));
 }
 
-std::vector<ImageF> AgedFrames::compose(const std::vector<MaterialLook>& looks, const RunControl& control) {
-  simulation_.set_looks(looks);
+std::vector<ImageF> AgedFrames::compose(const std::vector<MaterialAppearance>& appearance, const RunControl& control) {
+  simulation_.set_appearance(appearance);
   std::vector<ImageF> frames;
   for (const std::vector<ImageF>& amounts : amounts_) {
     control.throw_if_stopped();

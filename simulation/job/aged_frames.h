@@ -13,8 +13,8 @@
 
 namespace patinate::simulation {
 
-/// Amounts of all materials at every frame that `simulate` would write; composed with any looks without simulating
-/// again. Memory: 4 bytes x materials x texels x frames. Not thread-safe.
+/// Amounts of all materials at every frame that `simulate` would write; composed with any appearance parameters without
+/// simulating again. Memory: 4 bytes x materials x texels x frames. Not thread-safe.
 class AgedFrames {
  public:
   /// Runs the whole scene. @param options  Its parameter maps are those of `file.controls`, whatever it says.
@@ -23,10 +23,11 @@ class AgedFrames {
 
   /// Of the frames, in the scene's unit of time.
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
-  /// Color at every frame, H x W x 3, linear: what the history of a simulation with these looks holds, before rounding
-  /// to half. Same bits for any number of threads. @throws InvalidInput unless there is a look for each material, in
-  /// range.
-  [[nodiscard]] std::vector<ImageF> compose(const std::vector<MaterialLook>& looks, const RunControl& control = {});
+  /// Color at every frame, H x W x 3, linear: what the history of a simulation with these appearance parameters holds,
+  /// before rounding to half. Same bits for any number of threads. @throws InvalidInput unless there is a look for each
+  /// material, in range.
+  [[nodiscard]] std::vector<ImageF> compose(const std::vector<MaterialAppearance>& appearance,
+                                            const RunControl& control = {});
   /// Parameter maps at the end, as the history has them as controls.
   [[nodiscard]] const std::vector<ParameterControl>& controls() const { return controls_; }
   /// 0 / 255.

@@ -171,7 +171,7 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
   while (simulation.iteration() < file.iterations) simulation.step(quiet);  // only when a checkpoint was lost
   simulation.apply_due(quiet);
   if (const std::string wrong = simulation.audit(quiet); !wrong.empty())
-    throw CannotComplete("the books do not balance: " + wrong);
+    throw CannotComplete("the mass balance is violated: " + wrong);
   write_atlas_file(folder, simulation);
   write_state_file(folder, simulation);
   control.report(0.4);
@@ -205,7 +205,7 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
             {"atlas_hash", simulation.atlas().hash()},
             {"controls", controls_list},
             {"key", work.key}};
-  if (!work.copy.left_out.empty()) json["outside"] = work.copy.left_out;
+  if (!work.copy.excluded.empty()) json["outside"] = work.copy.excluded;
   save_json(folder / "simulation.json", json);
   control.report(1.0);
 }

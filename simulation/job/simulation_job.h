@@ -1,5 +1,5 @@
 /// \file
-/// A simulation as a job: killed, it goes on from its last checkpoint; the folder is whole or absent.
+/// A simulation as a job: killed, it resumes from its last checkpoint; the folder is whole or absent.
 #pragma once
 
 #include <cstdint>

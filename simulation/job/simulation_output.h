@@ -34,7 +34,7 @@ struct ParameterControl {
 /// @throws IoError if the file is missing or does not fit the scene.
 void read_atlas_file(const std::filesystem::path& folder, Simulation& simulation);
 
-/// state.bin: Simulation::snapshot(), from which the simulation goes on.
+/// state.bin: Simulation::snapshot(), from which the simulation continues.
 void write_state_file(const std::filesystem::path& folder, const Simulation& simulation);
 /// @returns false if there is none. @throws IoError if it does not fit the simulation; nothing is changed then.
 [[nodiscard]] bool read_state_file(const std::filesystem::path& folder, Simulation& simulation);

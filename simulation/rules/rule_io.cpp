@@ -13,7 +13,7 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr Range kAlphaRange{.low = 0.0, .high = 1e6};
+constexpr Range kRateRange{.low = 0.0, .high = 1e6};
 constexpr Range kShareRange{.low = 0.0, .high = 1e3};
 
 struct BuiltIn {
@@ -41,20 +41,20 @@ std::vector<std::pair<std::string, double>> read_shares(JsonReader json) {
 /// Reads what is there into `asset`.
 void read_fields(JsonReader& json, RuleAsset& asset) {
   if (json.has("driver")) asset.driver = json.member("driver").string();
-  if (json.has("alpha")) asset.alpha = json.member("alpha").number(kAlphaRange);
-  if (json.has("makes")) asset.makes = read_shares(json.member("makes"));
-  if (json.has("uses")) asset.uses = read_shares(json.member("uses"));
+  if (json.has("rate")) asset.rate = json.member("rate").number(kRateRange);
+  if (json.has("products")) asset.products = read_shares(json.member("products"));
+  if (json.has("reactants")) asset.reactants = read_shares(json.member("reactants"));
 }
 
 RuleAsset read_rule(JsonReader json) {
-  json.expect_format("patinate.rule", 1);
+  json.expect_format("patinate.rule", 2);
   RuleAsset asset;
   asset.name = json.member("name").string();
   (void)json.member("driver");
   read_fields(json, asset);
   if (json.has("about")) asset.about = json.member("about").string();
   json.finish();
-  if (asset.makes.empty() && asset.uses.empty()) json.fail("a rule that makes or uses something");
+  if (asset.products.empty() && asset.reactants.empty()) json.fail("a rule that has products or reactants");
   return asset;
 }
 
@@ -77,7 +77,7 @@ RuleAsset read_asset(JsonReader& json) {
     if (json.has("name")) asset.name = json.member("name").string();
   } else {
     const JsonReader name = json.member("name");
-    const bool is_new = json.has("driver") && (json.has("makes") || json.has("uses"));
+    const bool is_new = json.has("driver") && (json.has("products") || json.has("reactants"));
     if (is_new && std::find(names.begin(), names.end(), name.string()) == names.end()) {
       asset.name = name.string();
     } else {
@@ -121,25 +121,26 @@ RuleAsset built_in_rule(const std::string& name) {
 }
 
 RuleAsset load_rule(const std::filesystem::path& path) {
-  const Json json = load_json(path);
+  Json json = load_json(path);
+  update_spelling(json, 1, {{"alpha", "rate"}, {"makes", "products"}, {"uses", "reactants"}});
   return read_rule(JsonReader(path.string(), json));
 }
 
 Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials) {
-  Rule rule{.name = asset.name, .driver = asset.driver, .alpha = asset.alpha};
+  Rule rule{.name = asset.name, .driver = asset.driver, .rate = asset.rate};
   const auto resolve = [&](const std::vector<std::pair<std::string, double>>& shares, MaterialValues& out,
-                           const std::string& verb) {
+                           const std::string& list) {
     for (const auto& [name, share] : shares) {
       const auto found = std::find(materials.begin(), materials.end(), name);
       if (found == materials.end()) {
-        throw InvalidInput("rule '" + asset.name + "' " + verb + " `" + name +
-                           "`, which is none of the scene's materials" + did_you_mean(name, materials));
+        throw InvalidInput(list + " of rule '" + asset.name + "': `" + name + "` is none of the scene's materials" +
+                           did_you_mean(name, materials));
       }
       out[static_cast<std::size_t>(found - materials.begin())] = share;
     }
   };
-  resolve(asset.makes, rule.makes, "makes");
-  resolve(asset.uses, rule.uses, "uses");
+  resolve(asset.products, rule.products, "products");
+  resolve(asset.reactants, rule.reactants, "reactants");
   (void)parameters_of(rule, materials);  // reads the driver
   return rule;
 }
@@ -157,34 +158,35 @@ std::optional<std::filesystem::path> rule_path(const JsonReader& json) {
 
 RuleChange read_rule_change(JsonReader& json, const std::string& target, std::span<const std::string> materials,
                             std::span<const Rule> rules) {
-  RuleAsset given{.name = target, .about = {}, .driver = {}, .alpha = 0.1, .makes = {}, .uses = {}};
+  RuleAsset given{.name = target, .about = {}, .driver = {}, .rate = 0.1, .products = {}, .reactants = {}};
   read_fields(json, given);
   const Rule rule = at_place(json, [&] {
     return resolve_rule(
-        given.driver.empty() ? RuleAsset{given.name, {}, "0", given.alpha, given.makes, given.uses} : given, materials);
+        given.driver.empty() ? RuleAsset{given.name, {}, "0", given.rate, given.products, given.reactants} : given,
+        materials);
   });
   RuleChange change;
   if (json.has("driver")) change.driver = rule.driver;
-  if (json.has("alpha")) change.alpha = rule.alpha;
-  if (json.has("makes")) change.makes = rule.makes;
-  if (json.has("uses")) change.uses = rule.uses;
+  if (json.has("rate")) change.rate = rule.rate;
+  if (json.has("products")) change.products = rule.products;
+  if (json.has("reactants")) change.reactants = rule.reactants;
   const auto num_known = std::count_if(rules.begin(), rules.end(), [&](const Rule& r) { return r.name == target; });
   if (num_known > 1)
     json.member("target").fail("a name that one rule has: " + std::to_string(num_known) + " are called so");
-  const bool is_empty = !change.driver && !change.alpha && !change.makes && !change.uses;
+  const bool is_empty = !change.driver && !change.rate && !change.products && !change.reactants;
   if (num_known == 1) {
-    if (is_empty) json.fail("any of \"alpha\", \"driver\", \"makes\", \"uses\"");
+    if (is_empty) json.fail("any of \"driver\", \"rate\", \"reactants\", \"products\"");
     return change;
   }
   const std::vector<std::string> names = built_in_rule_names();
   if (std::find(names.begin(), names.end(), target) != names.end()) {
     RuleAsset asset = built_in_rule(target);
     if (json.has("driver")) asset.driver = given.driver;
-    if (json.has("alpha")) asset.alpha = given.alpha;
-    if (json.has("makes")) asset.makes = given.makes;
-    if (json.has("uses")) asset.uses = given.uses;
+    if (json.has("rate")) asset.rate = given.rate;
+    if (json.has("products")) asset.products = given.products;
+    if (json.has("reactants")) asset.reactants = given.reactants;
     change.begins = at_place(json, [&] { return resolve_rule(asset, materials); });
-  } else if (change.driver && (change.makes || change.uses)) {
+  } else if (change.driver && (change.products || change.reactants)) {
     change.begins = rule;
   }
   return change;

@@ -19,9 +19,9 @@ struct RuleAsset {
   std::string name;
   std::string about;  ///< For people; may be empty.
   std::string driver;
-  double alpha = 0.1;
-  std::vector<std::pair<std::string, double>> makes;  ///< Material and amount by alpha * driver * time, [0, 1000].
-  std::vector<std::pair<std::string, double>> uses;
+  double rate = 0.1;
+  std::vector<std::pair<std::string, double>> products;  ///< Material and amount by rate * driver * time, [0, 1000].
+  std::vector<std::pair<std::string, double>> reactants;
 };
 
 /// Names of the rules that come along with the program.
@@ -40,16 +40,17 @@ struct RuleAsset {
 [[nodiscard]] Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials);
 
 /// An element of a scene's "rules": the name of a built-in rule, the path of a file (".json", relative to the scene's
-/// folder), or an object: {"name": BUILT-IN or "file": PATH} with any of "driver", "alpha", "makes", "uses" in place of
-/// its own, or all of a new rule.
+/// folder), or an object: {"name": BUILT-IN or "file": PATH} with any of "driver", "rate", "products", "reactants" in
+/// place of its own, or all of a new rule.
 /// @throws IoError with the scene's file and the JSON pointer.
 [[nodiscard]] Rule read_scene_rule(JsonReader json, std::span<const std::string> materials);
 
 /// The file of such an element; nothing for a built-in or a new rule.
 [[nodiscard]] std::optional<std::filesystem::path> rule_path(const JsonReader& json);
 
-/// Members "alpha", "driver", "makes", "uses" of an event that changes rule `target`. Where the scene has no rule of
-/// that name, it begins: a built-in one with what is given, or a new one of "driver" and "makes" or "uses".
+/// Members "rate", "driver", "products", "reactants" of an event that changes rule `target`. Where the scene has no
+/// rule of that name, it begins: a built-in one with what is given, or a new one of "driver" and "products" or
+/// "reactants".
 /// @param json  Its other members are read by who calls.
 /// @param rules  The scene's; a rule that events alone bring is in none of them.
 /// @throws IoError with the scene's file and the JSON pointer.

@@ -16,7 +16,7 @@ struct RuleTerm {
 
 /// A rule for one tile. Its extent at a texel is scale * driver, less where there is not enough of what it uses.
 struct KernelRule {
-  float scale = 0.0F;              ///< alpha * time.
+  float scale = 0.0F;              ///< rate * time.
   const float* driver = nullptr;   ///< Of 64 texels; negative counts as 0.
   const float* covered = nullptr;  ///< 1 or 0 for each texel.
   int num_makes = 0;

@@ -53,7 +53,7 @@ Expression driver_of(const Rule& rule, std::span<const std::string> materials) {
 /// A rule as the kernel takes it, and its driver's program.
 struct CompiledRule {
   KernelRule form;
-  double alpha = 0.0;
+  double rate = 0.0;
   ExpressionProgram driver;
 };
 
@@ -131,7 +131,8 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
         throw InvalidInput("rule '" + rule.name + "' asks for `" + name.text + "`, of which there is no map here");
       }
     }
-    for (std::size_t m = 0; m < names.size(); ++m) occurs[m] = occurs[m] || rule.makes[m] > 0.0 || rule.uses[m] > 0.0;
+    for (std::size_t m = 0; m < names.size(); ++m)
+      occurs[m] = occurs[m] || rule.products[m] > 0.0 || rule.reactants[m] > 0.0;
   }
   for (std::size_t m = 0; m < names.size(); ++m) {
     if (occurs[m]) out.materials.push_back(static_cast<int>(m));
@@ -148,7 +149,7 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
   out.num_slots = age_slot + 1;
   for (std::size_t r = 0; r < all.size(); ++r) {
     CompiledRule rule;
-    rule.alpha = all[r].alpha;
+    rule.rate = all[r].rate;
     rule.driver = compile_expression(drivers[r], slot_of, out.num_slots);
     out.num_slots = std::max(out.num_slots, rule.driver.num_slots);
     const auto add_terms = [&](const MaterialValues& shares) {
@@ -158,9 +159,9 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
                                                     static_cast<float>(shares[m])};
       }
     };
-    add_terms(all[r].makes);
+    add_terms(all[r].products);
     rule.form.num_makes = rule.form.num_terms;
-    add_terms(all[r].uses);
+    add_terms(all[r].reactants);
     out.rules.push_back(std::move(rule));
   }
   return out;
@@ -312,7 +313,7 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
                      s.time_per_iteration;  // the middle of that time
   for (std::size_t r = 0; r < s.rules.size(); ++r) {
     KernelRule& form = s.rules[r].form;
-    form.scale = static_cast<float>(s.rules[r].alpha * time);
+    form.scale = static_cast<float>(s.rules[r].rate * time);
     const auto now = static_cast<std::uint64_t>(iteration);
     const auto random = philox4x32({static_cast<std::uint32_t>(now), static_cast<std::uint32_t>(now >> 32),
                                     static_cast<std::uint32_t>(r), kRulePurpose},

@@ -1,15 +1,15 @@
 /// \file
 /// Aging: rules turn what lies on a texel into something else while gammatons run [Guenther et al. 2012, sec. 4.3].
 ///
-/// In dt a rule has the extent x = alpha * driver * dt; of each material it makes x * makes[i]. What it uses falls as
+/// In dt a rule has the extent x = rate * driver * dt; of each material it makes x * products[i]. What it uses falls as
 /// if the rule took it in proportion to what is left: A (1 - exp(-x u / A)), so that nothing is overdrawn and
 /// evaporation (driver = what it uses) is exact for any split of dt; x is then cut down to what the scarcest material
 /// gave, so that as much is made as was used. Amounts stay integers: each change is rounded to whole quanta with a
 /// random number of (seed, texel, time, rule), right in the mean.
 ///
 /// Time goes in epochs of kEpoch iterations: tile t is aged at the iterations i with (i + t) mod kEpoch = 0, by all the
-/// time since it was aged last. An eighth of the work is done in each iteration, and nothing depends on when one looks:
-/// after iteration i every tile is aged up to some iteration in (i - kEpoch, i], the same ones whenever and however
+/// time since it was aged last. An eighth of the work is done in each iteration, and nothing depends on when one reads
+/// it: after iteration i every tile is aged up to some iteration in (i - kEpoch, i], the same ones whenever and however
 /// often a run is viewed, saved or resumed.
 #pragma once
 

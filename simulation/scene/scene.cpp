@@ -47,9 +47,9 @@ void check_materials(const Scene& scene) {
   }
   if (std::set<std::string>(scene.materials.begin(), scene.materials.end()).size() != n)
     throw InvalidInput("two materials have one name");
-  if (scene.looks.size() != n) throw InvalidInput("there is not one look for each material");
+  if (scene.appearance.size() != n) throw InvalidInput("there is not one appearance for each material");
   for (std::size_t i = 0; i < n; ++i) {
-    const MaterialLook& look = scene.looks[i];
+    const MaterialAppearance& look = scene.appearance[i];
     const std::string of = " of material '" + scene.materials[i] + "'";
     check_range("the strength" + of, look.strength, 0.0, 1000.0);
     check_range("the variation" + of, look.variation, 0.0, 1.0);
@@ -139,9 +139,9 @@ void check_scene(const Scene& scene) {
     throw InvalidInput("splat is " + std::to_string(scene.exchange.splat_texels) + "; use 1, 3 or 5 texels");
   }
   for (const Rule& rule : scene.rules) {
-    check_range("alpha of rule '" + rule.name + "'", rule.alpha, 0.0, 1e6);
-    for (const double share : rule.makes) check_range("what rule '" + rule.name + "' makes", share, 0.0, 1e3);
-    for (const double share : rule.uses) check_range("what rule '" + rule.name + "' uses", share, 0.0, 1e3);
+    check_range("rate of rule '" + rule.name + "'", rule.rate, 0.0, 1e6);
+    for (const double share : rule.products) check_range("products of rule '" + rule.name + "'", share, 0.0, 1e3);
+    for (const double share : rule.reactants) check_range("reactants of rule '" + rule.name + "'", share, 0.0, 1e3);
   }
   check_finite("gravity", scene.gravity_mm_s2);
   check_range("the atlas's resolution", scene.resolution, 16, 16384);

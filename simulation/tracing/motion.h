@@ -50,7 +50,7 @@ class SurfaceNormals {
 };
 
 /// One iteration is trace(), then what happens at the contacts, then respond(). Behavior, emitters, options and gravity
-/// are those of the scene at each call. Equal bits for any number of threads, on every machine.
+/// are those of the scene at each call. Equal bits for any number of threads and instruction set (tested on x86-64).
 class GammatonTracer {
  public:
   /// @param surface  Outlives the tracer. Where `scene_mesh` is inside out or open, gammatons hit both sides alike.

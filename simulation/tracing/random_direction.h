@@ -1,6 +1,6 @@
 /// \file
-/// Random directions, from additions, multiplications and divisions alone (portable_math.h), so that they are the same
-/// on every machine.
+/// Random directions, from additions, multiplications and divisions alone (portable_math.h), so that they do not depend
+/// on a C library or instruction set (tested on x86-64).
 #pragma once
 
 #include <bit>

@@ -58,7 +58,7 @@ def _type_name(head):
 
 
 def _function_name(head):
-    """`name(types)` of a function's head, its parameters' names left out; None when this is no function."""
+    """`name(types)` of a function's head, its parameters' names omitted; None when this is no function."""
     if "(" not in head or ("=" in head[:head.index("(")] and "operator" not in head):
         return None
     opening = head.index("(")

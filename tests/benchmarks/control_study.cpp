@@ -29,7 +29,7 @@ namespace patinate {
 namespace {
 
 constexpr int kSize = 1024;
-constexpr int kBlock = 64;  // Texels; blocks are drawn anew for the confidence intervals.
+constexpr int kBlock = 64;  // Texels; blocks are drawn again for the confidence intervals.
 constexpr int kResamples = 120;
 constexpr int kStride = 4;     // Every fourth texel of both axes is looked at: neighbors say the same.
 constexpr double kRed = 25.0;  // CIE a* of the clean twin's red paint.
@@ -68,7 +68,7 @@ struct Samples {
   std::vector<std::vector<std::size_t>> blocks;  // Into texels.
 };
 
-/// @param counts  Empty, or 0 at texels that are left out.
+/// @param counts  Empty, or 0 at texels that are excluded.
 Samples sample(const TexelMap& map, const ImageU8& counts = {}) {
   Samples s;
   std::map<int, std::vector<std::size_t>> blocks;

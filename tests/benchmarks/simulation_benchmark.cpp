@@ -18,7 +18,7 @@ constexpr std::array kParts{Part{"rays", patinate::benchmarks::rays},
                             Part{"rules", patinate::benchmarks::rules},
                             Part{"composition", patinate::benchmarks::composition},
                             Part{"iteration", patinate::benchmarks::iteration},
-                            Part{"books", patinate::benchmarks::books}};
+                            Part{"mass_balance", patinate::benchmarks::mass_balance}};
 
 }  // namespace
 

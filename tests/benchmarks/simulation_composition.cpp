@@ -17,20 +17,20 @@ constexpr int kThreads = 2;
 simulation::Scene aged_plane(int resolution) {
   simulation::Scene scene;
   scene.materials = {"water", "dirt", "metal", "wood", "organic", "rust", "stone"};
-  scene.looks.resize(7);
-  scene.looks[0] = {.color = {{0.02, 0.02, 0.02}, {}}, .strength = 0.35, .variation = 0.1, .specular = 0.5};
-  scene.looks[1] = {.color = {{0.085, 0.062, 0.04}, {}},
-                    .variation = 0.35,
-                    .specular = -0.35,
-                    .height_mm = 0.08,
-                    .height_variation = 0.5};
-  scene.looks[5] = {.color = {{0.2, 0.06, 0.02}, {}},
-                    .strength = 1.2,
-                    .variation = 0.45,
-                    .specular = -0.6,
-                    .specular_variation = 0.3,
-                    .height_mm = 0.25,
-                    .height_variation = 0.6};
+  scene.appearance.resize(7);
+  scene.appearance[0] = {.color = {{0.02, 0.02, 0.02}, {}}, .strength = 0.35, .variation = 0.1, .specular = 0.5};
+  scene.appearance[1] = {.color = {{0.085, 0.062, 0.04}, {}},
+                         .variation = 0.35,
+                         .specular = -0.35,
+                         .height_mm = 0.08,
+                         .height_variation = 0.5};
+  scene.appearance[5] = {.color = {{0.2, 0.06, 0.02}, {}},
+                         .strength = 1.2,
+                         .variation = 0.45,
+                         .specular = -0.6,
+                         .specular_variation = 0.3,
+                         .height_mm = 0.25,
+                         .height_variation = 0.6};
   simulation::SceneObject object;
   object.name = "plane";
   object.mesh = testing_support::unit_plane(1000.0, resolution / 16);  // two triangles for 256 texels
@@ -74,19 +74,19 @@ void one_resolution(int resolution, double goal_ms) {
     simulation::Composer composer(scene, mesh, surface);
     composer.use(set);
     (void)composer.compose(atlas, {}, two_threads());
-    std::vector<simulation::MaterialLook> looks = scene.looks;
+    std::vector<simulation::MaterialAppearance> appearance = scene.appearance;
     double turned = 1.0;
     const double dense = median_of_five([&] {
       turned *= 0.97;
-      looks[5].height_mm = 0.25 * turned;  // heights move too, so that all normals are made again
-      looks[5].strength = 1.2 * turned;
-      composer.set_looks(looks);
+      appearance[5].height_mm = 0.25 * turned;  // heights move too, so that all normals are made again
+      appearance[5].strength = 1.2 * turned;
+      composer.set_appearance(appearance);
       (void)composer.compose(atlas, {}, two_threads());
     });
     const double color = median_of_five([&] {
       turned *= 0.97;
-      looks[5].strength = 1.2 * turned;
-      composer.set_looks(looks);
+      appearance[5].strength = 1.2 * turned;
+      composer.set_appearance(appearance);
       (void)composer.compose(atlas, {}, two_threads());
     });
     std::vector<simulation::TileIndex> dirty;

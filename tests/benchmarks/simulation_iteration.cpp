@@ -66,7 +66,7 @@ void one(const Row& row) {
   RunControl control;
   control.num_threads = 2;
   simulation::Scene scene = wall(row.resolution);
-  scene.rules[0].alpha = 0.05;  // water dries slowly: rules have work wherever it is wet, and it stays so
+  scene.rules[0].rate = 0.05;  // water dries slowly: rules have work wherever it is wet, and it stays so
   double set_up = 0.0;
   std::unique_ptr<simulation::Simulation> simulation;
   set_up = seconds(

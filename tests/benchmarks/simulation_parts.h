@@ -17,6 +17,6 @@ void composition();
 /// Whole iterations by atlas size and wetness; segments/s all in.
 void iteration();
 /// The mass ledger after a million iterations.
-void books();
+void mass_balance();
 
 }  // namespace patinate::benchmarks

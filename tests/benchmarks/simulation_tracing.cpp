@@ -36,7 +36,7 @@ Vec3 random_vector(RandomStream& random) {
 simulation::Scene scene_of(Mesh mesh, std::string name) {
   simulation::Scene scene;
   scene.materials = {"water"};
-  scene.looks.resize(1);
+  scene.appearance.resize(1);
   simulation::SceneObject object;
   object.name = std::move(name);
   object.mesh = std::move(mesh);

@@ -108,9 +108,9 @@ double rules_ms(World& world, double wet, int num_threads, InstructionSet set) {
       amount = static_cast<std::uint16_t>(is_wet ? 2000 + random.below(9000) : 0);
   }
   std::vector<simulation::Rule> three(3);
-  three[0] = {.name = "rust", .driver = "min(water, metal)", .alpha = 0.1, .makes = {0, 0, 1.0}};
-  three[1] = {.name = "growth", .driver = "min(water, dirt)", .alpha = 0.1, .makes = {0, 0, 0, 0, 1.0}};
-  three[2] = {.name = "evaporation", .driver = "water", .alpha = 0.1, .uses = {1.0}};
+  three[0] = {.name = "rust", .driver = "min(water, metal)", .rate = 0.1, .products = {0, 0, 1.0}};
+  three[1] = {.name = "growth", .driver = "min(water, dirt)", .rate = 0.1, .products = {0, 0, 0, 0, 1.0}};
+  three[2] = {.name = "evaporation", .driver = "water", .rate = 0.1, .reactants = {1.0}};
   simulation::RuleEngine engine(three, kMaterials, *world.surface, 0.01, 1, {}, set);
   for (int i = 0; i < 16; ++i) (void)engine.step(i, *world.atlas, threads(num_threads));
   return median_ms(21, [&](int i) { (void)engine.step(16 + i, *world.atlas, threads(num_threads)); });

@@ -79,7 +79,7 @@ class Cache(unittest.TestCase):
         self.transfer(output="again")
         self.assertEqual(tree_of(self.folder / "again"), tree_of(self.folder / "aged"))
         self.assertEqual(tree_of(self.kept), kept)
-        self.assertEqual((self.kept / self.entries()[0]).stat().st_ino, inode, "written anew")
+        self.assertEqual((self.kept / self.entries()[0]).stat().st_ino, inode, "written again")
 
     def test_without_it_nothing_is_kept_or_looked_at(self):
         self.transfer("--no-cache")

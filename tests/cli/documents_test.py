@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What is made from the commands' declarations: completion, man page, docs/commands.md. Usage: documents_test.py PATINATE
 
-documents_test.py PATINATE --update writes the generated part of docs/commands.md anew.
+documents_test.py PATINATE --update writes the generated part of docs/commands.md again.
 """
 import os
 import pathlib

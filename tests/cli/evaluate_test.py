@@ -75,7 +75,7 @@ class Evaluate(unittest.TestCase):
         self.assertIsNotNone(aged["seam_gradient_ratio"]["value"])
         # The source as it is wanted costs nothing; a share of it lies too near the border, 3 of 96 and of 80 pixels on each side.
         self.assertEqual((same["audit_ratio"]["value"], same["audit_energy"]["value"], same["audit_optimal_share"]["value"]), (1, 0, 1))
-        self.assertAlmostEqual(same["audit_left_out"]["value"], 1 - 90 * 74 / (WIDTH * HEIGHT), delta=0.03)
+        self.assertAlmostEqual(same["audit_excluded"]["value"], 1 - 90 * 74 / (WIDTH * HEIGHT), delta=0.03)
         self.assertGreater(tiles["audit_energy"]["value"], 0.1)
         self.assertGreater(aged["audit_ratio"]["value"], 1)
         self.assertAlmostEqual(aged["audit_energy"]["value"], energy["energy"], delta=0.1 * energy["energy"])

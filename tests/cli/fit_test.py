@@ -23,12 +23,12 @@ SCENE = {
     "objects": [{"name": "plate", "mesh": "plate.obj", "preset": "copper"}],
     "emitters": [{"name": "rain", "shape": "sky", "speed": 300, "spread_deg": 5, "gammatons": 100, "carries": {"water": 0.8, "patina": 0.0}}],
     "behavior": {"slider": 0.5}, "exchange": {"rates": {"water": 0.3, "patina": 0.0}},
-    "rules": ["patina", {"name": "evaporation", "alpha": 0.5}],
+    "rules": ["patina", {"name": "evaporation", "rate": 0.5}],
     "time": {"unit": "h", "per_iteration": 0.2},
     "run": {"iterations": 30, "history_every": 5, "controls": ["hits"]}}
-TRUTH = {"/rules/0/alpha": 2.0, "/appearance/patina/strength": 1.2}
-VARY = ["--vary", "/rules/0/alpha=0.1:20:log", "--vary", "/appearance/patina/strength=0.1:3"]
-SHORT = ["--evaluations", "13", "--looks", "7", "--scan", "2", "--seeds", "1"]
+TRUTH = {"/rules/0/rate": 2.0, "/appearance/patina/strength": 1.2}
+VARY = ["--vary", "/rules/0/rate=0.1:20:log", "--vary", "/appearance/patina/strength=0.1:3"]
+SHORT = ["--evaluations", "13", "--appearance-evaluations", "7", "--scan", "2", "--seeds", "1"]
 
 
 def patinate(*arguments, **more):
@@ -53,7 +53,7 @@ def setUpModule():
     (WORK / "scenes").mkdir()
     (WORK / "scenes/plate.obj").write_text(PLATE)
     (WORK / "scenes/start.json").write_text(json.dumps(SCENE))
-    truth = changed(rules=[{"name": "patina", "alpha": TRUTH["/rules/0/alpha"]}, SCENE["rules"][1]])
+    truth = changed(rules=[{"name": "patina", "rate": TRUTH["/rules/0/rate"]}, SCENE["rules"][1]])
     truth["appearance"]["patina"]["strength"] = TRUTH["/appearance/patina/strength"]
     (WORK / "scenes/truth.json").write_text(json.dumps(truth))
     result = patinate("simulate", "scenes/truth.json", "-o", "captured")
@@ -70,7 +70,7 @@ class Fit(unittest.TestCase):
         scene = changed()
         scene["appearance"]["metal"] = {"strength": 1.0}
         (WORK / "scenes/three.json").write_text(json.dumps(scene))
-        result = patinate("fit", "scenes/three.json", "captured", *VARY, "--vary", "/appearance/metal/strength=0.1:4", "--evaluations", 43, "--looks", 25, "-o", "three", "--json")
+        result = patinate("fit", "scenes/three.json", "captured", *VARY, "--vary", "/appearance/metal/strength=0.1:4", "--evaluations", 43, "--appearance-evaluations", 25, "-o", "three", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         found = {p["pointer"]: p for p in json.loads(result.stdout)["parameters"]}
         for pointer, value in TRUTH.items():
@@ -88,12 +88,12 @@ class Fit(unittest.TestCase):
         for k in (0, 3, 6):
             self.assertEqual((WORK / f"again/history/frames/{k:04d}.exr").read_bytes(), (WORK / f"run/after/frames/{k:04d}.exr").read_bytes())
         self.assertEqual(patinate("validate", "run").returncode, 0)
-        self.assertRegex(patinate("info", "run").stdout, "/rules/0/alpha: *0.1 -> ")
+        self.assertRegex(patinate("info", "run").stdout, "/rules/0/rate: *0.1 -> ")
         page = (WORK / "run/report.html").read_text()
         self.assertFalse("http:" in page)
         self.assertIn("<svg", page)
         rows = (WORK / "run/evaluations.csv").read_text().splitlines()
-        self.assertEqual(rows[0], "evaluation,look,/rules/0/alpha,/appearance/patina/strength,objective,color_distribution,problem")
+        self.assertEqual(rows[0], "evaluation,appearance,/rules/0/rate,/appearance/patina/strength,objective,color_distribution,problem")
         self.assertGreater(len(rows), 80)
         self.assertIn("up to date", patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "run").stderr)
 
@@ -125,8 +125,8 @@ class Fit(unittest.TestCase):
         self.assertEqual([t["figure"] for t in report["objective"]["terms"]], ["mean_color", "rate_by_control"])
 
     def test_bad_input_is_one_line(self):
-        (WORK / "bad.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/rules/0/alpha", "low": 2, "high": 1}]}))
-        start, alpha = "scenes/start.json", "/rules/0/alpha=0.1:20:log"
+        (WORK / "bad.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/rules/0/rate", "low": 2, "high": 1}]}))
+        start, alpha = "scenes/start.json", "/rules/0/rate=0.1:20:log"
         for arguments, code, words in (
                 ((start, "captured"), 2, "--vary"),
                 ((start, "captured", "--vary", "/rules/0/alfa=0.1:1"), 2, "/rules/0/alfa: is not in scenes/start.json"),
@@ -134,11 +134,11 @@ class Fit(unittest.TestCase):
                 ((start, "captured", "--vary", "/emitters/0/name=0.1:1"), 2, "expected a number"),
                 ((start, "captured", "--vary", "/seed=1:10"), 2, "cannot be varied"),
                 ((start, "captured", "--vary", alpha, "--vary", alpha), 2, "is given twice"),
-                ((start, "captured", "--vary", "/rules/0/alpha=1:0.5"), 2, "upside down"),
-                ((start, "captured", "--vary", "/rules/0/alpha=0.1:none"), 2, "two numbers"),
+                ((start, "captured", "--vary", "/rules/0/rate=1:0.5"), 2, "upside down"),
+                ((start, "captured", "--vary", "/rules/0/rate=0.1:none"), 2, "two numbers"),
                 ((start, "captured", "--vary", "/behavior/slider=0:2"), 3, "/behavior/slider: found 2"),
                 ((start, "captured", "--vary", "/exchange/rates/water=-1:0.5"), 3, "/exchange/rates/water: found -1"),
-                ((start, "captured", "--vary", "/rules/0/alpha=0.5:1"), 3, "starts at 0.1"),
+                ((start, "captured", "--vary", "/rules/0/rate=0.5:1"), 3, "starts at 0.1"),
                 ((start, "captured", "--vary", alpha, "--evaluations", 5), 2, "expected at least 13"),
                 ((start, "captured", "--vary", alpha, "--objective", "color"), 2, "expected one of color_distribution"),
                 ((start, "captured", "--vary", alpha, "--objective", "covered", "--objective", "covered=2"), 2, "is given twice"),

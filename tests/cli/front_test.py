@@ -52,7 +52,7 @@ class Front(unittest.TestCase):
         self.assertEqual(rows["same 1"][-1], "-")  # A map does not say how long it took.
         self.assertGreater(float(rows["fast 0.5"][-1]), 0.0)
         self.assertTrue((WORK / "made/crackle/evaluation/evaluation.html").is_file())
-        # Again: nothing is made anew, and the table is the same.
+        # Again: nothing is regenerated, and the table is the same.
         again = front(*command)
         self.assertEqual(again.stdout, result.stdout)
 

@@ -196,7 +196,7 @@ class Hostile(unittest.TestCase):
 
     def test_keys_are_given_once(self):
         self.take("history", "capture", "scene.json", "plate.obj", "aged")
-        self.write("parameters.json", {"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/rules/0/alpha", "low": 0.1, "high": 1}]})
+        self.write("parameters.json", {"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/rules/0/rate", "low": 0.1, "high": 1}]})
         self.write("unlight.json", {"format": "patinate.unlight", "version": 1})
         self.write("calibrate.json", {"format": "patinate.calibrate", "version": 1})
         for name, arguments in (("history/history.json", ("validate", "history")), ("capture/capture.json", ("validate", "capture")), ("aged/transfer.json", ("validate", "aged")),
@@ -300,7 +300,7 @@ class Hostile(unittest.TestCase):
         for num_bytes in (2**62, 2**40):
             self.write("a.gltf", gltf(TRIANGLE, num_bytes))
             self.refuses(3, "a.gltf: is not valid glTF", "info", "a.gltf")
-        self.write("registration.json", {"format": "patinate.registration", "version": 1, "unit": "mm", "reference": "a.ply", "scans": [{"file": "a.ply", "status": "reference", "residual": 0, "overlap": 1, "free_motions": [],
+        self.write("registration.json", {"format": "patinate.registration", "version": 2, "unit": "mm", "reference": "a.ply", "scans": [{"file": "a.ply", "status": "reference", "residual": 0, "overlap": 1, "unconstrained_dofs": [],
                    "covariance": [[0] * 6] * 6, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}], "pairs": [], "closure": {"median_deg": 0, "median": 0, "largest_deg": 0, "largest": 0}, "key": "k"})
         self.assertEqual(self.run_it("info", "registration.json").returncode, 0)
         for name in ("../a.ply", "a/b.ply", ""):
@@ -309,13 +309,13 @@ class Hostile(unittest.TestCase):
 
     def test_what_is_wrong_in_a_file_of_parameters_is_the_files_fault(self):
         self.take("scene.json", "plate.obj", "history")
-        vary = {"pointer": "/rules/0/alpha", "low": 0.01, "high": 1}
+        vary = {"pointer": "/rules/0/rate", "low": 0.01, "high": 1}
         for change, words in ((dict(pointer="/rules/0/alfa"), "/vary/0: /rules/0/alfa is not in scene.json"), (dict(pointer="/seed"), "/vary/0: /seed cannot be varied"),
                               (dict(pointer="/emitters/0/name"), "/vary/0: /emitters/0/name is \"rain\""), (dict(low=2), "upside down"), (dict(low="a"), "/vary/0/low"), (dict(pointer="rules"), "a JSON pointer")):
             self.write("p.json", {"format": "patinate.parameters", "version": 1, "vary": [{**vary, **change}]})
             self.refuses(3, words, "fit", "scene.json", "history", "--parameters", "p.json", "-o", "x")
         self.write("p.json", {"format": "patinate.parameters", "version": 1, "vary": [vary, vary]})
-        self.refuses(3, "/vary/1: /rules/0/alpha is given twice", "fit", "scene.json", "history", "--parameters", "p.json", "-o", "x")
+        self.refuses(3, "/vary/1: /rules/0/rate is given twice", "fit", "scene.json", "history", "--parameters", "p.json", "-o", "x")
         self.write("p.json", {"format": "patinate.parameters", "version": 1, "vary": []})
         self.refuses(3, "/vary: found an array of 0; expected at least one range", "fit", "scene.json", "history", "--parameters", "p.json", "-o", "x")
         self.write("p.json", {"format": "patinate.parameters", "version": 1, "vary": [vary], "objective": {"color": 1}})

@@ -3,7 +3,7 @@
 Usage: kill_test.py PATINATE [--kills N] [--seed S] [unittest arguments]
 
 Every command is killed N times (2 unless told), at times drawn evenly over how long it takes, in groups: some kills hit a fresh start, others a
-run that goes on after kills. tools/nightly runs 50 of each. Then a disk that is full: exit code 1, one line, and the same end once there is
+run that resumes after kills. tools/nightly runs 50 of each. Then a disk that is full: exit code 1, one line, and the same end once there is
 space.
 """
 import os

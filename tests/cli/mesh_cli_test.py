@@ -130,7 +130,7 @@ class BadTriangles(Case):
     def test_are_counted_and_nothing_is_nan(self):
         text = Unwrapped.BENT + "v 0.5 0 0\nf 1 2 3 4\nf 2 3 6 5\nf 1 2 3\nf 1 7 2\nf 2 3 4\n"
         notes = self.transfer(text)
-        self.assertIn("without area left out", notes)
+        self.assertIn("without area excluded", notes)
         self.assertIn("turned", notes)
         for file in (self.folder / "aged").glob("*.exr"):
             self.assertIn("OK", self.succeeds("validate", file).stdout)

@@ -34,7 +34,7 @@ class Relit(unittest.TestCase):
         result = run("ingest", "mold/capture.json", "-o", "copper", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads(result.stdout)
-        self.assertEqual((report["frames"], report["controls"], report["left_out"]), (3, ["accessibility"], []))
+        self.assertEqual((report["frames"], report["controls"], report["excluded"]), (3, ["accessibility"], []))
         self.assertEqual(run("validate", "copper").returncode, 0)
         page = (WORK / "copper/report.html").read_text()
         for picture in ("albedo", "light", "samples", "stddev"):

@@ -152,7 +152,7 @@ class Schemas(unittest.TestCase):
         for file in files:
             whole = json.loads(file.read_text())
             check.validate(whole)
-            for number, change in enumerate(COMMON + [put("alpha", -1), put("makes", {"rust": -1}), put("uses", {"water": "all"}), put("driver", 3), drop("driver"), drop("name")]):
+            for number, change in enumerate(COMMON + [put("rate", -1), put("products", {"rust": -1}), put("reactants", {"water": "all"}), put("driver", 3), drop("driver"), drop("name")]):
                 content = copy.deepcopy(whole)
                 change(content)
                 with self.subTest(file=file.name, change=number):
@@ -163,7 +163,7 @@ class Schemas(unittest.TestCase):
                                                   put("emitters", 0, "shape", "cone"), put("emitters", 0, "speed", 0), put("emitters", 0, "spread_deg", 181), put("emitters", 0, "gammatons", 0),
                                                   put("emitters", 0, "carries", "water", -1), put("exchange", "ratio", 2), put("exchange", "splat", 2), put("atlas", "resolution", 8), put("atlas", "uvs", "own"),
                                                   put("behavior", {"slider": 1.5}), put("tracing", "reach", 0), put("time", "unit", "y"), put("run", "iterations", -1), put("objects", 0, "scale", 0),
-                                                  put("events", [{"iteration": 1, "op": "dance"}]), put("events", [{"iteration": 1, "op": "rule", "target": "evaporation", "alpha": -1}]), put("appearance", {"dirt": {"strenth": 1}}), put("gravity", [0, 1])]):
+                                                  put("events", [{"iteration": 1, "op": "dance"}]), put("events", [{"iteration": 1, "op": "rule", "target": "evaporation", "rate": -1}]), put("appearance", {"dirt": {"strenth": 1}}), put("gravity", [0, 1])]):
             content = copy.deepcopy(scene)
             change(content)
             (WORK / "ledge/bad.json").write_text(json.dumps(content))

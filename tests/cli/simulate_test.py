@@ -130,7 +130,7 @@ class Simulate(unittest.TestCase):
         (self.folder / folder / "shapes").mkdir()
         shutil.copy(self.folder / "ledge/mesh.obj", self.folder / folder / "shapes/wall.obj")
         shutil.copy(self.folder / "small/color.png", self.folder / folder / "shapes/wall.png")
-        (self.folder / folder / "mine.json").write_text(json.dumps({"format": "patinate.rule", "version": 1, "name": "mine", "driver": "water", "makes": {"dirt": 0.5}}))
+        (self.folder / folder / "mine.json").write_text(json.dumps({"format": "patinate.rule", "version": 2, "name": "mine", "driver": "water", "products": {"dirt": 0.5}}))
         scene = dict(self.scene, objects=[dict(self.scene["objects"][0], mesh="../shapes/wall.obj", maps={"color": "../shapes/wall.png"})], run={"iterations": 6, "controls": ["hits"]})
         scene["appearance"] = {**scene.get("appearance", {}), "dirt": {"color": "../shapes/wall.png"}}
         scene["rules"] = [*scene.get("rules", []), "../mine.json"]
@@ -154,7 +154,7 @@ class Simulate(unittest.TestCase):
         self.assertEqual(again["atlas_hash"], json.loads((self.folder / "far/away/moved/simulation.json").read_text())["atlas_hash"])
 
     def test_a_killed_run_keeps_the_scene_that_it_began_with(self):
-        """What the folder holds is what was simulated; a scene that changes before the run goes on is another."""
+        """What the folder holds is what was simulated; a scene that changes before the run continues is another."""
         scene = json.loads(json.dumps(self.scene))
         scene["run"] = {"iterations": 5000, "history_every": 100}
         (self.folder / "changing").mkdir()
@@ -241,35 +241,41 @@ class Simulate(unittest.TestCase):
             self.write(f"ledge/{name}.json", dict(self.scene, materials=["water", "dirt", "organic"], rules=rules, events=events, run={"iterations": 24}))
             said = json.loads(self.run_in(["simulate", f"ledge/{name}.json", "-o", f"made_{name}", "--json"], check=True).stdout)
             return said["atlas_hash"], said["ledger"]["organic"]["made"]
-        new = {"driver": "min(water, dirt)", "makes": {"organic": 1}}
+        new = {"driver": "min(water, dirt)", "products": {"organic": 1}}
         early = {"iteration": 8, "op": "rule", "target": "growth"}
-        at_once = made_by("at_once", [{"name": "growth", "alpha": 0.5}], [])
+        at_once = made_by("at_once", [{"name": "growth", "rate": 0.5}], [])
         self.assertGreater(at_once[1], 0)
+        old = dict(self.scene, version=1, materials=["water", "dirt", "organic"], events=[dict(early, iteration=0, alpha=0.5)], run={"iterations": 24},
+                   rules=[{"name": "greening", "driver": "min(water, dirt)", "alpha": 0.5, "makes": {"organic": 1}, "uses": {}}, {"name": "growth", "alpha": 0}])
+        old["events"][0]["target"] = "greening"
+        self.write("ledge/old.json", old)
+        said = json.loads(self.run_in(["simulate", "ledge/old.json", "-o", "made_old", "--json"], check=True).stdout)
+        self.assertGreater(said["ledger"]["organic"]["made"], 0)
         # Off until iteration 0 changes it: as if it had been so.
-        self.assertEqual(made_by("changed", [{"name": "growth", "alpha": 3}], [dict(early, iteration=0, alpha=0.5)]), at_once)
-        self.assertEqual(made_by("off", [{"name": "growth", "alpha": 3}], [dict(early, iteration=0, alpha=0)])[1], 0)
-        # A rule that comes later: a built-in one by its name, a new one in full; with alpha 0 before it is the same.
-        late = made_by("late", [], [dict(early, alpha=0.5)])
+        self.assertEqual(made_by("changed", [{"name": "growth", "rate": 3}], [dict(early, iteration=0, rate=0.5)]), at_once)
+        self.assertEqual(made_by("off", [{"name": "growth", "rate": 3}], [dict(early, iteration=0, rate=0)])[1], 0)
+        # A rule that comes later: a built-in one by its name, a new one in full; with rate 0 before it is the same.
+        late = made_by("late", [], [dict(early, rate=0.5)])
         self.assertGreater(late[1], 0)
         self.assertLess(late[1], at_once[1])
-        self.assertEqual(made_by("in_full", [], [dict(early, alpha=0.5, **new)]), late)
-        self.assertEqual(made_by("waited", [{"name": "growth", "alpha": 0}], [dict(early, alpha=0.5)]), late)
-        again = [dict(early, target="greening", alpha=0.2, **new), dict(early, target="greening", iteration=12, makes={"organic": 0.5})]
+        self.assertEqual(made_by("in_full", [], [dict(early, rate=0.5, **new)]), late)
+        self.assertEqual(made_by("waited", [{"name": "growth", "rate": 0}], [dict(early, rate=0.5)]), late)
+        again = [dict(early, target="greening", rate=0.2, **new), dict(early, target="greening", iteration=12, products={"organic": 0.5})]
         self.assertGreater(made_by("new", [], again)[1], 0)
 
         def refused(event, *words):
             self.refused(lambda s: s.update(rules=["evaporation"], events=[dict(early, **event)]), 3, "/events/0", *words)
         refused({"target": "evaporatoin"}, "/target", "evaporation")
-        refused({"target": "evaporation"}, "alpha", "driver")
-        refused({"target": "evaporation", "alpha": -1}, "/alpha")
+        refused({"target": "evaporation"}, "rate", "driver")
+        refused({"target": "evaporation", "rate": -1}, "/rate")
         refused({"target": "evaporation", "driver": "watr"}, "watr")
-        refused({"target": "evaporation", "uses": {"gold": 1}}, "gold")
-        refused({"target": "rust"}, "makes `rust`")
-        refused({"target": "mine", "alpha": 1}, "/target", "driver")
-        self.refused(lambda s: s.update(rules=["evaporation", "evaporation"], events=[dict(early, target="evaporation", alpha=1)]), 3, "/target", "2 are called so")
+        refused({"target": "evaporation", "reactants": {"gold": 1}}, "gold")
+        refused({"target": "rust"}, "`rust` is none")
+        refused({"target": "mine", "rate": 1}, "/target", "driver")
+        self.refused(lambda s: s.update(rules=["evaporation", "evaporation"], events=[dict(early, target="evaporation", rate=1)]), 3, "/target", "2 are called so")
 
     def test_paint_fades_where_the_sky_is_open(self):
-        scene = dict(self.scene, materials=["water", "wood", "pigment", "bleached"], appearance={}, rules=[{"name": "fading", "alpha": 0.5}], run={"iterations": 24})
+        scene = dict(self.scene, materials=["water", "wood", "pigment", "bleached"], appearance={}, rules=[{"name": "fading", "rate": 0.5}], run={"iterations": 24})
         scene["objects"] = [dict(scene["objects"][0], preset="painted_wood")]
         scene["emitters"] = [dict(scene["emitters"][0], carries={"water": 0.5})]
         scene["exchange"] = {"rates": {"water": 0.3}}

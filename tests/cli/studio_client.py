@@ -140,7 +140,7 @@ class Client:
         self.acknowledges, self.updates, self.answers, self.status, self.notices, self.errors, self.hashes = acknowledges, [], {}, None, [], [], []
         self.scene, self.planes, self.gammatons, self.next_id = {}, {}, None, 0
         self.until(lambda: self.scene)
-        self.start = json.loads(json.dumps(self.scene["looks"]))
+        self.start = json.loads(json.dumps(self.scene["appearance"]))
 
     def until(self, condition, seconds=60):
         end = time.monotonic() + seconds

@@ -65,7 +65,7 @@ class NamedOutside(unittest.TestCase):
         shutil.copy(cls.outside / "ledge/mesh.obj", cls.served / "scenes/mesh.obj")
         (cls.served / "scenes/picture.json").write_text(json.dumps({**scene, "appearance": {**scene.get("appearance", {}), "dirt": {"color": "../../outside/capture/" + cls.picture_of_capture()}}}))
         (cls.served / "scenes/rule.json").write_text(json.dumps({**scene, "rules": ["../../outside/rule.json"]}))
-        (cls.outside / "rule.json").write_text(json.dumps({"format": "patinate.rule", "version": 1, "name": "mine", "driver": "water", "uses": {"water": 1}}))
+        (cls.outside / "rule.json").write_text(json.dumps({"format": "patinate.rule", "version": 2, "name": "mine", "driver": "water", "reactants": {"water": 1}}))
         (cls.outside / "triangle.bin").write_bytes(struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0))
         gltf = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
                 "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],

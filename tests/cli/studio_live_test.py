@@ -64,7 +64,7 @@ class Live(unittest.TestCase):
         self.assertEqual([e["name"] for e in scene["emitters"]], ["rain", "dust", "brush"])
         self.assertEqual((scene["emitters"][0]["shape"], scene["emitters"][2]["shape"], scene["emitters"][2]["on"]), ("sky", "surface", False))
         self.assertEqual(scene["objects"][0]["name"], "wall")
-        self.assertEqual(scene["looks"]["dirt"]["strength"], 1.6)
+        self.assertEqual(scene["appearance"]["dirt"]["strength"], 1.6)
         self.assertEqual(scene["exchange"]["ratio"], 0.4)
         self.assertIsNone(scene["slider"])
         self.assertEqual([o["name"] for o in scene["overlays"]], ["water", "dirt", "organic", "moss", "dirt.deposited", "hits"])
@@ -148,8 +148,8 @@ class Live(unittest.TestCase):
         self.assertEqual([n["name"] for n in gltf["nodes"]], ["wall"])
         rules = one.scene["rules"]
         self.assertIn("growth", [r["name"] for r in one.scene["more_rules"]])
-        one.do("event", event={"op": "rule", "target": "growth", "makes": {"moss": 0.25}})
-        two.until(lambda: two.scene["rules"][len(rules):] == [{"name": "growth", "driver": "min(water, dirt)", "alpha": 0.1, "makes": {"moss": 0.25}, "uses": {}}])
+        one.do("event", event={"op": "rule", "target": "growth", "products": {"moss": 0.25}})
+        two.until(lambda: two.scene["rules"][len(rules):] == [{"name": "growth", "driver": "min(water, dirt)", "rate": 0.1, "products": {"moss": 0.25}, "reactants": {}}])
         self.assertNotIn("growth", [r["name"] for r in two.scene["more_rules"]])
         two.do("reset")
         one.until(lambda: one.scene["objects"][0]["translate"] == [0, 0, 0] and one.scene["slider"] is None and one.scene["rules"] == rules)
@@ -223,7 +223,7 @@ class Live(unittest.TestCase):
             client.settle()
         self.assertEqual((client.status["iteration"], client.status["painting"]), (at, True))
         client.do("stroke", emitter="brush", phase="end")
-        client.until(lambda: not client.status["painting"] and client.status["iteration"] > at + 5)  # it was running, and goes on
+        client.until(lambda: not client.status["painting"] and client.status["iteration"] > at + 5)  # it was running, and continues
         client.do("pause")
         self.assertGreater(client.status["ledger"]["water"]["emitted"], water["emitted"])
 
@@ -260,9 +260,9 @@ class Live(unittest.TestCase):
         client.do("event", event={"op": "ratio", "ratio": 0.1})  # before the file's own event of iteration 5, which then wins
         client.step(4)
         client.do("event", event={"op": "rate", "target": "dirt", "rate": 0.3})
-        client.do("event", event={"op": "rule", "target": "evaporation", "alpha": 0.4})
-        client.do("event", event={"op": "rule", "target": "evaporation", "alpha": 0.5})  # of those with the same members in one iteration the last
-        client.do("event", event={"op": "rule", "target": "growing", "driver": "exposure * dirt", "makes": {"moss": 0.5}, "alpha": 2})
+        client.do("event", event={"op": "rule", "target": "evaporation", "rate": 0.4})
+        client.do("event", event={"op": "rule", "target": "evaporation", "rate": 0.5})  # of those with the same members in one iteration the last
+        client.do("event", event={"op": "rule", "target": "growing", "driver": "exposure * dirt", "products": {"moss": 0.5}, "rate": 2})
         client.do("run")  # the weather stands still meanwhile
         client.do("stroke", emitter="brush", position=middle, phase="begin")
         for i in range(5):
@@ -275,7 +275,7 @@ class Live(unittest.TestCase):
         client.do("pause")
         client.do("event", event={"op": "move", "target": "wall", "position": [0.1, 0.2, 0.3]})
         client.do("event", event={"op": "rule", "target": "growing", "driver": "slope * dirt"})  # its map is of the wall where it stood
-        client.do("looks", looks={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}, "moss": {"height": 0.25}})
+        client.do("appearance", appearance={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}, "moss": {"height": 0.25}})
         client.do("run")
         client.until(lambda: client.status["iteration"] > 40)
         client.do("pause")
@@ -286,7 +286,7 @@ class Live(unittest.TestCase):
         saved = json.loads((self.folder / "saved/painted.json").read_text())
         self.assertEqual(saved["objects"][0]["mesh"], "../ledge/mesh.obj")
         self.assertEqual([e["target"] for e in saved["events"] if e["op"] == "paint"], ["brush", "brush"])  # before and after its size changed
-        self.assertEqual([e["alpha"] for e in saved["events"] if e["op"] == "rule" and e["target"] == "evaporation"], [0.5])
+        self.assertEqual([e["rate"] for e in saved["events"] if e["op"] == "rule" and e["target"] == "evaporation"], [0.5])
         self.run_in("simulate", "saved/painted.json", "-o", "painted")
         for file in ("color.png", "normal.png", "specular.png", "height.exr"):
             self.assertEqual((self.folder / "painted" / file).read_bytes(), (self.folder / "painted_look" / file).read_bytes(), file)
@@ -313,7 +313,7 @@ class Live(unittest.TestCase):
         whole.step(30)
         self.assertEqual(client.surface(), whole.surface())
         before = client.surface()
-        client.do("looks", looks={"dirt": {"strength": 0.3}})
+        client.do("appearance", appearance={"dirt": {"strength": 0.3}})
         client.settle()
         self.assertNotEqual(client.surface(), before)
         self.assertEqual(client.status["iteration"], 30)
@@ -355,7 +355,7 @@ class Live(unittest.TestCase):
         whole = self.client("ran")
         whole.step(30)
         self.assertEqual(client.surface(), whole.surface())
-        client.do("looks", looks={"dirt": {"strength": 0.3}})
+        client.do("appearance", appearance={"dirt": {"strength": 0.3}})
         client.settle()
         self.assertNotEqual(client.surface(), whole.surface())
         for request in ({"op": "run"}, {"op": "step"}, {"op": "event", "event": {"op": "ratio", "ratio": 0.5}}):
@@ -365,7 +365,7 @@ class Live(unittest.TestCase):
         client.step(3)
 
     def test_a_finished_simulation_holds_its_scene_wherever_it_is(self):
-        """Its scene has gone, and the folder has moved: it opens where it ended, and what it goes on to is what it would have been."""
+        """Its scene has gone, and the folder has moved: it opens where it ended, and what it continues to is what it would have been."""
         shutil.copytree(self.folder / "ledge", self.folder / "gone")
         self.run_in("simulate", "gone/scene.json", "-o", "stays", "--iterations", "12")
         self.run_in("simulate", "gone/scene.json", "-o", "longer", "--iterations", "17")
@@ -414,15 +414,15 @@ class Live(unittest.TestCase):
         self.assertEqual(client.status["iteration"], 0)
         self.assertIn("Changed since this simulation was made: scene.json.", client.scene["notes"][0])
 
-    def test_looks_recompose_and_do_not_simulate(self):
+    def test_appearance_recomposes_and_does_not_simulate(self):
         client = self.client("ledge/looked.json")
         client.step(20)
         before, iteration = client.surface(), client.status["iteration"]
-        client.do("looks", looks={"dirt": {"strength": 0}, "water": {"strength": 0}})
+        client.do("appearance", appearance={"dirt": {"strength": 0}, "water": {"strength": 0}})
         client.settle()
         self.assertNotEqual(client.surface(), before)
         self.assertEqual(client.status["iteration"], iteration)
-        client.do("looks", looks={"dirt": {"strength": 1.6}, "water": {"strength": client.start["water"]["strength"]}})
+        client.do("appearance", appearance={"dirt": {"strength": 1.6}, "water": {"strength": client.start["water"]["strength"]}})
         client.settle()
         self.assertEqual(client.surface(), before)
 
@@ -454,9 +454,9 @@ class Live(unittest.TestCase):
         client = self.client("ledge/refused.json")  # which no other test has done anything to, so that there is nothing to undo
         client.settle()
         for request in ({"op": "fly"}, {}, {"op": "event"}, {"op": "event", "event": {"op": "ratio", "ratio": 7}}, {"op": "event", "event": {"op": "move", "target": "nobody", "position": [0, 0, 0]}},
-                        {"op": "event", "event": {"iteration": 3, "op": "ratio", "ratio": 0.5}}, {"op": "event", "event": [1]}, {"op": "event", "event": {"op": "rule", "target": "nothing", "alpha": 1}}, {"op": "event", "event": {"op": "rule", "target": "evaporation", "driver": "gold"}}, {"op": "step", "iterations": -1}, {"op": "step", "iterations": "x"},
-                        {"op": "stroke", "phase": "move"}, {"op": "stroke", "phase": "begin", "emitter": "rain", "position": [0, 0, 0]}, {"op": "undo"}, {"op": "redo"}, {"op": "resume"}, {"op": "looks", "looks": {"gold": {}}},
-                        {"op": "looks", "looks": {"dirt": {"color": "/etc/passwd"}}}, {"op": "looks", "looks": {"dirt": {"strength": -1}}}, {"op": "looks", "looks": 3},
+                        {"op": "event", "event": {"iteration": 3, "op": "ratio", "ratio": 0.5}}, {"op": "event", "event": [1]}, {"op": "event", "event": {"op": "rule", "target": "nothing", "rate": 1}}, {"op": "event", "event": {"op": "rule", "target": "evaporation", "driver": "gold"}}, {"op": "step", "iterations": -1}, {"op": "step", "iterations": "x"},
+                        {"op": "stroke", "phase": "move"}, {"op": "stroke", "phase": "begin", "emitter": "rain", "position": [0, 0, 0]}, {"op": "undo"}, {"op": "redo"}, {"op": "resume"}, {"op": "appearance", "appearance": {"gold": {}}},
+                        {"op": "appearance", "appearance": {"dirt": {"color": "/etc/passwd"}}}, {"op": "appearance", "appearance": {"dirt": {"strength": -1}}}, {"op": "appearance", "appearance": 3},
                         {"op": "watch", "overlay": "gold"}, {"op": "watch", "planes": ["x"]}, {"op": "watch", "gammatons": 1e12}, {"op": "ack", "update": 1 << 60}, {"op": "save"}, {"op": "save", "path": 3},
                         {"op": "export", "path": "x", "what": ["everything"]}, {"op": "export", "path": "../x", "what": []}):
             client.socket.send({**request, "id": 99})

@@ -65,7 +65,7 @@ class Recordings(unittest.TestCase):
         client.do("stroke", position=[middle[0] + 30, middle[1] + 20, middle[2]], phase="end")
         client.until(lambda: not client.status.get("painting"))
         client.step(3)
-        client.do("looks", looks={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}})
+        client.do("appearance", appearance={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}})
         client.do("event", event={"op": "rate", "target": "dirt", "rate": 0.3})
         client.do("stroke", emitter=brush, position=middle, phase="begin")
         client.do("stroke", position=[middle[0], middle[1] + 25, middle[2]], phase="end")
@@ -93,7 +93,7 @@ class Recordings(unittest.TestCase):
         again.settle()
         self.assertNotEqual(again.surface(), picture)  # it is offered, not done
         self.assertEqual(self.resume(again, iterations), picture)
-        self.assertEqual((again.scene["slider"], again.scene["looks"]["dirt"]["strength"]), (0.6, 0.7))
+        self.assertEqual((again.scene["slider"], again.scene["appearance"]["dirt"]["strength"]), (0.6, 0.7))
         self.assertIsNone(again.scene["recording"])
         self.assertEqual(again.ask("resume")["type"], "error")
         again.do("save", path="resumed.json")

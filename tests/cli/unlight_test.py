@@ -116,7 +116,7 @@ class Unlight(unittest.TestCase):
         self.assertGreater(made["determined_pixels"], 0.98 * made["surface_pixels"])
         self.assertLess(made["residual"], 0.01)
         for light in made["lights"]:
-            self.assertLess(light["left_out"]["rms"], 0.015)
+            self.assertLess(light["leave_one_out"]["rms"], 0.015)
         self.assertEqual(made["notes"], [])
         for name in ("albedo.exr", "stddev.exr", "normal.exr", "specular.exr", "mask.png", "report.html", "samples/06.png", "run.json"):
             self.assertTrue((self.work / "unlit" / name).exists(), name)

@@ -191,7 +191,7 @@ test("registered scans lie in one frame, each in its color, and can be hidden", 
 test("an unlit step shows its maps and what became of its photographs", async () => {
   await open_place(page, server, "unlit");
   await until(page, () => [...document.querySelectorAll(".pictures img")].filter((image) => image.naturalWidth > 0).length >= 5);
-  assert.match(await page.locator("figcaption").last().textContent(), /light 5: residual .* %, left out .* % off/);
+  assert.match(await page.locator("figcaption").last().textContent(), /light 5: residual .* %, predicted from the others .* % off/);
 });
 
 test("fingers turn, pinch, slide and paint", async () => {
@@ -302,7 +302,7 @@ test("a stroke of the brush has no gaps and takes no time; undo and redo", async
   await page.waitForTimeout(500);
   assert.equal(await page.locator(".run-bar .state").textContent(), "painting");
   assert.equal(await iteration(), at, "time stands still");
-  // Before the brush is lifted: once time goes on, at hundreds of iterations a second, the water dries and runs away. Gammatons fall at random in a brush
+  // Before the brush is lifted: once time continues, at hundreds of iterations a second, the water dries and runs away. Gammatons fall at random in a brush
   // 17 texels wide, so one texel may stay dry by chance; half of those within a sixth of its width cannot, but in a gap of the way all of them are dry.
   const least_wet = () => in_page((places) => {
     const { width, height, data } = window.patinate.planes().overlay, kRadius_px = 3;
@@ -359,7 +359,7 @@ test("the way back to the start is asked for, and can be undone", async () => {
   assert.equal(await same_planes(), before);
 });
 
-test("a paused scene is not called running, and its counters are there when one looks", async () => {
+test("a paused scene is not called running, and its counters are there on the first look", async () => {
   await until(page, () => document.querySelector(".run-bar .state").textContent === "paused");
   assert.ok(!/running/i.test(await page.locator(".panel-head").textContent()));
   assert.equal(await page.locator(".ledger td").count(), 0);
@@ -437,7 +437,7 @@ test("a scene that cannot be opened says why, and nobody tries again", async () 
 test("post-controls recompose at once and simulate nothing", async () => {
   const start = await same_planes();
   const from = await iteration();
-  await in_page(() => window.patinate.send("looks", { looks: { water: { strength: 2.5 } } }));
+  await in_page(() => window.patinate.send("appearance", { appearance: { water: { strength: 2.5 } } }));
   assert.notEqual(await same_planes(), start);
   assert.equal(await iteration(), from);
 });
@@ -455,10 +455,10 @@ test("rules and the flow change while the scene runs", async () => {
   await in_page(() => window.patinate.send("run"));
   await page.locator("select", { hasText: "another rule" }).selectOption("wetting");
   await until(page, () => window.patinate.scene().rules.at(-1).name === "wetting");
-  await slide("Rate alpha", 1.5);  // Of the first rule, evaporation.
+  await slide("Rate", 1.5);  // Of the first rule, evaporation.
   await slide("From bouncing to creeping", 0.9);
   await slide("Absorbed at a hit", 0.25);
-  await until(page, () => { const s = window.patinate.scene(); return s.rules[0].alpha === 1.5 && s.slider === 0.9 && s.behavior.absorb === 0.25 && s.behavior.bounce === 0; });
+  await until(page, () => { const s = window.patinate.scene(); return s.rules[0].rate === 1.5 && s.slider === 0.9 && s.behavior.absorb === 0.25 && s.behavior.bounce === 0; });
   assert.ok(await in_page(() => window.patinate.status().running));
   const from = await iteration();
   await until(page, (end) => window.patinate.status().iteration >= end, from + 40);
@@ -474,7 +474,7 @@ test("a finished simulation opens where it ended, says so, and changes its look 
   await until(page, () => [...document.querySelectorAll("[role=status], [role=alert], .notice")].some((e) => /This is where the simulation ended, after 60 iterations/.test(e.textContent)));
   const end = await same_planes();
   assert.equal(await iteration(), 60);
-  await in_page(() => window.patinate.send("looks", { looks: { water: { strength: 2.5 }, dirt: { variation: 0.9 } } }));
+  await in_page(() => window.patinate.send("appearance", { appearance: { water: { strength: 2.5 }, dirt: { variation: 0.9 } } }));
   assert.notEqual(await same_planes(), end);
   assert.equal(await iteration(), 60);
   await run_for(3);

@@ -87,7 +87,7 @@ async function stroke_latency(page) {
   return { median_ms: sorted[Math.floor(sorted.length / 2)], worst_ms: sorted.at(-1), num: sorted.length };
 }
 
-/// Stroke after stroke over the wall while it goes on running. @returns how many.
+/// Stroke after stroke over the wall while it continues running. @returns how many.
 async function paint(page, seconds) {
   await page.keyboard.press("p");
   let count = 0;

@@ -7,7 +7,7 @@ namespace patinate::testing_support {
 simulation::Scene long_scene(double ratio) {
   simulation::Scene scene;
   scene.materials = {"water", "metal", "rust", "dirt"};
-  scene.looks.resize(4);
+  scene.appearance.resize(4);
   scene.resolution = 64;
   simulation::SceneObject object;
   object.name = "plate";
@@ -25,11 +25,11 @@ simulation::Scene long_scene(double ratio) {
   rain.carries = {0.8, 0.0, 0.0, 0.3};
   scene.emitters.push_back(rain);
   scene.exchange = {.ratio = ratio, .rates = {0.4, 1.0 / 4096, 0.02, 1.0}};
-  simulation::Rule rust{.name = "rust", .driver = "min(water, metal)", .alpha = 0.5};
-  rust.makes[2] = 1.0;
-  rust.uses[1] = 1.0;
-  simulation::Rule dry{.name = "evaporation", .driver = "water", .alpha = 0.3};
-  dry.uses[0] = 1.0;
+  simulation::Rule rust{.name = "rust", .driver = "min(water, metal)", .rate = 0.5};
+  rust.products[2] = 1.0;
+  rust.reactants[1] = 1.0;
+  simulation::Rule dry{.name = "evaporation", .driver = "water", .rate = 0.3};
+  dry.reactants[0] = 1.0;
   scene.rules = {rust, dry};
   scene.time_per_iteration = 0.01;
   return scene;

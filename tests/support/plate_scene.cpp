@@ -7,8 +7,8 @@ namespace patinate::testing_support {
 simulation::Scene plate_scene(int resolution) {
   simulation::Scene scene;
   scene.materials = {"water", "metal", "rust"};
-  scene.looks.resize(3);
-  scene.looks[2].color.color = Vec3(0.2, 0.06, 0.02);
+  scene.appearance.resize(3);
+  scene.appearance[2].color.color = Vec3(0.2, 0.06, 0.02);
   scene.resolution = resolution;
   simulation::SceneObject object;
   object.name = "plate";
@@ -28,8 +28,8 @@ simulation::Scene plate_scene(int resolution) {
 }
 
 simulation::Rule rust_rule(double alpha) {
-  simulation::Rule rule{.name = "rust", .driver = "min(water, metal)", .alpha = alpha};
-  rule.makes[2] = 1.0;
+  simulation::Rule rule{.name = "rust", .driver = "min(water, metal)", .rate = alpha};
+  rule.products[2] = 1.0;
   return rule;
 }
 

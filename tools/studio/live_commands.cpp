@@ -120,7 +120,7 @@ struct LiveEngine::Commands {
   }
   static void undo(const Call& c) { c.engine.undo(); }
   static void redo(const Call& c) { c.engine.redo(); }
-  static void looks(const Call& c) { c.engine.set_looks(member(c.request, "looks")); }
+  static void appearance(const Call& c) { c.engine.set_appearance(member(c.request, "appearance")); }
   static void resume(const Call& c) { c.engine.resume(); }
   static void watch(const Call& c) {
     Client& client = c.client;
@@ -164,11 +164,11 @@ struct LiveEngine::Commands {
   }
   static void cancel(const Call& c) { c.engine.exporting_.request_stop(); }
 
-  static constexpr std::array kAll{Command{"run", run},     Command{"pause", pause},       Command{"step", step},
-                                   Command{"reset", reset}, Command{"event", event},       Command{"stroke", stroke},
-                                   Command{"undo", undo},   Command{"redo", redo},         Command{"resume", resume},
-                                   Command{"looks", looks}, Command{"watch", watch},       Command{"hash", hash},
-                                   Command{"save", save},   Command{"export", export_all}, Command{"cancel", cancel}};
+  static constexpr std::array kAll{
+      Command{"run", run},       Command{"pause", pause},           Command{"step", step},    Command{"reset", reset},
+      Command{"event", event},   Command{"stroke", stroke},         Command{"undo", undo},    Command{"redo", redo},
+      Command{"resume", resume}, Command{"appearance", appearance}, Command{"watch", watch},  Command{"hash", hash},
+      Command{"save", save},     Command{"export", export_all},     Command{"cancel", cancel}};
 };
 
 void LiveEngine::receive(int id, const std::string& text) {
@@ -194,9 +194,10 @@ void LiveEngine::receive(int id, const std::string& text) {
     const auto command = std::find_if(Commands::kAll.begin(), Commands::kAll.end(),
                                       [&](const Commands::Command& c) { return c.op == op; });
     if (command == Commands::kAll.end())
-      throw InvalidInput("/op: found \"" + op +
-                         "\"; expected run, pause, step, reset, event, stroke, undo, redo, resume, looks, watch, ack, "
-                         "hash, save, export or cancel");
+      throw InvalidInput(
+          "/op: found \"" + op +
+          "\"; expected run, pause, step, reset, event, stroke, undo, redo, resume, appearance, watch, ack, "
+          "hash, save, export or cancel");
     command->run({*this, client, request});
     has_news_ = true;
     client.peer->send_text(done_text(request_id));
@@ -206,25 +207,26 @@ void LiveEngine::receive(int id, const std::string& text) {
   }
 }
 
-void LiveEngine::set_looks(const Json& changes) {
+void LiveEngine::set_appearance(const Json& changes) {
   const simulation::Scene& scene = simulation_.scene();
   simulation::SceneContext context;
   context.materials = scene.materials;
   context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a color [r, g, b]"); };
-  const JsonReader reader("looks", changes);
-  std::vector<simulation::MaterialLook> looks = scene.looks;
+  const JsonReader reader("appearance", changes);
+  std::vector<simulation::MaterialAppearance> appearance = scene.appearance;
   Json cleaned = Json::object();
   for (const std::string& name : reader.keys()) {
     const Json said = name;
     const auto i =
-        static_cast<std::size_t>(simulation::material_index(JsonReader("looks", said), name, scene.materials));
+        static_cast<std::size_t>(simulation::material_index(JsonReader("appearance", said), name, scene.materials));
     cleaned[name] = changes.at(name);
     if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null())
       cleaned[name].erase("color");  // a picture, as it was sent
-    looks[i] = simulation::read_look(JsonReader("looks", cleaned[name], "/" + name), looks[i], context);
+    appearance[i] = simulation::read_material_appearance(JsonReader("appearance", cleaned[name], "/" + name),
+                                                         appearance[i], context);
   }
-  simulation_.set_looks(std::move(looks));
-  for (const auto& [name, change] : cleaned.items()) record_.set_look(name, change);
+  simulation_.set_appearance(std::move(appearance));
+  for (const auto& [name, change] : cleaned.items()) record_.set_appearance(name, change);
   for (const auto& [id, client] : clients_) client->shown_state = -1;
 }
 

@@ -75,7 +75,7 @@ LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, c
       is_exporting_(std::make_shared<std::atomic<bool>>(false)) {
   if (!options.finished.empty()) open_finished();
   relief_.high_mm = simulation_.texel_size_mm();
-  for (const simulation::MaterialLook& look : file_.scene.looks)
+  for (const simulation::MaterialAppearance& look : file_.scene.appearance)
     relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
   relief_.low_mm = -relief_.high_mm;
   refresh();
@@ -146,7 +146,7 @@ Json LiveEngine::scene_json() const {
           {"width", layout_.width()},
           {"height", layout_.height()},
           {"materials", scene.materials},
-          {"looks", looks_json(scene)},
+          {"appearance", appearance_json(scene)},
           {"emitters", emitters_json(scene)},
           {"objects", objects_json(scene)},
           {"behavior", behavior_json(scene.behavior)},

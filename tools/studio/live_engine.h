@@ -71,7 +71,7 @@ class LiveEngine {
     std::int64_t picture_of = 0;
     std::string opened;
   };
-  /// One that goes on.
+  /// One that continues.
   struct Stroke {
     std::string emitter;
     const Client* client = nullptr;  ///< Whose hand it is.
@@ -111,7 +111,7 @@ class LiveEngine {
   // live_commands.cpp
   struct Commands;
   void apply(const Json& event_mm);
-  void set_looks(const Json& changes);
+  void set_appearance(const Json& changes);
   void add_brush();
   // live_stroke.cpp
   void begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way);
@@ -159,7 +159,7 @@ class LiveEngine {
   std::shared_ptr<Json> said_;                        ///< scene_json() as clients know it.
   std::string opened_;                                ///< What a client should know of where it began.
   std::int64_t picture_of_ = 0;  ///< Iterations behind the amounts that are shown without their gammatons: nothing can
-                                 ///< go on from there. 0 = all is there.
+                                 ///< resume from there. 0 = all is there.
   bool is_running_ = false;
   std::int64_t num_steps_left_ = 0;  ///< Of a `step`.
   Clock::time_point measured_{};     ///< Ranges of overlays.

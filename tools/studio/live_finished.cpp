@@ -27,7 +27,7 @@ void LiveEngine::open_finished() {
   const std::string ended =
       "This is where the simulation ended, after " + std::to_string(manifest.iterations) + " iterations. ";
   if (simulation::read_state_file(options_.finished, simulation_)) {
-    opened_ = ended + "Run goes on from here; " + kStartAgain;
+    opened_ = ended + "Run resumes from here; " + kStartAgain;
   } else {
     simulation::read_atlas_file(options_.finished, simulation_);
     for (const simulation::SceneEvent& event : file_.scene.events) {
@@ -36,7 +36,8 @@ void LiveEngine::open_finished() {
         simulation_.apply(event);  // everything stands where it stood; the strokes are in the amounts
     }
     picture_of_ = manifest.iterations;
-    opened_ = ended + "Its folder has no state.bin, so looks can change, and nothing can go on; " + kStartAgain;
+    opened_ = ended + "Its folder has no state.bin, so its appearance parameters can change, but it cannot resume; " +
+              kStartAgain;
   }
   const simulation::Behavior now = simulation_.scene().behavior;
   const bool is_same = now.bounce == start.bounce && now.floating == start.floating && now.absorb == start.absorb &&
@@ -48,7 +49,8 @@ void LiveEngine::open_finished() {
 void LiveEngine::refuse_picture() const {
   if (picture_of_ > 0)
     throw InvalidInput(
-        std::string("the amounts of a finished simulation are shown, and its gammatons are not there to go on with; ") +
+        std::string(
+            "the amounts of a finished simulation are shown, and its gammatons are not there to resume with; ") +
         kStartAgain);
 }
 

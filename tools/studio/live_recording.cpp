@@ -52,12 +52,12 @@ void LiveEngine::keep(bool is_last) {
   kept_at_ = Clock::now();
   kept_version_ = record_.version();
   kept_iteration_ = iteration();
-  if (record_.num_events() == 0 && record_.looks().empty()) {
+  if (record_.num_events() == 0 && record_.appearance().empty()) {
     if (std::exchange(is_keeping_, false)) recording_->put_aside();
     return;
   }
   is_keeping_ = true;
-  recording_->keep(iteration(), record_.events_json(), record_.looks(),
+  recording_->keep(iteration(), record_.events_json(), record_.appearance(),
                    record_.file_for(recording_->folder(), iteration()));
 }
 
@@ -69,14 +69,14 @@ void LiveEngine::resume() {
   Replay replay;
   for (const Json& event : *found.events) replay.events.push_back(std::make_shared<Json>(event));
   replay.until = found.iterations;
-  // What began where this is now goes on from here; the same bytes come of it as from the start.
+  // What began where this is now resumes from here; the same bytes come of it as from the start.
   const std::int64_t first =
       replay.events.empty() ? found.iterations : (*replay.events.front())["iteration"].get<std::int64_t>();
   const bool goes_on = record_.num_events() == 0 && simulation_.num_paint_steps() == 0 &&
                        iteration() <= std::min(first, found.iterations) && (picture_of_ == 0 || replay.events.empty());
   if (record_.num_events() > 0 || iteration() > 0) remember();
   if (!goes_on) go_to({.state = start_, .events = {}, .slider = start_slider_, .picture_of = 0, .opened = ""});
-  if (!found.looks->empty()) set_looks(*found.looks);
+  if (!found.appearance->empty()) set_appearance(*found.appearance);
   replay_ = std::move(replay);
   num_steps_left_ = 0;
   is_running_ = true;
@@ -85,7 +85,7 @@ void LiveEngine::resume() {
   counted_iterations_ = 0;
 }
 
-/// Something else is done: it does not go on by itself, and can be resumed from the start.
+/// Something else is done: it does not continue by itself, and can be resumed from the start.
 void LiveEngine::stop_replay() {
   if (!replay_) return;
   replay_.reset();

@@ -17,7 +17,7 @@ struct MeshPart {
   std::vector<Vec3> points;    ///< Without a surface, in the mesh's unit; where there are no triangles.
 };
 
-/// @param mesh   With normals; UVs (v up) are flipped as glTF asks, and left out when there are none.
+/// @param mesh   With normals; UVs (v up) are flipped as glTF asks, and omitted when there are none.
 /// @param parts  A node each. Every triangle belongs to one at most.
 /// @throws InvalidInput if a value is not finite.
 [[nodiscard]] std::string mesh_glb(const Mesh& mesh, const std::vector<MeshPart>& parts, double meters_per_unit);

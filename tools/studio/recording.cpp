@@ -45,10 +45,10 @@ Recording read_recording(JsonReader& json, const Json& root, const fs::path& pat
   double last = 0.0;
   for (JsonReader event : json.member("events").elements())
     last = static_cast<double>(event.member("iteration").integer(at_least(last)));
-  (void)json.member("looks").keys();
+  (void)json.member("appearance").keys();
   return {.iterations = json.member("iterations").integer(at_least(last)),
           .events = std::make_shared<const Json>(root.at("events")),
-          .looks = std::make_shared<const Json>(root.at("looks")),
+          .appearance = std::make_shared<const Json>(root.at("appearance")),
           .modified = modified_text(path)};
 }
 
@@ -74,7 +74,13 @@ RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, 
   if (fs::is_regular_file(path_, error)) {
     try {
       found_file_ = identity_of(path_);
-      const Json root = load_json(path_);
+      Json root = load_json(path_);
+      update_spelling(root, 1,
+                      {{"looks", "appearance"},
+                       {"behaviour", "behavior"},
+                       {"alpha", "rate"},
+                       {"makes", "products"},
+                       {"uses", "reactants"}});
       JsonReader json(path_.string(), root);
       json.expect_format(kFormat, 2);
       if (json.member("scene_key").string() == key_) {
@@ -96,9 +102,9 @@ RecordingFile::RecordingFile(const ServedFolder& folder, const fs::path& place, 
 
 RecordingFile::~RecordingFile() = default;
 
-void RecordingFile::keep(std::int64_t iterations, const Json& events, const Json& looks, const Json& scene) {
-  const Json root{{"format", kFormat},        {"version", 2},     {"place", place_}, {"scene_key", key_},
-                  {"iterations", iterations}, {"events", events}, {"looks", looks},  {"scene", scene}};
+void RecordingFile::keep(std::int64_t iterations, const Json& events, const Json& appearance, const Json& scene) {
+  const Json root{{"format", kFormat},        {"version", 2},     {"place", place_},          {"scene_key", key_},
+                  {"iterations", iterations}, {"events", events}, {"appearance", appearance}, {"scene", scene}};
   std::string text = root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   {
     const std::scoped_lock lock(mutex_);

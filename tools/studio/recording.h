@@ -27,10 +27,10 @@ namespace patinate::studio {
 
 /// What one file of recording_folder() says.
 struct Recording {
-  std::int64_t iterations = 0;         ///< Done when it was written.
-  std::shared_ptr<const Json> events;  ///< An array, as SceneRecord has them.
-  std::shared_ptr<const Json> looks;   ///< Members of "appearance" that were set.
-  std::string modified;                ///< "2026-11-21T15:04:05Z"
+  std::int64_t iterations = 0;             ///< Done when it was written.
+  std::shared_ptr<const Json> events;      ///< An array, as SceneRecord has them.
+  std::shared_ptr<const Json> appearance;  ///< Members of "appearance" that were set.
+  std::string modified;                    ///< "2026-11-21T15:04:05Z"
 };
 
 /// The file of one place. Thread-safe: its writing has a thread of its own, so that no simulation waits for a disk.
@@ -53,12 +53,12 @@ class RecordingFile {
   [[nodiscard]] std::filesystem::path folder() const { return path_.parent_path(); }
 
   /// Takes the place of what was kept before; returns at once. What is of an earlier run, or of another program, is put
-  /// aside first, unless it goes on.
+  /// aside first, unless it continues.
   /// @param scene  The scene file that ends where the studio is, with paths from folder().
-  void keep(std::int64_t iterations, const Json& events, const Json& looks, const Json& scene);
+  void keep(std::int64_t iterations, const Json& events, const Json& appearance, const Json& scene);
   /// There is nothing to keep any more: what was kept is put aside, or removed where another has been put aside for it.
   void put_aside();
-  /// What was found is what goes on.
+  /// What was found is what continues.
   void go_on();
   /// Why nothing is kept, once; "" = it is.
   [[nodiscard]] std::string take_problem();

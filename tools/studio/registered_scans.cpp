@@ -90,9 +90,10 @@ std::vector<Vec3> thinned(const std::vector<Vec3>& points, std::size_t n) {
 
 RegisteredScans read_registration(const fs::path& place, const ServedFolder& folder) {
   const fs::path file = place / "registration.json";
-  const Json root = load_json(file);
+  Json root = load_json(file);
+  update_spelling(root, 1, {{"free_motions", "unconstrained_dofs"}});
   JsonReader json(file.string(), root);
-  json.expect_format("patinate.registration", 1);
+  json.expect_format("patinate.registration", 2);
   RegisteredScans registration;
   registration.reference = json.member("reference").string();
   const JsonReader unit = json.member("unit");

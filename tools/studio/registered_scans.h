@@ -37,7 +37,7 @@ struct RegisteredScans {
 /// [{"name", "status", "residual", "overlap", "partner", "is_reference", "is_shown", "text"}]
 [[nodiscard]] Json scans_json(const RegisteredScans& registration);
 /// One node a scan that has a file, in the reference's frame; surfaces where the file knows any, points else. A few
-/// million triangles at most: of more, all scans come as points, evenly left out.
+/// million triangles at most: of more, all scans come as points, evenly thinned.
 [[nodiscard]] std::string registered_scans_glb(const RegisteredScans& registration, const RunControl& control);
 
 }  // namespace patinate::studio

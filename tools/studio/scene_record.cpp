@@ -34,7 +34,7 @@ bool does_the_same(const Json& a, const Json& b) {
 SceneRecord::SceneRecord(const simulation::SceneFile& scene)
     : folder_(fs::canonical(scene.file).parent_path()),
       root_(std::make_shared<Json>(load_json(scene.file))),
-      looks_(std::make_shared<Json>(Json::object())) {}
+      appearance_(std::make_shared<Json>(Json::object())) {}
 
 std::size_t SceneRecord::num_events() const { return events_.size(); }
 
@@ -85,10 +85,10 @@ void SceneRecord::set_events(Events events) {
   num_fixed_ = events_.size();
 }
 
-void SceneRecord::set_look(const std::string& material, const Json& members) {
+void SceneRecord::set_appearance(const std::string& material, const Json& members) {
   ++version_;
   (*root_)["appearance"][material].update(members);
-  (*looks_)[material].update(members);
+  (*appearance_)[material].update(members);
 }
 
 Json SceneRecord::events_json() const {

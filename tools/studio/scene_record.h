@@ -40,12 +40,12 @@ class SceneRecord {
   void set_events(Events events);
   [[nodiscard]] std::size_t num_events() const;
   [[nodiscard]] Json events_json() const;
-  /// Members of "appearance" that set_look() was given.
-  [[nodiscard]] const Json& looks() const { return *looks_; }
+  /// Members of "appearance" that set_appearance() was given.
+  [[nodiscard]] const Json& appearance() const { return *appearance_; }
   /// Another number after every change.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// Members of "appearance" for a material, over what the file says.
-  void set_look(const std::string& material, const Json& members);
+  void set_appearance(const std::string& material, const Json& members);
 
   /// The scene file that ends where the studio is now. Paths lead from `folder` to what they led to before; recorded
   /// events come before those of the file that happen in the same iteration, as they did here.
@@ -54,7 +54,7 @@ class SceneRecord {
 
  private:
   std::filesystem::path folder_;  ///< Of the original file.
-  std::shared_ptr<Json> root_, looks_;
+  std::shared_ptr<Json> root_, appearance_;
   std::uint64_t version_ = 0;
   Events events_;
   std::size_t num_fixed_ = 0;  ///< Events that nothing replaces or adds to.

@@ -66,10 +66,10 @@ Json objects_json(const simulation::Scene& scene) {
   return list;
 }
 
-Json looks_json(const simulation::Scene& scene) {
+Json appearance_json(const simulation::Scene& scene) {
   Json json = Json::object();
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-    const simulation::MaterialLook& l = scene.looks[i];
+    const simulation::MaterialAppearance& l = scene.appearance[i];
     json[scene.materials[i]] = {{"strength", l.strength},
                                 {"variation", l.variation},
                                 {"specular", l.specular},
@@ -105,9 +105,9 @@ Json rules_json(const simulation::Scene& scene) {
   for (const simulation::Rule& rule : scene.rules) {
     list.push_back({{"name", rule.name},
                     {"driver", rule.driver},
-                    {"alpha", rule.alpha},
-                    {"makes", shares(rule.makes)},
-                    {"uses", shares(rule.uses)}});
+                    {"rate", rule.rate},
+                    {"products", shares(rule.products)},
+                    {"reactants", shares(rule.reactants)}});
   }
   return list;
 }

@@ -15,7 +15,7 @@ namespace patinate::studio {
 /// Lengths in mm, everything written out.
 [[nodiscard]] Json emitters_json(const simulation::Scene& scene);
 [[nodiscard]] Json objects_json(const simulation::Scene& scene);
-[[nodiscard]] Json looks_json(const simulation::Scene& scene);
+[[nodiscard]] Json appearance_json(const simulation::Scene& scene);
 [[nodiscard]] Json behavior_json(const simulation::Behavior& behavior);
 [[nodiscard]] Json exchange_json(const simulation::Scene& scene);
 [[nodiscard]] Json rules_json(const simulation::Scene& scene);

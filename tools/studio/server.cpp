@@ -223,7 +223,7 @@ class Connection final : public Stranger, public std::enable_shared_from_this<Co
   }
 
  private:
-  /// False where there is nothing to go on with; whoever can be told has been told.
+  /// False where there is nothing to continue with; whoever can be told has been told.
   bool is_readable(error_code error) {
     if (error == http::error::header_limit)
       reject(431, "the request's header is too long");

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMostSteps = 10'000;
 
-/// The pictures of one step; those that are not there, or lie outside the place, are left out.
+/// The pictures of one step; those that are not there, or lie outside the place, are excluded.
 class StepPictures {
  public:
   explicit StepPictures(const fs::path& folder) : folder_(folder) {}
@@ -120,7 +120,7 @@ Json registration_steps(StepPictures& pictures) {
   return Json::array({step("Before and after", "All scans, where they were and where they are", pictures.take())});
 }
 
-/// What the others foretell of a photograph, and by how much it is off.
+/// What the others predict of a photograph, and by how much it is off.
 std::string light_text(const Json& lights, std::size_t i) {
   if (!lights.is_array() || i >= lights.size()) return {};
   const Json& light = lights[i];
@@ -128,9 +128,9 @@ std::string light_text(const Json& lights, std::size_t i) {
   std::string text;
   if (light.contains("residual") && light.at("residual").is_number())
     text += ": residual " + percent(light.at("residual").get<double>());
-  if (light.contains("left_out") && light.at("left_out").is_object() && light.at("left_out").contains("median") &&
-      light.at("left_out").at("median").is_number()) {
-    text += ", left out " + percent(light.at("left_out").at("median").get<double>()) + " off";
+  if (light.contains("leave_one_out") && light.at("leave_one_out").is_object() &&
+      light.at("leave_one_out").contains("median") && light.at("leave_one_out").at("median").is_number()) {
+    text += ", predicted from the others " + percent(light.at("leave_one_out").at("median").get<double>()) + " off";
   }
   return text;
 }
@@ -144,7 +144,8 @@ Json unlit_steps(const fs::path& folder, StepPictures& pictures) {
                                                              {"mask", "where it is known"}}};
   for (const auto& [name, caption] : kMaps) pictures.add(std::string(name) + ".png", caption);
   steps.push_back(step("Maps", "What the photographs under known lamps gave", pictures.take()));
-  const Json json = load_json(folder / "unlight.json");
+  Json json = load_json(folder / "unlight.json");
+  update_spelling(json, 1, {{"left_out", "leave_one_out"}});
   const Json lights = json.contains("lights") ? json.at("lights") : Json::array();
   std::error_code error;
   if (fs::is_directory(folder / "samples", error)) {

@@ -32,7 +32,7 @@ class Studio {
   Studio(ServedFolder folder, StudioOptions options, std::function<void()> quit);
   ~Studio();
 
-  /// What is answered without asking further: the cookie, and refusals. Status 0 = go on.
+  /// What is answered without asking further: the cookie, and refusals. Status 0 = continue.
   [[nodiscard]] HttpResponse admit(const HttpRequest& request) const;
   /// Never throws: what is wrong is an answer too.
   [[nodiscard]] HttpResponse answer(const HttpRequest& request, const std::stop_token& gone) noexcept;

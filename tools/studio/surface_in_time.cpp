@@ -210,7 +210,7 @@ std::shared_ptr<const SurfaceInTime> OpenedPlaces::open(const fs::path& path, Pl
       return entries_.front().place;
     }
   }
-  auto place = std::make_shared<const SurfaceInTime>(path, kind);  // unlocked: others go on meanwhile
+  auto place = std::make_shared<const SurfaceInTime>(path, kind);  // unlocked: others continue meanwhile
   const std::lock_guard lock(mutex_);
   if (const auto found = find(); found != entries_.end()) entries_.erase(found);
   entries_.push_front({path, changed, place});

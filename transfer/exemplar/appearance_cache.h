@@ -34,7 +34,7 @@ void describe(OptionVisitor& v, CacheOptions& o);
 
 /// As build_appearance_space(), to the bit, and by it unless the same was built before. What cannot be kept (a folder
 /// that is read-only, a disk that is nearly full, a history that changes meanwhile) is not; a kept file that is
-/// damaged, or holds fewer levels, is made anew. Never fails for either.
+/// damaged, or holds fewer levels, is regenerated. Never fails for either.
 /// @throws as build_appearance_space(); Canceled.
 [[nodiscard]] AppearanceSpace cached_appearance_space(const HistoryReader& history, int num_levels,
                                                       const AppearanceOptions& options = {},

@@ -16,7 +16,7 @@ using Index = Eigen::Index;
 using Sums = std::vector<double>;
 
 constexpr int kExtraColumns =
-    8;  ///< Beyond those asked for: the wanted ones then converge by the gap to the first left out.
+    8;  ///< Beyond those asked for: the wanted ones then converge by the gap to the first excluded.
 constexpr int kIterations = 48;
 
 Eigen::VectorXd mean_row(const SampleMatrix& samples) {

@@ -1,5 +1,5 @@
 /// \file
-/// Leading principal components, equal on every machine.
+/// Leading principal components, with equal bits for equal input (tested on x86-64).
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ struct PrincipalComponents {
 
 /// By orthogonal iteration on the covariance [Golub and Van Loan, sec. 8.2.4] from a fixed start. Uses + - * / and sqrt
 /// in a fixed order, and none of Eigen's products whose blocking follows the processor's caches: same bits for any
-/// number of threads and on any machine. Axes whose variances nearly agree may be mixed with one another: only the
+/// number of threads (tested on x86-64). Axes whose variances nearly agree may be mixed with one another: only the
 /// space that they span matters here.
 /// @param samples  m x n, m > 0, finite. Cost: O(m n^2).
 [[nodiscard]] PrincipalComponents principal_components(const SampleMatrix& samples, int count,

@@ -244,7 +244,7 @@ void merge_controls(std::span<const LibrarySource> sources, const std::vector<Li
       } else if (std::none_of(asked.begin(), asked.end(), [&](const LibraryControl& a) {
                    return std::find(a.sources.begin(), a.sources.end(), c.name) != a.sources.end();
                  })) {
-        layout.notes.push_back("control `" + c.name + "` is left out: " + lacks->shown +
+        layout.notes.push_back("control `" + c.name + "` is excluded: " + lacks->shown +
                                " has none; --control NAME=A,B makes one of differently named controls");
       }
     }

@@ -1,5 +1,5 @@
 /// \file
-/// Lookups at the speed of memory: where a texel looks as one number, and rows that go on in the source copied as
+/// Lookups at the speed of memory: where a texel looks as one number, and rows that continue in the source copied as
 /// pieces.
 #pragma once
 

@@ -61,7 +61,7 @@ OptimumAudit summary_of(const std::vector<Costs>& all) {
   std::vector<double> ratios;
   for (const Costs& c : all) {
     if (c.own < 0) {
-      ++audit.num_left_out;
+      ++audit.num_excluded;
       continue;
     }
     audit.energy += static_cast<double>(c.own);

@@ -16,7 +16,7 @@ namespace patinate::transfer {
 /// Costs of the map's own pixels, and those of the best pixels there are while the neighbors stay as they are.
 struct OptimumAudit {
   std::int64_t num_audited = 0;
-  std::int64_t num_left_out =
+  std::int64_t num_excluded =
       0;  ///< Drawn as well, but their pixel has not its whole neighborhood in the mask: it has no cost.
   double energy =
       0.0;  ///< Mean cost of the map's own pixels: the map's energy, of the audited texels. 1 for random texels.

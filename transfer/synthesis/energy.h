@@ -12,7 +12,7 @@
 /// controls and Q the destination's, mapped into P's values; g sums to 1; var P is at least (1/64)^2 of P's range
 /// squared. Both parts are 1 for independent random texels. [Efros and Leung 1999; Efros and Freeman 2001, sec. 4]
 ///
-/// Everything that decides is an integer: equal input gives equal coordinates on every machine.
+/// Everything that decides is an integer: equal input gives equal coordinates (tested on x86-64).
 #pragma once
 
 #include <cstdint>

@@ -28,11 +28,11 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
 namespace {
 
 /// How much more than their share the pixels around each pixel are used, in quarters of that share, or of one copy of
-/// them where the share is less: [0, kQuarters * kMaxOveruse].
+/// them where the share is less: [0, kQuarters * kMaxReuse].
 class SourceUse {
  public:
   static constexpr int kCell_px = 4;
-  static constexpr std::int32_t kQuarters = 4, kMaxOveruse = 8;
+  static constexpr std::int32_t kQuarters = 4, kMaxReuse = 8;
 
   SourceUse(const SynthesisLevel& level, const PlaceMap& places) {
     const int width = level.source.width(), num_columns = (width + kCell_px - 1) / kCell_px;
@@ -46,18 +46,18 @@ class SourceUse {
     const auto num_usable = static_cast<std::int64_t>(level.source.usable.size());
     const std::int64_t share = num_texels * kCell_px * kCell_px / num_usable,
                        unit = std::max<std::int64_t>(kCell_px * kCell_px, share);
-    overuse_.reserve(level.source.is_usable.size());
+    reuse_.reserve(level.source.is_usable.size());
     for (int y = 0; y < level.source.height(); ++y) {
       for (int x = 0; x < width; ++x) {
-        overuse_.push_back(static_cast<std::uint8_t>(
-            std::clamp<std::int64_t>(kQuarters * (uses[cell(x, y)] - share) / unit, 0, kQuarters * kMaxOveruse)));
+        reuse_.push_back(static_cast<std::uint8_t>(
+            std::clamp<std::int64_t>(kQuarters * (uses[cell(x, y)] - share) / unit, 0, kQuarters * kMaxReuse)));
       }
     }
   }
-  [[nodiscard]] std::int32_t overuse(std::int32_t pixel) const { return overuse_[static_cast<std::size_t>(pixel)]; }
+  [[nodiscard]] std::int32_t reuse(std::int32_t pixel) const { return reuse_[static_cast<std::size_t>(pixel)]; }
 
  private:
-  std::vector<std::uint8_t> overuse_;
+  std::vector<std::uint8_t> reuse_;
 };
 
 /// What a pass goes by besides the energy: factors on costs, in sixteenths, at most 16 (1 + 8 + 8 * 8) = 1168, so that
@@ -135,8 +135,8 @@ class CandidateSearch {
     }
   }
   bool is_better(std::int32_t pixel, std::int32_t bonus) {
-    const std::int32_t overuse = pass_.use == nullptr ? 0 : pass_.use->overuse(pixel);
-    const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * overuse / SourceUse::kQuarters;
+    const std::int32_t reuse = pass_.use == nullptr ? 0 : pass_.use->reuse(pixel);
+    const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * reuse / SourceUse::kQuarters;
     const std::int64_t cost = cost_.total(pixel, best_cost_ / factor + 1) * factor;
     if (cost >= best_cost_) return false;
     best_cost_ = cost;
@@ -186,7 +186,7 @@ class Improver {
   }
 
   /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its
-  /// last turn is passed over.
+  /// last turn is skipped.
   /// @param is_whole  Every texel has its turn; the first pass is whole.
   void pass(const Preferences& preferences, bool is_whole, std::uint32_t stream, PlaceMap& places,
             const RunControl& control) {

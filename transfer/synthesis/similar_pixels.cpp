@@ -16,7 +16,7 @@ constexpr std::size_t kMaxSearched = 65'536;
 constexpr int kNumAsked = 40;  ///< More than are kept: pixels next to each other look alike and say nothing new.
 constexpr int kMinDistance_px = 5;
 constexpr float kSlack = 4.0f;  ///< Branches that could hold nothing nearer than 1 / (1 + this) of the worst squared
-                                ///< distance are left out: half of the time, the same textures.
+                                ///< distance are excluded: half of the time, the same textures.
 constexpr int kFeatureSize = kAppearanceSize + 1;
 
 constexpr std::array<Offset, 9> kLooked{{{0, 0}, {-2, 0}, {2, 0}, {0, -2}, {0, 2}, {-2, -2}, {2, -2}, {-2, 2}, {2, 2}}};

@@ -31,7 +31,7 @@ Json run(FitTask task, const fs::path& output, int num_threads = 0, std::stop_to
   return load_json(output / kFitReportFile);
 }
 
-/// Every file with its bytes, but for job.json, which names what was made anew.
+/// Every file with its bytes, but for job.json, which names what was regenerated.
 std::string tree_of(const fs::path& folder) {
   std::vector<std::string> lines;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -75,13 +75,14 @@ TEST(FitJob, AnIntervalHoldsTheTruthWhenOtherSeedsDiffer) {
     task.age = [inner = task.age, k](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) {
       return inner({v[0], v[1], 0.0}, shift + 100 * static_cast<std::uint64_t>(k), c);
     };
-    task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
+    task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift,
+                                  const RunControl& c) -> ComposeWith {
       return [look = inner(v, shift, c)](const std::vector<double>& l, const RunControl& lc) {
         return look({l[0], l[1], 0.0}, lc);
       };
     };
     task.options.evaluations = 25;
-    task.options.looks = 13;
+    task.options.appearance_evaluations = 13;
     task.options.scan = 4;
     task.seed = static_cast<std::uint64_t>(k);
     const Json report = run(std::move(task), folder.path() / ("fit" + std::to_string(k)));
@@ -93,14 +94,14 @@ TEST(FitJob, AnIntervalHoldsTheTruthWhenOtherSeedsDiffer) {
   EXPECT_GE(num_held, 2);
 }
 
-// One place has no half on each side: the looks' scan was empty, and its first one read all the same.
+// One place has no half on each side: the scan of appearance was empty, and its first one read all the same.
 TEST(FitJob, AScanOfOnePlaceIsAScan) {
   const TempFolder folder;
   const fs::path history = captured(folder);
   for (const int scan : {1, 3}) {
     FitTask task = green_task(history);
     task.options.evaluations = 25;
-    task.options.looks = 5;
+    task.options.appearance_evaluations = 5;
     task.options.scan = scan;
     task.options.seeds = 1;
     const Json report = run(std::move(task), folder.path() / ("fit" + std::to_string(scan)));
@@ -115,12 +116,12 @@ TEST(FitJob, AFirstStepBelowTheLeastOfALookIsUsed) {
   const TempFolder folder;
   FitTask task = green_task(captured(folder));
   task.options.evaluations = 13;
-  task.options.looks = 5;
+  task.options.appearance_evaluations = 5;
   task.options.scan = 0;
   task.options.seeds = 0;
   task.options.step = 0.02;
-  ASSERT_TRUE(
-      std::any_of(task.parameters.begin(), task.parameters.end(), [](const FitParameter& p) { return p.is_look; }));
+  ASSERT_TRUE(std::any_of(task.parameters.begin(), task.parameters.end(),
+                          [](const FitParameter& p) { return p.is_appearance; }));
   const Json report = run(std::move(task), folder.path() / "fit");
   EXPECT_LE(report.at("objective").at("after").get<double>(), report.at("objective").at("before").get<double>());
 }
@@ -196,7 +197,7 @@ TEST(FitJob, LooksAloneNeedOneAging) {
   FitTask task = green_task(captured(folder), 0.0, &num_agings);
   task.parameters[0].start = kGreenTruth[0];
   task.parameters = {task.parameters[1]};
-  task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
+  task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> ComposeWith {
     return [look = inner({kGreenTruth[0], v[0], 0.0}, shift, c)](const std::vector<double>& l, const RunControl& lc) {
       return look({kGreenTruth[0], l[0], 0.0}, lc);
     };
@@ -205,13 +206,13 @@ TEST(FitJob, LooksAloneNeedOneAging) {
   const Json report = run(std::move(task), folder.path() / "fit");
   EXPECT_NEAR(report.at("parameters")[0].at("best").get<double>(), kGreenTruth[1], 0.01);
   EXPECT_EQ(num_agings, 1 + 1 + 2);  // the search; the scan; before and after
-  EXPECT_GT(report.at("evaluations").at("looks").get<int>(), 20);
+  EXPECT_GT(report.at("evaluations").at("appearance_evaluations").get<int>(), 20);
 }
 
 TEST(FitJob, ValuesThatTheModelRefusesAreRankedLastAndNamed) {
   const TempFolder folder;
   FitTask task = green_task(captured(folder));
-  task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> LookAt {
+  task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> ComposeWith {
     if (v[0] > 1.0) throw InvalidInput("the rate and the strength do not go together");
     return inner(v, shift, c);
   };

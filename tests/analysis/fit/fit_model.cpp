@@ -50,15 +50,15 @@ FitTask green_task(const std::filesystem::path& history, double chance, int* num
   task.parameters = {{.range = {.name = "/rate", .low = 0.02, .high = 2.0, .scale = FitScale::Log},
                       .start = 0.1,
                       .is_whole = false,
-                      .is_look = false},
+                      .is_appearance = false},
                      {.range = {.name = "/strength", .low = 0.0, .high = 1.0, .scale = FitScale::Linear},
                       .start = 0.3,
                       .is_whole = false,
-                      .is_look = true},
+                      .is_appearance = true},
                      {.range = {.name = "/idle", .low = 0.0, .high = 10.0, .scale = FitScale::Linear},
                       .start = 5.0,
                       .is_whole = false,
-                      .is_look = false}};
+                      .is_appearance = false}};
   const AgedSurface start = green_plate({0.1, 0.3, 5.0});
   task.outline = {.name = "plate",
                   .width = kWidth,
@@ -68,7 +68,7 @@ FitTask green_task(const std::filesystem::path& history, double chance, int* num
                   .control_names = {"x"}};
   const auto mutex = std::make_shared<std::mutex>();
   task.age = [chance, num_agings, mutex](const std::vector<double>& values, std::uint64_t seed_shift,
-                                         const RunControl&) -> LookAt {
+                                         const RunControl&) -> ComposeWith {
     if (num_agings) {
       const std::scoped_lock lock(*mutex);
       ++*num_agings;

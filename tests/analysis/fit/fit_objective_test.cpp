@@ -115,8 +115,8 @@ TEST(FitObjective, ASurfaceThatEndsEarlierIsHeldAtItsEnd) {
 }
 
 TEST(FitParameter, RangesAreReadAndRefused) {
-  const FitRange r = parse_fit_range("/rules/2/alpha=0.001:0.1:log");
-  EXPECT_EQ(r.name, "/rules/2/alpha");
+  const FitRange r = parse_fit_range("/rules/2/rate=0.001:0.1:log");
+  EXPECT_EQ(r.name, "/rules/2/rate");
   EXPECT_EQ(r.low, 0.001);
   EXPECT_EQ(r.high, 0.1);
   EXPECT_EQ(r.scale, FitScale::Log);

@@ -124,9 +124,9 @@ TEST(RegisterPair, NamesWhatAPlaneACylinderAndASphereLeaveOpen) {
   struct Case {
     const char* name;
     std::function<double(double, double)> height;
-    std::vector<FreeMotion::Kind> motions;
+    std::vector<UnconstrainedDof::Kind> motions;
   };
-  using enum FreeMotion::Kind;
+  using enum UnconstrainedDof::Kind;
   const std::vector<Case> cases{
       {"plane", [](double x, double y) { return 0.1 * x - 0.2 * y; }, {Shift, Shift, Turn}},
       {"cylinder", [](double, double y) { return std::sqrt(60.0 * 60.0 - y * y) - 40.0; }, {Shift, Turn}},
@@ -140,11 +140,11 @@ TEST(RegisterPair, NamesWhatAPlaneACylinderAndASphereLeaveOpen) {
                                                    {.start = RegistrationStart::Given});
       EXPECT_EQ(found.status, RegistrationStatus::Degenerate)
           << c.name << ", noise " << noise << ": " << name_of(found.status);
-      std::vector<FreeMotion::Kind> kinds;
-      for (const FreeMotion& m : found.free_motions) kinds.push_back(m.kind);
+      std::vector<UnconstrainedDof::Kind> kinds;
+      for (const UnconstrainedDof& m : found.unconstrained_dofs) kinds.push_back(m.kind);
       EXPECT_EQ(kinds, c.motions) << c.name << ", noise " << noise;
       if (c.motions.size() == 2 && kinds == c.motions) {
-        EXPECT_GT(std::abs(found.free_motions[1].direction.x()), 0.999) << "the axis of the cylinder is x";
+        EXPECT_GT(std::abs(found.unconstrained_dofs[1].direction.x()), 0.999) << "the axis of the cylinder is x";
       }
       // What is determined is found all the same: every point of the moved scan lies on the surface again.
       double off = 0.0;

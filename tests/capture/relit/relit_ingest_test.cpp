@@ -110,7 +110,7 @@ TEST(RelitIngest, UndisturbedMoldGivesItsAlbedoToTheRoundingOfHalfFloats) {
   ingest(shared_exact(), temp / "history");
   const MoldErrors e = testing_support::mold_errors(shared_exact(), temp / "history");
   EXPECT_LT(e.albedo_worst, kHalfRounding);
-  EXPECT_GT(e.valid_share, 0.9);  // The outline, whose pixels show two surfaces, is left out.
+  EXPECT_GT(e.valid_share, 0.9);  // The outline, whose pixels show two surfaces, is excluded.
   EXPECT_LT(e.normal_median_deg, 0.01);
 }
 
@@ -150,10 +150,10 @@ TEST(RelitIngest, DisturbedMoldIsWithinWhatWasMeasured) {
   EXPECT_TRUE(fs::exists(temp / "history/report.html"));
   // Its narrow highlights are rejected as well as without a lobe; subtracting lobes of a mixture of copper and patina
   // makes it 5 % worse.
-  ingest(shared_disturbed(), temp / "matt", without_highlights());
-  const MoldErrors matt = testing_support::mold_errors(shared_disturbed(), temp / "matt");
-  EXPECT_LT(e.albedo_median, 1.02 * matt.albedo_median);
-  EXPECT_LT(e.albedo_rms, 1.02 * matt.albedo_rms);
+  ingest(shared_disturbed(), temp / "diffuse", without_highlights());
+  const MoldErrors diffuse = testing_support::mold_errors(shared_disturbed(), temp / "diffuse");
+  EXPECT_LT(e.albedo_median, 1.02 * diffuse.albedo_median);
+  EXPECT_LT(e.albedo_rms, 1.02 * diffuse.albedo_rms);
 }
 
 TEST(RelitIngest, FindsHowTheObjectWasMoved) {

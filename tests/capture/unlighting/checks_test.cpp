@@ -1,4 +1,4 @@
-// What needs no truth: photographs foretold from the others, and codes decoded by the wrong curve.
+// What needs no truth: photographs predicted from the others, and codes decoded by the wrong curve.
 #include <gtest/gtest.h>
 
 #include "capture/unlighting/leave_one_out.h"
@@ -14,7 +14,7 @@ using namespace testing_support;
 TEST(LeaveOneOut, ExactPhotographsForetellEachOther) {
   const LitRelief scene = lit_relief({.size = 48, .cast_shadows = false});
   const UnlightOptions options;
-  for (const LeftOutError& e : leave_one_out(scene.input, options, unlight(scene.input, options))) {
+  for (const LeaveOneOutError& e : leave_one_out(scene.input, options, unlight(scene.input, options))) {
     EXPECT_GT(e.num_samples, 1000);
     EXPECT_LT(e.rms, 1e-4);  // Photographs are float.
     EXPECT_LT(e.median, 1e-4);
@@ -25,7 +25,7 @@ TEST(LeaveOneOut, ALampInAWrongPlaceStandsOut) {
   LitRelief scene = lit_relief({.size = 48, .cast_shadows = false, .normal_noise_deg = 1.0, .noise_share = 0.005});
   scene.input.lights[2].position += Vec3(0, 0, 60.0);
   const UnlightOptions options{.specular = SpecularMode::None};
-  const std::vector<LeftOutError> errors = leave_one_out(scene.input, options, unlight(scene.input, options));
+  const std::vector<LeaveOneOutError> errors = leave_one_out(scene.input, options, unlight(scene.input, options));
   for (std::size_t k = 0; k < errors.size(); ++k) {
     if (k == 2) continue;
     EXPECT_GT(errors[2].median, 2.0 * errors[k].median) << k;

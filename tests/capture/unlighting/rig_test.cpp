@@ -48,8 +48,8 @@ TEST(UnlightRig, ReachesItsGoalsOnGlossyMaterial) {
     EXPECT_LT(relative_error_percent(result, scene.albedo), kGlossPercent);
     EXPECT_LT(median_angle_deg(result.normal, scene.normal, result.mask), kNormal8Deg);
     if (lobe == Gloss::Ggx) continue;
-    const UnlightResult matt = unlight_with_shadows(scene, {.specular = SpecularMode::None});
-    EXPECT_GT(relative_error_percent(matt, scene.albedo), 1.5 * relative_error_percent(result, scene.albedo));
+    const UnlightResult diffuse = unlight_with_shadows(scene, {.specular = SpecularMode::None});
+    EXPECT_GT(relative_error_percent(diffuse, scene.albedo), 1.5 * relative_error_percent(result, scene.albedo));
   }
 }
 

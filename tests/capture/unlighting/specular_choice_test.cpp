@@ -41,7 +41,7 @@ TEST(RobustCost, IsChiSquareThatNoLampRaisesAboveItsRejection) {
   EXPECT_NEAR(robust_cost(s, plain, fit, options), 4.0 + std::log(4.0), 1e-9);
 }
 
-/// A matt relief of which blocks of `block` pixels are glossy, one of `every`.
+/// A diffuse relief of which blocks of `block` pixels are glossy, one of `every`.
 LitRelief patches_of_gloss(int block, int every, LitReliefOptions o) {
   LitRelief scene = lit_relief(o);
   o.gloss = 0.1;

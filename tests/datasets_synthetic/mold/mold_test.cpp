@@ -106,9 +106,9 @@ TEST(Mold, ScannerNoiseHasTheStandardDeviationAskedFor) {
 TEST(Mold, HighlightsOnlyAddLightAndCastShadowsOnlyTakeIt) {
   MoldOptions o = small_exact();
   const MoldRig rig = mold_rig(o);
-  const Mold matt(o);
-  const Mesh surface = mold_surface(matt, rig, 0);
-  const MoldPhotos plain = mold_photos(matt, rig, 0, surface);
+  const Mold diffuse(o);
+  const Mesh surface = mold_surface(diffuse, rig, 0);
+  const MoldPhotos plain = mold_photos(diffuse, rig, 0, surface);
   MoldOptions polished = o, shaded = o;
   polished.highlights = 1.0;
   shaded.shadows = true;

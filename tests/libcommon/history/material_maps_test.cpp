@@ -41,7 +41,7 @@ TEST(TangentSpaceNormals, OfATiltedPlaneAreTheReliefThatWasPutOnIt) {
       put(surface, x, y, world_from_plane.col(2));
     }
   }
-  put(surface, 3, 2, Eigen::Vector3f::Zero());  // A hole in the scan: its neighbors go on with one side.
+  put(surface, 3, 2, Eigen::Vector3f::Zero());  // A hole in the scan: its neighbors continue with one side.
   put(normals, 5, 4, Eigen::Vector3f::Zero());  // Nobody knows.
   const ImageF found = tangent_space_normals(normals, position, surface);
   for (int y = 0; y < kHeight; ++y) {

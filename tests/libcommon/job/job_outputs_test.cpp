@@ -1,4 +1,4 @@
-// What items declare against what they write. Expected: a run that goes on after an interruption ends with the files of
+// What items declare against what they write. Expected: a run that resumes after an interruption ends with the files of
 // one that was not interrupted, so a plan for which that cannot hold is refused.
 #include <fcntl.h>
 #include <gtest/gtest.h>

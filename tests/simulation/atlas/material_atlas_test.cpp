@@ -18,7 +18,7 @@ using testing_support::has;
 Scene scene_of(std::vector<Mesh> meshes, int resolution) {
   Scene scene;
   scene.materials = {"water", "metal"};
-  scene.looks.resize(2);
+  scene.appearance.resize(2);
   scene.resolution = resolution;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     SceneObject object;

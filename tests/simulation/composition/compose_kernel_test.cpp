@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "libcommon/core/random.h"
-#include "simulation/composition/quantized_look.h"
+#include "simulation/composition/quantized_appearance.h"
 #include "tests/simulation/composition/compose_scene.h"
 
 namespace patinate::simulation::composition {
@@ -40,7 +40,7 @@ Composed compose_texel(const ComposeTask& task, std::uint32_t l) {
   i64 total = 0, specular = task.base->specular[l], height = task.height[l];
   std::vector<i64> weights;
   for (std::size_t k = 0; k < static_cast<std::size_t>(task.num_materials); ++k) {
-    const QuantizedLook& look = *task.look[k];
+    const QuantizedAppearance& look = *task.look[k];
     const i64 xi = noise(task.first_texel + l, look.noise_key);
     const i64 delta = i64{task.amount[k][l]} - task.original[k][l];
     i64 w = delta > look.limit ? i64{kMaxWeight} : (std::max<i64>(delta, 0) * look.strength + 8192) >> 14;
@@ -67,11 +67,12 @@ Composed compose_texel(const ComposeTask& task, std::uint32_t l) {
 TEST(ComposeKernel, GivesWhatItsDefinitionInIntegersGives) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     RandomStream random(seed, 1);
-    std::vector<MaterialLook> looks = testing_support::any_looks(static_cast<int>(1 + random.below(8)), seed);
-    if (seed % 10 == 0) looks[0].strength = 1000.0;
-    std::vector<QuantizedLook> quantized;
-    for (std::size_t k = 0; k < looks.size(); ++k)
-      quantized.push_back(quantize(looks[k], 300.0, noise_key(static_cast<int>(k))));
+    std::vector<MaterialAppearance> appearance =
+        testing_support::any_appearance(static_cast<int>(1 + random.below(8)), seed);
+    if (seed % 10 == 0) appearance[0].strength = 1000.0;
+    std::vector<QuantizedAppearance> quantized;
+    for (std::size_t k = 0; k < appearance.size(); ++k)
+      quantized.push_back(quantize(appearance[k], 300.0, noise_key(static_cast<int>(k))));
     std::vector<std::uint16_t> amounts(8 * kTile), originals(8 * kTile), picture(3 * kTile);
     for (std::uint16_t& v : amounts) v = static_cast<std::uint16_t>(random.below(seed % 3 == 0 ? 65536 : 9000));
     for (std::uint16_t& v : originals) v = static_cast<std::uint16_t>(random.below(seed % 4 == 0 ? 65536 : 2000));
@@ -85,8 +86,8 @@ TEST(ComposeKernel, GivesWhatItsDefinitionInIntegersGives) {
       heights[l] = static_cast<std::int32_t>(random.below(1u << 28)) - kMaxHeight;
     }
     ComposeTask task;
-    task.num_materials = static_cast<int>(looks.size());
-    for (std::size_t k = 0; k < looks.size(); ++k) {
+    task.num_materials = static_cast<int>(appearance.size());
+    for (std::size_t k = 0; k < appearance.size(); ++k) {
       task.look[k] = &quantized[k];
       task.amount[k] = &amounts[k * kTile];
       task.original[k] = &originals[k * kTile];
@@ -112,7 +113,7 @@ TEST(ComposeKernel, GivesWhatItsDefinitionInIntegersGives) {
 
 TEST(ComposeKernel, NormalizesWeightsByAnExactQuotient) {
   // One material, white, over nothing: the share of each total weight above 1, up to that of eight materials.
-  QuantizedLook look;
+  QuantizedAppearance look;
   look.strength = kOne;
   look.color = {65535, 65535, 65535};
   BaseTile base{};

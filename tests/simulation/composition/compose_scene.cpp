@@ -7,14 +7,14 @@
 
 namespace patinate::testing_support {
 
-ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> looks,
+ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialAppearance> appearance,
                            const std::function<void(Scene&)>& change) {
   SceneObject object;
   object.name = "object";
   object.mesh = std::move(mesh);
   scene.objects.push_back(std::move(object));
-  for (std::size_t i = 0; i < looks.size(); ++i) scene.materials.push_back("material" + std::to_string(i));
-  scene.looks = std::move(looks);
+  for (std::size_t i = 0; i < appearance.size(); ++i) scene.materials.push_back("material" + std::to_string(i));
+  scene.appearance = std::move(appearance);
   scene.resolution = resolution;
   if (change) change(scene);
   scene_mesh = make_scene_mesh(scene);
@@ -43,11 +43,11 @@ void ComposeScene::set(int material, const std::function<double(int, int, const 
   }
 }
 
-std::vector<MaterialLook> any_looks(int num_materials, std::uint64_t seed) {
-  std::vector<MaterialLook> looks;
+std::vector<MaterialAppearance> any_appearance(int num_materials, std::uint64_t seed) {
+  std::vector<MaterialAppearance> appearance;
   for (int i = 0; i < num_materials; ++i) {
     RandomStream random(seed, static_cast<std::uint64_t>(i));
-    MaterialLook look;
+    MaterialAppearance look;
     look.color.color = Vec3(random.uniform(), random.uniform(), random.uniform());
     look.strength = i == 0 ? 1.0 : std::exp(4.0 * random.uniform() - 2.0);
     look.variation = i % 3 == 0 ? 0.0 : random.uniform();
@@ -55,9 +55,9 @@ std::vector<MaterialLook> any_looks(int num_materials, std::uint64_t seed) {
     look.specular_variation = i % 2 == 0 ? 0.0 : random.uniform();
     look.height_mm = 0.5 * (2.0 * random.uniform() - 1.0);
     look.height_variation = i % 2 == 1 ? 0.0 : random.uniform();
-    looks.push_back(std::move(look));
+    appearance.push_back(std::move(look));
   }
-  return looks;
+  return appearance;
 }
 
 void set_any_amounts(ComposeScene& scene, std::uint64_t seed) {

@@ -14,8 +14,8 @@ namespace patinate::testing_support {
 
 /// A scene of one object, its atlas and its amounts, all original at first.
 struct ComposeScene {
-  /// @param looks  One a material.
-  ComposeScene(Mesh mesh, int resolution, std::vector<MaterialLook> looks,
+  /// @param appearance  One a material.
+  ComposeScene(Mesh mesh, int resolution, std::vector<MaterialAppearance> appearance,
                const std::function<void(Scene&)>& change = {});
 
   /// value(x, y, position in mm) is the new amount of a material; 1 = kAmountOne; rounded and kept in range.
@@ -32,7 +32,7 @@ struct ComposeScene {
 };
 
 /// Looks of eight materials with every kind of number in them, different for each seed.
-[[nodiscard]] std::vector<MaterialLook> any_looks(int num_materials, std::uint64_t seed);
+[[nodiscard]] std::vector<MaterialAppearance> any_appearance(int num_materials, std::uint64_t seed);
 /// Amounts of all materials that vary by texel, some left as they are; pages of the last material stay untouched.
 void set_any_amounts(ComposeScene& scene, std::uint64_t seed);
 

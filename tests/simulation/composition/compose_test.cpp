@@ -16,7 +16,7 @@
 namespace patinate::simulation {
 namespace {
 
-using testing_support::any_looks;
+using testing_support::any_appearance;
 using testing_support::ComposeScene;
 using testing_support::cut_plane;
 using testing_support::error_of;
@@ -26,8 +26,8 @@ using testing_support::unit_plane;
 
 constexpr int kSide = 64;
 
-MaterialLook plain_look(const Vec3& color) {
-  MaterialLook look;
+MaterialAppearance plain_look(const Vec3& color) {
+  MaterialAppearance look;
   look.color.color = color;
   return look;
 }
@@ -130,10 +130,10 @@ TEST(Composer, WeightsSumToOneWhereThePublishedFormDarkensThinLayers) {
 }
 
 TEST(Composer, FormsAgreeWhereMaterialsCoverTheSurface) {
-  ComposeScene scene(unit_plane(64.0), kSide, any_looks(4, 3));
+  ComposeScene scene(unit_plane(64.0), kSide, any_appearance(4, 3));
   set_any_amounts(scene, 3);
-  scene.scene.looks[0].strength = 2.0;
-  scene.scene.looks[0].variation = 0.0;
+  scene.scene.appearance[0].strength = 2.0;
+  scene.scene.appearance[0].variation = 0.0;
   scene.set(0, [](int, int, const Vec3&) { return 0.6; });  // weight 1.2 everywhere
   Composer normalized = scene.composer(), published = scene.composer(ColorForm::Published);
   (void)normalized.compose(*scene.atlas, {});
@@ -154,12 +154,12 @@ TEST(Composer, MoreOfAMaterialIsNeverLessOfItsColor) {
 }
 
 TEST(Composer, OrderOfMaterialsDoesNotMatter) {
-  std::vector<MaterialLook> looks = any_looks(3, 8);
-  for (MaterialLook& look : looks)
+  std::vector<MaterialAppearance> appearance = any_appearance(3, 8);
+  for (MaterialAppearance& look : appearance)
     look.variation = look.specular_variation = look.height_variation = 0.0;  // noise is by material
-  ComposeScene one(unit_plane(64.0), kSide, looks);
-  std::swap(looks[0], looks[2]);
-  ComposeScene other(unit_plane(64.0), kSide, looks);
+  ComposeScene one(unit_plane(64.0), kSide, appearance);
+  std::swap(appearance[0], appearance[2]);
+  ComposeScene other(unit_plane(64.0), kSide, appearance);
   const auto amount = [](int m) {
     return [m](int x, int y, const Vec3&) { return (x * (m + 1) % 13 + y % (m + 2)) / 13.0; };
   };
@@ -173,7 +173,7 @@ TEST(Composer, OrderOfMaterialsDoesNotMatter) {
 }
 
 TEST(Composer, WhatIsTakenAwayLowersTheSurfaceAndLeavesTheColor) {
-  MaterialLook metal = plain_look({0, 1, 0});
+  MaterialAppearance metal = plain_look({0, 1, 0});
   metal.height_mm = 2.0;
   metal.specular = 0.5;
   ComposeScene scene(unit_plane(64.0), kSide, {metal}, [](Scene& s) {
@@ -190,7 +190,7 @@ TEST(Composer, WhatIsTakenAwayLowersTheSurfaceAndLeavesTheColor) {
 }
 
 TEST(Composer, VariationKeepsTheMeanAndHasItsSpread) {
-  MaterialLook look = plain_look({1, 1, 1});
+  MaterialAppearance look = plain_look({1, 1, 1});
   look.variation = 0.5;
   look.height_mm = 1.0;
   look.height_variation = 1.0;
@@ -226,14 +226,14 @@ TEST(Composer, VariationKeepsTheMeanAndHasItsSpread) {
 TEST(Composer, AgreesWithTheSlowVersionToACode) {
   for (const ColorForm form : {ColorForm::Normalized, ColorForm::Published}) {
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
-      ComposeScene scene(cut_plane(96.0), 96, any_looks(8, seed), [&](Scene& s) {
+      ComposeScene scene(cut_plane(96.0), 96, any_appearance(8, seed), [&](Scene& s) {
         s.objects[0].preset.amounts = {0.4, 0, 0.2, 0, 0, 1.0, 0, 0.3};
         if (seed == 0) return;
         s.objects[0].color_map = all_codes();
         s.objects[0].specular_map = ImageF(20, 30, 1, 0.4f);
         s.objects[0].height_map = ImageF(48, 48);
         for (int i = 0; i < 48 * 48; ++i) s.objects[0].height_map.data()[i] = static_cast<float>(i % 48) / 9.0f;
-        if (seed == 2) s.looks[1].color.image = all_codes();
+        if (seed == 2) s.appearance[1].color.image = all_codes();
       });
       set_any_amounts(scene, seed);
       Composer composer = scene.composer(form);
@@ -264,7 +264,7 @@ TEST(Composer, AgreesWithTheSlowVersionToACode) {
 }
 
 TEST(Composer, GivesTheSameBytesForAnyNumberOfThreadsAndInstructionSet) {
-  ComposeScene scene(cut_plane(200.0), 200, any_looks(6, 5));
+  ComposeScene scene(cut_plane(200.0), 200, any_appearance(6, 5));
   set_any_amounts(scene, 5);
   Composer plain = scene.composer();
   plain.use(InstructionSet::Baseline);
@@ -288,7 +288,7 @@ TEST(Composer, GivesTheSameBytesForAnyNumberOfThreadsAndInstructionSet) {
 }
 
 TEST(Composer, RecomposesOnlyWhatChangedAndAsIfItWereAll) {
-  ComposeScene scene(cut_plane(200.0), 200, any_looks(3, 6));
+  ComposeScene scene(cut_plane(200.0), 200, any_appearance(3, 6));
   set_any_amounts(scene, 6);
   Composer composer = scene.composer();
   (void)composer.compose(*scene.atlas, {});
@@ -321,12 +321,12 @@ TEST(Composer, RecomposesOnlyWhatChangedAndAsIfItWereAll) {
 }
 
 TEST(Composer, OtherLooksAndFormsGiveWhatComposingAnewGives) {
-  ComposeScene scene(unit_plane(100.0), 100, any_looks(4, 1));
+  ComposeScene scene(unit_plane(100.0), 100, any_appearance(4, 1));
   set_any_amounts(scene, 1);
   Composer composer = scene.composer();
   (void)composer.compose(*scene.atlas, {});
-  scene.scene.looks = any_looks(4, 2);
-  composer.set_looks(scene.scene.looks);
+  scene.scene.appearance = any_appearance(4, 2);
+  composer.set_appearance(scene.scene.appearance);
   composer.set_form(ColorForm::Published);
   EXPECT_FALSE(composer.compose(*scene.atlas, {}).empty());
   Composer anew = scene.composer(ColorForm::Published);
@@ -338,17 +338,17 @@ TEST(Composer, OtherLooksAndFormsGiveWhatComposingAnewGives) {
 }
 
 TEST(Composer, StaysInRangeForTheLargestValuesThatThereAre) {
-  std::vector<MaterialLook> looks(8);
-  for (std::size_t i = 0; i < looks.size(); ++i) {
-    looks[i] = {.color = {{1, 1, 1}, {}},
-                .strength = 1000.0,
-                .variation = 1.0,
-                .specular = i % 2 == 0 ? 1.0 : -1.0,
-                .specular_variation = 1.0,
-                .height_mm = i < 6 ? 1e6 : -1e6,
-                .height_variation = 1.0};
+  std::vector<MaterialAppearance> appearance(8);
+  for (std::size_t i = 0; i < appearance.size(); ++i) {
+    appearance[i] = {.color = {{1, 1, 1}, {}},
+                     .strength = 1000.0,
+                     .variation = 1.0,
+                     .specular = i % 2 == 0 ? 1.0 : -1.0,
+                     .specular_variation = 1.0,
+                     .height_mm = i < 6 ? 1e6 : -1e6,
+                     .height_variation = 1.0};
   }
-  ComposeScene scene(unit_plane(1.0), kSide, looks, [](Scene& s) {
+  ComposeScene scene(unit_plane(1.0), kSide, appearance, [](Scene& s) {
     s.objects[0].height_map = ImageF(8, 8, 1, std::numeric_limits<float>::infinity());
     s.objects[0].height_map.at(3, 3) = -1e30f;
     s.objects[0].color_map = ImageF(8, 8, 3, std::numeric_limits<float>::quiet_NaN());
@@ -368,7 +368,7 @@ TEST(Composer, StaysInRangeForTheLargestValuesThatThereAre) {
 }
 
 TEST(Composer, FillsGuttersFromTheNearestTexel) {
-  ComposeScene scene(cut_plane(100.0), 100, any_looks(3, 4));
+  ComposeScene scene(cut_plane(100.0), 100, any_appearance(3, 4));
   set_any_amounts(scene, 4);
   Composer composer = scene.composer();
   (void)composer.compose(*scene.atlas, {});
@@ -385,13 +385,14 @@ TEST(Composer, FillsGuttersFromTheNearestTexel) {
 }
 
 TEST(Composer, RefusesWhatDoesNotFit) {
-  ComposeScene scene(unit_plane(10.0), 16, any_looks(2, 1)), other(unit_plane(10.0), 16, any_looks(2, 1));
+  ComposeScene scene(unit_plane(10.0), 16, any_appearance(2, 1)), other(unit_plane(10.0), 16, any_appearance(2, 1));
   Composer composer = scene.composer();
   EXPECT_TRUE(has(error_of([&] { (void)composer.compose(*other.atlas, {}); }), "not that of the composer"));
-  EXPECT_TRUE(has(error_of([&] { composer.set_looks(any_looks(3, 1)); }), "3 looks were given for 2 materials"));
-  std::vector<MaterialLook> looks = any_looks(2, 1);
-  looks[1].variation = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(has(error_of([&] { composer.set_looks(looks); }), "variation"));
+  EXPECT_TRUE(has(error_of([&] { composer.set_appearance(any_appearance(3, 1)); }),
+                  "3 appearances were given for 2 materials"));
+  std::vector<MaterialAppearance> appearance = any_appearance(2, 1);
+  appearance[1].variation = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(has(error_of([&] { composer.set_appearance(appearance); }), "variation"));
   (void)composer.compose(*scene.atlas, {});
   const std::vector<TileIndex> outside{1u << 30};
   EXPECT_TRUE(has(error_of([&] { (void)composer.compose(*scene.atlas, outside); }), "no tile"));

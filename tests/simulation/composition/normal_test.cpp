@@ -20,8 +20,8 @@ constexpr double kSide = 96.0;
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kAmountPerMm = 0.125;  // 8 mm by amount 1: a quantum of amount is half a quantum of height
 
-MaterialLook relief() {
-  MaterialLook look;
+MaterialAppearance relief() {
+  MaterialAppearance look;
   look.strength = 0.0;
   look.height_mm = 1.0 / kAmountPerMm;
   return look;
@@ -124,7 +124,7 @@ TEST(ComposedNormals, FollowTheConventionOfGltf) {
 }
 
 TEST(ComposedNormals, AFlatSurfaceIsExactlyBlue) {
-  MaterialLook paint = relief();
+  MaterialAppearance paint = relief();
   paint.strength = 1.0;
   ComposeScene scene(cut_plane(kSide), 96, {paint});
   scene.set(0, [](int, int, const Vec3&) { return 0.37; });  // raised alike everywhere

@@ -20,7 +20,7 @@ using testing_support::rust_rule;
 /// The plate with relief of rust, in denser rain that washes a little of it on.
 Scene plate(int resolution = 96) {
   Scene scene = testing_support::plate_scene(resolution);
-  scene.looks[2].height_mm = 0.3;
+  scene.appearance[2].height_mm = 0.3;
   scene.emitters[0].gammatons = 300;
   scene.emitters[0].spread_deg = 5;
   scene.exchange.rates[2] = 0.02;
@@ -182,8 +182,8 @@ SceneEvent rule_event(std::int64_t iteration, const std::string& name, RuleChang
 
 /// Dust settles where it is level and open: asks for two maps that no rule of plate() does.
 Rule settling_rule() {
-  Rule rule{.name = "settling", .driver = "exposure * max(0, 1 - slope)", .alpha = 0.3};
-  rule.makes[2] = 0.5;
+  Rule rule{.name = "settling", .driver = "exposure * max(0, 1 - slope)", .rate = 0.3};
+  rule.products[2] = 0.5;
   return rule;
 }
 
@@ -194,9 +194,10 @@ TEST(Simulation, ChangedRulesAreTheSameAtOnceFromAFileAndAcrossSnapshots) {
   const SceneEvent moved{.iteration = 12, .what = MoveEvent{.target = "plate", .position_mm = Vec3(20, 0, 0)}};
   Scene written = plate();
   written.events = {
-      rule_event(11, "rust", {.driver = {}, .alpha = 2.0, .makes = half, .uses = some, .begins = {}}), moved,
-      rule_event(21, "settling", {.driver = {}, .alpha = {}, .makes = {}, .uses = {}, .begins = settling_rule()}),
-      rule_event(30, "settling", {.driver = "slope", .alpha = {}, .makes = {}, .uses = {}, .begins = {}})};
+      rule_event(11, "rust", {.driver = {}, .rate = 2.0, .products = half, .reactants = some, .begins = {}}), moved,
+      rule_event(21, "settling",
+                 {.driver = {}, .rate = {}, .products = {}, .reactants = {}, .begins = settling_rule()}),
+      rule_event(30, "settling", {.driver = "slope", .rate = {}, .products = {}, .reactants = {}, .begins = {}})};
   Simulation replayed(written), live(plate());
   std::vector<std::byte> half_way;
   for (int i = 0; i < 45; ++i) {
@@ -209,7 +210,7 @@ TEST(Simulation, ChangedRulesAreTheSameAtOnceFromAFileAndAcrossSnapshots) {
   }
   EXPECT_EQ(live.atlas().hash(), replayed.atlas().hash());
   ASSERT_EQ(live.scene().rules.size(), 2U);
-  EXPECT_EQ(live.scene().rules[0].alpha, 2.0);
+  EXPECT_EQ(live.scene().rules[0].rate, 2.0);
   EXPECT_EQ(live.scene().rules[1].driver, "slope");
   Simulation resumed(written);  // its plate stands elsewhere when the maps of the new rule are made again
   resumed.restore(half_way);
@@ -230,10 +231,10 @@ TEST(Simulation, ARuleOfAlphaZeroMakesNothingMore) {
   run(simulation, 30);
   const MassSum made = simulation.ledger().account(2).made;
   EXPECT_GT(made.value(), 0.0);
-  simulation.apply(rule_event(0, "rust", {.driver = {}, .alpha = 0.0, .makes = {}, .uses = {}, .begins = {}}));
+  simulation.apply(rule_event(0, "rust", {.driver = {}, .rate = 0.0, .products = {}, .reactants = {}, .begins = {}}));
   run(simulation, 30);
   EXPECT_EQ(simulation.ledger().account(2).made.value(), made.value());
-  simulation.apply(rule_event(0, "rust", {.driver = {}, .alpha = 0.5, .makes = {}, .uses = {}, .begins = {}}));
+  simulation.apply(rule_event(0, "rust", {.driver = {}, .rate = 0.5, .products = {}, .reactants = {}, .begins = {}}));
   run(simulation, 10);
   EXPECT_GT(simulation.ledger().account(2).made.value(), made.value());
 }
@@ -245,19 +246,20 @@ TEST(Simulation, ARuleThatCannotBeIsRefusedAndChangesNothing) {
   const auto refused = [&](const std::string& name, RuleChange change) {
     return error_of([&] { simulation.apply(rule_event(0, name, std::move(change))); });
   };
-  EXPECT_TRUE(has(refused("rusty", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}}),
+  EXPECT_TRUE(has(refused("rusty", {.driver = {}, .rate = 1.0, .products = {}, .reactants = {}, .begins = {}}),
                   "no rule called 'rusty'"));
   EXPECT_TRUE(
-      has(refused("rust", {.driver = "min(water, gold)", .alpha = {}, .makes = {}, .uses = {}, .begins = {}}), "gold"));
-  EXPECT_TRUE(has(refused("rust", {.driver = {}, .alpha = -1.0, .makes = {}, .uses = {}, .begins = {}}),
-                  "alpha of rule 'rust'"));
+      has(refused("rust", {.driver = "min(water, gold)", .rate = {}, .products = {}, .reactants = {}, .begins = {}}),
+          "gold"));
+  EXPECT_TRUE(has(refused("rust", {.driver = {}, .rate = -1.0, .products = {}, .reactants = {}, .begins = {}}),
+                  "rate of rule 'rust'"));
   EXPECT_TRUE(simulation.snapshot() == before);
   Scene twins = plate();
   twins.rules.push_back(rust_rule(0.5));
   Simulation two(twins);
   EXPECT_TRUE(has(error_of([&] {
-                    two.apply(
-                        rule_event(0, "rust", {.driver = {}, .alpha = 1.0, .makes = {}, .uses = {}, .begins = {}}));
+                    two.apply(rule_event(0, "rust",
+                                         {.driver = {}, .rate = 1.0, .products = {}, .reactants = {}, .begins = {}}));
                   }),
                   "two rules are called 'rust'"));
 }
@@ -341,11 +343,11 @@ TEST(Simulation, OtherLooksChangeNoAmounts) {
   run(simulation, 60);
   const std::string hash = simulation.atlas().hash();
   const ImageU8 rusty = simulation.compose().color_srgb8();
-  std::vector<MaterialLook> looks = simulation.scene().looks;
-  for (MaterialLook& look : looks) look.strength = 0.0;
-  simulation.set_looks(looks);
+  std::vector<MaterialAppearance> appearance = simulation.scene().appearance;
+  for (MaterialAppearance& look : appearance) look.strength = 0.0;
+  simulation.set_appearance(appearance);
   EXPECT_NE(simulation.compose().color_srgb8(), rusty);
-  simulation.set_looks(plate().looks);
+  simulation.set_appearance(plate().appearance);
   EXPECT_EQ(simulation.compose().color_srgb8(), rusty);
   EXPECT_EQ(simulation.atlas().hash(), hash);
 }

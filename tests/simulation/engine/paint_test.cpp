@@ -109,7 +109,7 @@ TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
   run(at_its_end, 12);
   const std::uint64_t steps = static_cast<std::uint64_t>(at_its_end.num_paint_steps());
   EXPECT_EQ(steps, 0u);
-  at_its_end.apply_due();  // a run that ends here has the strokes in its picture, and goes on to the same bytes
+  at_its_end.apply_due();  // a run that ends here has the strokes in its picture, and continues to the same bytes
   EXPECT_EQ(at_its_end.num_paint_steps(), 32);
   run(at_its_end, 8);
   EXPECT_EQ(at_its_end.atlas().hash(), live.atlas().hash());

@@ -17,9 +17,9 @@ constexpr double kGoal = 1.05;
 Scene quilt(int splat_texels) {
   Scene scene;
   scene.materials = {"dirt"};
-  scene.looks.resize(1);
-  scene.looks[0].color.color = Vec3(0.05, 0.04, 0.03);
-  scene.looks[0].height_mm = 0.1;
+  scene.appearance.resize(1);
+  scene.appearance[0].color.color = Vec3(0.05, 0.04, 0.03);
+  scene.appearance[0].height_mm = 0.1;
   scene.resolution = 512;
   SceneObject object;
   object.name = "quilt";

@@ -75,7 +75,7 @@ TEST(SimulationTruths, HitsOfAFacetGoByItsAreaAndItsCosine) {
 
 TEST(SimulationTruths, NoQuantumIsLostInAHundredThousandIterations) {
   // A few drops on a small plate for very long, with rates from the smallest to all at once; `simulation_benchmark
-  // books` does a million.
+  // mass_balance` does a million.
   RunControl one_thread;  // there is too little to share
   one_thread.num_threads = 1;
   for (const double ratio : {0.0, 0.37, 0.5, 1.0}) {

@@ -89,9 +89,9 @@ Json members(const BehaviorEvent& e, const Scene&) {
 Json members(const RuleEvent& e, const Scene& scene) {
   Json json{{"op", "rule"}, {"target", e.rule}};
   if (e.change.driver) json["driver"] = *e.change.driver;
-  if (e.change.alpha) json["alpha"] = *e.change.alpha;
-  if (e.change.makes) json["makes"] = amounts_json(*e.change.makes, scene);
-  if (e.change.uses) json["uses"] = amounts_json(*e.change.uses, scene);
+  if (e.change.rate) json["rate"] = *e.change.rate;
+  if (e.change.products) json["products"] = amounts_json(*e.change.products, scene);
+  if (e.change.reactants) json["reactants"] = amounts_json(*e.change.reactants, scene);
   return json;
 }
 Json members(const PaintEvent& e, const Scene&) {
@@ -123,11 +123,11 @@ std::vector<SceneEvent> one_of_each() {
   rain.gammatons = 70;
   rain.carries = {0.5, 0, 0.25};
   rain.is_on = true;
-  RuleChange begun{.driver = "slope", .alpha = 0.75, .makes = MaterialValues{0, 0, 2}, .uses = {}, .begins = {}};
+  RuleChange begun{.driver = "slope", .rate = 0.75, .products = MaterialValues{0, 0, 2}, .reactants = {}, .begins = {}};
   RuleChange changed{.driver = "water",
-                     .alpha = 0.125,
-                     .makes = MaterialValues{0, 0, 3},
-                     .uses = MaterialValues{1, 0, 0},
+                     .rate = 0.125,
+                     .products = MaterialValues{0, 0, 3},
+                     .reactants = MaterialValues{1, 0, 0},
                      .begins = {}};
   return {{1, MoveEvent{.target = "plate", .position_mm = Vec3(30, -5, 1)}},
           {2, MoveEvent{.target = "rain", .position_mm = Vec3(0, 500, 0)}},
@@ -178,7 +178,7 @@ TEST(SceneEvents, ARuleThatTheSceneLacksBeginsWithWhatIsGiven) {
   EXPECT_EQ(change.begins->name, "new");
   EXPECT_EQ(change.begins->driver, "slope");
   EXPECT_EQ(change.begins->makes, (MaterialValues{0, 0, 2}));
-  EXPECT_FALSE(change.uses);
+  EXPECT_FALSE(change.reactants);
 }
 
 TEST(SceneEvents, AStrokeIsSwitchedOnMovesEvenlyAndIsSwitchedOff) {

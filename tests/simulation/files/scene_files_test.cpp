@@ -49,12 +49,12 @@ TEST_F(SceneFiles, EqualFilesAreOneAndOthersOfTheSameNameGetANumber) {
   EXPECT_EQ(written["appearance"], root_["appearance"]);
   EXPECT_EQ(read_file(temp_ / "out/scene/wall-2.obj"), std::string(100, 'b'));
   EXPECT_EQ(copy.files.size(), 3u);
-  EXPECT_TRUE(copy.left_out.empty());
+  EXPECT_TRUE(copy.excluded.empty());
 }
 
 TEST_F(SceneFiles, WhatIsTooLargeStaysWhereItIs) {
   const SceneCopy copy = plan_scene_copy(scene(), root_, temp_ / "out/scene", 5'000);
-  EXPECT_EQ(copy.left_out, std::vector<std::string>{"big.png"});
+  EXPECT_EQ(copy.excluded, std::vector<std::string>{"big.png"});
   write_scene_copy(copy, temp_ / "out/scene");
   const Json written = load_json(temp_ / "out/scene/wall.json");
   EXPECT_EQ(written["objects"][2]["maps"]["color"], "../../big.png");

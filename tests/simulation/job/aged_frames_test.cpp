@@ -24,7 +24,7 @@ TEST(AgedFrames, ShowWhatTheSimulationShowsAtEveryFrame) {
   const SceneFile file = plate();
   AgedFrames aged(file, {});
   EXPECT_EQ(aged.times(), (std::vector<double>{0.0, 0.4, 0.8, 1.0}));
-  const std::vector<ImageF> frames = aged.compose(file.scene.looks);
+  const std::vector<ImageF> frames = aged.compose(file.scene.appearance);
   Simulation simulation(file.scene, {.parameter_maps = {"hits"}});
   std::size_t k = 0;
   for (const std::int64_t end : {0, 8, 16, 20}) {
@@ -39,15 +39,15 @@ TEST(AgedFrames, ShowWhatTheSimulationShowsAtEveryFrame) {
 TEST(AgedFrames, AnotherLookIsThatOfASimulationWithItAndTheFirstOneComesBack) {
   SceneFile file = plate();
   AgedFrames aged(file, {});
-  const std::vector<ImageF> before = aged.compose(file.scene.looks);
-  std::vector<MaterialLook> other = file.scene.looks;
+  const std::vector<ImageF> before = aged.compose(file.scene.appearance);
+  std::vector<MaterialAppearance> other = file.scene.appearance;
   other[2].strength = 0.3;
   other[2].variation = 0.5;
   other[0].color.color = Vec3(0.0, 0.0, 0.5);
   SceneFile changed = file;
-  changed.scene.looks = other;
+  changed.scene.appearance = other;
   const std::vector<ImageF> expected = AgedFrames(changed, {}).compose(other), got = aged.compose(other),
-                            after = aged.compose(file.scene.looks);
+                            after = aged.compose(file.scene.appearance);
   for (std::size_t k = 0; k < before.size(); ++k) {
     EXPECT_EQ(values_of(got[k]), values_of(expected[k]));
     EXPECT_EQ(values_of(after[k]), values_of(before[k]));

@@ -40,34 +40,34 @@ TEST(RuleIo, EveryBuiltInRuleCanBeReadAndSaysWhatItIs) {
   }
 }
 
-TEST(RuleIo, PublishedRulesAreAsPublished) {
+TEST(RuleIo, BuiltInRulesHaveTheReactantsAndProductsOfTheirPage) {
   EXPECT_EQ(built_in_rule("rust").driver, "min(water, metal)");
-  EXPECT_TRUE(built_in_rule("rust").uses.empty());
-  EXPECT_EQ(built_in_rule("rust_consuming").uses, (std::vector<std::pair<std::string, double>>{{"metal", 1.0}}));
-  EXPECT_EQ(built_in_rule("decay").makes,
+  EXPECT_TRUE(built_in_rule("rust").reactants.empty());
+  EXPECT_EQ(built_in_rule("rust_consuming").reactants, (std::vector<std::pair<std::string, double>>{{"metal", 1.0}}));
+  EXPECT_EQ(built_in_rule("decay").products,
             (std::vector<std::pair<std::string, double>>{{"organic", 1.0}, {"dirt", 1.0}}));
-  EXPECT_EQ(built_in_rule("evaporation").uses, (std::vector<std::pair<std::string, double>>{{"water", 1.0}}));
+  EXPECT_EQ(built_in_rule("evaporation").reactants, (std::vector<std::pair<std::string, double>>{{"water", 1.0}}));
 }
 
 TEST(RuleIo, ASceneNamesABuiltInRuleOneWithChangesAFileOrANewOne) {
-  EXPECT_EQ(read(R"("rust")").makes[2], 1.0);
-  const Rule slow = read(R"({"name": "evaporation", "alpha": 0.02})");
-  EXPECT_EQ(slow.alpha, 0.02);
+  EXPECT_EQ(read(R"("rust")").products[2], 1.0);
+  const Rule slow = read(R"({"name": "evaporation", "rate": 0.02})");
+  EXPECT_EQ(slow.rate, 0.02);
   EXPECT_EQ(slow.driver, "water");
-  EXPECT_EQ(slow.uses[0], 1.0);
-  const Rule own =
-      read(R"({"name": "mud", "driver": "water*dirt", "alpha": 2, "makes": {"dirt": 0.5}, "uses": {"water": 0.25}})");
+  EXPECT_EQ(slow.reactants[0], 1.0);
+  const Rule own = read(
+      R"({"name": "mud", "driver": "water*dirt", "rate": 2, "products": {"dirt": 0.5}, "reactants": {"water": 0.25}})");
   EXPECT_EQ(own.name, "mud");
-  EXPECT_EQ(own.makes[3], 0.5);
-  EXPECT_EQ(own.uses[0], 0.25);
+  EXPECT_EQ(own.products[3], 0.5);
+  EXPECT_EQ(own.reactants[0], 0.25);
 
   const testing_support::TempFolder folder;
   std::filesystem::create_directory(folder / "rules");
   write_atomically(folder / "rules/mine.json",
-                   "// mine\n{\"format\": \"patinate.rule\", \"version\": 1, \"name\": \"mine\", \"driver\": "
-                   "\"!water\", \"makes\": {\"dirt\": 2}}");
-  EXPECT_EQ(read(R"("rules/mine.json")", folder / "scene.json").makes[3], 2.0);
-  EXPECT_EQ(read(R"({"file": "rules/mine.json", "alpha": 4})", folder / "scene.json").alpha, 4.0);
+                   "// mine\n{\"format\": \"patinate.rule\", \"version\": 2, \"name\": \"mine\", \"driver\": "
+                   "\"!water\", \"products\": {\"dirt\": 2}}");
+  EXPECT_EQ(read(R"("rules/mine.json")", folder / "scene.json").products[3], 2.0);
+  EXPECT_EQ(read(R"({"file": "rules/mine.json", "rate": 4})", folder / "scene.json").rate, 4.0);
 }
 
 TEST(RuleIo, SaysWhereAndWhatIsWrong) {
@@ -75,14 +75,14 @@ TEST(RuleIo, SaysWhereAndWhatIsWrong) {
                   "scene.json: /rules/0: found \"rusty\"; expected a built-in rule (rust, rust_consuming, "));
   EXPECT_TRUE(has(says(R"("rusty")"), "did you mean `rust`?"));
   EXPECT_EQ(says(R"("decay")"),
-            "scene.json: /rules/0: rule 'decay' makes `organic`, which is none of the scene's materials");
-  EXPECT_TRUE(has(says(R"({"name": "evaporation", "alpha": -1})"), "scene.json: /rules/0/alpha: found -1"));
-  EXPECT_TRUE(has(says(R"({"name": "evaporation", "alfa": 1})"), "/rules/0/alfa: unknown key; did you mean `alpha`?"));
+            "scene.json: /rules/0: products of rule 'decay': `organic` is none of the scene's materials");
+  EXPECT_TRUE(has(says(R"({"name": "evaporation", "rate": -1})"), "scene.json: /rules/0/rate: found -1"));
+  EXPECT_TRUE(has(says(R"({"name": "evaporation", "rade": 1})"), "/rules/0/rade: unknown key; did you mean `rate`?"));
   EXPECT_TRUE(has(says(R"_({"name": "rust", "driver": "min(watr, metal)"})_"),
                   "position 5: unknown material or parameter `watr`; did you mean `water`?"));
-  EXPECT_TRUE(has(says(R"({"name": "rust", "makes": {"rusd": 1}})"),
-                  "makes `rusd`, which is none of the scene's materials; did you mean `rust`?"));
-  EXPECT_TRUE(has(says(R"({"name": "rust", "makes": {"rust": "much"}})"), "/rules/0/makes/rust: found \"much\""));
+  EXPECT_TRUE(has(says(R"({"name": "rust", "products": {"rusd": 1}})"),
+                  "`rusd` is none of the scene's materials; did you mean `rust`?"));
+  EXPECT_TRUE(has(says(R"({"name": "rust", "products": {"rust": "much"}})"), "/rules/0/products/rust: found \"much\""));
   EXPECT_TRUE(has(says("5"), "expected the name of a rule, a path, or an object"));
   EXPECT_TRUE(has(says(R"("nowhere/rule.json")"), "nowhere/rule.json"));
 }
@@ -93,12 +93,24 @@ TEST(RuleIo, AFileNeedsItsFormatADriverAndAnEffect) {
     write_atomically(folder / "rule.json", text);
     return error_of([&] { (void)load_rule(folder / "rule.json"); });
   };
-  EXPECT_EQ(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "driver": "1", "uses": {"water": 1}})"), "");
+  EXPECT_EQ(load(R"({"format": "patinate.rule", "version": 2, "name": "x", "driver": "1", "reactants": {"water": 1}})"),
+            "");
   EXPECT_TRUE(has(load(R"({"format": "patinate.scene", "version": 1})"), "/format"));
-  EXPECT_TRUE(has(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "makes": {"water": 1}})"),
+  EXPECT_TRUE(has(load(R"({"format": "patinate.rule", "version": 2, "name": "x", "products": {"water": 1}})"),
                   "`driver` is missing"));
-  EXPECT_TRUE(
-      has(load(R"({"format": "patinate.rule", "version": 1, "name": "x", "driver": "1"})"), "makes or uses something"));
+  EXPECT_TRUE(has(load(R"({"format": "patinate.rule", "version": 2, "name": "x", "driver": "1"})"),
+                  "has products or reactants"));
+}
+
+TEST(RuleIo, AFileOfVersion1SaysTheSameInItsWords) {
+  const testing_support::TempFolder folder;
+  write_atomically(folder / "rule.json",
+                   R"({"format": "patinate.rule", "version": 1, "name": "mud", "driver": "water*dirt", "alpha": 2,
+                       "makes": {"dirt": 0.5}, "uses": {"water": 0.25}})");
+  const RuleAsset rule = load_rule(folder / "rule.json");
+  EXPECT_EQ(rule.rate, 2.0);
+  EXPECT_EQ(rule.products, (std::vector<std::pair<std::string, double>>{{"dirt", 0.5}}));
+  EXPECT_EQ(rule.reactants, (std::vector<std::pair<std::string, double>>{{"water", 0.25}}));
 }
 
 }  // namespace

@@ -20,8 +20,8 @@ using testing_support::TransportScene;
 constexpr double kSigmas = 4.0;
 const std::vector<std::string> kNames{"water", "metal", "rust"};
 
-Rule rule_of(const std::string& driver, double alpha, MaterialValues makes, MaterialValues uses = {}) {
-  return {.name = "test", .driver = driver, .alpha = alpha, .makes = makes, .uses = uses};
+Rule rule_of(const std::string& driver, double rate, MaterialValues products, MaterialValues reactants = {}) {
+  return {.name = "test", .driver = driver, .rate = rate, .products = products, .reactants = reactants};
 }
 const Rule kEvaporation = rule_of("water", 0.3, {}, {1.0});
 const Rule kRust = rule_of("min(water, metal)", 0.05, {0.0, 0.0, 1.0});
@@ -263,13 +263,13 @@ TEST(RuleEngine, ReportsWhatItMadeAndUsed) {
   TransportScene scene = filled(64, {4000, 16384, 65500});
   const std::vector<Rule> rules{kConsuming, kEvaporation};
   RuleEngine engine(rules, kNames, *scene.surface, 0.1, 7);
-  std::array<std::int64_t, 3> books{};
-  for (int m = 0; m < 3; ++m) books[static_cast<std::size_t>(m)] = scene.atlas->mass(m);
+  std::array<std::int64_t, 3> balance{};
+  for (int m = 0; m < 3; ++m) balance[static_cast<std::size_t>(m)] = scene.atlas->mass(m);
   for (int i = 0; i < 50; ++i) {
     const RuleReport report = engine.step(i, *scene.atlas);
     for (std::size_t m = 0; m < 3; ++m) {
-      books[m] += report.made[m] - report.used[m];
-      ASSERT_EQ(scene.atlas->mass(static_cast<int>(m)), books[m]);
+      balance[m] += report.made[m] - report.used[m];
+      ASSERT_EQ(scene.atlas->mass(static_cast<int>(m)), balance[m]);
     }
   }
 }

@@ -9,7 +9,7 @@ namespace patinate::testing_support {
 Scene scene_with(Mesh mesh, int resolution) {
   Scene scene;
   scene.materials = {"water"};
-  scene.looks.resize(1);
+  scene.appearance.resize(1);
   scene.resolution = resolution;
   SceneObject object;
   object.name = "object";

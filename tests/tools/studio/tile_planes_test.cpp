@@ -19,10 +19,10 @@ namespace {
 simulation::Scene plate(int resolution = 100) {
   simulation::Scene scene;
   scene.materials = {"water", "dirt"};
-  scene.looks.resize(2);
-  scene.looks[1].color.color = Vec3(0.05, 0.04, 0.03);
-  scene.looks[1].height_mm = 0.7;
-  scene.looks[1].specular = -0.5;
+  scene.appearance.resize(2);
+  scene.appearance[1].color.color = Vec3(0.05, 0.04, 0.03);
+  scene.appearance[1].height_mm = 0.7;
+  scene.appearance[1].specular = -0.5;
   scene.resolution = resolution;
   simulation::SceneObject object;
   object.name = "plate";

@@ -1,4 +1,4 @@
-// What is kept of an analysis never shows: every result is the one of an analysis that is made anew.
+// What is kept of an analysis never shows: every result is the one of an analysis that is regenerated.
 #include "transfer/exemplar/appearance_cache.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST_F(AppearanceCache, DamageAnywhereIsNoticed) {
     EXPECT_NE(error_of<IoError>([&] { (void)read_appearance(file_, key_, 1, mask_); }), "") << i;
     if (i % 20 != 0) continue;
     EXPECT_TRUE(same(cached(), fresh_)) << i;
-    EXPECT_EQ(error_of([&] { (void)read_appearance(file_, key_, kLevels, mask_); }), "") << "not mended: " << i;
+    EXPECT_EQ(error_of([&] { (void)read_appearance(file_, key_, kLevels, mask_); }), "") << "not repaired: " << i;
   }
 }
 
@@ -341,9 +341,9 @@ TEST_F(AppearanceCache, ALibraryHasOneOfItsOwn) {
   EXPECT_EQ(list_files(folder_ / "library" / kCacheFolder, "*.bin").size(), 1u);
 }
 
-// A stored result, as nothing else can tell that an analysis has changed while its version has not: integers are the
-// same on every machine. Where this fails, raise kAppearanceVersion, so that what earlier programs kept is made anew,
-// and write the new digits here.
+// A stored result, as nothing else can tell that an analysis has changed while its version has not: integers do
+// not depend on threads or instruction set. Where this fails, raise kAppearanceVersion, so that what earlier programs
+// kept is regenerated, and write the new digits here.
 TEST_F(AppearanceCache, AChangedAnalysisNeedsANewVersion) {
   ContentHash hash;
   for (std::size_t l = 0; l < fresh_.levels.size(); ++l)

@@ -187,7 +187,7 @@ TEST_F(Library, AControlThatOneHistoryLacksIsLeftOutAndSaid) {
   ASSERT_EQ(opened->layout.controls.size(), 1u);
   EXPECT_EQ(opened->layout.controls[0].name, "x");
   EXPECT_TRUE(std::any_of(opened->layout.notes.begin(), opened->layout.notes.end(), [](const std::string& note) {
-    return testing_support::has(note, "`y` is left out") && testing_support::has(note, "bare");
+    return testing_support::has(note, "`y` is excluded") && testing_support::has(note, "bare");
   }));
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kSource = 37;
 
-/// Pieces that go on for a few texels, single texels, and gaps; the width is no multiple of anything.
+/// Pieces that continue for a few texels, single texels, and gaps; the width is no multiple of anything.
 ImageF pieces() {
   ImageF coordinates(101, 40, 2, -1.0f);
   RandomStream random(11, 0);

@@ -93,9 +93,9 @@ TEST_F(TransferOverTiles, TheSheetRepeatsBordersSoThatNoTileBleedsIntoAnother) {
   }
 }
 
-// What makes a seam is a source that does not go on: adjacent texels across a border of tiles should be adjacent in the
-// source about as often as adjacent texels inside a tile. Statistics: 64 pairs across, so one standard deviation is at
-// most 1 / 16.
+// What makes a seam is a source that does not continue: adjacent texels across a border of tiles should be adjacent in
+// the source about as often as adjacent texels inside a tile. Statistics: 64 pairs across, so one standard deviation is
+// at most 1 / 16.
 TEST_F(TransferOverTiles, TextureGoesOnAcrossTilesAsItDoesInsideThem) {
   const TransferReader transfer(folder_ / "transfer");
   const ImageF& source = transfer.coordinates();

@@ -173,7 +173,7 @@ TEST(OptimumAudit, PixelsAtTheBorderHaveNoCost) {
     task.coordinates[static_cast<std::size_t>(task.level.destination.texels[i])] = 2;
   const OptimumAudit audit =
       audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, std::vector<double>{1.0}, 1'000'000, 1);
-  EXPECT_EQ(audit.num_left_out, static_cast<std::int64_t>(n / 2));
+  EXPECT_EQ(audit.num_excluded, static_cast<std::int64_t>(n / 2));
   EXPECT_EQ(audit.num_audited, static_cast<std::int64_t>(n - n / 2));
   std::fill(task.coordinates.begin(), task.coordinates.end(), 2);
   EXPECT_FALSE(
@@ -193,7 +193,7 @@ TEST(MapAudit, OfAllTexelsHasTheEnergyThatTheTransferReports) {
     const ImageF coordinates = coordinate_image(made.coordinates, resolution, resolution, kSide);
     const OptimumAudit audit =
         audit_map(*task.history, task.audited(coordinates, matched_values(made)), options, 1'000'000, 1);
-    EXPECT_EQ(audit.num_left_out, 0);
+    EXPECT_EQ(audit.num_excluded, 0);
     EXPECT_EQ(audit.num_audited, task.map->num_covered());
     EXPECT_NEAR(audit.energy, made.energy.energy, kScaleRounding * made.energy.energy) << resolution;
     EXPECT_GE(audit.ratio.value(), 1.0);

@@ -82,7 +82,7 @@ class CommandRun {
   bool is_only_declared_ = false;
   std::shared_ptr<ProgressLine> progress_;
   std::vector<std::string> unknown_variables_;
-  std::string stage_;  ///< Label of the part of the work that goes on; "" = none.
+  std::string stage_;  ///< Label of the part of the work that continues; "" = none.
   double stage_begin_ = 0.0;
 };
 

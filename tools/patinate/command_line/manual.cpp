@@ -93,7 +93,7 @@ std::string manual_roff(Commands commands, const std::string& version) {
                      ".SH DESCRIPTION\n"
                      "Makes a material history of time\\-lapse photographs, ages a mesh with it according to a "
                      "parameter of its surface, and shows\n"
-                     "the result at any time. Outputs are whole or absent; an interrupted command goes on where it was "
+                     "the result at any time. Outputs are whole or absent; an interrupted command resumes where it was "
                      "when it is given again.\n"
                      ".SH COMMANDS\n";
   for (const CommandDeclaration& command : commands) {

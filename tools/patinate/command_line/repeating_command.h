@@ -9,7 +9,7 @@
 
 namespace patinate::cli {
 
-/// How such a command ends. Like what changes no byte, the output's place is left out of results: equal work gives
+/// How such a command ends. Like what changes no byte, the output's place is excluded from results: equal work gives
 /// equal bytes, and run.json beside them has the command line as it was given.
 inline constexpr const char* kAnyOutput = " -o OUT";
 

@@ -44,7 +44,7 @@ int cmd_calibrate(CommandRun& run) {
   std::filesystem::path description, output, picture;
   capture::CalibrateOptions options;
   run.line.positional("KIND",
-                      "camera (from a target), spheres (lights from mirror spheres), lambertian (lights from a matt "
+                      "camera (from a target), spheres (lights from mirror spheres), lambertian (lights from a diffuse "
                       "object) or response",
                       kind_name);
   run.line.choices(kKinds);

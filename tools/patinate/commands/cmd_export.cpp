@@ -49,10 +49,10 @@ int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path
   if (!status) return 0;
   if (status == JobStatus::Done) {
     const RunControl control = run.control("export");
-    const std::vector<GlbLook> looks =
-        glb.looks(times, time_labels(times, glb.history.time_unit), control.part(0.0, 0.1));
+    const std::vector<GlbAppearance> appearance =
+        glb.appearance(times, time_labels(times, glb.history.time_unit), control.part(0.0, 0.1));
     const GlbOptions options{.name = output.stem().string(), .meters_per_unit = glb.meters_per_unit, .key = key};
-    write_glb(output, glb.mesh, glb.tiles, looks, options, control.part(0.1, 1.0));
+    write_glb(output, glb.mesh, glb.tiles, appearance, options, control.part(0.1, 1.0));
   }
   run.report_output(*status, output, Json{{"times", times}});
   return 0;

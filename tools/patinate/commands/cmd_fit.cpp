@@ -81,7 +81,7 @@ int cmd_fit(CommandRun& run) {
                  {"rate_by_control", "change over the span by control"},
                  {"ciede2000", "place by place, where the history lies on the scene's atlas"}});
   run.line.example(
-      "fit plate.json copper --vary /rules/0/alpha=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o "
+      "fit plate.json copper --vary /rules/0/rate=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o "
       "copper_fit");
   run.line.example(
       "fit plate.json copper --vary /emitters/0/carries/water=0.1:2:log --objective covered --objective mean_color=0.5 "
@@ -103,7 +103,7 @@ int cmd_fit(CommandRun& run) {
   }
   if (wanted.terms.empty()) wanted.terms.emplace_back();
   if (wanted.ranges.empty())
-    throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/alpha=0.01:1:log");
+    throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/rate=0.01:1:log");
   const fs::path given_history = history;
   history = history_place(history);
   const PathKind kind = kind_of(history);
@@ -127,9 +127,10 @@ int cmd_fit(CommandRun& run) {
     scene.write(folder, output, values);
   };
   task.command = command_of(scene_path, given_history, parameters, vary, objective, task);
-  const auto num_looks = static_cast<std::size_t>(std::count_if(
-      task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_look; }));
-  const analysis::FitBudget budget = analysis::fit_budget(task.options, task.parameters.size() - num_looks, num_looks);
+  const auto num_appearance = static_cast<std::size_t>(std::count_if(
+      task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_appearance; }));
+  const analysis::FitBudget budget =
+      analysis::fit_budget(task.options, task.parameters.size() - num_appearance, num_appearance);
   if (budget.evaluations < budget.least) {
     throw UsageError("--evaluations: found " + std::to_string(budget.evaluations) + "; expected at least " +
                      std::to_string(budget.least) + ", the start and two generations of " +

@@ -80,12 +80,12 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::Re
       run.make_folder(capture::plan_relit_ingest(capture::read_relit_project(file), options, output), "ingest");
   if (!status) return 0;
   const Json report = load_json(output / capture::kRelitReportFile);
-  Json left_out = Json::array();
+  Json excluded = Json::array();
   for (const Json& step : report.at("steps")) {
     const std::string name = "step " + std::to_string(step.at("step").get<int>());
     if (!step.at("in_history").get<bool>()) {
-      left_out.push_back(step.at("step"));
-      run.note(name + " is left out: " + step.at("status").get<std::string>());
+      excluded.push_back(step.at("step"));
+      run.note(name + " is excluded: " + step.at("status").get<std::string>());
       continue;
     }
     for (const Json& note : step.value("notes", Json::array())) run.note(name + ": " + note.get<std::string>());
@@ -98,7 +98,7 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::Re
   run.report_output(*status, output,
                     Json{{"frames", reader.num_frames()},
                          {"controls", controls},
-                         {"left_out", left_out},
+                         {"excluded", excluded},
                          {"report", (output / capture::kRelitPageFile).string()}});
   return 0;
 }

@@ -26,15 +26,16 @@ struct LookChange {
 
 struct LookField {
   std::string_view name;
-  double simulation::MaterialLook::*field;
+  double simulation::MaterialAppearance::*field;
   Range range;
 };
-constexpr std::array kFields{LookField{"strength", &simulation::MaterialLook::strength, {0, 1000}},
-                             LookField{"variation", &simulation::MaterialLook::variation, {0, 1}},
-                             LookField{"specular", &simulation::MaterialLook::specular, {-1, 1}},
-                             LookField{"specular_variation", &simulation::MaterialLook::specular_variation, {0, 1}},
-                             LookField{"height", &simulation::MaterialLook::height_mm, {-1e6, 1e6}},
-                             LookField{"height_variation", &simulation::MaterialLook::height_variation, {0, 1}}};
+constexpr std::array kFields{
+    LookField{"strength", &simulation::MaterialAppearance::strength, {0, 1000}},
+    LookField{"variation", &simulation::MaterialAppearance::variation, {0, 1}},
+    LookField{"specular", &simulation::MaterialAppearance::specular, {-1, 1}},
+    LookField{"specular_variation", &simulation::MaterialAppearance::specular_variation, {0, 1}},
+    LookField{"height", &simulation::MaterialAppearance::height_mm, {-1e6, 1e6}},
+    LookField{"height_variation", &simulation::MaterialAppearance::height_variation, {0, 1}}};
 
 LookChange parse_change(const std::string& text, const std::vector<std::string>& materials) {
   const auto fail = [&](const std::string& expected) -> UsageError {
@@ -62,9 +63,9 @@ LookChange parse_change(const std::string& text, const std::vector<std::string>&
              did_you_mean(change.what, names));
 }
 
-void apply_change(const LookChange& change, std::vector<simulation::MaterialLook>& looks) {
+void apply_change(const LookChange& change, std::vector<simulation::MaterialAppearance>& appearance) {
   for (const LookField& field : kFields) {
-    if (field.name == change.what) looks[change.material].*field.field = change.value;
+    if (field.name == change.what) appearance[change.material].*field.field = change.value;
   }
 }
 
@@ -88,8 +89,8 @@ int cmd_recompose(CommandRun& run) {
                     "A post-control: strength, variation, specular, specular_variation, height (mm) or "
                     "height_variation of a material",
                     texts);
-  run.line.option("scene", "SCENE", "A scene file whose looks to take; default: the one that was simulated",
-                  scene_path);
+  run.line.option("scene", "SCENE",
+                  "A scene file whose appearance parameters to take; default: the one that was simulated", scene_path);
   run.line.options(options);
   run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
@@ -111,7 +112,7 @@ int cmd_recompose(CommandRun& run) {
       inputs.add_file("buffer of " + role, path.parent_path() / buffer, folder_of(file.file));
   }
   for (const std::string& text : texts) {
-    apply_change(parse_change(text, manifest.materials), file.scene.looks);
+    apply_change(parse_change(text, manifest.materials), file.scene.appearance);
     inputs.add_value("--set " + text.substr(0, text.find('=')), text);
   }
   inputs.add_options(option_values(options));

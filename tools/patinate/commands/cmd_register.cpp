@@ -84,10 +84,10 @@ int cmd_register(CommandRun& run) {
   run.line.options(task.options);
   run.line.flag("merged", "Write merged.ply too: all points in the reference's frame", task.write_merged);
   run.line.flag("moved", "Write scans/NAME.ply too: every scan in the reference's frame", task.write_scans);
-  run.line.flag(
-      "accept_failed",
-      "Go on when a scan cannot be placed for certain: it is left out, or held where its shape leaves a motion open",
-      task.accept_failed);
+  run.line.flag("accept_failed",
+                "Continue when a scan cannot be placed for certain: it is excluded, or held where its shape leaves a "
+                "degree of freedom unconstrained",
+                task.accept_failed);
   run.line.example("register day00.ply day07.ply day14.ply --unit mm -o registered");
   run.line.example("register bunny/bun.conf --unit m --merged -o registered");
   if (!run.parse()) return 0;
@@ -103,7 +103,8 @@ int cmd_register(CommandRun& run) {
       run.make_folder(capture::plan_registration(std::move(task), output), "register");
   if (!status) return 0;
 
-  const Json registration = load_json(output / "registration.json");
+  Json registration = load_json(output / "registration.json");
+  update_spelling(registration, 1, {{"free_motions", "unconstrained_dofs"}});
   for (const std::string& line : capture::registration_table(registration)) run.note(line);
   Json scans = Json::array();
   for (const Json& s : registration.at("scans")) {

@@ -21,22 +21,23 @@ int cmd_unlight(CommandRun& run) {
   const JobPlan plan = capture::plan_unlight(capture::read_unlight_step(step_file), options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "unlight");
   if (!status) return 0;
-  const Json made = load_json(output / capture::kUnlitManifestFile);
+  Json made = load_json(output / capture::kUnlitManifestFile);
+  update_spelling(made, 1, {{"left_out", "leave_one_out"}});
   for (const Json& note : made.at("notes")) run.note(note.get<std::string>());
   const double determined = made.at("determined_pixels").get<double>(),
                surface = made.at("surface_pixels").get<double>();
-  double left_out = 0.0;
+  double predicted = 0.0;
   for (const Json& light : made.at("lights"))
-    left_out += light.at("left_out").at("rms").get<double>() / static_cast<double>(made.at("lights").size());
+    predicted += light.at("leave_one_out").at("rms").get<double>() / static_cast<double>(made.at("lights").size());
   const auto percent = [](double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; };
   run.note(percent(determined / surface) + " of the surface determined; residual " +
-           percent(made.at("residual").get<double>()) + ", photographs foretold from the others " + percent(left_out) +
-           " off");
+           percent(made.at("residual").get<double>()) + ", photographs predicted from the others " +
+           percent(predicted) + " off");
   run.report_output(*status, output,
                     Json{{"determined_pixels", made.at("determined_pixels")},
                          {"surface_pixels", made.at("surface_pixels")},
                          {"residual", made.at("residual")},
-                         {"left_out", left_out},
+                         {"leave_one_out", predicted},
                          {"is_converged", made.at("is_converged")},
                          {"notes", made.at("notes")}});
   return made.at("is_converged").get<bool>() ? 0 : 1;

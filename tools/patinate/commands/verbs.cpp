@@ -32,7 +32,7 @@ constexpr std::array kVerbs{
          cmd_factorize},
     Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
     Verb{"fit", "Finds a scene's numbers that age it as a history does.", cmd_fit},
-    Verb{"recompose", "Gives a simulation another look without simulating again.", cmd_recompose},
+    Verb{"recompose", "Gives a simulation other appearance parameters without simulating again.", cmd_recompose},
     Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},
     Verb{"synth",
          "Makes test data with known truth: crackle, fence, ledge, mold, sculpture.",

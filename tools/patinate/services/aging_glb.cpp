@@ -42,9 +42,9 @@ struct TransferTextures {
   }
 };
 
-std::vector<GlbLook> looks_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer,
-                                       const std::vector<double>& times, const std::vector<std::string>& labels,
-                                       const RunControl& control) {
+std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer,
+                                                   const std::vector<double>& times,
+                                                   const std::vector<std::string>& labels, const RunControl& control) {
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   RunControl silent = control;
@@ -54,10 +54,10 @@ std::vector<GlbLook> looks_of_transfer(const std::shared_ptr<const transfer::Tra
   const auto map_at = [textures](MaterialMap map, double t) {
     return sample_material_map(textures->transfer->history(), map, t, Between::Blend);
   };
-  std::vector<GlbLook> looks;
+  std::vector<GlbAppearance> appearance;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const double t = times[i];
-    GlbLook& look = looks.emplace_back();
+    GlbAppearance& look = appearance.emplace_back();
     look.name = labels[i];
     // Codes of the history's pixels are those of the texels that show them.
     look.base_colors = textures->tiles(3, [textures, t](std::size_t tile, const Write& write) {
@@ -75,7 +75,7 @@ std::vector<GlbLook> looks_of_transfer(const std::shared_ptr<const transfer::Tra
       });
     }
   }
-  return looks;
+  return appearance;
 }
 
 AgingGlb glb_of_transfer(const std::filesystem::path& path) {
@@ -88,8 +88,8 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   out.tiles = {transfer->sheet().names, atlas.triangle_tile};
   out.mesh = unit_square_mesh(atlas);
   out.meters_per_unit = transfer::meters_per_unit(m);
-  out.looks = [transfer](const auto& times, const auto& labels, const RunControl& control) {
-    return looks_of_transfer(transfer, times, labels, control);
+  out.appearance = [transfer](const auto& times, const auto& labels, const RunControl& control) {
+    return appearances_of_transfer(transfer, times, labels, control);
   };
   return out;
 }
@@ -99,19 +99,19 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(path));
   AgingGlb out{mesh->key,       mesh->history,         {mesh->tile_names, mesh->triangle_tile},
                mesh->unit_mesh, mesh->meters_per_unit, {}};
-  out.looks = [mesh](const std::vector<double>& times, const std::vector<std::string>& labels,
-                     const RunControl& control) {
+  out.appearance = [mesh](const std::vector<double>& times, const std::vector<std::string>& labels,
+                          const RunControl& control) {
     RunControl silent = control;
     silent.on_progress = {};
-    std::vector<GlbLook> looks;
+    std::vector<GlbAppearance> appearance;
     for (std::size_t i = 0; i < times.size(); ++i) {
       const double t = times[i];
       const auto make = [mesh, silent, t](const Write& write) {
         write(srgb8_from_linear(mesh->sample(t, silent)).values());
       };
-      looks.push_back({labels[i], {GlbTexture{mesh->history.width, mesh->history.height, 3, make}}});
+      appearance.push_back({labels[i], {GlbTexture{mesh->history.width, mesh->history.height, 3, make}}});
     }
-    return looks;
+    return appearance;
   };
   return out;
 }

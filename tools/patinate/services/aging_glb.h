@@ -15,15 +15,15 @@
 namespace patinate::cli {
 
 struct AgingGlb {
-  std::string key;          ///< Content key of all that its looks depend on.
+  std::string key;          ///< Content key of all that its appearance depends on.
   HistoryManifest history;  ///< Its times.
   GlbTiles tiles;
   Mesh mesh;  ///< UVs of every tile in the unit square.
   double meters_per_unit = 0.001;
   /// A look for each time, with normals and gloss where the history's frames have them. @param labels  Their names.
-  std::function<std::vector<GlbLook>(const std::vector<double>& times, const std::vector<std::string>& labels,
-                                     const RunControl& control)>
-      looks;
+  std::function<std::vector<GlbAppearance>(const std::vector<double>& times, const std::vector<std::string>& labels,
+                                           const RunControl& control)>
+      appearance;
 };
 
 /// @param path  A transfer or a simulation. @throws IoError

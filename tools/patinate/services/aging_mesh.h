@@ -19,7 +19,7 @@
 namespace patinate::cli {
 
 struct AgingMesh {
-  std::string key;          ///< Content key of all that its looks depend on.
+  std::string key;          ///< Content key of all that its appearance depends on.
   HistoryManifest history;  ///< Its times.
   std::vector<std::string> tile_names;
   std::vector<int> triangle_tile;  ///< Empty when there is one tile.

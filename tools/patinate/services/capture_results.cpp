@@ -50,9 +50,10 @@ struct Unlit {
 
 Unlit read_unlit(const fs::path& path) {
   const fs::path file = file_in(path, capture::kUnlitManifestFile);
-  const Json content = load_json(file);
+  Json content = load_json(file);
+  update_spelling(content, 1, {{"left_out", "leave_one_out"}});
   JsonReader json(file.string(), content);
-  json.expect_format("patinate.unlit", 1);
+  json.expect_format("patinate.unlit", 2);
   Unlit unlit;
   if (json.has("name")) unlit.name = json.member("name").string();
   constexpr double kMaxSide = 65536;
@@ -77,7 +78,8 @@ Unlit read_unlit(const fs::path& path) {
 
 Facts registration_facts(const fs::path& path) {
   check_registration(path);
-  const Json json = load_json(file_in(path, "registration.json"));
+  Json json = load_json(file_in(path, "registration.json"));
+  update_spelling(json, 1, {{"free_motions", "unconstrained_dofs"}});
   Facts facts("registration");
   const Json& scans = json.at("scans");
   std::int64_t placed = 0;
@@ -152,9 +154,10 @@ Facts calibration_facts(const fs::path& path) {
 
 void check_registration(const fs::path& path) {
   const fs::path file = file_in(path, "registration.json");
-  const Json content = load_json(file);
+  Json content = load_json(file);
+  update_spelling(content, 1, {{"free_motions", "unconstrained_dofs"}});
   JsonReader json(file.string(), content);
-  json.expect_format("patinate.registration", 1);
+  json.expect_format("patinate.registration", 2);
   if (!json.member("unit").is_null()) (void)json.member("unit").choice(kUnits);
   std::vector<std::string> names;
   for (JsonReader scan : json.member("scans").elements()) {
@@ -164,7 +167,7 @@ void check_registration(const fs::path& path) {
     (void)scan.member("status").string();
     (void)scan.member("residual").number(at_least(0));
     (void)scan.member("overlap").number(between(0, 1));
-    for (const JsonReader& motion : scan.member("free_motions").elements()) (void)motion.string();
+    for (const JsonReader& motion : scan.member("unconstrained_dofs").elements()) (void)motion.string();
     const auto rows_of = [](const JsonReader& matrix, std::size_t size) {
       const std::vector<JsonReader> rows = matrix.elements(size);
       if (rows.size() != size) matrix.fail(std::to_string(size) + " rows of " + std::to_string(size) + " numbers");

@@ -49,7 +49,7 @@ std::vector<std::uint32_t> pixels_of(const transfer::TransferReader& transfer) {
   return pixels;
 }
 
-/// Bins of equal width over the control's range; empty ones are left out.
+/// Bins of equal width over the control's range; empty ones are excluded.
 std::vector<Region> bins_of(const HistoryReader& history, const CurvesArgument& curves,
                             const std::vector<std::uint32_t>& pixels) {
   const double bins = curves.bins.value_or(kDefaultBins);

@@ -22,7 +22,7 @@ void note_scale(const transfer::TransferScale& scale, CommandRun& run) {
   }
 }
 
-/// Says when texels and the history's pixels differ so much that texture is left out or magnified.
+/// Says when texels and the history's pixels differ so much that texture is excluded or magnified.
 void note_ratio(double pixels_per_texel, double equal_resolution, CommandRun& run) {
   if (pixels_per_texel > 0.66 && pixels_per_texel < 1.5) return;
   const Range range = resolution_range();

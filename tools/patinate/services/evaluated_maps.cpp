@@ -61,7 +61,7 @@ void add_audit(std::vector<analysis::Figure>& figures, const transfer::OptimumAu
   const std::string none =
       why.empty() ? "no audited texel shows a pixel whose whole neighborhood lies in the source" : why;
   const std::string undefined = has ? "the least energy is 0" : none;
-  const auto drawn = static_cast<double>(audit.num_audited + audit.num_left_out);
+  const auto drawn = static_cast<double>(audit.num_audited + audit.num_excluded);
   const auto known = [](bool is_known, double value) { return is_known ? std::optional(value) : std::nullopt; };
   figures.push_back(
       energy_figure("audit_ratio", "Energy over the optimum, neighbors held fixed (M1)", audit.ratio, undefined));
@@ -70,8 +70,8 @@ void add_audit(std::vector<analysis::Figure>& figures, const transfer::OptimumAu
   figures.push_back(energy_figure("audit_optimal_share", "Texels that no other pixel serves better (M1)",
                                   known(has, audit.optimal_share), none));
   figures.push_back(energy_figure("audit_energy", "Energy of the audited texels (M1)", known(has, audit.energy), none));
-  figures.push_back(energy_figure("audit_left_out", "Not audited: their pixel lies too near the source's border (M1)",
-                                  known(drawn > 0.0, static_cast<double>(audit.num_left_out) / std::max(1.0, drawn)),
+  figures.push_back(energy_figure("audit_excluded", "Not audited: their pixel lies too near the source's border (M1)",
+                                  known(drawn > 0.0, static_cast<double>(audit.num_excluded) / std::max(1.0, drawn)),
                                   none));
 }
 

@@ -134,13 +134,14 @@ void FitScene::add_parameter(const analysis::FitRange& range) {
     if (p.range.name == pointer) fail("is given twice");
   }
   if (kFixed.contains(pointer)) fail("cannot be varied: it is no property of the surface or its weather");
-  // A rule that only has a name has an alpha all the same.
+  // A rule that only has a name has a rate all the same; scene files of version 1 call it alpha.
+  const char* const rate = root.value("version", 2) == 1 ? "alpha" : "rate";
   if (Json* rules = found_at(root, "/rules"); rules != nullptr && rules->is_array()) {
     for (std::size_t i = 0; i < rules->size(); ++i) {
       Json& rule = (*rules)[i];
-      if (pointer != "/rules/" + std::to_string(i) + "/alpha" || (rule.is_object() && rule.contains("alpha"))) continue;
+      if (pointer != "/rules/" + std::to_string(i) + "/" + rate || (rule.is_object() && rule.contains(rate))) continue;
       Json whole = rule.is_string() ? Json{{is_path(rule) ? "file" : "name", rule}} : rule;
-      whole["alpha"] = base_->scene.rules[i].alpha;
+      whole[rate] = base_->scene.rules[i].rate;
       rule = std::move(whole);
     }
   }
@@ -151,8 +152,10 @@ void FitScene::add_parameter(const analysis::FitRange& range) {
     fail("is not in " + file_.string() + nearest(pointer, all));
   }
   if (!value->is_number()) fail("is " + value->dump().substr(0, 40) + " in " + file_.string() + "; expected a number");
-  analysis::FitParameter parameter{
-      .range = range, .start = value->get<double>(), .is_whole = false, .is_look = pointer.starts_with("/appearance/")};
+  analysis::FitParameter parameter{.range = range,
+                                   .start = value->get<double>(),
+                                   .is_whole = false,
+                                   .is_appearance = pointer.starts_with("/appearance/")};
   const Json before = *value;
   for (const double end : {range.low, range.high}) {
     *value = end;
@@ -204,11 +207,11 @@ analysis::SurfaceOutline FitScene::outline() const {
 
 analysis::AgeWith FitScene::age() const {
   return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift,
-                         const RunControl& control) -> LookAt {
+                         const RunControl& control) -> ComposeWith {
     simulation::SceneFile file = scene.read(scene.with(values));
     file.scene.seed += seed_shift;
     const auto aged = std::make_shared<simulation::AgedFrames>(file, simulation::SimulationOptions{}, control);
-    return [scene, aged](const std::vector<double>& look_values, const RunControl& look_control) {
+    return [scene, aged](const std::vector<double>& appearance_values, const RunControl& appearance_control) {
       analysis::AgedSurface frames{.name = scene.base_->name,
                                    .time_unit = scene.base_->time_unit,
                                    .texel_size_mm = aged->texel_size_mm(),
@@ -216,7 +219,7 @@ analysis::AgeWith FitScene::age() const {
                                    .colors = {},
                                    .mask = aged->coverage(),
                                    .controls = {}};
-      frames.colors = aged->compose(scene.read(scene.with(look_values)).scene.looks, look_control);
+      frames.colors = aged->compose(scene.read(scene.with(appearance_values)).scene.appearance, appearance_control);
       for (const simulation::ParameterControl& c : aged->controls())
         frames.controls.push_back({{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
       return frames;

@@ -70,7 +70,7 @@ void describe(OptionVisitor& v, AtlasOptions& o) {
   v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()},
           o.resolution);
   v.visit_choice({"atlas",
-                  "auto: the mesh's UVs when every place has a texel of its own, else unwrapped anew; uv or unwrap: "
+                  "auto: the mesh's UVs when every place has a texel of its own, else unwrapped; uv or unwrap: "
                   "always; blender: unwrapped by Blender, where it is installed"},
                  o.method, kAtlasChoiceNames);
 }

@@ -26,7 +26,7 @@ struct MeshSource {
 
 /// Declares MESH, --unit, --node and --material.
 void declare_mesh(CommandLine& line, MeshSource& source);
-/// The chosen surfaces, mended (a note says what), with normals, in the file's unit. @throws IoError
+/// The chosen surfaces, repaired (a note says what), with normals, in the file's unit. @throws IoError
 [[nodiscard]] Mesh load_mesh(const MeshSource& source, CommandRun& run);
 /// "um", "mm", "cm", "m". @throws UsageError
 [[nodiscard]] double mm_per_unit(const std::string& unit);

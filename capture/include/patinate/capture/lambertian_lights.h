@@ -1,6 +1,6 @@
 /// \file
-/// Lights from how they shade a matt object of known shape: positions, strengths in each channel, ambient light and the
-/// lens's vignetting.
+/// Lights from how they shade a diffuse object of known shape: positions, strengths in each channel, ambient light and
+/// the lens's vignetting.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +26,7 @@ struct LambertianLightOptions {
   double albedo = 1.0;           ///< Of the object; > 0. Strengths are in proportion to 1 / albedo.
   bool has_ambient = false;      ///< Fit a constant that every light's photographs share, in each channel.
   bool has_vignetting = false;   ///< Fit 1 + v1 r^2 + v2 r^4, r = 1 at the picture's corners, shared by all lights.
-  double saturated = 0.98;       ///< Samples with a channel from here on are left out; > 0.
+  double saturated = 0.98;       ///< Samples with a channel from here on are excluded; > 0.
   double huber_sigmas = 3.0;     ///< Samples farther off weigh less; > 0.
   double max_distance_sd = 0.1;  ///< A distance known worse than this share of it counts as not determined; > 0.
 };

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "patinate/capture/free_motion.h"
+#include "patinate/capture/unconstrained_dof.h"
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/point_cloud.h"
@@ -49,12 +49,13 @@ struct PairRegistration {
                          ///< in a wrong pose.
   std::optional<double> in_front;  ///< Of what is seen by both: share that one scan puts in front of what the other
                                    ///< saw; absent without lines of sight.
-  /// Of (rotation in radians, shift) about `center` in the target's frame, from the scatter of the points; free motions
-  /// are left out of it. Errors that are common to many points of a scan (its scanner's calibration) are not in it.
+  /// Of (rotation in radians, shift) about `center` in the target's frame, from the scatter of the points;
+  /// unconstrained degrees of freedom are excluded from it. Errors that are common to many points of a scan (its
+  /// scanner's calibration) are not in it.
   Matrix6 covariance = Matrix6::Zero();
   Vec3 center = Vec3::Zero();  ///< Middle of the target scan.
-  std::vector<FreeMotion>
-      free_motions;  ///< What the shape leaves open; then Degenerate, and held at the start's value.
+  std::vector<UnconstrainedDof>
+      unconstrained_dofs;  ///< What the shape does not constrain; then Degenerate, and held at the start's value.
   int num_pairs = 0;
   int num_iterations = 0;
   bool is_found_by_search = false;

@@ -11,7 +11,7 @@
 namespace patinate {
 
 /// Plain arrays; every list but `points` is as long as points, or empty. Points that the scanner did not measure (NaN)
-/// are left out.
+/// are excluded.
 struct PointCloud {
   std::vector<Vec3> points;         ///< Finite; in the file's unit until scaled to mm.
   std::vector<Vec3> normals;        ///< Unit, towards the scanner. Empty until estimated, or as the file says them.

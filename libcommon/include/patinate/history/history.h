@@ -34,7 +34,7 @@ struct HistoryFrame {
   std::optional<std::filesystem::path> mask = std::nullopt;
   /// In the order of kFrameExtraNames, each at most once; float.
   std::vector<HistoryImage> extras = {};
-  bool is_extrapolated = false;  ///< Nobody saw it: a model goes on from where the frames end.
+  bool is_extrapolated = false;  ///< Nobody saw it: a model continues from where the frames end.
 };
 
 using HistoryMap = HistoryImage;  ///< One of kHistoryMapNames.

@@ -49,7 +49,7 @@ struct FrameFacts {
   double time = 0.0;                     ///< In the history's time unit; strictly increasing.
   bool has_mask = false;                 ///< It says of its own where its color is the surface's.
   std::vector<std::string> extras = {};  ///< What it has more than color, in the order of kFrameExtraNames.
-  bool is_extrapolated = false;          ///< Nobody saw it: a model goes on from where the frames end.
+  bool is_extrapolated = false;          ///< Nobody saw it: a model continues from where the frames end.
 
   friend bool operator==(const FrameFacts&, const FrameFacts&) = default;
 };

@@ -11,7 +11,7 @@
 
 namespace patinate {
 
-/// Reads by extension. Points that are not finite are left out, and what refers to them with them; nothing is merged or
+/// Reads by extension. Points that are not finite are excluded, and what refers to them with them; nothing is merged or
 /// scaled.
 ///  - .ply: ASCII and both binary forms; vertices with normals (nx ny nz) and colors (red green blue), faces (polygons
 ///  are fanned),
@@ -30,7 +30,7 @@ struct ScanPose {
   std::filesystem::path scan;      ///< Relative paths are taken from the .conf's folder.
   RigidTransform world_from_scan;  ///< Translation in the file's unit.
 };
-/// Lines of other kinds (`camera`) and comments (#) are passed over. @throws IoError naming the line; also if there is
+/// Lines of other kinds (`camera`) and comments (#) are skipped. @throws IoError naming the line; also if there is
 /// no scan.
 [[nodiscard]] std::vector<ScanPose> read_scan_poses(const std::filesystem::path& path);
 /// Numbers read back to the same transform within rounding. @throws CannotComplete; InvalidInput if a name holds a

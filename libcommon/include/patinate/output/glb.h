@@ -24,7 +24,7 @@ struct GlbTexture {
 };
 
 /// One look of the mesh, by textures that are made one after the other.
-struct GlbLook {
+struct GlbAppearance {
   std::string name;                        ///< As GlbVariant::name.
   std::vector<GlbTexture> base_colors;     ///< One a tile; sRGB codes of 3 channels.
   std::vector<GlbTexture> normals = {};    ///< As GlbVariant::normals.
@@ -62,7 +62,8 @@ struct GlbOptions {
 /// a tile, normals have not 3 channels, or a value is not finite; CannotComplete if it cannot be written. Memory: the
 /// mesh, and what one texture takes while it is made; the file's bytes wait on the disk, beside its place.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
-               const std::vector<GlbLook>& looks, const GlbOptions& options = {}, const RunControl& control = {});
+               const std::vector<GlbAppearance>& appearance, const GlbOptions& options = {},
+               const RunControl& control = {});
 /// Of whole images.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbVariant>& variants, const GlbOptions& options = {}, const RunControl& control = {});

@@ -36,7 +36,7 @@ struct RenderOptions {
   double ambient_gradient = 0.35;     ///< Share by which downward surfaces get less ambient light; [0, 1].
   int occlusion_samples = 64;         ///< Ambient rays per vertex; 0 = ambient is not occluded; [0, 4096].
   double occlusion_reach = 0.4;       ///< Length of ambient rays in bounding box diagonals; > 0.
-  double specular = 0.04;             ///< Reflectance at normal incidence of a dielectric coat; 0 = matt; [0, 1].
+  double specular = 0.04;             ///< Reflectance at normal incidence of a dielectric coat; 0 = diffuse; [0, 1].
   double roughness = 0.45;            ///< GGX roughness of the coat; [0.05, 1].
   bool ground = true;                 ///< The backdrop catches shadows at the object's lowest point.
   Backdrop backdrop = Backdrop::Studio;
@@ -90,10 +90,10 @@ class RenderView {
 /// RenderView(mesh, options).shade(texture). About 1.5 s for 800 x 800 on two cores. Same bits for any number of
 /// threads.
 ///
-/// Diffuse: albedo * (light * visibility * max(0, n.l) + ambient * openness). Openness is found by cosine-weighted rays
-/// at the vertices of a refined mesh and interpolated, so that it carries no noise. Shadow rays start on the smooth
-/// surface [Hanika 2021, "Hacking the shadow terminator"]; the coat is a GGX lobe with Schlick's Fresnel term [Walter
-/// et al. 2007, "Microfacet models for refraction through rough surfaces"].
+/// Diffuse: albedo * (light * visibility * max(0, n.l) + ambient * ambient_visibility). Ambient visibility is found by
+/// cosine-weighted rays at the vertices of a refined mesh and interpolated, so that it carries no noise. Shadow rays
+/// start on the smooth surface [Hanika 2021, "Hacking the shadow terminator"]; the coat is a GGX lobe with Schlick's
+/// Fresnel term [Walter et al. 2007, "Microfacet models for refraction through rough surfaces"].
 [[nodiscard]] ImageF render(const Mesh& mesh, const ImageF& texture, const RenderOptions& options = {},
                             const RunControl& control = {});
 

@@ -42,7 +42,7 @@ inline constexpr std::array<std::string_view, 2> kColorFormNames{"normalized", "
 /// them. Not thread-safe.
 class Composer {
  public:
-  /// @param scene       Materials, looks, objects with maps. Not kept.
+  /// @param scene       Materials, their appearance, objects with maps. Not kept.
   /// @param scene_mesh  As it stood when `surface` was made. Not kept.
   /// @param surface     Outlives the composer.
   /// @throws InvalidInput if a look has a value out of range.
@@ -52,17 +52,17 @@ class Composer {
   Composer(Composer&&) noexcept;
   Composer& operator=(Composer&&) noexcept;
 
-  /// Other looks for the same amounts: everything is composed again at the next compose(); normals only where heights
-  /// change.
+  /// Other appearance parameters for the same amounts: everything is composed again at the next compose(); normals only
+  /// where heights change.
   /// @throws InvalidInput unless there is one for each material, in range.
-  void set_looks(const std::vector<MaterialLook>& looks);
+  void set_appearance(const std::vector<MaterialAppearance>& appearance);
   void set_form(ColorForm form);
   /// For tests and benchmarks. @throws InvalidInput if this machine lacks it.
   void use(InstructionSet set);
 
   /// Brings the dirty tiles, and the normals around them, up to date; everything at the first call and after
-  /// set_looks().
-  /// @param atlas  Of the same surface, with as many materials as there are looks.
+  /// set_appearance().
+  /// @param atlas  Of the same surface, with as many materials as there are appearances.
   /// @param dirty  Tiles whose amounts may have changed since the last call; any order.
   /// @return tiles of which anything changed, in order.
   /// @throws InvalidInput for another atlas or a tile out of range; Canceled: everything is then composed again at the

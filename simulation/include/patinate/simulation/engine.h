@@ -80,7 +80,7 @@ class Simulation {
   void apply_due(const RunControl& control = {});
   /// A brush alone: the emitter moves to a place, its gammatons are born (though it may be off), go to their next
   /// contact, exchange and respond. All other gammatons, the rules and time stand still: an artist's stroke costs none.
-  /// What it leaves under way goes on with the next step().
+  /// What it leaves under way continues with the next step().
   /// @param emitter  Of any shape but Sky. @throws InvalidInput for another, nothing is changed then; Canceled as
   /// step().
   void paint(const std::string& emitter, const Vec3& position_mm, const RunControl& control = {});
@@ -94,7 +94,7 @@ class Simulation {
   [[nodiscard]] std::size_t memory() const;
   /// Where all mass is. Balances exactly after every step.
   [[nodiscard]] const MassLedger& ledger() const;
-  /// Compares the books with a sum over all texels and gammatons (slow): what is wrong, "" if nothing.
+  /// Compares the mass balance with a sum over all texels and gammatons (slow): what is wrong, "" if nothing.
   [[nodiscard]] std::string audit(const RunControl& control = {}) const;
   /// Tiles whose amounts changed in iteration `since` or later, in order.
   [[nodiscard]] std::vector<TileIndex> dirty_since(std::int64_t since) const;
@@ -103,8 +103,8 @@ class Simulation {
   [[nodiscard]] const Composer& compose(const RunControl& control = {});
   /// Tiles that the last compose() has changed, in order: for those who hold a copy.
   [[nodiscard]] std::span<const TileIndex> composed_tiles() const;
-  /// Other looks for the same amounts. @throws InvalidInput unless there is one for each material.
-  void set_looks(std::vector<MaterialLook> looks);
+  /// Other appearance parameters for the same amounts. @throws InvalidInput unless there is one for each material.
+  void set_appearance(std::vector<MaterialAppearance> appearance);
 
   /// Which gammatons are where: for showing them.
   [[nodiscard]] const Gammatons& gammatons() const;

@@ -55,7 +55,7 @@ struct MassAccount {
   [[nodiscard]] MassSum imbalance() const;
 };
 
-/// The accounts of all materials. A plain value: a run that is resumed goes on with a copy.
+/// The accounts of all materials. A plain value: a run that is resumed continues with a copy.
 class MassLedger {
  public:
   /// Mass quanta that a gammaton has at birth: round(amount * kAmountOne * kMedianWeight).
@@ -78,7 +78,8 @@ class MassLedger {
   std::array<MassAccount, kMaxMaterials> accounts_;
 };
 
-/// Compares the books with what is there: sums all texels and all cargo (slow). @returns what is wrong, "" if nothing.
+/// Compares the mass balance with what is there: sums all texels and all cargo (slow). @returns what is wrong, "" if
+/// nothing.
 [[nodiscard]] std::string audit(const MassLedger& ledger, const MaterialAtlas& atlas, const Cargo& cargo,
                                 std::span<const std::string> materials, const RunControl& control = {});
 

@@ -31,7 +31,7 @@ struct ColorSource {
 
 /// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v
 /// weigh it by amount * b * (1 + v xi) with xi in [-1, 1) fixed per texel and material.
-struct MaterialLook {
+struct MaterialAppearance {
   ColorSource color;
   double strength = 1.0;            ///< >= 0: amount 1 covers the original color by this share.
   double variation = 0.0;           ///< [0, 1].
@@ -127,17 +127,17 @@ struct ExchangeOptions {
 struct Rule {
   std::string name;
   std::string driver;
-  double alpha = 0.1;      ///< Per unit of the scene's time; >= 0.
-  MaterialValues makes{};  ///< Amount made per alpha * driver * time.
-  MaterialValues uses{};   ///< Amount used up per the same; never more than there is.
+  double rate = 0.1;           ///< Per unit of the scene's time; >= 0.
+  MaterialValues products{};   ///< Amount made per rate * driver * time.
+  MaterialValues reactants{};  ///< Amount used up per the same; never more than there is.
 };
 
 /// What becomes of a rule while it runs: what is not given stays.
 struct RuleChange {
   std::optional<std::string> driver;
-  std::optional<double> alpha;  ///< 0 = off.
-  std::optional<MaterialValues> makes;
-  std::optional<MaterialValues> uses;
+  std::optional<double> rate;  ///< 0 = off.
+  std::optional<MaterialValues> products;
+  std::optional<MaterialValues> reactants;
   std::optional<Rule>
       begins;  ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
 };
@@ -199,9 +199,9 @@ struct SceneEvent {
 };
 
 struct Scene {
-  std::vector<std::string> materials;  ///< 1 to kMaxMaterials names, unique.
-  std::vector<MaterialLook> looks;     ///< As long as materials.
-  std::vector<SceneObject> objects;    ///< At least one.
+  std::vector<std::string> materials;          ///< 1 to kMaxMaterials names, unique.
+  std::vector<MaterialAppearance> appearance;  ///< As long as materials.
+  std::vector<SceneObject> objects;            ///< At least one.
   std::vector<Emitter> emitters;
   Behavior behavior;
   TracingOptions tracing;

@@ -93,7 +93,7 @@ export class App {
     replace(this.crumbs, h("span", { class: "slash", "aria-hidden": "true" }, "/"), icon(info.kind, 16), h("span", { "aria-current": "page" }, info.name),
       has_time && mode !== "" && other("Its history", "", "history", "Color over time"),
       has_time && mode === "" && steps && steps.length > 0 && other("How it was made", "steps", "ingest", "Photographs, masks and residuals, step by step"),
-      has_time && mode === "" && info.kind === "simulation" && !live_problem && other("Change it, or go on", "live", "simulation", "Opens it where it ended: other looks at once; it can run on, or start again"));
+      has_time && mode === "" && info.kind === "simulation" && !live_problem && other("Change it, or resume", "live", "simulation", "Opens it where it ended: other appearance parameters at once; it can resume, or start again"));
   }
 
   private key(event: KeyboardEvent): void {

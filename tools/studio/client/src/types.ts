@@ -100,7 +100,7 @@ export interface SceneObject {
   scale?: number;
 }
 
-export interface Look {
+export interface Appearance {
   strength?: number;
   variation?: number;
   specular?: number;
@@ -121,9 +121,9 @@ export interface Behavior {
 export interface Rule {
   name: string;
   driver: string;
-  alpha: number;
-  makes: Record<string, number>;
-  uses: Record<string, number>;
+  rate: number;
+  products: Record<string, number>;
+  reactants: Record<string, number>;
 }
 
 /// A rule that the scene does not have and could.
@@ -148,7 +148,7 @@ export interface SceneState {
   width: number;
   height: number;
   materials: string[];
-  looks: Record<string, Look>;
+  appearance: Record<string, Appearance>;
   emitters: Emitter[];
   objects: SceneObject[];
   behavior: Behavior;
@@ -195,7 +195,7 @@ export interface Status {
   counters: Record<string, number>;
   ledger: Record<string, LedgerRow>;
   clients: number;
-  /// A stroke goes on: everything else stands still.
+  /// A stroke continues: everything else stands still.
   painting?: boolean;
   can_undo?: boolean;
   can_redo?: boolean;

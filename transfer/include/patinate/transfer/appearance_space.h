@@ -16,7 +16,7 @@
 namespace patinate::transfer {
 
 inline constexpr int kAppearanceVersion =
-    1;  ///< Raised when the same history gives other integers: kept ones are then made anew.
+    1;  ///< Raised when the same history gives other integers: kept ones are then regenerated.
 inline constexpr int kAppearanceSize = 8;     ///< Components per pixel: eight int16, one SSE register.
 inline constexpr int kAppearanceLimit = 511;  ///< Components lie in [-511, 511]: differences squared fit our sums.
 

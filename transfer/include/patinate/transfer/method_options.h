@@ -15,7 +15,7 @@ struct MultiLevelOptions {
   double first_coherence = 0.2;  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one.
   double coherence_bonus =
       8.0;  ///< [0, 8]. A candidate that continues no neighbor's source counts (1 + this) times its cost.
-  double reuse_penalty = 1.5;  ///< [0, 8]. ... and this much more for each time its source is already overused.
+  double reuse_penalty = 1.5;  ///< [0, 8]. ... and this much more for each time its source is already reused.
 };
 void describe(OptionVisitor& v, MultiLevelOptions& o);
 

@@ -1,4 +1,4 @@
-// A quiet line that offers to go on with what an earlier run of the program has left; gone when somebody has taken it.
+// A quiet line that offers to continue with what an earlier run of the program has left; gone when somebody has taken it.
 import type { Recording } from "../types";
 import { offer, settle, show_error } from "../ui/notices";
 import { is_same_recording, recording_text } from "./recorded";

@@ -1,4 +1,4 @@
-// Rules of aging: how fast each is, what it makes and uses, its formula, and rules that come to the scene. Every change is an event of the run.
+// Rules of aging: how fast each is, its products and reactants, its formula, and rules that come to the scene. Every change is an event of the run.
 import type { Rule, SceneState } from "../types";
 import { number_text, section, select, slider, type Slider } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
@@ -7,11 +7,11 @@ import type { SceneContext } from "./context";
 const kSend_ms = 80;
 /// A slider's end, times the value that it shows when it is made: room for both ways.
 const kRoom = 4;
-const kLeastAlpha = 0.5, kLeastShare = 1;
+const kLeastRate = 0.5, kLeastShare = 1;
 
 interface RuleControls {
   element: HTMLElement;
-  /// Whether there is a slider for everything that the rule makes and uses; what it does not any more stays at 0.
+  /// Whether there is a slider for every product and reactant of the rule; one that it has no longer stays at 0.
   fits(rule: Rule): boolean;
   show(rule: Rule): void;
 }
@@ -26,7 +26,7 @@ export class RulesPanel {
     this.element = section("Rules of aging", false, this.body);
   }
 
-  /// After hello: all controls anew; `show` keeps those that fit.
+  /// After hello: all controls again; `show` keeps those that fit.
   build(scene: SceneState): void {
     this.controls = [];
     this.more = "";
@@ -55,13 +55,13 @@ export class RulesPanel {
 
   private make(rule: Rule, scene: SceneState): RuleControls {
     const change = (members: Record<string, unknown>): void => this.context.event({ op: "rule", target: rule.name, ...members });
-    const alpha = slider({ label: "Rate alpha", low: 0, high: Math.max(kLeastAlpha, kRoom * rule.alpha), value: rule.alpha, text: (v) => (v === 0 ? "rests" : `${number_text(v)} / ${scene.time_unit}`),
-      hint: "Amount made per unit of time where the formula is 1; 0: the rule rests", on_input: throttle(kSend_ms, (v: number) => change({ alpha: v })) });
+    const rate = slider({ label: "Rate", low: 0, high: Math.max(kLeastRate, kRoom * rule.rate), value: rule.rate, text: (v) => (v === 0 ? "rests" : `${number_text(v)} / ${scene.time_unit}`),
+      hint: "Amount made per unit of time where the formula is 1; 0: the rule rests", on_input: throttle(kSend_ms, (v: number) => change({ rate: v })) });
     const current = (): Rule => this.context.scene.rules.find((r) => r.name === rule.name) ?? rule;
-    const shares = (side: "makes" | "uses", word: string): [string, Slider][] => Object.entries(rule[side]).map(([material, value]) => [`${side} ${material}`,
+    const shares = (side: "products" | "reactants", word: string): [string, Slider][] => Object.entries(rule[side]).map(([material, value]) => [`${side} ${material}`,
       slider({ label: `${word} ${material}`, low: 0, high: Math.max(kLeastShare, kRoom * value), value, hint: "Amount for each of the rule's extent",
         on_input: throttle(kSend_ms, (v: number) => change({ [side]: { ...current()[side], [material]: v } })) })]);
-    const all = [...shares("makes", "Makes"), ...shares("uses", "Uses up")];
+    const all = [...shares("products", "Product"), ...shares("reactants", "Reactant")];
     const formula = h("input", { type: "text", class: "formula", value: rule.driver, "aria-label": `Formula of ${rule.name}`, spellcheck: "false", title: "Over materials, slope, exposure, accessibility, height, age; Enter takes it" });
     formula.onchange = () => change({ driver: formula.value });
     formula.onkeydown = (event) => {
@@ -69,13 +69,13 @@ export class RulesPanel {
       if (event.key === "Escape") formula.value = current().driver;
     };
     return {
-      element: h("div", { class: "rule" }, h("b", {}, rule.name), alpha.element, h("details", {}, h("summary", {}, "Formula and amounts"), h("div", { class: "stack" }, formula, all.map(([, s]) => s.element)))),
-      fits: (now) => now.name === rule.name && (["makes", "uses"] as const).every((side) => Object.keys(now[side]).every((material) => all.some(([key]) => key === `${side} ${material}`))),
+      element: h("div", { class: "rule" }, h("b", {}, rule.name), rate.element, h("details", {}, h("summary", {}, "Formula and amounts"), h("div", { class: "stack" }, formula, all.map(([, s]) => s.element)))),
+      fits: (now) => now.name === rule.name && (["products", "reactants"] as const).every((side) => Object.keys(now[side]).every((material) => all.some(([key]) => key === `${side} ${material}`))),
       show: (now) => {
-        alpha.set(now.alpha);
+        rate.set(now.rate);
         if (document.activeElement !== formula) formula.value = now.driver;
         for (const [key, s] of all) {
-          const [side, material] = [key.slice(0, key.indexOf(" ")) as "makes" | "uses", key.slice(key.indexOf(" ") + 1)];
+          const [side, material] = [key.slice(0, key.indexOf(" ")) as "products" | "reactants", key.slice(key.indexOf(" ") + 1)];
           s.set(now[side][material] ?? 0);
         }
       },

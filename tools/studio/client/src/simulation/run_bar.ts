@@ -24,7 +24,7 @@ export class RunBar {
       h("div", { class: "spacer" }), number(this.numbers.iteration, "iterations"), number(this.numbers.time, "passed"), number(this.numbers.rate, "iterations/s"), number(this.numbers.updates, "pictures/s"));
   }
 
-  /// @param is_running  Unless it paints: then it is to go on afterwards.
+  /// @param is_running  Unless it paints: then it is to continue afterwards.
   show(status: Status, is_running: boolean, unit: string, num_updates: number): void {
     if (is_running !== this.is_running) this.run.replaceChildren(icon(is_running ? "pause" : "play"), h("span", {}, is_running ? "Pause" : "Run"));
     this.is_running = is_running;

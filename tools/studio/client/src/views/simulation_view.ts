@@ -12,7 +12,7 @@ import { open_export, open_save } from "../simulation/files";
 import { FlowPanel } from "../simulation/flow_panel";
 import { GammatonPoints } from "../simulation/gammaton_points";
 import { Handles, own_coordinates, type HandleMode } from "../simulation/handles";
-import { LooksPanel } from "../simulation/looks_panel";
+import { AppearancePanel } from "../simulation/appearance_panel";
 import { Pace } from "../simulation/pace";
 import { Planes } from "../simulation/planes";
 import { Plantlets } from "../simulation/plantlets";
@@ -54,7 +54,7 @@ export class SimulationView implements View, SceneContext {
   private readonly emitters: EmittersPanel;
   private readonly flow: FlowPanel;
   private readonly rules: RulesPanel;
-  private readonly looks: LooksPanel;
+  private readonly appearance: AppearancePanel;
   private readonly shown: ShowPanel;
   private readonly status_panel = new StatusPanel();
   private readonly run_bar: RunBar;
@@ -89,7 +89,7 @@ export class SimulationView implements View, SceneContext {
     this.emitters = new EmittersPanel(this, this.handles, this.brush);
     this.flow = new FlowPanel(this);
     this.rules = new RulesPanel(this);
-    this.looks = new LooksPanel(this);
+    this.appearance = new AppearancePanel(this);
     this.shown = new ShowPanel(this.look, () => this.viewer.invalidate(), () => this.watch());
     this.run_bar = new RunBar({ run: () => this.toggle_run(), step: () => void this.send("step", { iterations: 1 }), reset: () => this.reset(), pace: (n) => this.set_pace(n) });
     this.paint_button = button("Paint", () => this.set_painting(!this.brush.is_active), { icon: "brush", hint: "Paint with an emitter on the surface", key: "P" });
@@ -189,7 +189,7 @@ export class SimulationView implements View, SceneContext {
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
     panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind)),
-      ...this.emitters.elements, ...this.flow.elements, this.rules.element, this.looks.element, this.shown.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
+      ...this.emitters.elements, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
         button("Export", () => open_export(sender, this), { icon: "download", hint: "Textures, GLB, parameter maps, history" })));
@@ -208,7 +208,7 @@ export class SimulationView implements View, SceneContext {
     this.look.uniforms.relief_mm.value.set(...scene.relief_mm);
     this.flow.build(scene);
     this.rules.build(scene);
-    this.looks.build(scene);
+    this.appearance.build(scene);
     this.shown.build(scene);
     this.shown.show(scene);
     this.handles.show(scene);
@@ -224,7 +224,7 @@ export class SimulationView implements View, SceneContext {
     if (change.behavior || change.exchange || change.slider !== undefined) this.flow.show(this.scene);
     if (change.rules || change.more_rules) this.rules.show(this.scene);
     if (change.overlays) this.shown.show(this.scene);
-    if (change.looks) this.looks.show(this.scene);
+    if (change.appearance) this.appearance.show(this.scene);
     if (change.emitters || change.objects) {
       this.handles.show(this.scene);
       this.emitters.show(this.scene);
@@ -288,7 +288,7 @@ export class SimulationView implements View, SceneContext {
   private reset(): void {
     const { iteration = 0, time = 0 } = this.status ?? {};
     const far = iteration > 0 ? `The scene is at iteration ${iteration}, after ${number_text(time)} ${this.scene.time_unit}. ` : "";
-    ask("Back to the start?", `${far}Everything that was painted, moved and set since the start goes; looks stay. Undo (Ctrl Z) brings it back.`, "Back to the start", () => {
+    ask("Back to the start?", `${far}Everything that was painted, moved and set since the start goes; appearance parameters stay. Undo (Ctrl Z) brings it back.`, "Back to the start", () => {
       if (this.is_running) this.pace.stop();
       void this.send("reset");
     });

@@ -32,9 +32,10 @@ struct Picture {
 [[nodiscard]] Picture make_picture(const ImageF& linear);
 
 /// @param quanta_per_mm  Height quanta, kHeightQuanta in a median texel.
-/// @throws InvalidInput naming the first value that is not finite or out of the range that MaterialLook gives.
-[[nodiscard]] QuantizedLook quantize(const MaterialLook& look, double quanta_per_mm, std::uint32_t noise_key);
-/// Of material `index`: fixed, so that looks can change without the noise.
+/// @throws InvalidInput naming the first value that is not finite or out of the range that MaterialAppearance gives.
+[[nodiscard]] QuantizedAppearance quantize(const MaterialAppearance& look, double quanta_per_mm,
+                                           std::uint32_t noise_key);
+/// Of material `index`: fixed, so that appearance parameters can change without the noise.
 [[nodiscard]] std::uint32_t noise_key(int index);
 
 }  // namespace patinate::simulation::composition

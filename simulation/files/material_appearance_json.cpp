@@ -26,8 +26,8 @@ ColorSource read_color_source(const JsonReader& json, const SceneContext& contex
   return source;
 }
 
-MaterialLook read_look(JsonReader json, MaterialLook defaults, const SceneContext& context) {
-  MaterialLook look = std::move(defaults);
+MaterialAppearance read_material_appearance(JsonReader json, MaterialAppearance defaults, const SceneContext& context) {
+  MaterialAppearance look = std::move(defaults);
   const auto number = [&](const char* name, double& value, const Range& range) {
     if (json.has(name)) value = json.member(name).number(range);
   };
@@ -58,12 +58,13 @@ Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_o
   return preset;
 }
 
-std::map<std::string, MaterialLook> library_looks(const SceneContext& context) {
-  std::map<std::string, MaterialLook> looks;
+std::map<std::string, MaterialAppearance> library_appearance(const SceneContext& context) {
+  std::map<std::string, MaterialAppearance> appearance;
   for (const auto& [name, value] : library().at("appearance").items()) {
-    looks[name] = read_look(JsonReader("materials.json", value, "/appearance/" + name), {}, context);
+    appearance[name] =
+        read_material_appearance(JsonReader("materials.json", value, "/appearance/" + name), {}, context);
   }
-  return looks;
+  return appearance;
 }
 
 std::map<std::string, Preset> library_presets(const SceneContext& context) {

@@ -1,4 +1,4 @@
-#include "patinate/capture/free_motion.h"
+#include "patinate/capture/unconstrained_dof.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -32,16 +32,16 @@ Vec3 with_sign(const Vec3& v) {
 
 }  // namespace
 
-std::string text_of(const FreeMotion& motion) {
-  if (motion.kind == FreeMotion::Kind::Shift) return "shift along " + vector_text(motion.direction);
+std::string text_of(const UnconstrainedDof& motion) {
+  if (motion.kind == UnconstrainedDof::Kind::Shift) return "shift along " + vector_text(motion.direction);
   const std::string text = "turn about " + vector_text(motion.direction) + " through " + vector_text(motion.point);
   return motion.pitch == 0.0
              ? text
              : text + " with a shift of " + short_number_text(rounded(motion.pitch, 3)) + " along it per radian";
 }
 
-std::vector<FreeMotion> free_motions(const Eigen::Matrix<double, 6, Eigen::Dynamic>& directions) {
-  std::vector<FreeMotion> motions;
+std::vector<UnconstrainedDof> unconstrained_dofs(const Eigen::Matrix<double, 6, Eigen::Dynamic>& directions) {
+  std::vector<UnconstrainedDof> motions;
   if (directions.cols() == 0) return motions;
   // Rotations of the span, largest first; what has none of it left is a shift.
   const Eigen::Matrix<double, 3, Eigen::Dynamic> turns = directions.topRows<3>();
@@ -54,15 +54,15 @@ std::vector<FreeMotion> free_motions(const Eigen::Matrix<double, 6, Eigen::Dynam
     for (const Vec3& other : shifts) shift -= other * other.dot(shift);
     if (!(shift.norm() > 1e-6)) continue;
     shifts.push_back(shift.normalized());
-    motions.push_back({FreeMotion::Kind::Shift, with_sign(shift.normalized())});
+    motions.push_back({UnconstrainedDof::Kind::Shift, with_sign(shift.normalized())});
   }
   for (Eigen::Index k = 0; k < num && value(k) >= kNoRotation; ++k) {
     const Vec6 twist = directions * svd.matrixV().col(k);
     const Vec3 axis = twist.head<3>();
     Vec3 shift = twist.tail<3>();
     for (const Vec3& other : shifts) shift -= other * other.dot(shift);
-    FreeMotion turn;
-    turn.kind = FreeMotion::Kind::Turn;
+    UnconstrainedDof turn;
+    turn.kind = UnconstrainedDof::Kind::Turn;
     turn.direction = with_sign(axis.normalized());
     turn.point = axis.cross(shift) / axis.squaredNorm();
     const double pitch = axis.dot(shift) / axis.squaredNorm();

@@ -1,31 +1,31 @@
-// Post-controls: how amounts look. They recompose at once and never simulate.
+// Post-controls: the appearance of amounts. They recompose at once and never simulate.
 import { srgb_from_linear } from "../color/lab";
-import type { Look, SceneState } from "../types";
+import type { Appearance, SceneState } from "../types";
 import { section, slider, type Slider } from "../ui/controls";
 import { h, replace, throttle } from "../ui/dom";
 import type { SceneContext } from "./context";
 
 const kSend_ms = 60;
-const kFields: [keyof Look, string, number, number, string][] = [
+const kFields: [keyof Appearance, string, number, number, string][] = [
   ["strength", "Strength", 0, 3, "How much amount 1 covers"], ["variation", "Variation", 0, 1, "Of the strength, from texel to texel"],
   ["specular", "Gloss", -1, 1, "Change of the specular value by amount 1"], ["specular_variation", "Variation of gloss", 0, 1, ""],
   ["height", "Height, mm", -2, 3, "Change of the height by amount 1"], ["height_variation", "Variation of height", 0, 1, ""],
 ];
 
-export class LooksPanel {
+export class AppearancePanel {
   readonly element: HTMLDetailsElement;
   private readonly body = h("div", { class: "stack" });
   private readonly sliders = new Map<string, Slider>();
 
   constructor(private readonly context: SceneContext) {
-    this.element = section("How materials look", false, h("p", { class: "hint" }, "Changes the picture at once, without simulating again."), this.body);
+    this.element = section("Appearance of materials", false, h("p", { class: "hint" }, "Changes the picture at once, without simulating again."), this.body);
   }
 
   build(scene: SceneState): void {
     this.sliders.clear();
     replace(this.body, scene.materials.map((material, i) => {
-      const look = scene.looks[material] ?? {};
-      const send = throttle(kSend_ms, (field: string, value: number) => void this.context.send("looks", { looks: { [material]: { [field]: value } } }));
+      const look = scene.appearance[material] ?? {};
+      const send = throttle(kSend_ms, (field: string, value: number) => void this.context.send("appearance", { appearance: { [material]: { [field]: value } } }));
       const color = look.color ? `background:rgb(${look.color.map((c) => Math.round(255 * srgb_from_linear(c))).join(" ")})` : "";
       const all = kFields.filter(([field]) => look[field] !== undefined).map(([field, label, low, high, hint]) => {
         const value = look[field] as number;
@@ -42,7 +42,7 @@ export class LooksPanel {
   show(scene: SceneState): void {
     for (const material of scene.materials) {
       for (const [field] of kFields) {
-        const value = scene.looks[material]?.[field];
+        const value = scene.appearance[material]?.[field];
         if (typeof value === "number") this.sliders.get(`${material} ${field}`)?.set(value);
       }
     }

@@ -8,7 +8,7 @@
 
 namespace patinate::benchmarks {
 
-void books() {
+void mass_balance() {
   constexpr int kIterations = 1'000'000;
   RunControl control;
   control.num_threads = 1;

@@ -1,4 +1,4 @@
-#include "simulation/composition/quantized_look.h"
+#include "simulation/composition/quantized_appearance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +17,8 @@ constexpr double kMaxHeightChange = 1 << 26;         // quanta by amount 1
 
 void check_range(const char* name, double value, double low, double high) {
   if (value >= low && value <= high) return;
-  throw InvalidInput(std::string("the ") + name + " of a look is " + number_text(value) + "; use [" + number_text(low) +
-                     ", " + number_text(high) + "]");
+  throw InvalidInput(std::string("the ") + name + " of an appearance is " + number_text(value) + "; use [" +
+                     number_text(low) + ", " + number_text(high) + "]");
 }
 
 std::int32_t share(double value) { return static_cast<std::int32_t>(std::lround(value * 32768.0)); }
@@ -85,14 +85,14 @@ Picture make_picture(const ImageF& linear) {
   return picture;
 }
 
-QuantizedLook quantize(const MaterialLook& look, double quanta_per_mm, std::uint32_t noise_key) {
+QuantizedAppearance quantize(const MaterialAppearance& look, double quanta_per_mm, std::uint32_t noise_key) {
   check_range("strength", look.strength, 0.0, 1000.0);
   check_range("variation", look.variation, 0.0, 1.0);
   check_range("specular change", look.specular, -1.0, 1.0);
   check_range("specular variation", look.specular_variation, 0.0, 1.0);
   check_range("height", look.height_mm, -1e6, 1e6);
   check_range("height variation", look.height_variation, 0.0, 1.0);
-  QuantizedLook out;
+  QuantizedAppearance out;
   out.strength = static_cast<std::uint32_t>(std::lround(look.strength * kOne));
   if (out.strength > 0) out.limit = std::min<std::uint32_t>(kMaxWeight, (kMaxWeight << 14) / out.strength);
   out.variation = share(look.variation);

@@ -246,7 +246,7 @@ class Simulate(unittest.TestCase):
         at_once = made_by("at_once", [{"name": "growth", "rate": 0.5}], [])
         self.assertGreater(at_once[1], 0)
         old = dict(self.scene, version=1, materials=["water", "dirt", "organic"], events=[dict(early, iteration=0, alpha=0.5)], run={"iterations": 24},
-                   rules=[{"name": "greening", "driver": "min(water, dirt)", "rate": 0.5, "products": {"organic": 1}, "reactants": {}}, {"name": "growth", "rate": 0}])
+                   rules=[{"name": "greening", "driver": "min(water, dirt)", "alpha": 0.5, "makes": {"organic": 1}, "uses": {}}, {"name": "growth", "alpha": 0}])
         old["events"][0]["target"] = "greening"
         self.write("ledge/old.json", old)
         said = json.loads(self.run_in(["simulate", "ledge/old.json", "-o", "made_old", "--json"], check=True).stdout)

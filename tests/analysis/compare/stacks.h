@@ -10,9 +10,10 @@
 namespace patinate::testing_support {
 
 /// Every pixel a texel; `lab(x, y, t)` at times 0, 1 / (T - 1), ..., 1 times `span`.
-[[nodiscard]] inline ColorStack make_stack(int width, int height, int num_times, double span,
-                                           const std::function<std::array<double, 3>(int x, int y, double time)>& lab) {
-  ColorStack stack;
+[[nodiscard]] inline analysis::ColorStack make_stack(
+    int width, int height, int num_times, double span,
+    const std::function<std::array<double, 3>(int x, int y, double time)>& lab) {
+  analysis::ColorStack stack;
   stack.width = width;
   stack.height = height;
   for (int i = 0; i < width * height; ++i) stack.texels.push_back(static_cast<std::uint32_t>(i));

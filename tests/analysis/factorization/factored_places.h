@@ -22,8 +22,8 @@ namespace patinate::testing_support {
 }
 
 struct FactoredPlaces {
-  PlaceSeries series;
-  std::vector<PlaceFactors> truth;  ///< Its clock is that of true_curve().
+  analysis::PlaceSeries series;
+  std::vector<analysis::PlaceFactors> truth;  ///< Its clock is that of true_curve().
 };
 
 struct FactoredOptions {
@@ -46,12 +46,12 @@ struct FactoredOptions {
   const std::size_t num_times = out.series.times.size();
   for (int i = 0; i < o.count; ++i) {
     RandomStream random(7, static_cast<std::uint64_t>(i));
-    PlaceFactors p;
-    p.status = random.uniform() < o.unchanged ? PlaceStatus::Unchanged : PlaceStatus::Fitted;
+    analysis::PlaceFactors p;
+    p.status = random.uniform() < o.unchanged ? analysis::PlaceStatus::Unchanged : analysis::PlaceStatus::Fitted;
     p.rate = std::exp(o.spread * std::clamp(random.normal(), -2.0, 2.0));
     p.offset = 5.0 * std::clamp(random.normal(), -2.0, 2.0);
     for (std::size_t c = 0; c < 3; ++c) {
-      p.gain[c] = p.status == PlaceStatus::Unchanged
+      p.gain[c] = p.status == analysis::PlaceStatus::Unchanged
                       ? 0.0
                       : (random.uniform() < 0.3 ? -1.0 : 1.0) * (0.15 + 0.2 * random.uniform());
       p.base[c] = 0.4 + 0.1 * random.uniform();
@@ -78,8 +78,8 @@ struct FactoredOptions {
 }
 
 /// The truth in the gauge of a factorization: its clock by the medians, its curves from 0 to 1 over the fitted domain.
-inline void bring_to_gauge(const TemporalCurve& fitted, std::vector<PlaceFactors>& truth) {
-  const ClockGauge gauge = clock_gauge(truth);
+inline void bring_to_gauge(const analysis::TemporalCurve& fitted, std::vector<analysis::PlaceFactors>& truth) {
+  const analysis::ClockGauge gauge = analysis::clock_gauge(truth);
   for (int c = 0; c < 3; ++c) {
     double low = 1e9, high = -1e9;
     for (int i = 0; i <= 2000; ++i) {
@@ -87,12 +87,12 @@ inline void bring_to_gauge(const TemporalCurve& fitted, std::vector<PlaceFactors
                    v = true_curve(c, (s - gauge.shift) / gauge.scale);
       low = std::min(low, v), high = std::max(high, v);
     }
-    for (PlaceFactors& p : truth) {
+    for (analysis::PlaceFactors& p : truth) {
       p.base[static_cast<std::size_t>(c)] += p.gain[static_cast<std::size_t>(c)] * low;
       p.gain[static_cast<std::size_t>(c)] *= high - low;
     }
   }
-  apply_gauge(gauge, truth);
+  analysis::apply_gauge(gauge, truth);
 }
 
 /// 95th percentiles of the differences from the truth, over places that are fitted.
@@ -101,24 +101,24 @@ struct FactorErrors {
          value = 0.0;         ///< Share; time; linear; linear; root mean square.
   double fitted_share = 0.0;  ///< Of those that change.
 };
-[[nodiscard]] inline FactorErrors factor_errors(const FactoredPlaces& places, const Factorization& made) {
-  std::vector<PlaceFactors> truth = places.truth;
+[[nodiscard]] inline FactorErrors factor_errors(const FactoredPlaces& places, const analysis::Factorization& made) {
+  std::vector<analysis::PlaceFactors> truth = places.truth;
   bring_to_gauge(made.models[0].curve, truth);
   std::vector<double> rate, offset, gain, base;
   double squares = 0.0, count = 0.0, changing = 0.0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (truth[i].status != PlaceStatus::Fitted) continue;
+    if (truth[i].status != analysis::PlaceStatus::Fitted) continue;
     changing += 1.0;
-    const PlaceFactors& f = made.factors[0][i];
+    const analysis::PlaceFactors& f = made.factors[0][i];
     for (int c = 0; c < 3; ++c) {
       for (const double t : places.series.times) {
         const auto k = static_cast<std::size_t>(c);
         const double v = places.truth[i].base[k] +
                          places.truth[i].gain[k] * true_curve(c, places.truth[i].rate * t - places.truth[i].offset);
-        squares += std::pow(factored_value(made.models[0].curve, f, c, t) - v, 2), count += 1.0;
+        squares += std::pow(analysis::factored_value(made.models[0].curve, f, c, t) - v, 2), count += 1.0;
       }
     }
-    if (f.status != PlaceStatus::Fitted) continue;
+    if (f.status != analysis::PlaceStatus::Fitted) continue;
     rate.push_back(std::abs(f.rate / truth[i].rate - 1.0));
     offset.push_back(std::abs(f.offset - truth[i].offset));
     for (std::size_t c = 0; c < 3; ++c)

@@ -15,17 +15,17 @@ constexpr int kWidth = 24, kHeight = 16, kLastDay = 8;
 
 }  // namespace
 
-AgedSurface green_plate(const std::vector<double>& values) {
-  AgedSurface frames{.name = "plate",
-                     .time_unit = TimeUnit::Days,
-                     .texel_size_mm = 1.0,
-                     .times = {},
-                     .colors = {},
-                     .mask = ImageU8(kWidth, kHeight),
-                     .controls = {}};
+analysis::AgedSurface green_plate(const std::vector<double>& values) {
+  analysis::AgedSurface frames{.name = "plate",
+                               .time_unit = TimeUnit::Days,
+                               .texel_size_mm = 1.0,
+                               .times = {},
+                               .colors = {},
+                               .mask = ImageU8(kWidth, kHeight),
+                               .controls = {}};
   for (std::uint8_t& v : frames.mask.values()) v = 255;
-  SurfaceControl x{.parameter = {.name = "x", .low = 0.0, .high = kWidth - 1.0, .unit = "px"},
-                   .values = ImageF(kWidth, kHeight)};
+  analysis::SurfaceControl x{.parameter = {.name = "x", .low = 0.0, .high = kWidth - 1.0, .unit = "px"},
+                             .values = ImageF(kWidth, kHeight)};
   for (int day = 0; day <= kLastDay; ++day) {
     frames.times.push_back(day);
     ImageF color(kWidth, kHeight, 3);
@@ -43,23 +43,23 @@ AgedSurface green_plate(const std::vector<double>& values) {
   return frames;
 }
 
-FitTask green_task(const std::filesystem::path& history, double chance, int* num_agings) {
-  FitTask task;
+analysis::FitTask green_task(const std::filesystem::path& history, double chance, int* num_agings) {
+  analysis::FitTask task;
   task.history = history;
   task.model_name = "green plate";
-  task.parameters = {{.range = {.name = "/rate", .low = 0.02, .high = 2.0, .scale = FitScale::Log},
+  task.parameters = {{.range = {.name = "/rate", .low = 0.02, .high = 2.0, .scale = analysis::FitScale::Log},
                       .start = 0.1,
                       .is_whole = false,
                       .is_appearance = false},
-                     {.range = {.name = "/strength", .low = 0.0, .high = 1.0, .scale = FitScale::Linear},
+                     {.range = {.name = "/strength", .low = 0.0, .high = 1.0, .scale = analysis::FitScale::Linear},
                       .start = 0.3,
                       .is_whole = false,
                       .is_appearance = true},
-                     {.range = {.name = "/idle", .low = 0.0, .high = 10.0, .scale = FitScale::Linear},
+                     {.range = {.name = "/idle", .low = 0.0, .high = 10.0, .scale = analysis::FitScale::Linear},
                       .start = 5.0,
                       .is_whole = false,
                       .is_appearance = false}};
-  const AgedSurface start = green_plate({0.1, 0.3, 5.0});
+  const analysis::AgedSurface start = green_plate({0.1, 0.3, 5.0});
   task.outline = {.name = "plate",
                   .width = kWidth,
                   .height = kHeight,

@@ -55,8 +55,8 @@ std::vector<Vec2> outline_of(const Camera& camera, const Vec3& center, double ra
   return points;
 }
 
-std::vector<MirrorSphere> spheres_of(const MirrorScene& scene, int count, double sigma, RandomStream& random) {
-  std::vector<MirrorSphere> spheres;
+std::vector<capture::MirrorSphere> spheres_of(const MirrorScene& scene, int count, double sigma, RandomStream& random) {
+  std::vector<capture::MirrorSphere> spheres;
   for (const Vec3& center : scene.centers) {
     spheres.push_back({.radius_mm = scene.radius_mm,
                        .outline_px = outline_of(scene.camera, center, scene.radius_mm, count, sigma, random),

@@ -26,8 +26,8 @@ struct MirrorScene {
 [[nodiscard]] std::vector<Vec2> outline_of(const Camera& camera, const Vec3& center, double radius_mm, int count,
                                            double sigma_px, RandomStream& random);
 /// The spheres with their outlines.
-[[nodiscard]] std::vector<MirrorSphere> spheres_of(const MirrorScene& scene, int count, double sigma_px,
-                                                   RandomStream& random);
+[[nodiscard]] std::vector<capture::MirrorSphere> spheres_of(const MirrorScene& scene, int count, double sigma_px,
+                                                            RandomStream& random);
 
 /// A photograph by ray tracing, 3 x 3 rays a pixel: a ball of light mirrored in the spheres above a dim floor and sky,
 /// and noise.

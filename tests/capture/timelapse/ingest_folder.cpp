@@ -4,9 +4,10 @@
 
 namespace patinate::testing_support {
 
-HistoryReader ingest(const std::filesystem::path& folder, const IngestOptions& options, const RunControl& control) {
-  const CaptureProject project = read_capture_project(folder / "capture.json");
-  (void)run_job(plan_ingest(project, options, folder / "out"), {}, control);
+HistoryReader ingest(const std::filesystem::path& folder, const capture::IngestOptions& options,
+                     const RunControl& control) {
+  const capture::CaptureProject project = capture::read_capture_project(folder / "capture.json");
+  (void)run_job(capture::plan_ingest(project, options, folder / "out"), {}, control);
   return HistoryReader(folder / "out");
 }
 

@@ -12,7 +12,7 @@
 namespace patinate::testing_support {
 
 /// Of `folder / "capture.json"` into `folder / "out"`.
-[[nodiscard]] HistoryReader ingest(const std::filesystem::path& folder, const IngestOptions& options = {},
+[[nodiscard]] HistoryReader ingest(const std::filesystem::path& folder, const capture::IngestOptions& options = {},
                                    const RunControl& control = {});
 /// What that says; "" when nothing is wrong.
 [[nodiscard]] std::string ingest_error(const std::filesystem::path& folder);

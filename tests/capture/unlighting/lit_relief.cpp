@@ -196,7 +196,7 @@ LitRelief lit_relief(const LitReliefOptions& o) {
   return scene;
 }
 
-double relative_error_percent(const UnlightResult& result, const ImageF& truth) {
+double relative_error_percent(const capture::UnlightResult& result, const ImageF& truth) {
   double sum = 0.0, count = 0.0;
   for (int y = 0; y < truth.height(); ++y) {
     for (int x = 0; x < truth.width(); ++x) {

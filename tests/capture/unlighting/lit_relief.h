@@ -37,7 +37,7 @@ struct LitReliefOptions {
 };
 
 struct LitRelief {
-  UnlightInput input;  ///< Without blockers: point it at `scan` where wanted.
+  capture::UnlightInput input;  ///< Without blockers: point it at `scan` where wanted.
   Mesh scan;
   ImageF albedo;  ///< The truth; scaled as the photographs are (exposure is in the lamps' intensities).
   ImageF normal;
@@ -46,7 +46,7 @@ struct LitRelief {
 [[nodiscard]] LitRelief lit_relief(const LitReliefOptions& options = {});
 
 /// 100 times the root mean square of (found - truth) / truth over determined pixels.
-[[nodiscard]] double relative_error_percent(const UnlightResult& result, const ImageF& truth);
+[[nodiscard]] double relative_error_percent(const capture::UnlightResult& result, const ImageF& truth);
 /// Median angle between two normal maps inside a mask, degrees.
 [[nodiscard]] double median_angle_deg(const ImageF& a, const ImageF& b, const ImageU8& mask);
 

@@ -8,8 +8,8 @@
 namespace patinate::testing_support {
 
 ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialAppearance> appearance,
-                           const std::function<void(Scene&)>& change) {
-  SceneObject object;
+                           const std::function<void(simulation::Scene&)>& change) {
+  simulation::SceneObject object;
   object.name = "object";
   object.mesh = std::move(mesh);
   scene.objects.push_back(std::move(object));
@@ -17,27 +17,28 @@ ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialAppear
   scene.appearance = std::move(appearance);
   scene.resolution = resolution;
   if (change) change(scene);
-  scene_mesh = make_scene_mesh(scene);
-  surface = std::make_unique<SurfaceAtlas>(scene_mesh, resolution);
+  scene_mesh = simulation::make_scene_mesh(scene);
+  surface = std::make_unique<simulation::SurfaceAtlas>(scene_mesh, resolution);
   map = std::make_unique<TexelMap>(scene_mesh.mesh, resolution, resolution);
   std::vector<std::array<std::uint16_t, kMaxMaterials>> originals;
-  for (const SceneObject& each : scene.objects) {
+  for (const simulation::SceneObject& each : scene.objects) {
     std::array<std::uint16_t, kMaxMaterials> quanta{};
     for (std::size_t i = 0; i < quanta.size(); ++i)
       quanta[i] = static_cast<std::uint16_t>(std::lround(each.preset.amounts[i] * kAmountOne));
     originals.push_back(quanta);
   }
-  atlas = std::make_unique<MaterialAtlas>(*surface, static_cast<int>(scene.materials.size()), std::move(originals));
+  atlas = std::make_unique<simulation::MaterialAtlas>(*surface, static_cast<int>(scene.materials.size()),
+                                                      std::move(originals));
 }
 
 void ComposeScene::set(int material, const std::function<double(int, int, const Vec3&)>& value) {
-  const TileGrid& grid = surface->grid();
+  const simulation::TileGrid& grid = surface->grid();
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
-      const TexelIndex t = grid.index(x, y);
+      const simulation::TexelIndex t = grid.index(x, y);
       if (!surface->is_covered(t)) continue;
       const double amount = value(x, y, map->position_mm(std::int64_t{y} * grid.width + x));
-      atlas->writable_tile(material, TileGrid::tile_of(t))[t % TileGrid::kTileTexels] =
+      atlas->writable_tile(material, simulation::TileGrid::tile_of(t))[t % simulation::TileGrid::kTileTexels] =
           static_cast<std::uint16_t>(std::lround(std::clamp(amount * kAmountOne, 0.0, double{kMaxAmount})));
     }
   }

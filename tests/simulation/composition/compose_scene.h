@@ -16,19 +16,19 @@ namespace patinate::testing_support {
 struct ComposeScene {
   /// @param appearance  One a material.
   ComposeScene(Mesh mesh, int resolution, std::vector<MaterialAppearance> appearance,
-               const std::function<void(Scene&)>& change = {});
+               const std::function<void(simulation::Scene&)>& change = {});
 
   /// value(x, y, position in mm) is the new amount of a material; 1 = kAmountOne; rounded and kept in range.
   void set(int material, const std::function<double(int, int, const Vec3&)>& value);
-  [[nodiscard]] Composer composer(ColorForm form = ColorForm::Normalized) const {
+  [[nodiscard]] simulation::Composer composer(simulation::ColorForm form = simulation::ColorForm::Normalized) const {
     return {scene, scene_mesh, *surface, form};
   }
 
-  Scene scene;
-  SceneMesh scene_mesh;
-  std::unique_ptr<SurfaceAtlas> surface;
+  simulation::Scene scene;
+  simulation::SceneMesh scene_mesh;
+  std::unique_ptr<simulation::SurfaceAtlas> surface;
   std::unique_ptr<TexelMap> map;
-  std::unique_ptr<MaterialAtlas> atlas;
+  std::unique_ptr<simulation::MaterialAtlas> atlas;
 };
 
 /// Looks of eight materials with every kind of number in them, different for each seed.

@@ -6,18 +6,18 @@
 
 namespace patinate::testing_support {
 
-Scene scene_with(Mesh mesh, int resolution) {
-  Scene scene;
+simulation::Scene scene_with(Mesh mesh, int resolution) {
+  simulation::Scene scene;
   scene.materials = {"water"};
   scene.appearance.resize(1);
   scene.resolution = resolution;
-  SceneObject object;
+  simulation::SceneObject object;
   object.name = "object";
   object.mesh = std::move(mesh);
   scene.objects.push_back(std::move(object));
-  Emitter rain;
+  simulation::Emitter rain;
   rain.name = "rain";
-  rain.shape = EmitterShape::Point;
+  rain.shape = simulation::EmitterShape::Point;
   rain.gammatons = 1000;
   scene.emitters.push_back(rain);
   scene.behavior = {
@@ -39,12 +39,12 @@ Mesh with_any_uvs(Mesh mesh) {
   return mesh;
 }
 
-TracedScene::TracedScene(Scene from)
+TracedScene::TracedScene(simulation::Scene from)
     : scene(std::move(from)),
-      mesh(make_scene_mesh(scene)),
+      mesh(simulation::make_scene_mesh(scene)),
       surface(mesh, scene.resolution),
       tracer(mesh, surface),
-      gammatons(make_gammatons(scene)) {}
+      gammatons(simulation::make_gammatons(scene)) {}
 
 void TracedScene::trace(int num_threads) {
   RunControl control;
@@ -56,7 +56,7 @@ void TracedScene::respond(int num_threads) {
   RunControl control;
   control.num_threads = num_threads;
   tracer.respond(gammatons, scene, iteration, responded, nullptr, control);
-  for (const TraceCounters* c : {&traced.counters, &responded.counters}) {
+  for (const simulation::TraceCounters* c : {&traced.counters, &responded.counters}) {
     sum.segments += c->segments;
     sum.contacts += c->contacts;
     sum.emitted += c->emitted;

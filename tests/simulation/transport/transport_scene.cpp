@@ -8,16 +8,16 @@ namespace patinate::testing_support {
 namespace {
 
 TransportScene scene_of(Mesh mesh, int resolution) {
-  Scene scene;
-  SceneObject object;
+  simulation::Scene scene;
+  simulation::SceneObject object;
   object.name = "plane";
   object.mesh = std::move(mesh);
   scene.objects.push_back(std::move(object));
   TransportScene out;
-  out.surface = std::make_unique<SurfaceAtlas>(make_scene_mesh(scene), resolution);
-  out.atlas = std::make_unique<MaterialAtlas>(
+  out.surface = std::make_unique<simulation::SurfaceAtlas>(simulation::make_scene_mesh(scene), resolution);
+  out.atlas = std::make_unique<simulation::MaterialAtlas>(
       *out.surface, 3, std::vector<std::array<std::uint16_t, kMaxMaterials>>{{0, kAmountOne, kAmountOne / 2}});
-  for (TexelIndex t = 0; t < out.surface->grid().num_texels(); ++t) {
+  for (simulation::TexelIndex t = 0; t < out.surface->grid().num_texels(); ++t) {
     if (out.surface->is_covered(t)) out.covered.push_back(t);
   }
   return out;
@@ -33,10 +33,10 @@ TransportScene squeezed_plane(int resolution) {
 
 TransportScene seamed_plane(int resolution) { return scene_of(cut_plane(100), resolution); }
 
-std::vector<Contact> random_contacts(const TransportScene& scene, std::uint32_t n, std::uint64_t seed,
-                                     std::uint32_t crowding) {
+std::vector<simulation::Contact> random_contacts(const TransportScene& scene, std::uint32_t n, std::uint64_t seed,
+                                                 std::uint32_t crowding) {
   RandomStream random(seed, 0);
-  std::vector<Contact> contacts;
+  std::vector<simulation::Contact> contacts;
   for (std::uint32_t g = 0; g < n; ++g) {
     const std::uint32_t i = random.below(static_cast<std::uint32_t>(scene.covered.size()));
     contacts.push_back({scene.covered[i / crowding * crowding], g});
@@ -44,13 +44,14 @@ std::vector<Contact> random_contacts(const TransportScene& scene, std::uint32_t 
   return contacts;
 }
 
-Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed) {
+simulation::Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed) {
   RandomStream random(seed, 1);
-  Cargo cargo;
+  simulation::Cargo cargo;
   cargo.mass.resize(n);
   for (auto& mass : cargo.mass) {
     for (std::size_t m = 0; m < 3; ++m)
-      mass[m] = static_cast<std::uint32_t>(random.uniform() * most * kAmountOne * SurfaceAtlas::kMedianWeight);
+      mass[m] =
+          static_cast<std::uint32_t>(random.uniform() * most * kAmountOne * simulation::SurfaceAtlas::kMedianWeight);
   }
   return cargo;
 }

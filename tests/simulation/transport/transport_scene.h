@@ -13,9 +13,9 @@ namespace patinate::testing_support {
 
 /// A surface and its amounts.
 struct TransportScene {
-  std::unique_ptr<SurfaceAtlas> surface;
-  std::unique_ptr<MaterialAtlas> atlas;
-  std::vector<TexelIndex> covered;
+  std::unique_ptr<simulation::SurfaceAtlas> surface;
+  std::unique_ptr<simulation::MaterialAtlas> atlas;
+  std::vector<simulation::TexelIndex> covered;
 };
 
 /// A plane whose UVs are squeezed toward one side: weights from about 100 to 4000. Three materials with 0, 1 and 0.5 of
@@ -25,9 +25,9 @@ struct TransportScene {
 [[nodiscard]] TransportScene seamed_plane(int resolution);
 
 /// `n` contacts of gammatons 0 to n - 1 with texels of which one in `crowding` is used.
-[[nodiscard]] std::vector<Contact> random_contacts(const TransportScene& scene, std::uint32_t n, std::uint64_t seed,
-                                                   std::uint32_t crowding = 1);
+[[nodiscard]] std::vector<simulation::Contact> random_contacts(const TransportScene& scene, std::uint32_t n,
+                                                               std::uint64_t seed, std::uint32_t crowding = 1);
 /// Gammatons with up to `most` of each of three materials, in any quanta.
-[[nodiscard]] Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed);
+[[nodiscard]] simulation::Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed);
 
 }  // namespace patinate::testing_support

@@ -103,7 +103,7 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
                                  .purpose = kLookPurpose + static_cast<std::uint32_t>(search.item)};
   (void)minimize(f, start, search.num_looks, options);
   return evaluation;
-} catch (const InvalidInput& e) {
+} catch (const InputError& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};
 }
 
@@ -115,7 +115,7 @@ FitEvaluation evaluate_looks(const FitModel& model, const std::string& name,
   const AgedModel aged(model, values.front(), seed_shift, control.part(0.0, 0.7));
   for (const std::vector<double>& v : values) evaluation.points.push_back(aged.look(v, silent(control)));
   return evaluation;
-} catch (const InvalidInput& e) {
+} catch (const InputError& e) {
   FitEvaluation evaluation{.name = name, .points = {}};
   for (const std::vector<double>& v : values) evaluation.points.push_back(undefined_point(model, v, e.what()));
   return evaluation;

@@ -88,13 +88,13 @@ FitTerm parse_fit_term(const std::string& text) {
   const auto found = std::find(kFitFigureNames.begin(), kFitFigureNames.end(), name);
   if (found == kFitFigureNames.end()) {
     const std::vector<std::string> names(kFitFigureNames.begin(), kFitFigureNames.end());
-    throw UsageError("--objective: found `" + name + "`; expected one of " + joined(names) + did_you_mean(name, names));
+    throw ParseError("--objective: found `" + name + "`; expected one of " + joined(names) + did_you_mean(name, names));
   }
   FitTerm term{.figure = static_cast<FitFigure>(found - kFitFigureNames.begin())};
   if (equals == std::string::npos) return term;
   const std::optional<double> weight = parse_number(text.substr(equals + 1));
   if (!weight || !(*weight > 0.0))
-    throw UsageError("--objective: found `" + text + "`; expected NAME=WEIGHT with a weight > 0");
+    throw ParseError("--objective: found `" + text + "`; expected NAME=WEIGHT with a weight > 0");
   term.weight = *weight;
   return term;
 }

@@ -38,7 +38,7 @@ struct FitTerm {
   FitFigure figure = FitFigure::ColorDistribution;
   double weight = 1.0;  ///< > 0.
 };
-/// "color_distribution", "covered=0.5". @throws UsageError with a did-you-mean.
+/// "color_distribution", "covered=0.5". @throws ParseError with a did-you-mean.
 [[nodiscard]] FitTerm parse_fit_term(const std::string& text);
 
 struct ObjectiveOptions {

@@ -23,8 +23,8 @@ std::string problem_of(const FitRange& range) {
 }  // namespace
 
 FitRange parse_fit_range(const std::string& text) {
-  const auto fail = [&](const std::string& expected) -> UsageError {
-    return UsageError("--vary: found `" + text + "`; expected " + expected);
+  const auto fail = [&](const std::string& expected) -> ParseError {
+    return ParseError("--vary: found `" + text + "`; expected " + expected);
   };
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos) throw fail("POINTER=LOW:HIGH[:log], such as /rules/0/rate=0.01:1:log");
@@ -45,7 +45,7 @@ FitRange parse_fit_range(const std::string& text) {
     range.scale = static_cast<FitScale>(found - kFitScaleNames.begin());
   }
   if (const std::string problem = problem_of(range); !problem.empty())
-    throw UsageError("--vary: `" + text + "`: " + problem);
+    throw ParseError("--vary: `" + text + "`: " + problem);
   return range;
 }
 

@@ -20,7 +20,7 @@ struct FitRange {
   FitScale scale = FitScale::Linear;  ///< Log: low > 0.
   std::string place = {};             ///< "FILE: POINTER" where a file says it, "" from the command line.
 };
-/// "/rules/2/rate=0.001:0.1:log". @throws UsageError naming what is wrong.
+/// "/rules/2/rate=0.001:0.1:log". @throws ParseError naming what is wrong.
 [[nodiscard]] FitRange parse_fit_range(const std::string& text);
 /// {"pointer": "/rules/2/rate", "low": 0.001, "high": 0.1, "scale": "log"}. @throws IoError
 [[nodiscard]] FitRange read_fit_range(JsonReader json);

@@ -105,7 +105,7 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
                                  .purpose = kLookPurpose + static_cast<std::uint32_t>(search.item)};
   (void)minimize(f, start, search.num_appearance, options);
   return evaluation;
-} catch (const InvalidInput& e) {
+} catch (const InputError& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};
 }
 
@@ -117,7 +117,7 @@ FitEvaluation evaluate_appearances(const FitModel& model, const std::string& nam
   const AgedModel aged(model, values.front(), seed_shift, control.part(0.0, 0.7));
   for (const std::vector<double>& v : values) evaluation.points.push_back(aged.compose(v, silent(control)));
   return evaluation;
-} catch (const InvalidInput& e) {
+} catch (const InputError& e) {
   FitEvaluation evaluation{.name = name, .points = {}};
   for (const std::vector<double>& v : values) evaluation.points.push_back(undefined_point(model, v, e.what()));
   return evaluation;

@@ -88,8 +88,6 @@ Mesh read_step_mesh(const RelitProject& project, const RelitStep& step) {
   const PointCloud cloud = read_step_scan(project, step);
   try {
     return with_scan_normals(mesh_of_scan(cloud));
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError((step.ready ? step.ready->position : *step.scan).string(), e.what());
   }

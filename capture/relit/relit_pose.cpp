@@ -36,8 +36,6 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
   const PairRegistration found = [&] {
     try {
       return register_pair(target, source, step.initial.value_or(RigidTransform{}), work.options.registration, control);
-    } catch (const IoError&) {
-      throw;
     } catch (const InvalidInput& e) {
       throw IoError(project.file.string(), work.step_name(index) + ": " + e.what());
     }

@@ -198,8 +198,6 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
     place_photos(work, step, reference, places, input, frame, control.part(0.2, 0.5));
     try {
       frame.result = unlight(input, work.options.unlight, control.part(0.5, 0.95));
-    } catch (const IoError&) {
-      throw;
     } catch (const InvalidInput& e) {
       throw IoError(project.file.string(), work.step_name(index) + ": " + e.what());
     }

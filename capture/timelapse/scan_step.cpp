@@ -73,8 +73,6 @@ void load_scan(IngestWork& work) {
   Mesh mesh = read_mesh(scan.mesh);
   try {
     mesh = repair_mesh(std::move(mesh)).mesh;
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(scan.mesh.string(), e.what());
   }

@@ -94,8 +94,6 @@ Mesh read_scan(const UnlightStep& step) {
     mesh = repair_mesh(std::move(mesh)).mesh;
     scale_mesh(mesh, step.mm_per_unit);
     return mesh;
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(step.scan->string(), e.what());
   }

@@ -23,8 +23,6 @@ ControlMap make_exposure(const TexelMap& map, const Options& o, const RunControl
   const ImageF panorama = read_color(o.sky);
   try {
     return exposure_map(map, o.up, o.exposure, o.sun, panorama, control);
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(o.sky, e.what());
   }
@@ -43,10 +41,10 @@ constexpr std::array<std::pair<const char*, DistanceSource::Edges>, 4> kDistance
      {"ridges", DistanceSource::Edges::Ridges},
      {"valleys", DistanceSource::Edges::Valleys}}};
 
-/// The edges that --distance-from names; None when it names a file. @throws UsageError when it names neither.
+/// The edges that --distance-from names; None when it names a file. @throws ParseError when it names neither.
 DistanceSource::Edges distance_edges(const Options& o) {
   if (o.distance_from.empty()) {
-    throw UsageError(
+    throw ParseError(
         "the control `distance` needs --distance-from: boundary, creases, ridges, valleys, a CSV of curves "
         "or an image");
   }
@@ -57,7 +55,7 @@ DistanceSource::Edges distance_edges(const Options& o) {
   }
   const std::filesystem::path file(o.distance_from);
   if (file.extension().empty() && !std::filesystem::exists(file)) {
-    throw UsageError("--distance-from: found `" + o.distance_from +
+    throw ParseError("--distance-from: found `" + o.distance_from +
                      "`; expected boundary, creases, ridges, valleys, a CSV of curves or an image" +
                      did_you_mean(o.distance_from, names));
   }
@@ -82,7 +80,7 @@ ControlMap make_distance(const TexelMap& map, const Options& o, const RunControl
 }
 
 ControlMap make_image(const TexelMap& map, const Options& o, const RunControl&) {
-  if (o.image.empty()) throw UsageError("the control `image` needs an image; use --image FILE");
+  if (o.image.empty()) throw ParseError("the control `image` needs an image; use --image FILE");
   return read_control_file(o.image, map);
 }
 
@@ -185,7 +183,7 @@ ControlMap make_control(const std::string& kind, const TexelMap& map, const Cont
   }
   std::string list;
   for (const std::string& name : control_kind_names()) list += (list.empty() ? "`" : ", `") + name + "`";
-  throw UsageError("unknown kind of control `" + kind + "`" + did_you_mean(kind, control_kind_names()) +
+  throw ParseError("unknown kind of control `" + kind + "`" + did_you_mean(kind, control_kind_names()) +
                    "; there are " + list);
 }
 
@@ -197,8 +195,6 @@ ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& 
     ControlMap made = image_map(map, is_alone ? images.front() : lay_over_tiles(map.sheet(), images));
     note_if_even(made, map.coverage(), path.filename().string());
     return made;
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(path.string(), e.what());
   }

@@ -64,7 +64,7 @@ class Parser {
   }
   [[noreturn]] void fail(std::size_t at, const std::string& expected) const {
     const std::string found = at < text_.size() ? "`" + std::string(1, text_[at]) + "`" : "the end";
-    throw UsageError(place(at) + "found " + found + "; expected " + expected);
+    throw ParseError(place(at) + "found " + found + "; expected " + expected);
   }
 
   bool at_end() {
@@ -190,7 +190,7 @@ class Parser {
   [[noreturn]] void fail_unknown(std::size_t at, const std::string& word) const {
     std::string list;
     for (const std::string& name : syntax_.names) list += (list.empty() ? "`" : ", `") + name + "`";
-    throw UsageError(place(at) + "unknown " + syntax_.name + " `" + word + "`" + did_you_mean(word, syntax_.names) +
+    throw ParseError(place(at) + "unknown " + syntax_.name + " `" + word + "`" + did_you_mean(word, syntax_.names) +
                      "; there are " + list + (syntax_.has_files ? ", and files such as `map.exr`" : ""));
   }
 

@@ -39,7 +39,7 @@ JobRecord read_job_record(const fs::path& folder, const std::string& key) {
   try {
     JobRecord record = parse_record(load_json(folder / kJobRecordFile));
     return record.key == key ? record : JobRecord{};
-  } catch (const InvalidInput&) {
+  } catch (const IoError&) {
     return {};  // A damaged record vouches for nothing: everything is done again.
   } catch (const Json::exception&) {
     return {};

@@ -89,7 +89,7 @@ std::string manifest_key(const fs::path& folder, const std::string& manifest) {
   try {
     const Json json = load_json(folder / manifest);
     if (json.is_object() && json.contains("key") && json["key"].is_string()) return json["key"].get<std::string>();
-  } catch (const InvalidInput&) {
+  } catch (const IoError&) {
     // A damaged manifest is no proof that the folder is ours.
   }
   return "";

@@ -147,8 +147,6 @@ class ObjectReader {
       const AtlasMesh atlas = make_atlas_mesh(std::move(mesh), method_, file_.scene.resolution, control);
       for (const std::string& note : atlas.notes) file_.notes.push_back("object '" + name + "': " + note);
       return sheet_mesh(atlas, make_sheet(atlas.tile_names(), file_.scene.resolution));
-    } catch (const IoError&) {
-      throw;
     } catch (const InvalidInput& e) {
       throw IoError(path.string(), e.what());
     }
@@ -297,8 +295,6 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   try {
     check_scene(scene);
     for (std::string& note : describe_meshes(make_scene_mesh(scene))) file.notes.push_back(std::move(note));
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(path.string(), e.what());
   }

@@ -51,7 +51,7 @@ struct SimulationWork {
       try {
         const std::string bytes = read_file(checkpoint(folder), std::uint64_t{1} << 36);
         simulation->restore(std::as_bytes(std::span(bytes)));
-      } catch (const InvalidInput&) {  // half-written or foreign: from the start, which takes longer and gives the same
+      } catch (const InputError&) {  // half-written or foreign: from the start, which takes longer and gives the same
         simulation = std::make_unique<Simulation>(file.scene, options, control.part(0.0, 0.1));
       }
       if (simulation->iteration() > end)

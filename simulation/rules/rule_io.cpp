@@ -95,8 +95,6 @@ template <class Make>
 auto at_place(const JsonReader& json, Make&& make) {
   try {
     return make();
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(json.file(), json.pointer() + ": " + e.what());
   }

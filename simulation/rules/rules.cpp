@@ -45,7 +45,7 @@ Expression driver_of(const Rule& rule, std::span<const std::string> materials) {
                                           .name = "material or parameter",
                                           .names = names,
                                           .has_files = false});
-  } catch (const UsageError& e) {
+  } catch (const ParseError& e) {
     throw InvalidInput(e.what());
   }
 }

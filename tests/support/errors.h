@@ -9,7 +9,7 @@
 namespace patinate::testing_support {
 
 /// Message of the error that `call` throws; "" when it throws none. Other exceptions than Expected continue.
-template <class Expected = InvalidInput, class Call>
+template <class Expected = InputError, class Call>
 [[nodiscard]] std::string error_of(Call&& call) {
   try {
     call();

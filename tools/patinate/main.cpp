@@ -10,6 +10,7 @@
 #include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/interruption.h"
 #include "tools/patinate/command_line/message_stream.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/command_line/verbs.h"
 
 namespace patinate::cli {

@@ -179,7 +179,7 @@ void LiveEngine::receive(int id, const std::string& text) {
   if (client.peer->num_waiting_bytes() > kMostUnread) return client.peer->close();  // asks, and does not listen
   try {
     request = parse_outside_json(text);
-  } catch (const InvalidInput& e) {
+  } catch (const IoError& e) {
     return client.peer->send_text(error_text(nullptr, e.what()));
   }
   const Json request_id = request.is_object() && request.contains("id") ? request["id"] : Json(nullptr);

@@ -150,7 +150,7 @@ simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::
     if (events.size() != 1)
       throw InvalidInput("stands for " + std::to_string(events.size()) + " events; send one at a time");
     return std::move(events.front());
-  } catch (const InvalidInput& e) {
+  } catch (const InputError& e) {
     constexpr std::string_view kPlace = "event: /0";  // there is no file, and one event
     const std::string_view what = e.what();
     throw InvalidInput("event: " +

@@ -94,7 +94,7 @@ SessionOptions parse_session_options(const std::string& body) {
   Json json;
   try {
     json = parse_outside_json(body);
-  } catch (const InvalidInput& e) {
+  } catch (const IoError& e) {
     throw InvalidInput(std::string(e.what()) +
                        "; expected {\"place\": ..., \"times\": [...], \"size\": ..., \"view\": ...}");
   }

@@ -146,7 +146,7 @@ HttpResponse Studio::answer(const HttpRequest& request, const std::stop_token& g
     return secured(Routes::answer(*this, request, parse_target(request.target), gone));
   } catch (const NotFound& e) {
     return secured(error_response(404, e.what()));
-  } catch (const InvalidInput& e) {
+  } catch (const InputError& e) {
     return secured(error_response(400, e.what()));
   } catch (const std::bad_alloc&) {
     return secured(error_response(500, "not enough memory for this; ask for a smaller size"));

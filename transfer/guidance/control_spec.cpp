@@ -11,7 +11,7 @@ namespace patinate::transfer {
 
 ControlSpec parse_control_spec(std::string_view text) {
   const auto fail = [&](const std::string& problem) -> ControlSpec {
-    throw UsageError("--control " + std::string(text) + ": " + problem +
+    throw ParseError("--control " + std::string(text) + ": " + problem +
                      "; use [SOURCE=]DESTINATION[:weight[:mapping]]");
   };
   ControlSpec spec;
@@ -50,7 +50,7 @@ std::string source_control(const History& history, const ControlSpec& spec) {
     return controls[controls[0].name == kLibraryControl ? 1 : 0].name;
   std::string names;
   for (const ControlFacts& c : controls) names += (names.empty() ? "" : ", ") + c.name;
-  throw UsageError("--control " + spec.destination + ": " + history.label() +
+  throw ParseError("--control " + spec.destination + ": " + history.label() +
                    (controls.empty() ? " has no controls; ingest with one"
                                      : " has several controls (" + names + "); write SOURCE=" + spec.destination));
 }

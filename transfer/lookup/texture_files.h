@@ -41,7 +41,7 @@ class TextureWriter {
                          const RunControl& control = {});
 
   /// All at once: coordinates are gone through once for them. Each file is whole or absent.
-  /// @throws CannotComplete, UsageError on an unknown extension, InvalidInput if a source is not of the history's size,
+  /// @throws CannotComplete, ParseError on an unknown extension, InvalidInput if a source is not of the history's size,
   /// or a normal is asked for without CoordinateStripsOptions::with_turns.
   void write(std::span<const TextureFile> textures, const RunControl& control = {}) const;
 

@@ -18,8 +18,6 @@ AtlasMesh TransferFolder::read_atlas() const {
     AtlasMesh atlas = read_back_atlas_mesh(with_normals(read_mesh(manifest_.mesh)), manifest_.tile_rule, sheet_.names);
     atlas.is_unwrapped = manifest_.is_unwrapped;
     return atlas;
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(manifest_.mesh.string(), e.what());
   }

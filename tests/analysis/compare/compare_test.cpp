@@ -47,7 +47,7 @@ double value(const Json& report, const std::string& name) { return figure(report
 std::string error_text(const std::function<void()>& call) {
   try {
     call();
-  } catch (const InvalidInput& e) {
+  } catch (const InputError& e) {
     return e.what();
   }
   return "";

@@ -128,11 +128,11 @@ TEST(FitParameter, RangesAreReadAndRefused) {
                                    {"/a=x:1", "two numbers"},
                                    {"/a=0:1:lag", "did you mean `log`"},
                                    {"/a=1", "LOW:HIGH"}}) {
-    EXPECT_TRUE(has(error_of<UsageError>([&text = text] { (void)parse_fit_range(text); }), part)) << text;
+    EXPECT_TRUE(has(error_of<ParseError>([&text = text] { (void)parse_fit_range(text); }), part)) << text;
   }
-  EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("color_distribution"); }),
+  EXPECT_TRUE(has(error_of<ParseError>([] { (void)parse_fit_term("color_distribution"); }),
                   "did you mean `color_distribution`"));
-  EXPECT_TRUE(has(error_of<UsageError>([] { (void)parse_fit_term("covered=-1"); }), "weight > 0"));
+  EXPECT_TRUE(has(error_of<ParseError>([] { (void)parse_fit_term("covered=-1"); }), "weight > 0"));
 }
 
 TEST(FitParameter, ValuesAndSharesOfTheRangeAreInverse) {

@@ -154,7 +154,7 @@ TEST(FrameSources, MistakesWithMoviesAreNamed) {
     std::string error;
     try {
       (void)project_of(folder, c.frames);
-    } catch (const InvalidInput& e) {
+    } catch (const InputError& e) {
       error = e.what();
     }
     EXPECT_NE(error.find(c.expected), std::string::npos) << c.frames << " gave: " << error;

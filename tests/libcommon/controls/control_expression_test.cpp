@@ -24,7 +24,7 @@ float value_of(const std::string& text) {
 std::string error_of(const std::string& text) {
   try {
     const ControlExpression expression(text, kNames);
-  } catch (const UsageError& e) {
+  } catch (const ParseError& e) {
     const std::string message = e.what();
     return message.substr(message.find("position"));
   }

@@ -285,11 +285,11 @@ TEST(MakeControl, KnowsEveryKindAndNamesOthers) {
   EXPECT_NEAR(make_control("image", map, options).values.at(3, 3), 0.2F, 1e-6F);
   EXPECT_EQ(control_input_files("image", options), std::vector<std::filesystem::path>{options.image});
   EXPECT_TRUE(control_input_files("facing", options).empty());
-  EXPECT_THROW((void)make_control("image", map), UsageError);
+  EXPECT_THROW((void)make_control("image", map), ParseError);
   try {
     (void)make_control("acessibility", map);
     FAIL();
-  } catch (const UsageError& e) {
+  } catch (const ParseError& e) {
     EXPECT_EQ(
         std::string(e.what()).find("unknown kind of control `acessibility`; did you mean `accessibility`?; there are "
                                    "`accessibility`, `ray_share`, "),

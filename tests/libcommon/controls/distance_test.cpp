@@ -138,11 +138,11 @@ TEST(DistanceMap, SaysWhatItDoesNotReach) {
 
 TEST(DistanceMap, NeedsToBeToldFromWhat) {
   const TexelMap map(plane(10), 8, 8);
-  EXPECT_THROW((void)make_control("distance", map), UsageError);
+  EXPECT_THROW((void)make_control("distance", map), ParseError);
   ControlKindOptions options;
   options.distance_from = "creses";
-  EXPECT_THROW((void)make_control("distance", map, options), UsageError);
-  EXPECT_THROW((void)control_input_files("distance", options), UsageError);
+  EXPECT_THROW((void)make_control("distance", map, options), ParseError);
+  EXPECT_THROW((void)control_input_files("distance", options), ParseError);
   options.distance_from = "line.csv";
   EXPECT_EQ(control_input_files("distance", options).size(), 1u);
   options.distance_from = "boundary";

@@ -115,7 +115,7 @@ TEST(ExpressionProgram, HasTheSameBitsForEveryInstructionSet) {
 
 TEST(ExpressionProgram, NamesTheMistakeAndWhatWasMeant) {
   const auto says = [](const std::string& text) {
-    return testing_support::error_of<UsageError>([&] { (void)parse_expression(text, kSyntax); });
+    return testing_support::error_of<ParseError>([&] { (void)parse_expression(text, kSyntax); });
   };
   EXPECT_EQ(says("min(watr, metal)"),
             "driver `min(watr, metal)`: position 5: unknown material `watr`; did you mean `water`?; there are `water`, "

@@ -101,7 +101,7 @@ TEST(ImageIo, TheExtensionDecidesWhateverItsCase) {
   TempFolder folder;
   write_color(folder / "a.EXR", ramp(4, 4, 3));
   EXPECT_FALSE(probe_image(folder / "a.EXR").is_integer);
-  EXPECT_THROW(write_color(folder / "a.hdr", ramp(4, 4, 3)), UsageError);
+  EXPECT_THROW(write_color(folder / "a.hdr", ramp(4, 4, 3)), ParseError);
 }
 
 TEST(ImageIo, AlphaDoesNotDarkenColor) {
@@ -223,7 +223,7 @@ TEST(ImageIo, NanIsNeitherWrittenNorRead) {
 TEST(ImageIo, UnwritablePlacesAreCannotComplete) {
   TempFolder folder;
   EXPECT_THROW(write_srgb8(folder / "no/such/a.png", ramp(4, 4, 3)), CannotComplete);
-  EXPECT_THROW(write_srgb8(folder / "a.nonsense", ramp(4, 4, 3)), UsageError);
+  EXPECT_THROW(write_srgb8(folder / "a.nonsense", ramp(4, 4, 3)), ParseError);
 }
 
 TEST(ImageIo, ReadsRealPhotographs) {

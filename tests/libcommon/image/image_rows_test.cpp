@@ -83,7 +83,7 @@ TEST(ImageRows, NothingIsLeftOfAFileThatWasNotFinished) {
     EXPECT_THROW(writer.write(std::vector<std::uint8_t>(24)), InvalidInput);
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-  EXPECT_THROW(ImageRowWriter(folder / "a.bmp", 8, 8), UsageError);
+  EXPECT_THROW(ImageRowWriter(folder / "a.bmp", 8, 8), ParseError);
   EXPECT_THROW(ImageRowWriter(folder / "none" / "a.png", 8, 8), CannotComplete);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }

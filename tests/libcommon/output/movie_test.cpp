@@ -83,7 +83,7 @@ TEST(MovieFile, GifHoldsEveryPicture) {
 
 TEST(MovieFile, RefusesOtherExtensions) {
   const TempFolder temp;
-  EXPECT_THROW(write_movie(temp / "a.avi", 2, picture), UsageError);
+  EXPECT_THROW(write_movie(temp / "a.avi", 2, picture), ParseError);
 }
 
 }  // namespace

@@ -7,9 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 #include "patinate/core/error.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate {
 namespace {
@@ -36,8 +38,9 @@ std::string named(const std::function<void()>& throws) {
   return "";
 }
 
-TEST(cli::Failure, OursKeepTheirWordsAndCodes) {
-  EXPECT_EQ(failure_of([] { throw UsageError("a"); }).code, 2);
+TEST(Failure, OursKeepTheirWordsAndCodes) {
+  EXPECT_EQ(failure_of([] { throw cli::UsageError("a"); }).code, 2);
+  EXPECT_EQ(failure_of([] { throw ParseError("a"); }).code, 2);
   EXPECT_EQ(failure_of([] { throw InvalidInput("a"); }).code, 3);
   EXPECT_EQ(failure_of([] { throw IoError("file", "is bad"); }).code, 3);
   EXPECT_EQ(failure_of([] { throw IoError("file", "is bad"); }).message, "file: is bad");
@@ -45,8 +48,16 @@ TEST(cli::Failure, OursKeepTheirWordsAndCodes) {
   EXPECT_EQ(named([] { throw IoError("file", "is bad"); }), "file: is bad");
 }
 
+// Code that names a file in front of what is wrong with a value relies on it: the file is named once.
+TEST(Failure, WhatIsWrongWithAFileIsNoBrokenPrecondition) {
+  static_assert(std::is_base_of_v<InputError, IoError> && !std::is_base_of_v<InvalidInput, IoError>);
+  static_assert(std::is_base_of_v<InputError, ParseError> && !std::is_base_of_v<InvalidInput, ParseError>);
+  static_assert(std::is_base_of_v<InputError, InvalidInput>);
+  EXPECT_EQ(failure_of([] { throw InputError("a"); }).code, 3);
+}
+
 // Thrown by the libraries themselves, so that the words are those of the version that is built with.
-TEST(cli::Failure, WordsOfLibrariesBecomeOurs) {
+TEST(Failure, WordsOfLibrariesBecomeOurs) {
   const auto wrong_type = [] { (void)nlohmann::json::parse("{\"a\": 1}").at("a").get<std::string>(); };
   const auto too_long = [] { std::vector<char>().resize(static_cast<std::size_t>(-1)); };
   const auto no_memory = [] { throw std::bad_alloc(); };

@@ -8,6 +8,7 @@
 #include "patinate/core/error.h"
 #include "tests/support/filter_command.h"
 #include "tests/support/temp_folder.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate {
 namespace {
@@ -33,7 +34,7 @@ std::string complaint(const std::string& toml) {
   Filter filter;
   try {
     filter.run(toml);
-  } catch (const InvalidInput& e) {
+  } catch (const InputError& e) {
     const std::string text = e.what();
     EXPECT_EQ(text.find(filter.file + ": line "), 0u) << text;
     return text.substr(filter.file.size() + 2);
@@ -105,7 +106,7 @@ TEST(ConfigFile, ChecksTheSectionsOfOtherCommands) {
   EXPECT_EQ(complaint("[other]\nthreads = 1\n"), "");
 }
 
-TEST(cli::Environment, NamesAreThoseOfOptionsInCapitals) {
+TEST(Environment, NamesAreThoseOfOptionsInCapitals) {
   Filter f;
   f.run("", {}, {{"SIGMA", "2.5"}, {"EXACT", "yes"}, {"DIRECTION", "0,0,1"}, {"BINS", ""}});
   EXPECT_EQ(f.options.sigma, 2.5);
@@ -114,24 +115,24 @@ TEST(cli::Environment, NamesAreThoseOfOptionsInCapitals) {
   EXPECT_EQ(f.options.bins, 8) << "an empty variable is not set";
 }
 
-TEST(cli::Environment, TellsTyposFromOptions) {
+TEST(Environment, TellsTyposFromOptions) {
   Filter f;
   f.run("", {}, {{"SIGMAS", "2.5"}});
   ASSERT_EQ(f.notes.size(), 1u);
   EXPECT_EQ(f.notes[0], "PATINATE_SIGMAS: is no option of any command and is ignored; did you mean `PATINATE_SIGMA`?");
 }
 
-TEST(cli::Environment, WrongValuesNameTheVariable) {
+TEST(Environment, WrongValuesNameTheVariable) {
   Filter f;
   try {
     f.run("", {}, {{"SIGMA", "wide"}});
     ADD_FAILURE();
-  } catch (const UsageError& e) {
+  } catch (const cli::UsageError& e) {
     EXPECT_EQ(std::string(e.what()), "PATINATE_SIGMA: --sigma: found `wide`; expected a number > 0");
   }
 }
 
-TEST(cli::Environment, IsNotWhereRealDataLie) {
+TEST(Environment, IsNotWhereRealDataLie) {
   ::setenv("PATINATE_DATA", "somewhere", 1);
   for (const auto& [name, value] : cli::patinate_environment()) EXPECT_NE(name, "DATA");
 }

@@ -29,7 +29,7 @@ TEST(ControlSpec, SaysWhatIsWrong) {
   const auto message = [](const char* text) -> std::string {
     try {
       (void)parse_control_spec(text);
-    } catch (const UsageError& e) {
+    } catch (const ParseError& e) {
       return e.what();
     }
     return "";

@@ -52,7 +52,7 @@ TEST(AgeMesh, SaysWhichControlsThereAre) {
   const testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), 48, 48, 2, testing_support::blotches);
   const auto history = std::make_shared<const HistoryReader>(folder.path());  // Has two controls.
-  EXPECT_THROW((void)age_mesh(history, testing_support::cut_plane(64), "height"), UsageError);
+  EXPECT_THROW((void)age_mesh(history, testing_support::cut_plane(64), "height"), ParseError);
   EXPECT_THROW((void)age_mesh(history, testing_support::cut_plane(64), "nothing=height"), InvalidInput);
 }
 

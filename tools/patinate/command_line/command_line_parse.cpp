@@ -9,6 +9,7 @@
 #include "tools/patinate/command_line/option_values.h"
 #include "tools/patinate/command_line/output_place.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 

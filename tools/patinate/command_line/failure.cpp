@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "patinate/core/error.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 
@@ -33,7 +34,9 @@ Failure current_failure() {
     throw;
   } catch (const UsageError& e) {
     return {kUsage, e.what()};
-  } catch (const InvalidInput& e) {
+  } catch (const ParseError& e) {
+    return {kUsage, e.what()};
+  } catch (const InputError& e) {
     return {kInput, e.what()};
   } catch (const Error& e) {
     return {kCannot, e.what()};

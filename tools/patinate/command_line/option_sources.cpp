@@ -11,6 +11,7 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 

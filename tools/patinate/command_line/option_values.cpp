@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "libcommon/core/text.h"
-#include "patinate/core/error.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 

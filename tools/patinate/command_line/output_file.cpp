@@ -8,6 +8,7 @@
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 

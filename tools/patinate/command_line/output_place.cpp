@@ -5,7 +5,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/job/result_folder.h"
-#include "patinate/core/error.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 

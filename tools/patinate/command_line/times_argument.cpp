@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "libcommon/core/text.h"
-#include "patinate/core/error.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 

@@ -13,6 +13,7 @@
 #include "patinate/geometry/camera_io.h"
 #include "patinate/mesh_files/point_cloud_io.h"
 #include "patinate/image/image_io.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/mesh_source.h"
 
@@ -48,8 +49,6 @@ Mesh load_surface(const MeshSource& source, double mm, CommandRun& run) {
     if (is_grid) {
       try {
         mesh = mesh_of_scan(cloud);
-      } catch (const IoError&) {
-        throw;
       } catch (const InvalidInput& e) {
         throw IoError(source.path.string(), e.what());
       }

@@ -4,11 +4,11 @@
 #include "capture/calibration/calibrate.h"
 #include "libcommon/core/files.h"
 #include "libcommon/geometry/light_io.h"
-#include "patinate/core/error.h"
 #include "patinate/geometry/camera_io.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {

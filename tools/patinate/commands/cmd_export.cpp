@@ -16,6 +16,7 @@
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/times_argument.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/aging_glb.h"
 #include "tools/patinate/services/aging_mesh.h"

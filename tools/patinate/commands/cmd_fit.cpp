@@ -4,6 +4,7 @@
 #include "libcommon/core/text.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/fit_scene.h"
 
@@ -32,7 +33,7 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
       const JsonReader weight = objective.member(name);
       try {
         wanted.terms.push_back(analysis::parse_fit_term(name));
-      } catch (const UsageError& e) {
+      } catch (const ParseError& e) {
         throw IoError(path.string(), weight.pointer() + ": " + e.what());
       }
       wanted.terms.back().weight = weight.number(above(0));

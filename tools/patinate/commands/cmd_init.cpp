@@ -32,7 +32,7 @@ int cmd_init(CommandRun& run) {
   for (const std::string& line : draft.to_check) run.note("check: " + line);
   try {
     (void)capture::read_capture_project(output);
-  } catch (const InvalidInput& e) {
+  } catch (const InputError& e) {
     run.note(std::string("check: `ingest` will refuse the draft as it is: ") + e.what());
   }
   run.report_output(*status, output, Json{{"found", draft.found}, {"check", draft.to_check}});

@@ -9,6 +9,7 @@
 #include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {

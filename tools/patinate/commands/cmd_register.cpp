@@ -7,6 +7,7 @@
 #include "libcommon/geometry/length_unit.h"
 #include "patinate/mesh_files/point_cloud_io.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {

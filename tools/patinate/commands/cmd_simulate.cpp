@@ -2,8 +2,8 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "patinate/core/error.h"
 #include "simulation/job/simulation_job.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {

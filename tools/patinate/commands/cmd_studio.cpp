@@ -12,6 +12,7 @@
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/interruption.h"
 #include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/studio/access.h"
 #include "tools/studio/recording.h"

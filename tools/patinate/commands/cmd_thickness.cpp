@@ -8,6 +8,7 @@
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -73,8 +74,6 @@ int cmd_thickness(CommandRun& run) {
     map = capture::thickness_from_transmission(
         read_light(photo, curve), blank.empty() ? ImageF() : read_light(blank, curve),
         mask.empty() ? ImageU8() : read_mask(mask), options.thickness, run.control("thickness"));
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(photo.string(), e.what());
   }

@@ -14,6 +14,7 @@
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/destination.h"
 #include "tools/patinate/services/mesh_source.h"
@@ -91,8 +92,6 @@ ImageU8 read_source_mask(const std::filesystem::path& file, const HistoryReader&
   ImageU8 mask = read_mask(file);
   try {
     (void)transfer::usable_mask(history, mask);
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(file.string(), e.what());
   }

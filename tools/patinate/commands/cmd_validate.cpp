@@ -28,7 +28,7 @@ class Checks {
   void run(const std::function<void()>& check) {
     try {
       check();
-    } catch (const InvalidInput& e) {
+    } catch (const InputError& e) {
       problems_.emplace_back(e.what());
     }
   }

@@ -12,6 +12,7 @@
 #include "patinate/transfer/transfer_reader.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 

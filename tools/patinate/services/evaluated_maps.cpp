@@ -14,6 +14,7 @@
 #include "patinate/transfer/transfer_reader.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/synthesis/map_audit.h"
 

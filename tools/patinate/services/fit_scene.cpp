@@ -10,6 +10,7 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/job/aged_frames.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 

@@ -8,6 +8,7 @@
 #include "patinate/core/error.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tools/patinate/command_line/failure.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/services/blender_unwrap.h"
 
 namespace patinate::cli {
@@ -18,8 +19,6 @@ template <class Make>
 auto naming_file(const MeshSource& source, Make&& make) {
   try {
     return make();
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     throw IoError(source.path.string(), e.what());
   } catch (...) {

@@ -20,7 +20,7 @@ using ControlName = ExpressionName;
 class ControlExpression {
  public:
   /// @param known_names  What a NAME may be.
-  /// @throws UsageError with the position (from 1), what was found, and a did-you-mean.
+  /// @throws ParseError with the position (from 1), what was found, and a did-you-mean.
   ControlExpression(std::string_view text, std::span<const std::string> known_names);
 
   /// Maps that it asks for, each once, in the order of their appearance.

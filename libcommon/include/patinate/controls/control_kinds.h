@@ -49,12 +49,12 @@ struct ControlKind {
 /// Their names.
 [[nodiscard]] const std::vector<std::string>& control_kind_names();
 
-/// Files that make_control() would read: part of what its result depends on. @throws UsageError if an option that
+/// Files that make_control() would read: part of what its result depends on. @throws ParseError if an option that
 /// should name a file names nothing.
 [[nodiscard]] std::vector<std::filesystem::path> control_input_files(const std::string& kind,
                                                                      const ControlKindOptions& options);
 
-/// @throws UsageError for a kind that does not exist (with a did-you-mean) or whose input is not given; what the kind
+/// @throws ParseError for a kind that does not exist (with a did-you-mean) or whose input is not given; what the kind
 /// throws.
 [[nodiscard]] ControlMap make_control(const std::string& kind, const TexelMap& map,
                                       const ControlKindOptions& options = {}, const RunControl& control = {});
@@ -64,7 +64,7 @@ struct ControlKind {
 /// @throws IoError
 [[nodiscard]] ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map);
 
-/// An expression of kinds and files (ControlExpression). Maps that are even are noted. @throws UsageError, and what its
+/// An expression of kinds and files (ControlExpression). Maps that are even are noted. @throws ParseError, and what its
 /// parts throw.
 [[nodiscard]] ControlMap make_control_expression(std::string_view expression, const TexelMap& map,
                                                  const ControlKindOptions& options = {},

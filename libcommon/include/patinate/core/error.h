@@ -13,22 +13,31 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The command line is wrong (exit code 2).
-class UsageError : public Error {
+/// What was given is wrong: base of the three errors that say how. Catch it where all of them mean the same.
+class InputError : public Error {
  public:
   using Error::Error;
 };
 
 /// A precondition on data or an option is broken (exit code 3).
-class InvalidInput : public Error {
+class InvalidInput : public InputError {
  public:
-  using Error::Error;
+  using InputError::InputError;
 };
 
-/// A file cannot be read or does not hold what it should (exit code 3). what() begins with the path.
-class IoError : public InvalidInput {
+/// A text that a person writes cannot be understood: an expression, a control, a range, the extension of an output
+/// (exit code 2, as for the rest of a command line). Whoever reads such a text from a file makes it an IoError.
+class ParseError : public InputError {
  public:
-  IoError(const std::string& path, const std::string& problem) : InvalidInput(path + ": " + problem) {}
+  using InputError::InputError;
+};
+
+using UsageError = ParseError;  ///< The former name, while images and movies still say it.
+
+/// A file cannot be read or does not hold what it should (exit code 3). what() begins with the path.
+class IoError : public InputError {
+ public:
+  IoError(const std::string& path, const std::string& problem) : InputError(path + ": " + problem) {}
 };
 
 /// Valid work that could not be done: disk full, a different output in the way (exit code 1).

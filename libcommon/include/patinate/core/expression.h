@@ -67,7 +67,7 @@ struct ExpressionSyntax {
   bool has_files = true;
 };
 
-/// @throws UsageError with the position (from 1), what was found, and a did-you-mean.
+/// @throws ParseError with the position (from 1), what was found, and a did-you-mean.
 [[nodiscard]] Expression parse_expression(std::string_view text, const ExpressionSyntax& syntax);
 
 }  // namespace patinate

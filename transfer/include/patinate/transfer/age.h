@@ -37,7 +37,7 @@ struct AgedMesh {
 /// @param mesh  Any that read_mesh() gives.
 /// @param control  `[SOURCE=]DESTINATION[:weight[:mapping]]`, as --control: "accessibility", "thickness=0.7*facing +
 /// 0.3*spray".
-/// @throws UsageError if the control cannot be read; InvalidInput if the mesh cannot be textured or an option is out of
+/// @throws ParseError if the control cannot be read; InvalidInput if the mesh cannot be textured or an option is out of
 /// range; IoError.
 [[nodiscard]] AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control,
                                 const AgeOptions& options = {}, const RunControl& run = {});

@@ -26,10 +26,10 @@ struct ControlSpec {
   bool has_mapping = false;  ///< It was said.
 };
 
-/// @throws UsageError saying which part is wrong.
+/// @throws ParseError saying which part is wrong.
 [[nodiscard]] ControlSpec parse_control_spec(std::string_view text);
 /// The history's control that a spec names, or its only one; of a library the only one beside kLibraryControl.
-/// @throws InvalidInput if it has no such control; UsageError if none is named and it has several, or none.
+/// @throws InvalidInput if it has no such control; ParseError if none is named and it has several, or none.
 [[nodiscard]] std::string source_control(const History& history, const ControlSpec& spec);
 
 }  // namespace patinate::transfer

@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 
 set(patinate_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/patinate")
 
-foreach(component common calibration capture registration transfer simulation analysis datasets)
+foreach(component common media calibration capture registration transfer simulation analysis datasets)
   set_target_properties(patinate_${component} PROPERTIES EXPORT_NAME ${component})
   add_library(patinate::${component} ALIAS patinate_${component})
   install(TARGETS patinate_${component} EXPORT patinate
@@ -12,6 +12,8 @@ foreach(component common calibration capture registration transfer simulation an
     FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 endforeach()
 install(TARGETS patinate patinate-decode RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+get_property(patinate_modules GLOBAL PROPERTY PATINATE_MODULES)
+install(TARGETS ${patinate_modules} LIBRARY DESTINATION "${PATINATE_MODULES_DIR}")
 
 # The manual and the completions are what the binary says of itself.
 if(NOT PATINATE_SANITIZE)
@@ -32,7 +34,7 @@ endif()
 
 install(EXPORT patinate NAMESPACE patinate:: FILE patinate-targets.cmake DESTINATION "${patinate_package_dir}")
 configure_package_config_file(cmake/patinate-config.cmake.in "${PROJECT_BINARY_DIR}/patinate-config.cmake"
-  INSTALL_DESTINATION "${patinate_package_dir}")
+  INSTALL_DESTINATION "${patinate_package_dir}" PATH_VARS PATINATE_MODULES_DIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/patinate-config-version.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/patinate-config.cmake" "${PROJECT_BINARY_DIR}/patinate-config-version.cmake"
   cmake/PatinateDependencies.cmake DESTINATION "${patinate_package_dir}")

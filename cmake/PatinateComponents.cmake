@@ -1,12 +1,14 @@
 # The components of find_package(patinate COMPONENTS ...): for each the components that it stands on, and the libraries of others that its sources
 # use. A component is the target patinate_NAME here and patinate::NAME outside.
 set(patinate_components
-  core image geometry mesh_files atlas metrics history controls job output
+  core image media geometry mesh_files atlas metrics history controls job output
   calibration registration capture transfer simulation analysis datasets)
 
 set(patinate_core_libraries threads json tbb xxhash)
 set(patinate_image_needs core)
-set(patinate_image_libraries openimageio libav)
+set(patinate_image_libraries openexr png zlib)
+set(patinate_media_needs core image)
+set(patinate_media_libraries openimageio libav)
 set(patinate_geometry_needs core image)
 set(patinate_geometry_libraries eigen embree openmesh flann)
 set(patinate_mesh_files_needs core geometry)
@@ -17,12 +19,12 @@ set(patinate_history_needs core geometry image)
 set(patinate_controls_needs atlas core geometry image metrics)
 set(patinate_job_needs core)
 set(patinate_output_needs core geometry image metrics)
-set(patinate_output_libraries openimageio opencv libav)
+set(patinate_output_libraries opencv)
 
 set(patinate_calibration_needs core geometry image mesh_files)
 set(patinate_calibration_libraries ceres opencv)
 set(patinate_registration_needs core geometry image job mesh_files output)
-set(patinate_registration_libraries ceres pcl flann)
+set(patinate_registration_libraries ceres)
 set(patinate_capture_needs controls core geometry history image job mesh_files output registration)
 set(patinate_capture_libraries opencv)
 set(patinate_transfer_needs atlas controls core geometry history image job mesh_files)

@@ -13,6 +13,8 @@ foreach(component ${patinate_components})
   install(EXPORT patinate-${component} NAMESPACE patinate:: DESTINATION "${patinate_package_dir}")
 endforeach()
 install(TARGETS patinate patinate-decode RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+get_property(patinate_modules GLOBAL PROPERTY PATINATE_MODULES)
+install(TARGETS ${patinate_modules} LIBRARY DESTINATION "${PATINATE_MODULES_DIR}")
 
 # The manual and the completions are what the binary says of itself.
 if(NOT PATINATE_SANITIZE)
@@ -32,7 +34,7 @@ if(NOT PATINATE_SANITIZE)
 endif()
 
 configure_package_config_file(cmake/patinate-config.cmake.in "${PROJECT_BINARY_DIR}/patinate-config.cmake"
-  INSTALL_DESTINATION "${patinate_package_dir}")
+  INSTALL_DESTINATION "${patinate_package_dir}" PATH_VARS PATINATE_MODULES_DIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/patinate-config-version.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/patinate-config.cmake" "${PROJECT_BINARY_DIR}/patinate-config-version.cmake"
   cmake/PatinateComponents.cmake cmake/PatinateDependencies.cmake DESTINATION "${patinate_package_dir}")

@@ -1,5 +1,5 @@
 /// \file
-/// Decoding of one image file by OpenImageIO, in this process. Inside of image input only.
+/// Decoding of one image file in this process. Inside of image input only.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,9 @@ struct CodedImage {
   int associated_alpha = -1;     ///< Channel that the others are multiplied by; -1 = none.
   std::vector<std::byte> bytes;  ///< Row by row.
 };
-[[nodiscard]] std::size_t bytes_per_value(CodedImage::Type type);
+[[nodiscard]] constexpr std::size_t bytes_per_value(CodedImage::Type type) {
+  return type == CodedImage::Type::UInt8 ? 1 : type == CodedImage::Type::UInt16 ? 2 : 4;
+}
 /// Codes as values. `info` is that of the file. @throws IoError naming `path` if a value is NaN or infinite.
 [[nodiscard]] DecodedImage decoded(const CodedImage& coded, const ImageInfo& info, const std::filesystem::path& path);
 
@@ -60,13 +62,5 @@ class ImageDecoder {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// OpenImageIO's settings, made once; every use of it calls this first.
-void configure_image_library();
-/// What patinate writes for dates, so that equal images give equal bytes.
-inline constexpr const char* kNoImageDate = "1970:01:01 00:00:00";
-/// Where a content key stands in a file.
-inline constexpr const char* kImageKeyAttribute = "patinate:key";
-inline constexpr const char* kImageKeyDescription = "patinate key ";
 
 }  // namespace patinate

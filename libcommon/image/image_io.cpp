@@ -1,8 +1,5 @@
 #include "patinate/image/image_io.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -20,6 +17,7 @@
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_decoder.h"
 #include "libcommon/image/image_rows.h"
+#include "libcommon/image/image_source.h"
 #include "libcommon/image/watched_file.h"
 #include "patinate/core/error.h"
 
@@ -39,27 +37,9 @@ DecodedImage read_raw(const std::filesystem::path& path) try {
   throw CannotComplete(path.string() + ": does not fit into memory; use a smaller image, or fewer threads");
 }
 
-std::unique_ptr<OIIO::ImageOutput> create_output(const std::filesystem::path& path) {
-  configure_image_library();
-  auto output = OIIO::ImageOutput::create(path.string());
-  if (!output || !output->supports("ioproxy")) {
-    (void)OIIO::geterror();
-    throw UsageError(path.string() + ": unknown image format; use .png, .jpg, .tif or .exr");
-  }
-  return output;
-}
-
-void write_pixels(const std::filesystem::path& path, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type,
-                  const void* pixels) {
-  const auto output = create_output(path);
-  // Encoded in memory: OpenImageIO's PNG writer does not notice a full disk, write_atomically() does.
-  OIIO::Filesystem::IOVecOutput memory;
-  if (!output->set_ioproxy(&memory) || !output->open(path.string(), spec) || !output->write_image(type, pixels) ||
-      !output->close()) {
-    throw CannotComplete(path.string() + ": cannot be written; " + output->geterror());
-  }
-  write_atomically(path,
-                   std::string_view(reinterpret_cast<const char*>(memory.buffer().data()), memory.buffer().size()));
+/// Encoded in memory: that the disk is full, write_atomically() notices.
+void write_pixels(const std::filesystem::path& path, const EncodedFormat& format, const void* values) {
+  write_atomically(path, encoded(format, values));
 }
 
 std::string lower_suffix(const std::filesystem::path& path) {
@@ -71,31 +51,19 @@ std::string lower_suffix(const std::filesystem::path& path) {
 
 constexpr float kLargestHalf = 65504.0f;
 
-OIIO::ImageSpec make_spec(int width, int height, int channels, const OIIO::TypeDesc& type, const std::string& key) {
-  OIIO::ImageSpec spec(width, height, channels, type);
-  spec.attribute("DateTime", kNoImageDate);
-  spec.attribute("Software", "patinate");
-  if (!key.empty()) {
-    spec.attribute(kImageKeyAttribute, key);                         // EXR and PNG keep it,
-    spec.attribute("ImageDescription", kImageKeyDescription + key);  // JPEG and TIFF this.
-  }
-  return spec;
+EncodedFormat exr_format(const std::filesystem::path& path, int width, int height,
+                         const std::vector<std::string>& channels, ExrDepth depth, const std::string& key) {
+  const auto values = depth == ExrDepth::Half ? EncodedFormat::Values::Half : EncodedFormat::Values::Float;
+  return {.name = path.string(), .width = width, .height = height, .channels = channels, .values = values, .key = key};
 }
 
-OIIO::ImageSpec exr_spec(int width, int height, const std::vector<std::string>& channels, ExrDepth depth,
-                         const std::string& key) {
-  OIIO::ImageSpec spec = make_spec(width, height, static_cast<int>(channels.size()),
-                                   depth == ExrDepth::Half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT, key);
-  spec.channelnames = channels;
-  spec.attribute("compression", "zip");
-  return spec;
-}
-
-OIIO::ImageSpec code_spec(int width, int height, int channels, const std::string& key) {
-  OIIO::ImageSpec spec = make_spec(width, height, channels, OIIO::TypeDesc::UINT8, key);
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  spec.attribute("CompressionQuality", 92);
-  return spec;
+EncodedFormat code_format(const std::filesystem::path& path, int width, int height, int channels,
+                          const std::string& key) {
+  return {.name = path.string(),
+          .width = width,
+          .height = height,
+          .channels = std::vector<std::string>(static_cast<std::size_t>(channels)),
+          .key = key};
 }
 
 }  // namespace
@@ -169,13 +137,11 @@ void write_exr(const std::filesystem::path& path, const ImageF& image, const std
       throw InvalidInput(path.string() + ": a value is NaN, infinite or too large to be stored");
     }
   }
-  const OIIO::ImageSpec spec = exr_spec(image.width(), image.height(), channels, depth, key);
-  write_pixels(path, spec, OIIO::TypeDesc::FLOAT, image.data());
+  write_pixels(path, exr_format(path, image.width(), image.height(), channels, depth, key), image.data());
 }
 
 void write_codes(const std::filesystem::path& path, const ImageU8& codes, const std::string& key) {
-  write_pixels(path, code_spec(codes.width(), codes.height(), codes.channels(), key), OIIO::TypeDesc::UINT8,
-               codes.data());
+  write_pixels(path, code_format(path, codes.width(), codes.height(), codes.channels(), key), codes.data());
 }
 
 void write_srgb8(const std::filesystem::path& path, const ImageF& linear, const std::string& key) {
@@ -206,7 +172,7 @@ struct ImageRowWriter::Impl {
   bool takes_codes;
   AtomicFile place;
   WatchedFile file;
-  std::unique_ptr<OIIO::ImageOutput> output;
+  std::unique_ptr<ImageEncoder> encoder;
   int row = 0;
 
   Impl(const std::filesystem::path& target, int w, int h, const RowFormat& format)
@@ -217,32 +183,43 @@ struct ImageRowWriter::Impl {
         depth(format.depth),
         takes_codes(is_coded_image(target)),
         place(target),
-        file(place.temporary()),
-        output(create_output(target)) {
-    const OIIO::ImageSpec spec = takes_codes ? code_spec(width, height, static_cast<int>(num_channels), format.key)
-                                             : exr_spec(width, height, format.channels, depth, format.key);
-    if (file.has_failed() || !output->set_ioproxy(static_cast<OIIO::Filesystem::IOProxy*>(file.proxy())) ||
-        !output->open(path.string(), spec))
-      fail();
+        file(place.temporary()) {
+    const EncodedFormat encoded = takes_codes
+                                      ? code_format(path, width, height, static_cast<int>(num_channels), format.key)
+                                      : exr_format(path, width, height, format.channels, depth, format.key);
+    watched([&] { encoder = create_encoder(encoded, file); });
   }
 
-  [[noreturn]] void fail() {
-    const std::string reason = output->geterror();
-    throw CannotComplete(
-        path.string() + ": cannot be written; " +
-        (file.has_failed() || reason.empty() ? "is the folder writable and the disk not full?" : reason));
+  /// A failure of the disk is the reason for whatever the encoder says then.
+  template <class Work>
+  void watched(const Work& work) {
+    try {
+      work();
+    } catch (const CannotComplete&) {
+      if (!file.has_failed()) throw;
+    }
+    if (file.has_failed()) {
+      throw CannotComplete(path.string() + ": cannot be written; is the folder writable and the disk not full?");
+    }
   }
 
-  void write(OIIO::TypeDesc type, const void* values, std::size_t size) {
+  void write(const void* values, std::size_t size) {
     const std::size_t row_size = num_channels * static_cast<std::size_t>(width);
     const std::size_t num_rows = size / row_size;
     if (size == 0 || size % row_size != 0 || num_rows > static_cast<std::size_t>(height - row)) {
       throw InvalidInput(path.string() + ": rows of " + std::to_string(width) +
                          " pixels are expected, and no more than there are");
     }
-    const int end = row + static_cast<int>(num_rows);
-    if (!output->write_scanlines(row, end, 0, type, values) || file.has_failed()) fail();
-    row = end;
+    watched([&] { encoder->write(static_cast<int>(num_rows), values); });
+    row += static_cast<int>(num_rows);
+  }
+
+  void finish() {
+    watched([&] {
+      encoder->finish();
+      file.close();
+    });
+    place.finish();
   }
 };
 
@@ -254,7 +231,7 @@ bool ImageRowWriter::takes_codes() const { return impl_->takes_codes; }
 
 void ImageRowWriter::write(std::span<const std::uint8_t> codes) {
   if (!impl_->takes_codes) throw InvalidInput(impl_->path.string() + ": takes values");
-  impl_->write(OIIO::TypeDesc::UINT8, codes.data(), codes.size());
+  impl_->write(codes.data(), codes.size());
 }
 
 void ImageRowWriter::write(std::span<const float> values) {
@@ -264,15 +241,12 @@ void ImageRowWriter::write(std::span<const float> values) {
     if (!(std::abs(v) <= largest))
       throw InvalidInput(impl_->path.string() + ": a value is NaN, infinite or too large to be stored");
   }
-  impl_->write(OIIO::TypeDesc::FLOAT, values.data(), values.size());
+  impl_->write(values.data(), values.size());
 }
 
 void ImageRowWriter::finish() {
   if (impl_->row != impl_->height) throw InvalidInput(impl_->path.string() + ": rows are missing");
-  if (!impl_->output->close()) impl_->fail();
-  impl_->file.close();
-  if (impl_->file.has_failed()) impl_->fail();
-  impl_->place.finish();
+  impl_->finish();
 }
 
 }  // namespace patinate

@@ -1,31 +1,32 @@
 /// \file
-/// A file for OpenImageIO's writers, some of which do not look whether a write failed.
+/// A file that encoders write to, which do not look whether a write failed. Inside of output only.
 #pragma once
 
+#include <cstdint>
+#include <cstdio>
 #include <filesystem>
-#include <memory>
+
+#include "libcommon/image/image_source.h"
 
 namespace patinate {
 
-/// A file that remembers that a write failed. Encoders are not told, since libpng would print a line of its own; who
-/// writes asks has_failed().
-class WatchedFile {
+/// A file that remembers that a write failed; who writes asks has_failed().
+class WatchedFile final : public ByteSink {
  public:
   explicit WatchedFile(const std::filesystem::path& path);
-  ~WatchedFile();
+  ~WatchedFile() override;
   WatchedFile(const WatchedFile&) = delete;
   WatchedFile& operator=(const WatchedFile&) = delete;
 
-  /// An OIIO::Filesystem::IOProxy, which lives as long as this; untyped, so that whoever includes this does not pay for
-  /// that library.
-  [[nodiscard]] void* proxy();
+  void write(std::int64_t offset, const void* bytes, std::size_t size) override;
   void close();
   /// Say close() before, which may find it out.
-  [[nodiscard]] bool has_failed() const;
+  [[nodiscard]] bool has_failed() const { return has_failed_; }
 
  private:
-  class Proxy;
-  std::unique_ptr<Proxy> proxy_;
+  std::FILE* file_;
+  std::int64_t at_ = 0;
+  bool has_failed_ = false;
 };
 
 }  // namespace patinate

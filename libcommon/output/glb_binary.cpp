@@ -1,32 +1,24 @@
 #include "libcommon/output/glb_binary.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
 
+#include "libcommon/image/image_source.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
 
 namespace {
 
-/// What an encoder writes, in order, is passed on to a function. It is not told of failures: libpng would print a line
-/// of its own.
-class Pipe : public OIIO::Filesystem::IOProxy {
+/// What an encoder writes, in order, is passed on to a function.
+class Pipe final : public ByteSink {
  public:
-  explicit Pipe(std::function<bool(const void*, std::size_t)> append)
-      : IOProxy("picture.png", Write), append_(std::move(append)) {}
-  [[nodiscard]] const char* proxytype() const override { return "patinate"; }
-  size_t write(const void* bytes, size_t size) override {
+  explicit Pipe(std::function<bool(const void*, std::size_t)> append) : append_(std::move(append)) {}
+  void write(std::int64_t /*offset*/, const void* bytes, std::size_t size) override {
     is_good_ = is_good_ && append_(bytes, size);
-    m_pos += static_cast<int64_t>(size);
-    return size;
   }
-  [[nodiscard]] size_t size() const override { return static_cast<size_t>(m_pos); }
   [[nodiscard]] bool is_good() const { return is_good_; }
 
  private:
@@ -72,25 +64,29 @@ int GlbBinary::add_png(const GlbTexture& texture, bool is_color) {
     size_ += size;
     return std::fwrite(data, 1, size, file_) == size;
   });
-  const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("picture.png", &pipe);
-  OIIO::ImageSpec spec(texture.width, texture.height, texture.channels, OIIO::TypeDesc::UINT8);
-  if (is_color) spec.attribute("oiio:ColorSpace", "sRGB");
-  const auto check = [&](bool is_good) {
-    if (!is_good || !pipe.is_good()) fail("a texture could not be written; is the disk full?");
+  const EncodedFormat format{.name = shown_path_,
+                             .width = texture.width,
+                             .height = texture.height,
+                             .channels = std::vector<std::string>(static_cast<std::size_t>(texture.channels)),
+                             .has_facts = false,
+                             .is_srgb = is_color};
+  const std::unique_ptr<ImageEncoder> out = create_png_encoder(format, pipe);
+  const auto check_disk = [&] {
+    if (!pipe.is_good()) fail("a texture could not be written; is the disk full?");
   };
-  check(out && out->open("picture.png", spec));
   int row = 0;
   texture.make([&](std::span<const std::uint8_t> codes) {
     const auto row_size = static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.channels);
     const std::size_t num_rows = codes.size() / row_size;
     if (codes.size() % row_size != 0 || num_rows > static_cast<std::size_t>(texture.height - row))
       throw InvalidInput("glb: a texture makes other rows than it has");
-    const int end = row + static_cast<int>(num_rows);
-    check(out->write_scanlines(row, end, 0, OIIO::TypeDesc::UINT8, codes.data()));
-    row = end;
+    out->write(static_cast<int>(num_rows), codes.data());
+    check_disk();
+    row += static_cast<int>(num_rows);
   });
   if (row != texture.height) throw InvalidInput("glb: a texture makes other rows than it has");
-  check(out->close());
+  out->finish();
+  check_disk();
   views_.back().size = size_ - views_.back().offset;
   return static_cast<int>(views_.size()) - 1;
 }

@@ -14,7 +14,7 @@ ROOT = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else pathlib.Path(__fi
 MIDDLE = {"capture", "transfer", "simulation", "analysis", "datasets_synthetic"}
 MAY_INCLUDE = {"libcommon": {"libcommon"}, "tools": MIDDLE | {"libcommon", "tools"}}
 MAY_INCLUDE.update({m: {m, "libcommon"} for m in MIDDLE})
-HEAVY = re.compile(r"(boost|opencv2|embree3|OpenMesh|OpenImageIO|pcl|flann|ceres|CLI)/|tiny_gltf|tiny_obj_loader|xxhash|nlohmann/json\.hpp")
+HEAVY = re.compile(r"(boost|opencv2|embree3|OpenMesh|OpenImageIO|OpenEXR|libav\w+|libswscale|pcl|flann|ceres|CLI)/|tiny_gltf|tiny_obj_loader|xxhash|nlohmann/json\.hpp")
 INCLUDE = re.compile(r'^\s*#\s*include\s+[<"]([^">]+)[">]', re.MULTILINE)
 
 
@@ -113,6 +113,16 @@ class Includes(unittest.TestCase):
                         self.assertTrue(is_public(target))
                         self.assertTrue(name.startswith("patinate/"))
         self.assertGreater(num_headers, 50)
+
+    def test_what_only_modules_may_link_is_named_by_them_alone(self):
+        """Each of these libraries brings dozens of others, and would cost every start tenths of a second."""
+        owners = {r"OpenImageIO/|libav\w+/|libsw\w+/": "libcommon/media/", r"pcl/": "capture/registration/pcl_module.cpp"}
+        for pattern, owner in owners.items():
+            places = {str(path.relative_to(ROOT)) for component in MAY_INCLUDE for path in sources(component, ".h", ".cpp")
+                      if any(re.match(pattern, name) for name in INCLUDE.findall(path.read_text()))}
+            with self.subTest(owner=owner):
+                self.assertTrue(places)
+                self.assertEqual({p for p in places if not p.startswith(owner)}, set())
 
     def test_headers_name_no_heavy_library(self):
         for component in MAY_INCLUDE:

@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "libcommon/image/decoder_process.h"
+#include "libcommon/media/decoder_server.h"
 
 int main(int argc, char** argv) {
   if (argc != 2 || ::isatty(STDOUT_FILENO) != 0) {

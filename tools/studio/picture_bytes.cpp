@@ -1,46 +1,39 @@
 #include "tools/studio/picture_bytes.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 #include <xxhash.h>
 
 #include <array>
-#include <memory>
+#include <cstdio>
+#include <string>
+#include <vector>
 
-#include "patinate/core/error.h"
+#include "libcommon/image/image_source.h"
 
 namespace patinate::studio {
 
 namespace {
 
-std::string encoded(const ImageU8& codes, const std::string& name, const OIIO::ImageSpec& spec) {
-  OIIO::Filesystem::IOVecOutput bytes;
-  const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(name, &bytes);
-  if (!out || !out->open(name, spec) || !out->write_image(OIIO::TypeDesc::UINT8, codes.data()) || !out->close()) {
-    throw CannotComplete("a picture could not be encoded: " + (out ? out->geterror() : OIIO::geterror()));
-  }
-  return {bytes.buffer().begin(), bytes.buffer().end()};
-}
-
-OIIO::ImageSpec spec_of(const ImageU8& codes) {
-  OIIO::ImageSpec spec(codes.width(), codes.height(), codes.channels(), OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  return spec;
+EncodedFormat format_of(const ImageU8& codes, const char* name) {
+  return {.name = name,
+          .width = codes.width(),
+          .height = codes.height(),
+          .channels = std::vector<std::string>(static_cast<std::size_t>(codes.channels())),
+          .has_facts = false,
+          .is_srgb = true};
 }
 
 }  // namespace
 
 std::string png_of(const ImageU8& codes) {
-  OIIO::ImageSpec spec = spec_of(codes);
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  spec.attribute("png:compressionLevel", 4);
-  return encoded(codes, "picture.png", spec);
+  EncodedFormat format = format_of(codes, "picture.png");
+  format.png_level = 4;
+  return encoded(format, codes.data());
 }
 
 std::string jpeg_of(const ImageU8& codes, int quality) {
-  OIIO::ImageSpec spec = spec_of(codes);
-  spec.attribute("Compression", "jpeg:" + std::to_string(quality));
-  return encoded(codes, "picture.jpg", spec);
+  EncodedFormat format = format_of(codes, "picture.jpg");
+  format.jpeg_quality = quality;
+  return encoded(format, codes.data());
 }
 
 std::string xxh64(std::string_view bytes) {

@@ -1,6 +1,6 @@
 /// \file
-/// Image files through OpenImageIO. Channels are found by name; equal images give equal bytes (no time stamps). Camera
-/// RAW and movies are decoded in a process of their own (decoder_process.h).
+/// Image files; all but PNG and EXR through OpenImageIO, loaded when needed. Channels are found by name; equal images
+/// give equal bytes (no time stamps). Camera RAW and movies are decoded in a process of their own (decoder_process.h).
 #pragma once
 
 #include <filesystem>

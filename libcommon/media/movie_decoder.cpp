@@ -1,4 +1,4 @@
-#include "libcommon/image/movie_decoder.h"
+#include "libcommon/media/movie_decoder.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,5 +1,5 @@
 /// \file
-/// Frames of a movie by libavcodec: every one of them, in the order in which they are shown. Inside of image input
+/// Frames of a movie by libavcodec: every one of them, in the order in which they are shown. Inside of media
 /// only.
 #pragma once
 

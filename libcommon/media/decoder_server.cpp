@@ -1,3 +1,5 @@
+#include "libcommon/media/decoder_server.h"
+
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -7,7 +9,7 @@
 
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/decoder_wire.h"
-#include "libcommon/image/movie_decoder.h"
+#include "libcommon/media/movie_decoder.h"
 #include "patinate/core/error.h"
 
 namespace patinate {

@@ -1,0 +1,20 @@
+# Parts that programs load when they need them (libcommon/core/module.h), because the libraries below them cost every start a third of a second.
+include(GNUInstallDirs)
+# Where modules are installed, and how programs of the same prefix get there.
+set(PATINATE_MODULES_DIR "${CMAKE_INSTALL_LIBDIR}/patinate")
+file(RELATIVE_PATH PATINATE_MODULES_FROM_PROGRAMS "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}/patinate")
+
+# patinate_module(NAME SOURCES a.cpp ... PRIVATE deps): NAME.so, built beside the programs. It uses our headers, but links none of our libraries:
+# what these keep would be there twice. It shows nothing but what it marks as visible.
+function(patinate_module name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;PRIVATE")
+  add_library(${name} MODULE ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES
+    PREFIX "" SUFFIX ".so" CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON LIBRARY_OUTPUT_DIRECTORY "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  target_include_directories(${name} PRIVATE "${PROJECT_SOURCE_DIR}" "${PROJECT_SOURCE_DIR}/libcommon/include" "${PROJECT_SOURCE_DIR}/capture/include")
+  target_link_libraries(${name} PRIVATE patinate_flags ${arg_PRIVATE})
+  if(NOT PATINATE_SANITIZE)  # Sanitizers' own functions come with the program.
+    target_link_options(${name} PRIVATE LINKER:-z,defs)
+  endif()
+  set_property(GLOBAL APPEND PROPERTY PATINATE_MODULES ${name})
+endfunction()

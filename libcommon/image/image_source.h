@@ -1,0 +1,106 @@
+/// \file
+/// What decodes and what encodes an image, whoever does it: libpng and OpenEXR for PNG and EXR, which are our own
+/// formats, or for all others OpenImageIO in the module `patinate-media` (media_module.h). Inside of image input and
+/// output only.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/image/image_decoder.h"
+#include "patinate/image/image_io.h"
+
+namespace patinate {
+
+/// An open image file: ImageDecoder is one whose size is bounded.
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+  /// What the file says, with one frame.
+  [[nodiscard]] virtual ImageInfo first_info() const = 0;
+  [[nodiscard]] virtual int count_frames() = 0;
+  /// @throws IoError if there is no such frame, it is damaged, or of another size than the first.
+  [[nodiscard]] virtual CodedImage read(int frame) = 0;
+  /// @param begin,end  Rows of the first image, within it. @throws IoError if they are damaged.
+  [[nodiscard]] virtual CodedImage read_rows(int begin, int end) = 0;
+};
+
+/// nullptr if it is no such file, or one with something that only OpenImageIO reads as we want it.
+[[nodiscard]] std::unique_ptr<ImageSource> open_png(const std::filesystem::path& path);
+[[nodiscard]] std::unique_ptr<ImageSource> open_exr(const std::filesystem::path& path);
+
+/// Where the bytes of an encoder go. It is not told of failures, since libpng would print a line of its own: who writes
+/// asks in the end.
+class ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+  /// @param offset  From the start of the file; encoders go back (EXR, TIFF).
+  virtual void write(std::int64_t offset, const void* bytes, std::size_t size) = 0;
+};
+
+/// Bytes in memory.
+struct MemorySink final : ByteSink {
+  std::string bytes;
+  void write(std::int64_t offset, const void* from, std::size_t size) override {
+    const std::size_t at = static_cast<std::size_t>(offset);
+    if (bytes.size() < at + size) bytes.resize(at + size);
+    std::copy_n(static_cast<const char*>(from), size, bytes.begin() + offset);
+  }
+};
+
+/// What is to be encoded.
+struct EncodedFormat {
+  enum class Values { Codes, Half, Float };
+  std::string name;  ///< A file's; its extension says which format. For messages too.
+  int width = 0;
+  int height = 0;
+  std::vector<std::string> channels;  ///< Names in an EXR; their number in other files.
+  Values values = Values::Codes;
+  bool has_facts = true;  ///< Who wrote it, a date that is none, and the key.
+  std::string key = "";
+  bool is_srgb = false;  ///< Says so in a file without facts.
+  int png_level = 6;     ///< Of zlib, [0, 9].
+  int jpeg_quality = 92;
+};
+
+/// A file that is being encoded, row by row.
+class ImageEncoder {
+ public:
+  virtual ~ImageEncoder() = default;
+  /// The next rows. @param values  8-bit codes, or floats. @throws CannotComplete
+  virtual void write(int num_rows, const void* values) = 0;
+  /// After the last row. @throws CannotComplete
+  virtual void finish() = 0;
+};
+
+/// @param sink  Outlives the encoder. @throws UsageError on an unknown extension; CannotComplete.
+[[nodiscard]] std::unique_ptr<ImageEncoder> create_encoder(const EncodedFormat& format, ByteSink& sink);
+[[nodiscard]] std::unique_ptr<ImageEncoder> create_png_encoder(const EncodedFormat& format, ByteSink& sink);
+[[nodiscard]] std::unique_ptr<ImageEncoder> create_exr_encoder(const EncodedFormat& format, ByteSink& sink);
+
+/// The bytes of a whole file. @param values  8-bit codes, or floats.
+[[nodiscard]] std::string encoded(const EncodedFormat& format, const void* values);
+
+/// What patinate writes for dates, so that equal images give equal bytes.
+inline constexpr const char* kNoImageDate = "1970:01:01 00:00:00";
+inline constexpr const char* kImageSoftware = "patinate";
+/// Where a content key stands in a file.
+inline constexpr const char* kImageKeyAttribute = "patinate:key";
+inline constexpr const char* kImageKeyDescription = "patinate key ";
+
+/// Sets what a file's own words mean for a reader. @param key  Of its attribute. @param description  May hold the key
+/// instead.
+inline void set_words(ImageInfo& info, std::string date_time, std::string key, const std::string& description) {
+  info.date_time = date_time == kNoImageDate ? "" : std::move(date_time);
+  info.key = std::move(key);
+  const std::string start = kImageKeyDescription;
+  if (info.key.empty() && description.starts_with(start)) info.key = description.substr(start.size());
+}
+
+}  // namespace patinate

@@ -1,0 +1,165 @@
+#include <OpenImageIO/imageio.h>
+
+#include <cmath>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "libcommon/media/oiio.h"
+#include "patinate/core/error.h"
+
+namespace patinate::media {
+
+namespace {
+
+/// Color as the file has it, not multiplied by alpha; RAW as light. Other formats ignore the hints for RAW.
+OIIO::ImageSpec open_hints() {
+  OIIO::ImageSpec hints;
+  hints.attribute("oiio:UnassociatedAlpha", 1);
+  hints.attribute("raw:ColorSpace", "sRGB-linear");
+  hints.attribute("raw:auto_bright", 0);
+  hints.attribute("raw:adjust_maximum_thr", 0.0f);  // It would move the white point with each picture's content.
+  hints.attribute("raw:use_camera_wb", 0);
+  hints.attribute("raw:use_camera_matrix", 1);
+  hints.attribute("raw:HighlightMode", 0);
+  hints.attribute("raw:user_flip", 0);
+  hints.attribute("raw:Demosaic", "AHD");
+  return hints;
+}
+
+/// What OpenImageIO says of pixels that it nevertheless counts as read: rows that are missing (TIFF, JPEG, IFF), but
+/// for JPEG also what cameras do that costs no pixel. @param problem  Lines of text.
+bool is_loss(const std::string& problem, std::string_view format) {
+  if (format != "jpeg") return !problem.empty();
+  std::istringstream lines(problem);
+  for (std::string line; std::getline(lines, line);) {
+    const auto says = [&](const char* words) { return line.find(words) != std::string::npos; };
+    if (says("Premature end") || (says("Corrupt JPEG data") && !says("extraneous bytes"))) return true;
+  }
+  return false;
+}
+
+OIIO::TypeDesc type_desc(CodedImage::Type type) {
+  switch (type) {
+    case CodedImage::Type::UInt8:
+      return OIIO::TypeDesc::UINT8;
+    case CodedImage::Type::UInt16:
+      return OIIO::TypeDesc::UINT16;
+    case CodedImage::Type::Float:
+      break;
+  }
+  return OIIO::TypeDesc::FLOAT;
+}
+
+/// What is to be decoded, its bytes made.
+CodedImage blank(const OIIO::ImageSpec& spec, int height) {
+  CodedImage coded{spec.width, height, spec.nchannels, CodedImage::Type::Float, -1, {}};
+  if (spec.format == OIIO::TypeDesc::UINT8) coded.type = CodedImage::Type::UInt8;
+  if (spec.format == OIIO::TypeDesc::UINT16) coded.type = CodedImage::Type::UInt16;
+  const int alpha = spec.channelindex("A");  // The GIF reader's own number points behind the channels.
+  if (alpha >= 0 && spec.get_int_attribute("oiio:UnassociatedAlpha") == 0) coded.associated_alpha = alpha;
+  coded.bytes.resize(static_cast<std::size_t>(coded.width) * static_cast<std::size_t>(height) *
+                     static_cast<std::size_t>(coded.channels) * bytes_per_value(coded.type));
+  return coded;
+}
+
+class OiioSource final : public ImageSource {
+ public:
+  explicit OiioSource(const std::filesystem::path& path) : path_(path) {
+    const OIIO::ImageSpec hints = open_hints();
+    input_ = OIIO::ImageInput::open(path.string(), &hints);
+    if (!input_) {
+      (void)OIIO::geterror();
+      throw IoError(path.string(), "is no readable image (damaged, or not an image format that is known)");
+    }
+    if (input_->spec().depth > 1) throw IoError(path.string(), "has an unusable size; at most 65536 x 65536 pixels");
+  }
+
+  [[nodiscard]] ImageInfo first_info() const override {
+    const OIIO::ImageSpec spec = input_->spec(0, 0);
+    ImageInfo info;
+    info.width = spec.width;
+    info.height = spec.height;
+    info.channels = spec.channelnames;
+    info.is_integer = !spec.format.is_floating_point();
+    info.is_raw = std::string_view(input_->format_name()) == "raw";
+    const std::string taken = spec.get_string_attribute("Exif:DateTimeOriginal", spec.get_string_attribute("DateTime"));
+    set_words(info, taken, spec.get_string_attribute(kImageKeyAttribute),
+              spec.get_string_attribute("ImageDescription"));
+    // Set for movies as a rational number.
+    const float rate = spec.get_float_attribute("FramesPerSecond");
+    if (std::isfinite(rate) && rate > 0.0f) info.frame_rate = static_cast<double>(rate);
+    int rational[2] = {0, 0};
+    if (spec.getattribute("FramesPerSecond", OIIO::TypeRational, rational) && rational[0] > 0 && rational[1] > 0) {
+      info.frame_rate = static_cast<double>(rational[0]) / rational[1];
+    }
+    return info;
+  }
+
+  [[nodiscard]] int count_frames() override {
+    int num_frames = 1;
+    while (num_frames < kMaxImageFrames && input_->seek_subimage(num_frames, 0)) ++num_frames;
+    (void)input_->geterror();
+    return num_frames;
+  }
+
+  [[nodiscard]] CodedImage read(int frame) override {
+    const std::string where = frame == 0 ? "" : "image " + std::to_string(frame) + " ";
+    if (frame < 0 || !input_->seek_subimage(frame, 0))
+      throw IoError(path_.string(), "has no image " + std::to_string(frame) + " that can be read");
+    const OIIO::ImageSpec spec = input_->spec(), first = input_->spec(0, 0);
+    if (spec.width != first.width || spec.height != first.height || spec.nchannels != first.nchannels) {
+      throw IoError(path_.string(), where + "differs from the first one in size or channels");
+    }
+    CodedImage coded = blank(spec, spec.height);
+    check(input_->read_image(frame, 0, 0, spec.nchannels, type_desc(coded.type), coded.bytes.data()), where);
+    return coded;
+  }
+
+  [[nodiscard]] CodedImage read_rows(int begin, int end) override {
+    const OIIO::ImageSpec spec = input_->spec(0, 0);
+    CodedImage coded = blank(spec, end - begin);
+    check(input_->read_scanlines(0, 0, spec.y + begin, spec.y + end, 0, 0, spec.nchannels, type_desc(coded.type),
+                                 coded.bytes.data()),
+          "");
+    return coded;
+  }
+
+ private:
+  /// @throws IoError unless pixels were read, all of them. @param where  "image 3 " or "".
+  void check(bool is_read, const std::string& where) const {
+    const std::string problem = input_->geterror();
+    if (is_read && !is_loss(problem, input_->format_name())) return;
+    throw IoError(path_.string(), where + "is damaged or truncated (" + one_line(problem) + ")");
+  }
+
+  std::filesystem::path path_;
+  std::unique_ptr<OIIO::ImageInput> input_;
+};
+
+}  // namespace
+
+void configure_image_library() {
+  static std::once_flag flag;
+  std::call_once(flag, [] {
+    // One thread inside OpenImageIO: our loops are parallel already, and its pool outlives a caller's settings.
+    OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", -1);
+    OIIO::attribute("limits:channels", kMaxImageChannels);
+    OIIO::attribute("limits:imagesize_MB", 32768);
+  });
+}
+
+std::string one_line(std::string text) {
+  const std::size_t end = text.find('\n');
+  if (end != std::string::npos) text.resize(end);
+  return text;
+}
+
+std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path) {
+  return std::make_unique<OiioSource>(path);
+}
+
+}  // namespace patinate::media

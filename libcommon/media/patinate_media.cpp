@@ -1,0 +1,39 @@
+// What the module `patinate-media` and the library `patinate::media` give: see libcommon/image/media_module.h.
+#include "libcommon/media/libav.h"
+#include "libcommon/media/oiio.h"
+
+namespace patinate::media {
+
+namespace {
+
+class Media final : public MediaModule {
+ public:
+  [[nodiscard]] std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path) override {
+    configure_image_library();
+    return media::open_image(path);
+  }
+  [[nodiscard]] std::unique_ptr<ImageEncoder> create_encoder(const EncodedFormat& format, ByteSink& sink) override {
+    configure_image_library();
+    return create_image_encoder(format, sink);
+  }
+  [[nodiscard]] std::unique_ptr<MovieEncoder> create_movie(const MovieFormat& format) override {
+    return media::create_movie(format);
+  }
+  [[nodiscard]] std::unique_ptr<MovieEncoder> create_gif(const std::string& shown_path, double fps,
+                                                         ByteSink& sink) override {
+    configure_image_library();
+    return media::create_gif(shown_path, fps, sink);
+  }
+  [[nodiscard]] std::string movie_comment(const std::filesystem::path& path) override {
+    return media::movie_comment(path);
+  }
+};
+
+}  // namespace
+
+}  // namespace patinate::media
+
+extern "C" __attribute__((visibility("default"))) patinate::MediaModule* patinate_media_1() {
+  static patinate::media::Media module;
+  return &module;
+}

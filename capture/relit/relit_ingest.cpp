@@ -228,6 +228,10 @@ void describe(OptionVisitor& v, RelitOptions& o) {
   v.visit({"accept_failed",
            "Leave steps that cannot be registered out of the history instead of stopping (relit captures)"},
           o.accept_failed);
+  v.visit_choice({"method",
+                  "How a step's scan is brought onto the reference's; pcl-... are PCL's own, for comparison "
+                  "(relit captures)"},
+                 o.registration.method, kRegistrationMethodNames);
   describe(v, o.unlight);
 }
 

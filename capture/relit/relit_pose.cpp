@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "capture/registration/reference_methods.h"
 #include "capture/relit/relit_work.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -26,6 +27,14 @@ RelitRegistration facts_of(const PairRegistration& r) {
   return facts;
 }
 
+/// Where the scan lies, by the method that the options name, from `initial` or as the two lie.
+PairRegistration registered(const PointCloud& reference, const PointCloud& scan, const RelitStep& step,
+                            const RegistrationOptions& options, const RunControl& control) {
+  const RigidTransform start = step.initial.value_or(RigidTransform{});
+  if (options.method == RegistrationMethod::Symmetric) return register_pair(reference, scan, start, options, control);
+  return register_pair_with_pcl(reference, scan, start, options, control);
+}
+
 RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& control) {
   const RelitProject& project = work.project;
   const RelitStep& step = project.steps[index];
@@ -35,7 +44,7 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
                    source = read_step_scan(project, step);
   const PairRegistration found = [&] {
     try {
-      return register_pair(target, source, step.initial.value_or(RigidTransform{}), work.options.registration, control);
+      return registered(target, source, step, work.options.registration, control);
     } catch (const InvalidInput& e) {
       throw IoError(project.file.string(), work.step_name(index) + ": " + e.what());
     }

@@ -321,12 +321,12 @@ class JointSolver {
       const RigidTransform about{Eigen::Matrix3d::Identity(), -(s.center - scan(reference_).middle()) / scale};
       const Matrix6 to_center = adjoint(about);
       s.covariance = unit.asDiagonal() * (to_center * covariances[i] * to_center.transpose()) * unit.asDiagonal();
-      name_free_motions(k, s);
+      name_unconstrained_dofs(k, s);
     }
   }
 
   /// A scan whose edges together leave a direction open.
-  void name_free_motions(int k, RegisteredScan& s) {
+  void name_unconstrained_dofs(int k, RegisteredScan& s) {
     Matrix6 information = Matrix6::Zero();
     for (const PoseEdge& e : edges_) {
       if (e.target != k && e.source != k) continue;

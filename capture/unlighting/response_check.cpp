@@ -51,7 +51,7 @@ void decode_otherwise(UnlightInput& row, const std::vector<float>& ambient, bool
 
 /// Median over lamps of how far off their photographs are when the others predict them; no shadow or highlight moves
 /// it.
-double foretold_error(const UnlightInput& row, const RunControl& control) {
+double predicted_error(const UnlightInput& row, const RunControl& control) {
   const UnlightOptions options{.specular = SpecularMode::None};
   const UnlightResult result = unlight(row, options, control.part(0.0, 0.3));
   std::vector<double> errors;
@@ -79,11 +79,11 @@ ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, c
         ambient.pixel(static_cast<int>(texels[i] % work.width), static_cast<int>(texels[i] / work.width));
     dark.insert(dark.end(), pixel.begin(), pixel.end());
   }
-  ResponseCheck check{.as_declared = foretold_error(row, control.part(0.4, 0.7))};
+  ResponseCheck check{.as_declared = predicted_error(row, control.part(0.4, 0.7))};
   // In shares of the same values: sRGB codes are about the 1/2.2th power of light.
   const bool is_linear = declared.kind == Response::Kind::Linear;
   decode_otherwise(row, dark, is_linear);
-  check.otherwise = (is_linear ? 1.0 / kPower : kPower) * foretold_error(row, control.part(0.7, 1.0));
+  check.otherwise = (is_linear ? 1.0 / kPower : kPower) * predicted_error(row, control.part(0.7, 1.0));
   check.is_doubtful = check.as_declared > kSurelyOff && check.otherwise < kMuchBetter * check.as_declared;
   return check;
 }

@@ -85,14 +85,14 @@ TEST(Glb, IsTheSameOfTexturesThatAreMadeByRows) {
                         }};
     };
     write_glb(folder / "rows.glb", ball(1.0, 8), {},
-              {GlbLook{"0 d", {by_rows(srgb8_from_linear(color))}, {by_rows(normals)}, {by_rows(gloss)}}});
+              {GlbAppearance{"0 d", {by_rows(srgb8_from_linear(color))}, {by_rows(normals)}, {by_rows(gloss)}}});
     EXPECT_EQ(read_file(folder / "rows.glb"), read_file(folder / "whole.glb")) << rows;
   }
   for (const int rows : {5, 7}) {  // A texture that makes fewer or more than it says.
     const auto make = [rows](const auto& write) {
       write(std::vector<std::uint8_t>(static_cast<std::size_t>(rows) * 24));
     };
-    EXPECT_THROW(write_glb(folder / "bad.glb", ball(1.0, 8), {}, {GlbLook{"0 d", {GlbTexture{8, 6, 3, make}}}}),
+    EXPECT_THROW(write_glb(folder / "bad.glb", ball(1.0, 8), {}, {GlbAppearance{"0 d", {GlbTexture{8, 6, 3, make}}}}),
                  InvalidInput)
         << rows;
   }

@@ -208,7 +208,7 @@ analysis::SurfaceOutline FitScene::outline() const {
 
 analysis::AgeWith FitScene::age() const {
   return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift,
-                         const RunControl& control) -> ComposeWith {
+                         const RunControl& control) -> analysis::ComposeWith {
     simulation::SceneFile file = scene.read(scene.with(values));
     file.scene.seed += seed_shift;
     const auto aged = std::make_shared<simulation::AgedFrames>(file, simulation::SimulationOptions{}, control);

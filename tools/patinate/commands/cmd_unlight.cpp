@@ -28,10 +28,9 @@ int cmd_unlight(CommandRun& run) {
   double left_out = 0.0;
   for (const Json& light : made.at("lights"))
     left_out += light.at("left_out").at("rms").get<double>() / static_cast<double>(made.at("lights").size());
-  const auto percent = [](double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; };
-  run.note(percent(determined / surface) + " of the surface determined; residual " +
-           percent(made.at("residual").get<double>()) + ", photographs foretold from the others " + percent(left_out) +
-           " off");
+  run.note(percent_text(determined / surface) + " of the surface determined; residual " +
+           percent_text(made.at("residual").get<double>()) + ", photographs foretold from the others " +
+           percent_text(left_out) + " off");
   run.report_output(*status, output,
                     Json{{"determined_pixels", made.at("determined_pixels")},
                          {"surface_pixels", made.at("surface_pixels")},

@@ -5,6 +5,7 @@
 #include "analysis/compare/sections.h"
 #include "analysis/cracks/crack_network.h"
 #include "analysis/figures/block_values.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {
@@ -103,13 +104,11 @@ void add_halves(const TextureSeries& series, const ColorStack& stack, const Crac
     const std::vector<float> values = control_at(series, control.name, stack);
     if (values.empty()) continue;
     ImageF at(stack.width, stack.height);
-    std::vector<float> sorted = values;
     for (std::size_t i = 0; i < values.size(); ++i) at.data()[stack.texels[i]] = values[i];
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
+    const float middle = median(values);
     for (const bool is_high : {false, true}) {
       const auto is_here = [&](const auto& part) {
-        return (at.at(static_cast<int>(std::lround(part.x)), static_cast<int>(std::lround(part.y))) >= *middle) ==
+        return (at.at(static_cast<int>(std::lround(part.x)), static_cast<int>(std::lround(part.y))) >= middle) ==
                is_high;
       };
       std::vector<double> cells, angles, waves;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/factorization/place_fit.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -78,8 +79,8 @@ ClockGauge clock_gauge(const std::vector<PlaceFactors>& factors) {
     if (f.status == PlaceStatus::Fitted) rates.push_back(f.rate), offsets.push_back(f.offset);
   }
   if (rates.empty()) return {};
-  const double scale = 1.0 / median_of(rates);
-  return {.scale = scale, .shift = scale * median_of(offsets)};
+  const double scale = 1.0 / median(rates);
+  return {.scale = scale, .shift = scale * median(offsets)};
 }
 
 void apply_gauge(const ClockGauge& gauge, TemporalCurve& curve) {

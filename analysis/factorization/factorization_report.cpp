@@ -9,6 +9,7 @@
 #include "analysis/factorization/frame_record.h"
 #include "analysis/factorization/place_fit.h"
 #include "analysis/report/report_page.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/color_ramp.h"
@@ -114,9 +115,9 @@ Section figures_section(const Said& s) {
   add("rate_p05", "Rate of the slowest 5 %", "of the median", at(0.05), nothing);
   add("rate_p95", "Rate of the fastest 5 %", "of the median", at(0.95), nothing);
   add("rate_stddev", "Median standard deviation of a rate by noise", "",
-      s.rate_stddevs.empty() ? std::nullopt : std::optional(median_of(s.rate_stddevs)), nothing);
+      s.rate_stddevs.empty() ? std::nullopt : std::optional(median(s.rate_stddevs)), nothing);
   add("covered_until", "Time until which the curve covers half of what changes", unit,
-      s.ends.empty() ? std::nullopt : std::optional(median_of(s.ends)), "nothing changes");
+      s.ends.empty() ? std::nullopt : std::optional(median(s.ends)), "nothing changes");
   const double num_frames = s.work.history.num_frames();
   double numbers = (6.0 + 2.0 * static_cast<double>(s.work.num_models())) * all;
   for (const TemporalModel& m : s.f.models)

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "analysis/factorization/frame_record.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
@@ -185,13 +186,12 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
       squares += std::pow(static_cast<double>(made.data()[3 * i + c] - source.data()[3 * i + c]), 2);
   }
   if (!list.empty()) {
-    const auto p95 = list.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(list.size() - 1));
-    std::nth_element(list.begin(), p95, list.end());
+    const auto rank = static_cast<std::size_t>(0.95 * static_cast<double>(list.size() - 1));
     const auto n = static_cast<double>(list.size());
     record.error = FrameError{.num_pixels = static_cast<std::int64_t>(list.size()),
                               .rmse = rounded(std::sqrt(squares / (3.0 * n)), 6),
                               .ciede2000_mean = rounded(sum / n, 6),
-                              .ciede2000_p95 = rounded(static_cast<double>(*p95), 6)};
+                              .ciede2000_p95 = rounded(static_cast<double>(value_at_rank(list, rank)), 6)};
   }
   save_json(folder / work_file("frame." + std::to_string(index) + ".json"), frame_json(record));
   control.report(1.0);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "libcommon/core/median.h"
+
 namespace patinate::analysis {
 
 namespace {
@@ -28,12 +30,6 @@ bool is_seen(const std::uint8_t* seen, std::size_t t) { return seen == nullptr |
 
 }  // namespace
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::vector<float> cleaned_series(const float* values, const std::uint8_t* seen, std::size_t num_times) {
   std::vector<std::size_t> known;
   for (std::size_t t = 0; t < num_times; ++t) {
@@ -46,15 +42,11 @@ std::vector<float> cleaned_series(const float* values, const std::uint8_t* seen,
     window.clear();
     const std::size_t first = i < kHalfWindow ? 0 : i - kHalfWindow, last = std::min(known.size() - 1, i + kHalfWindow);
     for (std::size_t j = first; j <= last; ++j) window.push_back(values[known[j]]);
-    const auto middle = [](std::vector<float>& list) {
-      std::nth_element(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2), list.end());
-      return list[list.size() / 2];
-    };
-    const float median = middle(window), value = values[known[i]];
+    const float middle = value_at_rank(window, window.size() / 2), value = values[known[i]];
     distances.clear();
-    for (const float w : window) distances.push_back(std::abs(w - median));
-    const double spread = static_cast<double>(middle(distances));
-    clean[known[i]] = static_cast<double>(std::abs(value - median)) > kOutlier * spread + 1e-6 ? median : value;
+    for (const float w : window) distances.push_back(std::abs(w - middle));
+    const double spread = static_cast<double>(value_at_rank(distances, distances.size() / 2));
+    clean[known[i]] = static_cast<double>(std::abs(value - middle)) > kOutlier * spread + 1e-6 ? middle : value;
   }
   // Gaps: what was seen before, or first.
   std::size_t at = 0;
@@ -251,7 +243,7 @@ PlaceFactors PlaceFit::solve(const float* values, const std::uint8_t* seen) cons
     for (std::size_t t = 0; t < num_times; ++t) {
       if (is_seen(seen, t)) list.push_back(static_cast<double>(values[c * num_times + t]));
     }
-    double base = median_of(list);
+    double base = median(list);
     for (int i = 0; i < 5; ++i) {
       double sum = 0.0, weights = 0.0;
       for (const double v : list) {

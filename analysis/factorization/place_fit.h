@@ -45,7 +45,4 @@ class PlaceFit {
 /// Values with outliers in time and gaps replaced by what stands around them: for starts only.
 [[nodiscard]] std::vector<float> cleaned_series(const float* values, const std::uint8_t* seen, std::size_t num_times);
 
-/// Of a list that may be reordered; not empty.
-[[nodiscard]] double median_of(std::vector<double> values);
-
 }  // namespace patinate::analysis

@@ -6,6 +6,7 @@
 
 #include "analysis/factorization/curve_refine.h"
 #include "analysis/factorization/place_fit.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "patinate/analysis/factorization.h"
 #include "patinate/core/error.h"
@@ -58,7 +59,7 @@ std::vector<double> first_noise(const PlaceSeries& clean) {
       for (std::size_t t = 1; t < clean.times.size(); ++t)
         steps.push_back(std::abs(static_cast<double>(v[t] - v[t - 1])));
     }
-    noise.push_back(std::max(kLeastNoise, kSigma * median_of(std::move(steps)) / std::sqrt(2.0)));
+    noise.push_back(std::max(kLeastNoise, kSigma * median(std::move(steps)) / std::sqrt(2.0)));
   }
   return noise;
 }
@@ -162,7 +163,7 @@ void measure_noise(const PlaceSeries& places, const std::vector<PlaceFactors>& f
         if (is_seen) sizes.push_back(std::abs(residuals.back()));
       }
     }
-    model.noise.push_back(std::max(kLeastNoise, kSigma * median_of(std::move(sizes))));
+    model.noise.push_back(std::max(kLeastNoise, kSigma * median(std::move(sizes))));
     // Outliers neither hang together nor count.
     const double most = kClip * model.noise.back();
     for (std::size_t k = 0; k < residuals.size(); ++k) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
 #include "patinate/metrics/color_difference.h"
@@ -20,10 +21,8 @@ RunControl on_this_thread() {
 }
 
 double percentile(std::vector<float> values, double share) {
-  const auto rank =
-      static_cast<std::ptrdiff_t>(std::max(1.0, std::ceil(share * static_cast<double>(values.size())))) - 1;
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return static_cast<double>(values[static_cast<std::size_t>(rank)]);
+  const double rank = std::max(1.0, std::ceil(share * static_cast<double>(values.size())));
+  return static_cast<double>(value_at_rank(values, static_cast<std::size_t>(rank) - 1));
 }
 
 PixelDifference difference_at(const ColorStack& a, const ColorStack& b, std::size_t time, const ImageU8& mask) {

@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -13,6 +10,7 @@
 #include "analysis/fit/determined.h"
 #include "analysis/fit/fit_report.h"
 #include "analysis/fit/fit_search.h"
+#include "analysis/fit/fit_work.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -25,180 +23,28 @@ namespace {
 
 constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other values.
 constexpr int kEvaluationsPerParameter = 60;
-constexpr double kFlatness = 1e-3;               ///< Delta E or per cent: smaller differences are not searched for.
 constexpr double kSmallestLookStep = 0.05;       ///< Of the search for an appearance, however narrow the outer one has
                                                  ///< become; but no wider than its first step.
 constexpr double kScanAppearanceStep = 0.1;      ///< Of the search for an appearance beside the best.
 constexpr std::uint64_t kScanItems = 1u << 18;   ///< Random numbers of scans, apart from those of the search.
 constexpr double kThresholdWithoutSeeds = 0.01;  ///< Share of the objective.
 
-fs::path record_file(const std::string& name) { return fs::path("evaluations") / (name + ".json"); }
-
-std::string numbered(const std::string& word, int k) {
-  std::string number = std::to_string(k);
-  number.insert(0, number.size() < 5 ? 5 - number.size() : 0, '0');
-  return word + "-" + number;
-}
-
-/// What items share; finished evaluations are read once.
-class Work {
- public:
-  explicit Work(FitTask given) : task(std::move(given)) {
-    model.parameters = task.parameters;
-    model.age = task.age;
-    model.repeats = task.options.repeats;
-    model.flatness = kFlatness;
-    model.tolerance = task.options.tolerance;
-    model.seed = task.seed;
-    aged = model.indices(false);
-    appearance = model.indices(true);
-    budget = fit_budget(task.options, aged.size(), appearance.size());
-    for (const FitParameter& p : task.parameters) start.push_back(p.start);
-  }
-
-  FitTask task;
-  FitModel model;
-  std::vector<std::size_t> aged, appearance;
-  FitBudget budget;
-  std::vector<double> start;
-
-  [[nodiscard]] const FitModel& ready(const RunControl& control) {
-    const std::scoped_lock lock(mutex_);
-    if (!objective_) {
-      objective_.emplace(open_series(task.history).series, task.outline, task.terms, task.objective, control);
-      model.objective = &*objective_;
-    }
-    return model;
-  }
-
-  [[nodiscard]] int num_generations() const { return aged.empty() ? 0 : (budget.evaluations - 1) / budget.population; }
-  [[nodiscard]] std::string candidate_name(int generation, int k) const {
-    return numbered("evaluation", 1 + generation * budget.population + k);
-  }
-
-  /// Of a finished item.
-  FitEvaluation record(const fs::path& folder, const std::string& name) {
-    {
-      const std::scoped_lock lock(mutex_);
-      if (const auto found = records_.find(name); found != records_.end()) return found->second;
-    }
-    FitEvaluation e = read_evaluation(folder / record_file(name), task.parameters.size(), task.terms.size());
-    const std::scoped_lock lock(mutex_);
-    return records_.try_emplace(name, std::move(e)).first->second;
-  }
-
-  /// The search as it stands before a generation, from the records of those before; and the best appearance up to
-  /// there.
-  struct Standing {
-    Evolution evolution;
-    std::vector<double> best;  ///< Values of all parameters.
-  };
-  Standing standing(const fs::path& folder, int generation) {
-    const std::scoped_lock lock(search_mutex_);
-    if (!search_) {
-      std::vector<double> unit;
-      for (const std::size_t i : aged) unit.push_back(unit_at(task.parameters[i], start[i]));
-      search_ = Standing{Evolution(unit, {.population = budget.population,
-                                          .step = task.options.step,
-                                          .tolerance = task.options.tolerance,
-                                          .flatness = kFlatness,
-                                          .restarts = task.options.restarts,
-                                          .seed = task.seed,
-                                          .purpose = 0}),
-                         start};
-      keep(record(folder, "initial"));
-    }
-    while (search_->evolution.generation() < generation && !search_->evolution.is_done()) {
-      std::vector<double> values;
-      const int g = search_->evolution.generation();
-      for (int k = 0; k < budget.population; ++k) values.push_back(keep(record(folder, candidate_name(g, k))));
-      search_->evolution.tell(values);
-    }
-    return *search_;
-  }
-
-  /// Everything that the search tried, in its order.
-  std::vector<FitEvaluation> searched(const fs::path& folder) {
-    std::vector<FitEvaluation> list{record(folder, "initial")};
-    for (int g = 0; g < num_generations(); ++g) {
-      for (int k = 0; k < budget.population; ++k) list.push_back(record(folder, candidate_name(g, k)));
-    }
-    return list;
-  }
-
-  [[nodiscard]] BoxPoint box_point(const FitPoint& p) const {
-    BoxPoint out{.at = {}, .objective = p.result.objective.value_or(std::numeric_limits<double>::infinity())};
-    for (std::size_t i = 0; i < p.values.size(); ++i) out.at.push_back(unit_at(task.parameters[i], p.values[i]));
-    return out;
-  }
-
-  /// Where the search has been, and how it slopes there.
-  struct Ground {
-    std::vector<BoxPoint> tried;
-    std::optional<Valley> valley;
-    std::string no_valley;
-  };
-  const Ground& ground(const fs::path& folder) {
-    const BoxPoint at = box_point(best(folder));
-    const std::vector<FitEvaluation> list = searched(folder);
-    const std::scoped_lock lock(search_mutex_);
-    if (ground_) return *ground_;
-    ground_.emplace();
-    for (const FitEvaluation& e : list) {
-      for (const FitPoint& p : e.points) ground_->tried.push_back(box_point(p));
-    }
-    ground_->valley = valley_of(at, ground_->tried, ground_->no_valley);
-    return *ground_;
-  }
-
-  FitPoint best(const fs::path& folder) {
-    std::optional<FitPoint> best;
-    for (const FitEvaluation& e : searched(folder)) {
-      const std::optional<std::size_t> i = e.best();
-      if (i && (!best || *e.points[*i].result.objective < *best->result.objective)) best = e.points[*i];
-    }
-    if (!best)
-      throw InvalidInput("fit: no values give a surface that can be compared: " +
-                         record(folder, "initial").points.front().result.problem);
-    return *best;
-  }
-
- private:
-  /// Its least objective; remembers the best.
-  double keep(const FitEvaluation& e) {
-    const std::optional<std::size_t> i = e.best();
-    const double value = i ? *e.points[*i].result.objective : std::numeric_limits<double>::infinity();
-    if (value < best_value_) {
-      best_value_ = value;
-      search_->best = e.points[*i].values;
-    }
-    return value;
-  }
-
-  std::mutex mutex_, search_mutex_;
-  std::optional<FitObjective> objective_;
-  std::map<std::string, FitEvaluation> records_;
-  std::optional<Standing> search_;
-  std::optional<Ground> ground_;
-  double best_value_ = std::numeric_limits<double>::infinity();
-};
-
 using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
 
 JobItem record_item(const std::string& name, int stage, const std::string& key, MakeRecord make) {
   return {.name = name,
-          .outputs = {record_file(name)},
+          .outputs = {fit_record_file(name)},
           .run =
               [name, make = std::move(make)](const fs::path& folder, const RunControl& control) {
-                save_json(folder / record_file(name), evaluation_json(make(folder, control)));
+                save_json(folder / fit_record_file(name), evaluation_json(make(folder, control)));
               },
           .key = key,
           .stage = stage};
 }
 
-FitEvaluation evaluate_candidate(const std::shared_ptr<Work>& work, const std::string& name, int generation, int k,
+FitEvaluation evaluate_candidate(const std::shared_ptr<FitWork>& work, const std::string& name, int generation, int k,
                                  const fs::path& folder, const RunControl& control) {
-  const Work::Standing standing = work->standing(folder, generation);
+  const FitWork::Standing standing = work->standing(folder, generation);
   if (standing.evolution.is_done()) return {.name = name, .points = {}, .is_skipped = true};
   std::vector<double> values = standing.best;
   const std::vector<double> unit = standing.evolution.candidate(k);
@@ -212,7 +58,7 @@ FitEvaluation evaluate_candidate(const std::shared_ptr<Work>& work, const std::s
 }
 
 /// Places along a parameter, the others as at the best.
-std::vector<std::vector<double>> scan_values(const Work& work, const std::vector<double>& best, std::size_t i) {
+std::vector<std::vector<double>> scan_values(const FitWork& work, const std::vector<double>& best, std::size_t i) {
   std::vector<std::vector<double>> list;
   for (const double place : scan_places(unit_at(work.task.parameters[i], best[i]), work.task.options.scan)) {
     std::vector<double> values = best;
@@ -224,7 +70,7 @@ std::vector<std::vector<double>> scan_values(const Work& work, const std::vector
 
 /// The parameter at one of its places: the others held, their appearance searched again, and the others moved along the
 /// valley.
-FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std::size_t k, const fs::path& folder,
+FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, std::size_t k, const fs::path& folder,
                          const RunControl& control) {
   const std::vector<double> best = work.best(folder).values;
   const std::vector<std::vector<double>> places = scan_values(work, best, i);
@@ -235,7 +81,7 @@ FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std
                           .step = kScanAppearanceStep,
                           .item = kScanItems + i * 64 + k};
   FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.5));
-  const Work::Ground& ground = work.ground(folder);
+  const FitWork::Ground& ground = work.ground(folder);
   if (!ground.valley) return evaluation;
   std::vector<double> moved = held;
   const double way = unit_at(work.task.parameters[i], held[i]) - unit_at(work.task.parameters[i], best[i]);
@@ -254,7 +100,7 @@ FitEvaluation scan_place(Work& work, const std::string& name, std::size_t i, std
 }
 
 /// Items after the search: the best with other seeds, and along every parameter.
-void add_scans(const std::shared_ptr<Work>& work, int stage, JobPlan& plan) {
+void add_scans(const std::shared_ptr<FitWork>& work, int stage, JobPlan& plan) {
   const FitOptions& options = work->task.options;
   for (int s = 1; s <= options.seeds; ++s) {
     plan.items.push_back(record_item(
@@ -286,7 +132,7 @@ void add_scans(const std::shared_ptr<Work>& work, int stage, JobPlan& plan) {
 }
 
 /// Writes the history with some values; gives what a comparison says of it.
-std::vector<Section> compared(const Work& work, const std::string& name, const std::vector<double>& values,
+std::vector<Section> compared(const FitWork& work, const std::string& name, const std::vector<double>& values,
                               const fs::path& folder, const std::string& key, const RunControl& control) {
   const ComposeWith compose = work.task.age(values, 0, control.part(0.0, 0.6));
   RunControl quiet = control;
@@ -301,7 +147,7 @@ std::vector<Section> compared(const Work& work, const std::string& name, const s
   return sections;
 }
 
-FitOutcome outcome_of(Work& work, const fs::path& folder) {
+FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
   FitOutcome outcome;
   outcome.searched = work.searched(folder);
   outcome.best = work.best(folder);
@@ -324,7 +170,7 @@ FitOutcome outcome_of(Work& work, const fs::path& folder) {
   outcome.threshold =
       num_seeds > 0 ? std::sqrt(squares / num_seeds) : kThresholdWithoutSeeds * *outcome.best.result.objective;
 
-  const Work::Ground& ground = work.ground(folder);
+  const FitWork::Ground& ground = work.ground(folder);
   std::vector<BoxPoint> tried = ground.tried;
   outcome.valley = ground.valley;
   outcome.no_valley = ground.no_valley;
@@ -422,15 +268,15 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
   add_search_inputs(task, series, search_inputs);
   add_search_inputs(task, series, inputs);
-  const auto work = std::make_shared<Work>(std::move(task));
+  const auto work = std::make_shared<FitWork>(std::move(task));
   if (work->budget.evaluations < work->budget.least) {
     throw InvalidInput("fit: a budget of " + std::to_string(work->budget.evaluations) +
                        " evaluations is too small; use at least " + std::to_string(work->budget.least));
   }
   for (const auto& [name, value] : option_values(work->task.options)) {
     const bool is_of_search = name != "evaluations" && name != "scan" && name != "seeds";
-    if (is_of_search || work->aged.empty()) search_inputs.add_value("--" + name, value);
-    inputs.add_value("--" + name, value);
+    if (is_of_search || work->aged.empty()) search_inputs.add_value(dashed(name), value);
+    inputs.add_value(dashed(name), value);
   }
   JobPlan plan = inputs.plan(output, kFitReportFile);
   const std::string search_key = search_inputs.key();

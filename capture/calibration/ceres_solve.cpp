@@ -3,9 +3,9 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 
+#include "libcommon/core/median.h"
 #include "libcommon/core/silent_log.h"
 
 namespace patinate::capture {
@@ -83,9 +83,7 @@ std::vector<double> residuals_without_loss(ceres::Problem& problem) {
 
 double robust_sigma(std::vector<double> residuals) {
   for (double& r : residuals) r = std::abs(r);
-  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), middle, residuals.end());
-  return 1.4826 * *middle;
+  return 1.4826 * median(std::move(residuals));
 }
 
 }  // namespace patinate::capture

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "libcommon/core/median.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -70,8 +71,7 @@ Vec2 centroid_around(const ImageF& values, const Vec2& middle, double area) {
     if (distance > inner && distance <= outer) around.push_back(v);
   });
   if (around.empty()) return middle;
-  std::nth_element(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2), around.end());
-  const float floor = around[around.size() / 2];
+  const float floor = median(std::move(around));
   double weight = 0.0;
   Vec2 sum = Vec2::Zero();
   each([&](const Vec2& at, float v, double distance) {
@@ -299,15 +299,13 @@ Highlight find_highlight(const ImageF& photo, const Camera& camera, const Vec3& 
     }
   }
   if (inside.size() < 20) return result;
-  const auto nth = inside.begin() + static_cast<std::ptrdiff_t>(inside.size() / 2);
-  std::nth_element(inside.begin(), nth, inside.end());
-  const float median = *nth, peak = *std::max_element(inside.begin(), inside.end());
-  result.contrast = static_cast<double>(peak - median);
-  if (!(peak - median > kMinContrast)) return result;
-  const std::vector<Piece> pieces = pieces_of(values, median + 0.5f * (peak - median));
+  const float peak = *std::max_element(inside.begin(), inside.end()), middle = median(inside);
+  result.contrast = static_cast<double>(peak - middle);
+  if (!(peak - middle > kMinContrast)) return result;
+  const std::vector<Piece> pieces = pieces_of(values, middle + 0.5f * (peak - middle));
   // A plateau is the lamp itself, saturated; what is dimmer around it is flare and scattered light, which may lie to
   // one side.
-  const std::vector<Piece> plateaus = pieces_of(values, median + kPlateau * (peak - median));
+  const std::vector<Piece> plateaus = pieces_of(values, middle + kPlateau * (peak - middle));
   const bool has_plateau = plateaus[0].area >= kMinPlateau;
   result.pixel =
       (has_plateau ? plateaus[0].middle : centroid_around(values, pieces[0].centroid, pieces[0].area)) + Vec2(x0, y0);

@@ -8,9 +8,9 @@
 #include "libcommon/image/response_io.h"
 #include "patinate/core/error.h"
 #include "patinate/geometry/camera_io.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/geometry/rigid_transform.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate::capture {
 
@@ -115,10 +115,9 @@ CalibrationOutput run_lambertian(JsonReader& json, const LambertianRunOptions& o
     const LambertianLight& light = result.lights[k];
     const std::string name = k < names.size() ? names[k] : "light " + std::to_string(k + 1);
     if (light.status != CalibrationStatus::Converged) {
-      const std::string known =
-          std::isfinite(light.distance_sd)
-              ? "its distance is known to " + short_number_text(rounded(100 * light.distance_sd, 2)) + " % only"
-              : "its distance is open";
+      const std::string known = std::isfinite(light.distance_sd)
+                                    ? "its distance is known to " + percent_text(light.distance_sd, 2) + " only"
+                                    : "its distance is open";
       throw CannotComplete(name + " is " + calibration_status_text(light.status) + ": " + known +
                            " against its strength; photograph the object in more poses, tilted to all sides");
     }

@@ -51,8 +51,8 @@ CalibrationOutput run_response(JsonReader& json, const ResponseOptions& options)
                               {"rms", curve.closest_rms},
                               {"codes", {curve.low_code, curve.high_code}},
                               {"linear", curve.linear}};
-  output.lines.push_back("nearest: " + curve.closest.text() + ", off by " +
-                         short_number_text(rounded(100 * curve.closest_rms, 2)) + " % rms");
+  output.lines.push_back("nearest: " + curve.closest.text() + ", off by " + percent_text(curve.closest_rms, 2) +
+                         " rms");
   if (!fits)
     output.lines.push_back(
         "none of srgb, linear and gamma is this camera's response: use linear (RAW or EXR) photographs");

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "libcommon/core/median.h"
 #include "libcommon/output/contact_strip.h"
 #include "patinate/core/error.h"
 
@@ -108,8 +109,7 @@ ImageF slice(std::span<const PointCloud> scans, std::span<const RigidTransform> 
   std::vector<Dot> dots = placed(scans, poses, from_above);
   std::vector<double> heights;
   for (const Dot& d : dots) heights.push_back(d.at.z());
-  std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2), heights.end());
-  const double middle = heights[heights.size() / 2], half = 0.5 * kSlice * box_of(dots).diagonal();
+  const double middle = median(std::move(heights)), half = 0.5 * kSlice * box_of(dots).diagonal();
   std::erase_if(dots, [&](const Dot& d) { return std::abs(d.at.z() - middle) > half; });
   return splat(dots, size, 1.0, false);
 }

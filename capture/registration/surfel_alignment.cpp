@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
 
@@ -25,11 +26,8 @@ constexpr double kSureShare = 0.999;  ///< Of a margin: rounding.
 
 double quantile_of(std::vector<double>& values, double share) {
   if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return value_at_rank(values, static_cast<std::size_t>(share * static_cast<double>(values.size())));
 }
-double median_of(std::vector<double>& values) { return quantile_of(values, 0.5); }
 
 struct Pair {
   int target;
@@ -49,7 +47,7 @@ SurfelSet::SurfelSet(std::vector<Surfel> surfels, double distance, bool is_orien
     positions.push_back(s.position);
     variances.push_back(s.variance);
   }
-  median_variance_ = median_of(variances);
+  median_variance_ = median(std::move(variances));
   if (!positions.empty()) points_ = std::make_shared<const NearestPoints>(std::move(positions));
 }
 
@@ -171,7 +169,7 @@ class Aligner {
     residuals_.clear();
     for (const Pair& pair : pairs_) residuals_.push_back(std::abs(pair.residual));
     const double floor = 1e-6 * target_.distance();
-    result_.median_residual = median_of(residuals_);
+    result_.median_residual = quantile_of(residuals_, 0.5);
     result_.residual_scale = std::max(floor, std::min(limit_, kScaleOfQuarter * quantile_of(residuals_, 0.25)));
   }
 
@@ -268,7 +266,7 @@ class Aligner {
   void narrow() {
     residuals_.clear();
     for (const Pair& pair : pairs_) residuals_.push_back(1.0 - pair.closeness);
-    const double median_distance = result_.gate * std::sqrt(std::max(0.0, median_of(residuals_)));
+    const double median_distance = result_.gate * std::sqrt(std::max(0.0, quantile_of(residuals_, 0.5)));
     result_.gate = std::max(schedule_.last_gate, std::min(0.8 * result_.gate, 2.5 * median_distance));
   }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "capture/registration/point_cells.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
 
@@ -146,16 +147,13 @@ double point_spacing(std::span<const Vec3> points) {
       });
       if (near.size() < kNth && radius < 2.0 * box.diagonal()) continue;
       if (near.size() >= kNth) {
-        std::nth_element(near.begin(), near.begin() + (kNth - 1), near.end());
-        eighth.push_back(near[kNth - 1]);
+        eighth.push_back(value_at_rank(near, kNth - 1));
       }
       break;
     }
   }
   if (eighth.empty()) throw InvalidInput("registration: a scan has fewer than 9 different points");
-  const auto middle = eighth.begin() + static_cast<std::ptrdiff_t>(eighth.size() / 2);
-  std::nth_element(eighth.begin(), middle, eighth.end());
-  return std::sqrt(*middle * 3.14159265358979323846 / static_cast<double>(kNth));
+  return std::sqrt(median(std::move(eighth)) * 3.14159265358979323846 / static_cast<double>(kNth));
 }
 
 Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward, double distance, double radius,

@@ -1,7 +1,5 @@
 #include "capture/relit/relit_ingest.h"
 
-#include <algorithm>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -26,9 +24,7 @@ constexpr double kStepWeight = 4.0;  ///< For progress: light is taken out more 
 constexpr const char* kAccessibility = "accessibility";
 
 fs::path report_file(const char* name, std::size_t index, const char* extension) {
-  char text[64];
-  std::snprintf(text, sizeof(text), "%s_%04zu%s", name, index, extension);
-  return fs::path("report") / text;
+  return fs::path("report") / (name + ("_" + zero_padded(index, 4)) + extension);
 }
 
 std::string transform_text(const std::optional<RigidTransform>& transform) {
@@ -90,33 +86,27 @@ std::string common_key(const RelitWork& work) {
   return hash.hex();
 }
 
-std::vector<JobDependency> dependencies(const RelitWork& work) {
+JobInputs inputs_of(const RelitWork& work) {
   const RelitProject& project = work.project;
-  std::vector<JobDependency> list{{"version of ingest", std::to_string(kStageVersion)},
-                                  {"name", project.name},
-                                  {"time_unit", time_unit_text(project.time_unit)},
-                                  {"response", project.response.text()},
-                                  {"unit", number_text(project.mm_per_unit) + " mm"},
-                                  {"camera, lights and patch", ContentHash().add(rig_text(project)).hex()},
-                                  {"reference", std::to_string(project.reference)}};
+  JobInputs inputs = JobInputs::counted_without_names("ingest relit");
+  inputs.add_value("version of ingest", std::to_string(kStageVersion))
+      .add_value("name", project.name)
+      .add_value("time_unit", time_unit_text(project.time_unit))
+      .add_value("response", project.response.text())
+      .add_value("unit", number_text(project.mm_per_unit) + " mm")
+      .add_value("camera, lights and patch", ContentHash().add(rig_text(project)).hex())
+      .add_value("reference", std::to_string(project.reference));
   for (std::size_t i = 0; i < project.steps.size(); ++i) {
-    list.push_back({work.step_name(i), work.step_keys[i]});
-    list.push_back({"time of " + work.step_name(i), number_text(project.steps[i].time)});
+    inputs.add_value(work.step_name(i), work.step_keys[i]);
+    inputs.add_value("time of " + work.step_name(i), number_text(project.steps[i].time));
   }
-  const auto add_options = [&list](const auto& options) {
-    for (const auto& [name, value] : option_values(options)) {
-      std::string flag = "--" + name;
-      std::replace(flag.begin(), flag.end(), '_', '-');
-      list.push_back({flag, value});
-    }
-  };
-  add_options(work.options.registration);
-  add_options(work.options.unlight);
-  add_options(work.options.scan);
-  add_options(work.options.fill);
-  add_options(work.options.progress);
-  list.push_back({"--accept-failed", work.options.accept_failed ? "true" : "false"});
-  return list;
+  inputs.add_options(option_values(work.options.registration));
+  inputs.add_options(option_values(work.options.unlight));
+  inputs.add_options(option_values(work.options.scan));
+  inputs.add_options(option_values(work.options.fill));
+  inputs.add_options(option_values(work.options.progress));
+  inputs.add_value("--accept-failed", work.options.accept_failed ? "true" : "false");
+  return inputs;
 }
 
 /// Masks and fills the frames that are in the history, and names everything. @returns the mask.
@@ -256,16 +246,10 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
   check_ranges(options.registration);
   auto work = std::make_shared<RelitWork>(project, options);
   for (const RelitStep& step : project.steps) work->step_keys.push_back(step_key(project, step));
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = kHistoryManifestFile;
-  plan.depends_on = dependencies(*work);
+  JobPlan plan = inputs_of(*work).plan(output, kHistoryManifestFile);
   plan.may_grow = true;
   plan.parallel_items = false;
-  ContentHash hash;
-  hash.add("ingest relit");
-  for (const JobDependency& d : plan.depends_on) hash.add(d.key);
-  plan.key = work->key = hash.hex();
+  work->key = plan.key;
   const std::string common = common_key(*work);
   ContentHash reference_key;
   reference_key.add("reference").add(common);

@@ -17,9 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string percent(const std::optional<double>& share) {
-  return share ? short_number_text(std::round(1000.0 * *share) / 10.0) + " %" : "-";
-}
+std::string percent(const std::optional<double>& share) { return share ? fixed_percent_text(*share) : "-"; }
 std::string micrometers(const std::optional<double>& mm) {
   return mm && std::isfinite(*mm) ? short_number_text(rounded(1000.0 * *mm, 3)) : "-";
 }

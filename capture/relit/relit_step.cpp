@@ -2,12 +2,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "capture/relit/relit_pictures.h"
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_report.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -51,9 +51,7 @@ double median_texel_size(const ScanView& view) {
   std::vector<float> sizes;
   std::copy_if(view.texel_size_mm.values().begin(), view.texel_size_mm.values().end(), std::back_inserter(sizes),
                [](float v) { return v > 0.0f; });
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return static_cast<double>(*middle);
+  return static_cast<double>(median(std::move(sizes)));
 }
 
 /// @throws IoError when it is a mirror image; CannotComplete when the scan does not lie on the reference.
@@ -70,9 +68,8 @@ void check_fit(const RelitWork& work, std::size_t index, const ScanView& referen
   facts.overlap = overlap;
   facts.offset_mm = places.offset_mm;
   if (overlap < kLeastOverlap) {
-    throw CannotComplete(work.step_name(index) + ": its scan shows only " +
-                         short_number_text(std::round(1000.0 * overlap) / 10.0) +
-                         " % of what the reference shows; the scans do not overlap, or its pose is wrong");
+    throw CannotComplete(work.step_name(index) + ": its scan shows only " + fixed_percent_text(overlap) +
+                         " of what the reference shows; the scans do not overlap, or its pose is wrong");
   }
   const double limit = kLargestOffset * median_texel_size(reference);
   if (places.offset_mm > limit) {
@@ -157,9 +154,8 @@ RelitSolution solution_of(const UnlightResult& result) {
     solution.lights.push_back(light);
   }
   if (result.residual > kLargeResidual) {
-    solution.notes.push_back("what counts of the photographs is " +
-                             short_number_text(std::round(100.0 * result.residual)) +
-                             " % off what shape and lights say: check pose, lights, camera and `response`");
+    solution.notes.push_back("what counts of the photographs is " + fixed_percent_text(result.residual, 0) +
+                             " off what shape and lights say: check pose, lights, camera and `response`");
   }
   return solution;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {
@@ -142,11 +143,7 @@ StepPlaces find_places(const ScanView& reference, const ScanView& step, const Ca
   std::copy_if(offsets.values().begin(), offsets.values().end(), std::back_inserter(found),
                [](float v) { return v >= 0.0f; });
   places.num_on_scan = static_cast<std::int64_t>(found.size());
-  if (!found.empty()) {
-    const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
-    std::nth_element(found.begin(), middle, found.end());
-    places.offset_mm = static_cast<double>(*middle);
-  }
+  if (!found.empty()) places.offset_mm = static_cast<double>(median(std::move(found)));
   return places;
 }
 

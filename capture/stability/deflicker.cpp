@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libcommon/core/median.h"
+
 namespace patinate::capture {
 
 namespace {
@@ -38,9 +40,7 @@ std::vector<double> smooth_curve(const std::vector<double>& curve, int half_widt
       smooth[i] = local_line(curve, robust, static_cast<int>(i), half_width);
       residuals.push_back(std::abs(curve[i] - smooth[i]));
     }
-    std::vector<double> sorted = residuals;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double limit = kTukey * std::max(sorted[sorted.size() / 2], kLeastSpread);
+    const double limit = kTukey * std::max(median(residuals), kLeastSpread);
     for (std::size_t i = 0; i < curve.size(); ++i) {
       const double t = residuals[i] / limit;
       robust[i] = t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "libcommon/core/median.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
@@ -19,12 +20,6 @@ constexpr float kNearBlack = 0.001f, kNearWhite = 0.96f;
 constexpr double kLargestGain = 50.0;
 constexpr int kNumRounds = 12;
 constexpr double kTukey = 4.685;
-
-double median(std::vector<double> values) {
-  const std::size_t middle = values.size() / 2;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle), values.end());
-  return values[middle];
-}
 
 /// Monomials of x and y in [-1, 1] up to the degree.
 Eigen::VectorXd monomials(double x, double y, int order) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "libcommon/core/median.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 
@@ -13,13 +14,6 @@ namespace {
 
 constexpr float kNearBlack = 0.004f;  ///< Linear; one code of 8 bits is a tenth of it and more.
 constexpr float kNearWhite = 0.96f;
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -53,7 +47,7 @@ FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& 
       ratios.push_back(std::log(static_cast<double>(m.after[c]) / static_cast<double>(m.before[c])));
     }
     constexpr std::size_t kLeastShare = 20;  // One in so many.
-    if (kLeastShare * ratios.size() >= matches.size()) change.log_gain[c] = median(ratios);
+    if (kLeastShare * ratios.size() >= matches.size()) change.log_gain[c] = median(std::move(ratios));
   }
   for (const Match& m : matches) {
     double squares = 0.0;

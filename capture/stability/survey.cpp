@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::capture {
@@ -19,13 +20,6 @@ constexpr double kDeviations = 6.0 * 1.4826;
 constexpr std::size_t kNearest = 3;      ///< On either side, for what a jump must stand out from.
 constexpr double kNearestFactor = 0.75;  ///< Of jump_factor.
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const std::size_t middle = values.size() / 2;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle), values.end());
-  return values[middle];
-}
 
 /// Root mean square motion over a 3 x 3 grid.
 double motion_size(const Eigen::Affine2d& motion, int width, int height) {

@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "capture/stability/stabilize.h"
 #include "capture/timelapse/repair_steps.h"
+#include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
@@ -52,9 +52,7 @@ bool has_validity(const IngestWork& work) {
 }
 
 fs::path validity_file(int index) {
-  char name[48];
-  std::snprintf(name, sizeof(name), "survey/validity-%04d.png", index);
-  return name;
+  return "survey/validity-" + zero_padded(static_cast<std::uint64_t>(index), 4) + ".png";
 }
 
 const RepairTables& repair_tables(const IngestWork& work, const fs::path& folder) {

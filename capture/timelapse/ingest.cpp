@@ -102,16 +102,10 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   }
   load_scan(*work);
   work->photo_keys = ingest_photo_keys(project);
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = kHistoryManifestFile;
-  plan.depends_on = ingest_dependencies(*work);
-  plan.may_grow = true;
   // Names of files have no part in the key: the same photographs elsewhere give the same history.
-  ContentHash hash;
-  hash.add("ingest");
-  for (const JobDependency& d : plan.depends_on) hash.add(d.key);
-  plan.key = work->key = hash.hex();
+  JobPlan plan = ingest_inputs(*work).plan(output, kHistoryManifestFile);
+  plan.may_grow = true;
+  work->key = plan.key;
   add_scan_item(plan.items, work);
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < project.frames.size(); ++i) plan.items.push_back(frame_item(work, static_cast<int>(i)));

@@ -27,15 +27,6 @@ std::string name_of(const CaptureProject& project, const fs::path& file) {
   return relative.empty() ? file.string() : relative.string();
 }
 
-template <class Options>
-void add_options(std::vector<JobDependency>& list, const Options& options) {
-  for (const auto& [name, value] : option_values(options)) {
-    std::string flag = "--" + name;
-    for (char& c : flag) c = c == '_' ? '-' : c;
-    list.push_back({flag, value});
-  }
-}
-
 }  // namespace
 
 std::vector<std::string> ingest_photo_keys(const CaptureProject& project) {
@@ -62,35 +53,35 @@ std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
   return hash.hex();
 }
 
-std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
+JobInputs ingest_inputs(const IngestWork& work) {
   const CaptureProject& project = work.project;
   // The part that a file plays is in its key: a mask in a control's place is another input.
   const auto file_key = [](const char* part, const fs::path& file) {
     return ContentHash().add(part).add_file(file).hex();
   };
-  std::vector<JobDependency> list{
-      {"version of ingest", std::to_string(kStageVersion)},
-      {"name", project.name},
-      {"time_unit", time_unit_text(project.time_unit)},
-      {"texel_size_mm", project.texel_size_mm ? number_text(*project.texel_size_mm) : "null"},
-      {"response", project.response.text()},
-      {"roi", roi_text(project.roi)},
-      {"scale", number_text(project.scale)}};
+  JobInputs inputs = JobInputs::counted_without_names("ingest");
+  inputs.add_value("version of ingest", std::to_string(kStageVersion))
+      .add_value("name", project.name)
+      .add_value("time_unit", time_unit_text(project.time_unit))
+      .add_value("texel_size_mm", project.texel_size_mm ? number_text(*project.texel_size_mm) : "null")
+      .add_value("response", project.response.text())
+      .add_value("roi", roi_text(project.roi))
+      .add_value("scale", number_text(project.scale));
   for (std::size_t i = 0; i < project.frames.size(); ++i) {
     const CapturePhoto& frame = project.frames[i];
     const std::string name =
         name_of(project, frame.file) + (frame.stream ? ", image " + std::to_string(frame.image) : std::string());
-    list.push_back({name, work.photo_keys[i]});
-    list.push_back({"time of " + name, number_text(project.frames[i].time)});
+    inputs.add_value(name, work.photo_keys[i]);
+    inputs.add_value("time of " + name, number_text(project.frames[i].time));
   }
-  if (project.mask) list.push_back({"mask " + name_of(project, *project.mask), file_key("mask", *project.mask)});
+  if (project.mask) inputs.add_value("mask " + name_of(project, *project.mask), file_key("mask", *project.mask));
   for (const GivenControl& c : project.controls) {
-    list.push_back({"control " + c.name, ContentHash().add(c.name).add(c.unit).add_file(c.file).hex()});
+    inputs.add_value("control " + c.name, ContentHash().add(c.name).add(c.unit).add_file(c.file).hex());
   }
   if (project.transmission) {
     const TransmissionPhotos& t = *project.transmission;
-    list.push_back({"transmission " + name_of(project, t.photo), file_key("transmission", t.photo)});
-    if (t.blank) list.push_back({"blank " + name_of(project, *t.blank), file_key("blank", *t.blank)});
+    inputs.add_value("transmission " + name_of(project, t.photo), file_key("transmission", t.photo));
+    if (t.blank) inputs.add_value("blank " + name_of(project, *t.blank), file_key("blank", *t.blank));
     std::string align = t.align == TransmissionPhotos::Align::None ? "none" : "auto";
     if (t.align == TransmissionPhotos::Align::Points) {
       align = "points";
@@ -99,16 +90,16 @@ std::vector<JobDependency> ingest_dependencies(const IngestWork& work) {
           align += " " + number_text(v);
       }
     }
-    list.push_back({"align", align});
-    add_options(list, work.options.thickness);
+    inputs.add_value("align", align);
+    inputs.add_options(option_values(work.options.thickness));
   }
-  add_scan_dependencies(list, work);
+  add_scan_inputs(inputs, work);
   if (work.has_progress) {
-    list.push_back({"control progress", "made from the frames"});
-    add_options(list, work.options.progress);
+    inputs.add_value("control progress", "made from the frames");
+    inputs.add_options(option_values(work.options.progress));
   }
-  add_repair_dependencies(list, work);
-  return list;
+  add_repair_inputs(inputs, work);
+  return inputs;
 }
 
 }  // namespace patinate::capture

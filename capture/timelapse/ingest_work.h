@@ -9,7 +9,7 @@
 
 #include "capture/project/capture_project.h"
 #include "capture/timelapse/ingest.h"
-#include "libcommon/job/job.h"
+#include "libcommon/job/job_inputs.h"
 #include "patinate/core/run_control.h"
 #include "patinate/history/history.h"
 
@@ -39,7 +39,7 @@ struct IngestWork {
 /// Key of what frame `index` depends on.
 [[nodiscard]] std::string ingest_frame_key(const IngestWork& work, std::size_t index);
 /// Everything that the history depends on, by name.
-[[nodiscard]] std::vector<JobDependency> ingest_dependencies(const IngestWork& work);
+[[nodiscard]] JobInputs ingest_inputs(const IngestWork& work);
 /// Transmission as the history shows it.
 struct TransmissionLight {
   ImageF photo;     ///< H x W x 1, linear; empty when the project has none.

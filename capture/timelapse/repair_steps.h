@@ -42,7 +42,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
 /// What of the repairs a frame depends on besides its own photograph; "" = nothing.
 [[nodiscard]] std::string repair_frame_key(const IngestWork& work);
 /// Adds what the history depends on.
-void add_repair_dependencies(std::vector<JobDependency>& list, const IngestWork& work);
+void add_repair_inputs(JobInputs& inputs, const IngestWork& work);
 
 /// A frame as the history shows it, repaired; writes its validity where frames have one.
 [[nodiscard]] ImageF develop_frame(const IngestWork& work, int index, const std::filesystem::path& folder);

@@ -12,8 +12,8 @@
 #include "patinate/controls/accessibility.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate::capture {
 
@@ -89,18 +89,14 @@ void add_scan_item(std::vector<JobItem>& items, const std::shared_ptr<const Inge
   items.push_back(std::move(item));
 }
 
-void add_scan_dependencies(std::vector<JobDependency>& list, const IngestWork& work) {
+void add_scan_inputs(JobInputs& inputs, const IngestWork& work) {
   if (!work.project.scan) return;
   const ScanSource& scan = *work.project.scan;
-  list.push_back({"version of scan", std::to_string(kScanVersion)});
-  list.push_back({"scan " + scan.mesh.filename().string(), work.scan_key});
-  list.push_back({"camera of the scan", ContentHash().add(scan.camera_mm.text()).hex()});
-  list.push_back({"unit", number_text(scan.mm_per_unit) + " mm"});
-  for (const auto& [name, value] : option_values(work.options.scan)) {
-    std::string flag = "--" + name;
-    for (char& c : flag) c = c == '_' ? '-' : c;
-    list.push_back({flag, value});
-  }
+  inputs.add_value("version of scan", std::to_string(kScanVersion));
+  inputs.add_value("scan " + scan.mesh.filename().string(), work.scan_key);
+  inputs.add_value("camera of the scan", ContentHash().add(scan.camera_mm.text()).hex());
+  inputs.add_value("unit", number_text(scan.mm_per_unit) + " mm");
+  inputs.add_options(option_values(work.options.scan));
 }
 
 void keep_scanned(const IngestWork& work, const fs::path& folder, ImageU8& mask) {

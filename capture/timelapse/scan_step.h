@@ -19,7 +19,7 @@ void load_scan(IngestWork& work);
 /// Item that writes the maps of the history and what the control is made of. Nothing is added without a scan.
 void add_scan_item(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work);
 /// Adds what the history depends on.
-void add_scan_dependencies(std::vector<JobDependency>& list, const IngestWork& work);
+void add_scan_inputs(JobInputs& inputs, const IngestWork& work);
 /// Takes what the camera does not see of the mesh off the mask, which may be empty. @throws IoError if nothing is left.
 void keep_scanned(const IngestWork& work, const std::filesystem::path& folder, ImageU8& mask);
 /// Names the maps, writes the control, and gives the history its texel size when the project has none.

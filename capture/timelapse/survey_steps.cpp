@@ -1,11 +1,11 @@
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "capture/stability/stabilize.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -19,11 +19,7 @@ namespace {
 constexpr std::int64_t kSurveyVersion = 1;
 constexpr int kChunk = 16;  ///< Frames that one item looks at; the first is their anchor.
 
-fs::path chunk_file(int chunk) {
-  char name[48];
-  std::snprintf(name, sizeof(name), "survey/pairs-%04d.json", chunk);
-  return name;
-}
+fs::path chunk_file(int chunk) { return "survey/pairs-" + zero_padded(static_cast<std::uint64_t>(chunk), 4) + ".json"; }
 
 int num_frames_of(const IngestWork& work) { return static_cast<int>(work.project.frames.size()); }
 
@@ -222,12 +218,10 @@ std::string repair_frame_key(const IngestWork& work) {
   return is_any ? hash.hex() : "";
 }
 
-void add_repair_dependencies(std::vector<JobDependency>& list, const IngestWork& work) {
+void add_repair_inputs(JobInputs& inputs, const IngestWork& work) {
   const RepairOptions& options = work.options.repair;
   for (const auto& [name, value] : option_values(options)) {
-    std::string flag = "--" + name;
-    std::replace(flag.begin(), flag.end(), '_', '-');
-    list.push_back({flag, name == "flat_field" && !value.empty() ? flat_field_key(work) : value});
+    inputs.add_value(dashed(name), name == "flat_field" && !value.empty() ? flat_field_key(work) : value);
   }
 }
 

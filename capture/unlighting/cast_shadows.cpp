@@ -1,8 +1,7 @@
 #include "capture/unlighting/cast_shadows.h"
 
-#include <algorithm>
-
 #include "capture/unlighting/unlight_work.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/ray_scene.h"
 #include "patinate/core/error.h"
@@ -18,10 +17,7 @@ double median_edge(const Mesh& mesh) {
       lengths.push_back((mesh.positions[static_cast<std::size_t>(t[(k + 1) % 3])] - a).norm());
     }
   }
-  if (lengths.empty()) return 0.0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return median(std::move(lengths));
 }
 
 ImageU8 cast_shadows(const Mesh& blockers, const ImageF& position_mm, const ImageF& normal, const ImageU8& mask,

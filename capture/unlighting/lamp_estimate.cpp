@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {
@@ -233,10 +234,9 @@ LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control) {
     const Eigen::VectorXd step = equations.matrix.ldlt().solve(equations.right);
     if (!step.allFinite()) return result;
     result.is_converged = apply(work, columns, step, mean_light) < kSmallStep;
-    const auto middle = equations.chi2.begin() + static_cast<std::ptrdiff_t>(equations.chi2.size() / 2);
-    std::nth_element(equations.chi2.begin(), middle, equations.chi2.end());
+    const double middle = median(std::move(equations.chi2));
     control.report(0.1 + 0.9 * (result.num_steps + 1) / (kMaxSteps + 1));
-    work.noise_scale = std::max({kLeastScale, work.noise_scale / kMaxShrink, work.noise_scale * std::sqrt(*middle)});
+    work.noise_scale = std::max({kLeastScale, work.noise_scale / kMaxShrink, work.noise_scale * std::sqrt(middle)});
   }
   control.report(1.0);
   return result;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "capture/unlighting/unlight_work.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {
@@ -83,11 +84,7 @@ std::vector<LeaveOneOutError> leave_one_out(const UnlightInput& input, const Unl
     LeaveOneOutError error{.num_samples = static_cast<std::int64_t>(lamp.ratios.size())};
     if (lamp.num_clean > 0 && lamp.values > 0.0)
       error.rms = std::sqrt(lamp.squares * static_cast<double>(lamp.num_clean)) / lamp.values;
-    if (!lamp.ratios.empty()) {
-      const auto middle = lamp.ratios.begin() + static_cast<std::ptrdiff_t>(lamp.ratios.size() / 2);
-      std::nth_element(lamp.ratios.begin(), middle, lamp.ratios.end());
-      error.median = *middle;
-    }
+    if (!lamp.ratios.empty()) error.median = median(std::move(lamp.ratios));
     errors.push_back(error);
   }
   return errors;

@@ -1,9 +1,8 @@
 #include "capture/unlighting/response_check.h"
 
-#include <algorithm>
-
 #include "capture/unlighting/leave_one_out.h"
 #include "capture/unlighting/unlight_work.h"
+#include "libcommon/core/median.h"
 
 namespace patinate::capture {
 
@@ -58,10 +57,7 @@ double predicted_error(const UnlightInput& row, const RunControl& control) {
   for (const LeaveOneOutError& e : leave_one_out(row, options, result, control.part(0.3, 1.0))) {
     if (e.num_samples > 0) errors.push_back(e.median);
   }
-  if (errors.empty()) return 0.0;
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return median(std::move(errors));
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "libcommon/core/median.h"
+
 namespace patinate::capture {
 
 namespace {
@@ -78,9 +80,7 @@ class TexelSolver {
         const double unit = unit_value(k, c);
         if (unit > 0.0) ratios_.push_back(s_.value[s_.index(k, c)] / unit);
       }
-      const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>((ratios_.size() - 1) / 2);
-      std::nth_element(ratios_.begin(), middle, ratios_.end());
-      albedo = ratios_.empty() ? 0.0 : *middle;
+      albedo = ratios_.empty() ? 0.0 : value_at_rank(ratios_, (ratios_.size() - 1) / 2);
     }
   }
 

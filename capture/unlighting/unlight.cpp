@@ -7,6 +7,7 @@
 #include "capture/unlighting/specular_choice.h"
 #include "capture/unlighting/specular_fit.h"
 #include "capture/unlighting/unlight_work.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -123,8 +124,6 @@ void report(const UnlightWork& work, UnlightResult& result, const RunControl& co
   result.residual = relative(squares, values, clean);
 }
 
-std::string percent(double share) { return short_number_text(std::round(1000.0 * share) / 10.0) + " %"; }
-
 /// What each lamp's samples say about it. @throws InvalidInput where nothing can come of it.
 void judge_lights(UnlightResult& result) {
   constexpr double kMany = 0.5;
@@ -142,15 +141,15 @@ void judge_lights(UnlightResult& result) {
     } else if (used == 0) {
       result.notes.push_back(name + " reaches nothing that is seen: it stands behind the surface or in its shadow");
     } else if (static_cast<double>(of(SampleState::Darker)) > kMany * static_cast<double>(used)) {
-      result.notes.push_back(name + ": " +
-                             percent(static_cast<double>(of(SampleState::Darker)) / static_cast<double>(used)) +
-                             " of its samples are darker than the other lamps allow; check its position, its strength "
-                             "and the photographs' order");
+      result.notes.push_back(
+          name + ": " + fixed_percent_text(static_cast<double>(of(SampleState::Darker)) / static_cast<double>(used)) +
+          " of its samples are darker than the other lamps allow; check its position, its strength "
+          "and the photographs' order");
     } else if (static_cast<double>(of(SampleState::Brighter)) > kMany * static_cast<double>(used)) {
-      result.notes.push_back(name + ": " +
-                             percent(static_cast<double>(of(SampleState::Brighter)) / static_cast<double>(used)) +
-                             " of its samples are brighter than the other lamps allow; check its position, its "
-                             "strength and the photographs' order");
+      result.notes.push_back(
+          name + ": " + fixed_percent_text(static_cast<double>(of(SampleState::Brighter)) / static_cast<double>(used)) +
+          " of its samples are brighter than the other lamps allow; check its position, its "
+          "strength and the photographs' order");
     }
   }
   if (result.num_surface == 0) throw InvalidInput("the mask leaves no surface");
@@ -231,9 +230,7 @@ double estimate_noise_scale(const UnlightWork& work, const RunControl& control, 
     });
     std::erase_if(ratios, [](double r) { return r < 0.0; });
     if (ratios.empty()) return round == 0 ? 1.0 : scale;
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::nth_element(ratios.begin(), middle, ratios.end());
-    const double next = std::max(kLeast, std::sqrt(*middle));
+    const double next = std::max(kLeast, std::sqrt(median(std::move(ratios))));
     const bool is_settled = round > 0 && std::abs(next - scale) < kSettled * scale;
     scale = next;
     if (is_settled || (round == 0 && work.options.rejection == Rejection::None)) break;

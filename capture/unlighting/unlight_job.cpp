@@ -8,6 +8,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/light_io.h"
+#include "libcommon/job/job_inputs.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -57,8 +58,6 @@ Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::v
   return json;
 }
 
-std::string percent(double share) { return short_number_text(rounded(100.0 * share, 2)) + " %"; }
-
 void add_step_notes(const UnlightStep& step, const UnlightOptions& options, const UnlightScene& scene,
                     UnlightResult& result, const RunControl& control) {
   if (!step.are_strengths_known()) {
@@ -73,7 +72,8 @@ void add_step_notes(const UnlightStep& step, const UnlightOptions& options, cons
   const bool is_linear = step.response.kind == Response::Kind::Linear;
   result.notes.push_back("`response` is " + step.response.text() + ", but decoded as " +
                          (is_linear ? "srgb" : "linear") + " the photographs agree much better with the lamps (" +
-                         percent(check.otherwise) + " off, against " + percent(check.as_declared) + "); check it");
+                         percent_text(check.otherwise, 2) + " off, against " + percent_text(check.as_declared, 2) +
+                         "); check it");
 }
 
 void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::path& folder,
@@ -98,41 +98,31 @@ void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::
   control.report(1.0);
 }
 
-std::vector<JobDependency> dependencies(const UnlightStep& step, const UnlightOptions& options) {
-  std::vector<JobDependency> list{{"version of unlight", std::to_string(kUnlightVersion)}};
+JobInputs inputs_of(const UnlightStep& step, const UnlightOptions& options) {
+  JobInputs inputs = JobInputs::counted_without_names("unlight");
+  inputs.add_value("version of unlight", std::to_string(kUnlightVersion));
   const auto add_file = [&](const char* what, const fs::path& file) {
-    list.push_back({std::string(what) + file.filename().string(), hash_file(file)});
+    inputs.add_value(what + file.filename().string(), hash_file(file));
   };
   for (const fs::path& photo : step.photos) add_file("", photo);
   if (step.ambient) add_file("ambient ", *step.ambient);
   if (step.mask) add_file("mask ", *step.mask);
   if (step.scan) add_file("scan ", *step.scan);
-  list.push_back({"name", step.name});
-  list.push_back({"response", step.response.text()});
-  list.push_back({"unit", number_text(step.mm_per_unit) + " mm"});
-  list.push_back({"lights", ContentHash().add(json_of(step.lights).dump()).hex()});
-  list.push_back({"camera", step.camera_mm ? ContentHash().add(step.camera_mm->text()).hex() : "none"});
-  for (const auto& [name, value] : option_values(options)) {
-    std::string flag = "--" + name;
-    for (char& c : flag) c = c == '_' ? '-' : c;
-    list.push_back({flag, value});
-  }
-  return list;
+  inputs.add_value("name", step.name)
+      .add_value("response", step.response.text())
+      .add_value("unit", number_text(step.mm_per_unit) + " mm")
+      .add_value("lights", ContentHash().add(json_of(step.lights).dump()).hex())
+      .add_value("camera", step.camera_mm ? ContentHash().add(step.camera_mm->text()).hex() : "none")
+      .add_options(option_values(options));
+  return inputs;
 }
 
 }  // namespace
 
 JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, const fs::path& output) {
   check_ranges(options);
-  JobPlan plan;
-  plan.output = output;
-  plan.manifest = kUnlitManifestFile;
-  plan.depends_on = dependencies(step, options);
+  JobPlan plan = inputs_of(step, options).plan(output, kUnlitManifestFile);
   plan.parallel_items = false;
-  ContentHash hash;
-  hash.add("unlight");
-  for (const JobDependency& d : plan.depends_on) hash.add(d.key);
-  plan.key = hash.hex();
   JobItem item{.name = "unlight",
                .outputs = {"albedo.exr", "stddev.exr", "normal.exr", "mask.png", "albedo.png", "normal.png",
                            "stddev.png", kUnlitPageFile, kFactsFile},

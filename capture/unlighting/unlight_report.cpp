@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"
 #include "patinate/image/image_io.h"
@@ -27,9 +28,7 @@ float percentile_of(const ImageF& map, const ImageU8& mask, double rank) {
     }
   }
   if (values.empty()) return 0.0f;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return value_at_rank(values, static_cast<std::size_t>(rank * static_cast<double>(values.size() - 1)));
 }
 
 /// One channel as gray, `white` becoming 1.
@@ -56,10 +55,6 @@ ImageF relative_stddev(const UnlightResult& result) {
     }
   }
   return out;
-}
-
-std::string percent_text(double share, int digits = 3) {
-  return short_number_text(rounded(100.0 * share, digits)) + " %";
 }
 
 }  // namespace

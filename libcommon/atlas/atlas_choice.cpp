@@ -28,8 +28,6 @@ std::string rule_text(UvLayoutRule rule, std::size_t count) {
   return "one square";
 }
 
-std::string percent(double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; }
-
 void note_tiles(AtlasMesh& atlas, const std::string& remark) {
   if (atlas.rule == UvLayoutRule::Square) {
     if (!remark.empty()) atlas.notes.push_back(remark);
@@ -54,7 +52,7 @@ AtlasMesh unwrapped(const Mesh& mesh, int resolution, const std::string& reason,
   atlas.is_unwrapped = true;
   atlas.notes.push_back("unwrapped" + (reason.empty() ? std::string() : ", as " + reason) + ": " +
                         std::to_string(result.num_charts) + (result.num_charts == 1 ? " chart" : " charts") + " on " +
-                        percent(result.packing) + " of the atlas, lengths within a factor of " +
+                        percent_text(result.packing) + " of the atlas, lengths within a factor of " +
                         short_number_text(rounded(result.stretch.p95, 3)) + " for 95 % of the area");
   return atlas;
 }
@@ -76,7 +74,7 @@ AtlasMesh make_atlas_mesh(Mesh mesh, AtlasMethod method, int resolution, const R
                           "; places that share a texel age alike, and what has none gets no color of its own");
   } else if (overlap > 0.001) {
     atlas.notes.push_back(
-        percent(overlap) +
+        percent_text(overlap) +
         " of its texels belong to more than one place; they age alike (--atlas unwrap keeps them apart)");
   }
   control.report(1.0);

@@ -26,8 +26,6 @@ const Vec2& uv_of(const Mesh& mesh, std::size_t t, std::size_t k) {
   return mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
 }
 
-std::string percent(double share) { return short_number_text(rounded(100.0 * share, 2)) + " %"; }
-
 struct UvBox {
   Vec2 low = Vec2::Constant(1e300);
   Vec2 high = Vec2::Constant(-1e300);
@@ -230,13 +228,13 @@ UvLayout find_uv_layout(const Mesh& mesh) {
   layout.overlap_share = overlap_share(mesh, layout.triangle_tile, layout.tiles);
   const double shared = layout.overlap_share;
   if (shared > kMostOverlap && layout.rule == UvLayoutRule::Square && fit_any_groups(mesh, layout)) {
-    layout.remark = "together they overlap in " + percent(shared) + " of the texels";
+    layout.remark = "together they overlap in " + percent_text(shared, 2) + " of the texels";
   }
   remark_on_fit(layout);
   if (layout.flat_share > kMostFlat) {
-    layout.problem = percent(layout.flat_share) + " of its surface has no area in UV";
+    layout.problem = percent_text(layout.flat_share, 2) + " of its surface has no area in UV";
   } else if (layout.overlap_share > kMostOverlap) {
-    layout.problem = percent(layout.overlap_share) + " of its texels belong to more than one place";
+    layout.problem = percent_text(layout.overlap_share, 2) + " of its texels belong to more than one place";
   }
   return layout;
 }

@@ -74,6 +74,40 @@ std::vector<std::string> short_number_texts(std::span<const double> values) {
   return texts;
 }
 
+std::string percent_text(double share, int digits) { return short_number_text(rounded(100.0 * share, digits)) + " %"; }
+
+std::string fixed_percent_text(double share, int decimals) {
+  const double steps = std::pow(10.0, decimals);
+  return short_number_text(std::round(100.0 * steps * share) / steps) + " %";
+}
+
+std::string zero_padded(std::uint64_t number, std::size_t digits) {
+  std::string text = std::to_string(number);
+  text.insert(0, digits - std::min(digits, text.size()), '0');
+  return text;
+}
+
+std::string dashed(std::string_view name) {
+  std::string text = "--" + std::string(name);
+  std::replace(text.begin(), text.end(), '_', '-');
+  return text;
+}
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    }
+    for (std::size_t k = 0; k < 4; ++k) out += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
+
 std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
 std::optional<double> parse_number(std::string_view text) {

@@ -2,6 +2,8 @@
 /// Small text helpers: numbers that read back exactly, parsing that never depends on the locale, did-you-mean.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,6 +22,16 @@ namespace patinate {
 /// Labels of a series: at least 3 digits, and as many more as it takes to be within 0.3 % of the smallest gap; values
 /// that are all equal as by short_number_text().
 [[nodiscard]] std::vector<std::string> short_number_texts(std::span<const double> values);
+/// A share for people, with so many significant digits: "12.3 %".
+[[nodiscard]] std::string percent_text(double share, int digits = 3);
+/// The same with so many decimals, [0, 6]: "12.3 %", "0 %".
+[[nodiscard]] std::string fixed_percent_text(double share, int decimals = 1);
+/// Zeros in front, so that names sort as numbers do: 7 with 4 digits is "0007", 12345 stays.
+[[nodiscard]] std::string zero_padded(std::uint64_t number, std::size_t digits);
+/// A field of an options struct as the command line writes it: "low_percent" is "--low-percent".
+[[nodiscard]] std::string dashed(std::string_view name);
+/// Bytes as letters [RFC 4648], padded with `=`.
+[[nodiscard]] std::string base64(std::string_view bytes);
 /// "640 x 480".
 [[nodiscard]] std::string size_text(int width, int height);
 /// The whole of `text` as a finite number, or nothing.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "libcommon/core/median.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -64,9 +65,7 @@ DepthJumps::DepthJumps(const PointCloud& cloud) : cloud_(cloud) {
     }
   }
   if (lengths.empty()) throw InvalidInput("scan: no two neighboring cells of its range grid hold points");
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  median_edge_ = *middle;
+  median_edge_ = median(std::move(lengths));
 }
 
 double DepthJumps::length(int a, int b) const {

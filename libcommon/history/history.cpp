@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "libcommon/core/file_name.h"
@@ -38,9 +37,7 @@ void check_size(const std::string& what, const Image<T>& image, const HistoryMan
 /// @throws InvalidInput if `index` is negative.
 std::string numbered(int index, const char* extension) {
   if (index < 0) throw InvalidInput("frame " + std::to_string(index) + ": indices start at 0");
-  char name[32];
-  std::snprintf(name, sizeof(name), "%04d%s", index, extension);
-  return name;
+  return zero_padded(static_cast<std::uint64_t>(index), 4) + extension;
 }
 
 /// @returns Its place in the order of maps. @throws InvalidInput

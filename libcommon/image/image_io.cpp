@@ -153,7 +153,7 @@ bool is_coded_image(const std::filesystem::path& path) {
   if (extension == ".exr") return false;
   constexpr std::array<std::string_view, 5> kCoded{".png", ".jpg", ".jpeg", ".tif", ".tiff"};
   if (std::find(kCoded.begin(), kCoded.end(), extension) != kCoded.end()) return true;
-  throw UsageError(path.string() + ": unknown image format; use .png, .jpg, .tif or .exr");
+  throw ParseError(path.string() + ": unknown image format; use .png, .jpg, .tif or .exr");
 }
 
 void write_color(const std::filesystem::path& path, const ImageF& linear, const std::string& key) {

@@ -46,7 +46,7 @@ struct RowFormat {
 /// in memory. The file is whole or absent.
 class ImageRowWriter {
  public:
-  /// @throws UsageError on an unknown extension; CannotComplete if it cannot be written.
+  /// @throws ParseError on an unknown extension; CannotComplete if it cannot be written.
   ImageRowWriter(const std::filesystem::path& path, int width, int height, const RowFormat& format = {});
   ~ImageRowWriter();
   ImageRowWriter(const ImageRowWriter&) = delete;

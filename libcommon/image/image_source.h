@@ -79,7 +79,7 @@ class ImageEncoder {
   virtual void finish() = 0;
 };
 
-/// @param sink  Outlives the encoder. @throws UsageError on an unknown extension; CannotComplete.
+/// @param sink  Outlives the encoder. @throws ParseError on an unknown extension; CannotComplete.
 [[nodiscard]] std::unique_ptr<ImageEncoder> create_encoder(const EncodedFormat& format, ByteSink& sink);
 [[nodiscard]] std::unique_ptr<ImageEncoder> create_png_encoder(const EncodedFormat& format, ByteSink& sink);
 [[nodiscard]] std::unique_ptr<ImageEncoder> create_exr_encoder(const EncodedFormat& format, ByteSink& sink);

@@ -1,6 +1,6 @@
 #include "libcommon/job/job_inputs.h"
 
-#include <algorithm>
+#include "libcommon/core/text.h"
 
 namespace patinate {
 
@@ -9,23 +9,28 @@ JobInputs::JobInputs(std::string_view stage, std::int64_t version) {
   append("patinate's " + std::string(stage), "version " + std::to_string(version));
 }
 
+JobInputs JobInputs::counted_without_names(std::string_view stage) {
+  JobInputs inputs;
+  inputs.hash_.add(stage);
+  inputs.has_names_ = false;
+  return inputs;
+}
+
 JobInputs& JobInputs::add_value(const std::string& name, const std::string& text) {
-  hash_.add("value").add(name).add(text);
+  if (has_names_) hash_.add("value").add(name);
+  hash_.add(text);
   append(name, text);
   return *this;
 }
 
 JobInputs& JobInputs::add_options(const std::vector<std::pair<std::string, std::string>>& values) {
-  for (const auto& [name, value] : values) {
-    std::string dashed = "--" + name;
-    std::replace(dashed.begin(), dashed.end(), '_', '-');
-    add_value(dashed, value);
-  }
+  for (const auto& [name, value] : values) add_value(dashed(name), value);
   return *this;
 }
 
 JobInputs& JobInputs::add_content(std::string_view role, const std::string& name, const std::string& key) {
-  hash_.add("content").add(role).add(key);
+  if (has_names_) hash_.add("content").add(role);
+  hash_.add(key);
   append(name, key);
   return *this;
 }

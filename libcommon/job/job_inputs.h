@@ -22,6 +22,9 @@ class JobInputs {
  public:
   /// @param stage  "ingest"; @param version  raised whenever the same input gives other output.
   JobInputs(std::string_view stage, std::int64_t version);
+  /// Without a version, and with keys and texts that count alone: names, roles and options are only shown. So `ingest`
+  /// and `unlight` have counted from the beginning, and what they made stays up to date; a new stage counts names, too.
+  static JobInputs counted_without_names(std::string_view stage);
 
   JobInputs& add_value(const std::string& name, const std::string& text);
   /// Values of a described options struct, under the names of the command line ("--spatial-sigma").
@@ -45,10 +48,12 @@ class JobInputs {
   }
 
  private:
+  JobInputs() = default;
   /// Equal names get numbers: "a.jpg", "a.jpg (2)".
   void append(const std::string& name, const std::string& key);
 
   ContentHash hash_;
+  bool has_names_ = true;  ///< In the key.
   std::vector<JobDependency> list_;
   std::map<std::string, int> num_uses_;
 };

@@ -52,7 +52,7 @@ bool try_to_answer(const std::filesystem::path& path, const WireWrite& write, co
   try {
     answer();
     return true;
-  } catch (const InvalidInput& e) {
+  } catch (const InputError& e) {
     problem = e.what();
   } catch (const std::bad_alloc&) {
     problem = "needs more memory than its decoder may have (8 GiB)";

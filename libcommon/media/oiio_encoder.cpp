@@ -76,7 +76,7 @@ class OiioEncoder final : public ImageEncoder {
     output_ = OIIO::ImageOutput::create(name_);
     if (!output_ || !output_->supports("ioproxy")) {
       (void)OIIO::geterror();
-      throw UsageError(name_ + ": unknown image format; use .png, .jpg, .tif or .exr");
+      throw ParseError(name_ + ": unknown image format; use .png, .jpg, .tif or .exr");
     }
     check(output_->set_ioproxy(&proxy_) && output_->open(name_, spec_of(format)));
   }

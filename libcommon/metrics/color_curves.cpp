@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "libcommon/core/median.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -17,9 +18,7 @@ ChannelSummary summarize(std::vector<double> values) {
   s.mean = sum / static_cast<double>(values.size());
   const auto percentile = [&](double share) {
     const double rank = std::ceil(share * static_cast<double>(values.size()));
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::max(rank, 1.0)) - 1;
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
+    return value_at_rank(values, static_cast<std::size_t>(std::max(rank, 1.0)) - 1);
   };
   s.p05 = percentile(0.05);
   s.p50 = percentile(0.50);

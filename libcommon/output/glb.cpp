@@ -14,6 +14,7 @@
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/output/glb_binary.h"
+#include "libcommon/output/glb_document.h"
 #include "libcommon/output/glb_tangents.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -23,10 +24,6 @@ namespace patinate {
 
 namespace {
 
-constexpr std::uint32_t kMagic = 0x46546C67;      // "glTF"
-constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
-constexpr std::uint32_t kBinaryChunk = 0x004E4942;
-constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
 constexpr int kLeastRoughness = 13;  // of 255: mirrors of 8 bit flicker
 
 // One vertex per different (position, uv, normal), and side of the UVs where there are tangents; indices by tile.
@@ -108,31 +105,6 @@ std::vector<GlbAppearance> appearances_of(const std::vector<GlbVariant>& variant
   for (const GlbVariant& v : variants)
     appearance.push_back({v.name, all(v.base_colors), all(v.normals), all(v.speculars)});
   return appearance;
-}
-
-Json views_json(const GlbBinary& binary) {
-  Json views = Json::array();
-  for (const GlbBinary::View& view : binary.views()) {
-    views.push_back({{"buffer", 0}, {"byteOffset", view.offset}, {"byteLength", view.size}});
-    if (view.target != 0) views.back()["target"] = view.target;
-  }
-  return views;
-}
-
-Json accessor(int view, int type, std::size_t count, const char* shape) {
-  return {{"bufferView", view}, {"componentType", type}, {"count", count}, {"type", shape}};
-}
-
-Json position_accessor(int view, const std::vector<float>& positions) {
-  Json json = accessor(view, kFloat, positions.size() / 3, "VEC3");
-  std::array<float, 3> low = {positions[0], positions[1], positions[2]}, high = low;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    low[i % 3] = std::min(low[i % 3], positions[i]);
-    high[i % 3] = std::max(high[i % 3], positions[i]);
-  }
-  json["min"] = low;
-  json["max"] = high;
-  return json;
 }
 
 void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppearance>& variants,
@@ -223,24 +195,8 @@ Json make_primitives(const std::vector<int>& index_accessors, std::size_t num_va
   return primitives;
 }
 
-void append_u32(std::string& bytes, std::size_t value) {
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xFF);
-}
-
-void write_container(const std::filesystem::path& path, std::string json, GlbBinary& binary) {
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  const std::uint64_t binary_size = (binary.size() + 3) / 4 * 4, total = 12 + 8 + json.size() + 8 + binary_size;
-  if (total > 0xFFFFFFFFu)
-    throw InvalidInput(path.string() + ": would be more than 4 GB; use smaller textures or fewer variants");
-  std::string head;
-  append_u32(head, kMagic);
-  append_u32(head, 2);
-  append_u32(head, static_cast<std::size_t>(total));
-  append_u32(head, json.size());
-  append_u32(head, kJsonChunk);
-  head += json;
-  append_u32(head, static_cast<std::size_t>(binary_size));
-  append_u32(head, kBinaryChunk);
+void write_file(const std::filesystem::path& path, Json& gltf, GlbBinary& binary) {
+  const std::string head = glb_head(gltf, binary.views(), binary.size(), path.string());
   write_atomically(path, [&](const std::filesystem::path& temporary) {
     std::ofstream out(temporary, std::ios::binary);
     out << head;
@@ -277,7 +233,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   const VertexBuffers buffers = make_buffers(shaded, tiles, options.meters_per_unit, has_tangents);
 
   Json gltf;
-  gltf["asset"] = {{"version", "2.0"}, {"generator", "patinate"}};
+  gltf["asset"] = gltf_asset();
   if (!options.key.empty()) gltf["asset"]["extras"] = {{"patinate_key", options.key}};
   gltf["extensionsUsed"] = {"KHR_materials_variants"};
   gltf["scene"] = 0;
@@ -285,36 +241,24 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   gltf["nodes"] = {{{"name", options.name}, {"mesh", 0}}};
 
   GlbBinary binary(path);
-  gltf["accessors"] = Json::array();
-  gltf["accessors"].push_back(position_accessor(binary.add(buffers.positions, kArrayBuffer), buffers.positions));
-  gltf["accessors"].push_back(
-      accessor(binary.add(buffers.normals, kArrayBuffer), kFloat, buffers.normals.size() / 3, "VEC3"));
-  gltf["accessors"].push_back(accessor(binary.add(buffers.uvs, kArrayBuffer), kFloat, buffers.uvs.size() / 2, "VEC2"));
-  const int tangent_accessor = has_tangents ? static_cast<int>(gltf["accessors"].size()) : -1;
-  if (has_tangents) {
-    gltf["accessors"].push_back(
-        accessor(binary.add(buffers.tangents, kArrayBuffer), kFloat, buffers.tangents.size() / 4, "VEC4"));
-  }
+  add_gltf_positions(gltf, binary.add(buffers.positions, kGltfVertices), buffers.positions);
+  add_gltf_accessor(gltf, binary.add(buffers.normals, kGltfVertices), kGltfFloat, buffers.normals.size() / 3, "VEC3");
+  add_gltf_accessor(gltf, binary.add(buffers.uvs, kGltfVertices), kGltfFloat, buffers.uvs.size() / 2, "VEC2");
+  const int tangent_accessor = has_tangents ? add_gltf_accessor(gltf, binary.add(buffers.tangents, kGltfVertices),
+                                                                kGltfFloat, buffers.tangents.size() / 4, "VEC4")
+                                            : -1;
   std::vector<int> index_accessors;  // -1 = no triangle shows this tile
   for (const std::vector<std::uint32_t>& indices : buffers.indices) {
-    index_accessors.push_back(indices.empty() ? -1 : static_cast<int>(gltf["accessors"].size()));
-    if (!indices.empty())
-      gltf["accessors"].push_back(accessor(binary.add(indices, kElementBuffer), kUint32, indices.size(), "SCALAR"));
+    index_accessors.push_back(indices.empty() ? -1
+                                              : add_gltf_accessor(gltf, binary.add(indices, kGltfIndices), kGltfUint32,
+                                                                  indices.size(), "SCALAR"));
   }
   gltf["textures"] = Json::array();
   add_materials(gltf, binary, tiles, appearance, options, control);
   gltf["meshes"] =
       Json::array({{{"name", options.name},
                     {"primitives", make_primitives(index_accessors, appearance.size(), tangent_accessor)}}});
-  gltf["bufferViews"] = views_json(binary);
-  gltf["buffers"] = Json::array({{{"byteLength", binary.size()}}});
-  std::string text;
-  try {
-    text = gltf.dump();
-  } catch (const nlohmann::json::exception&) {
-    throw InvalidInput("glb: a name is not UTF-8");
-  }
-  write_container(path, std::move(text), binary);
+  write_file(path, gltf, binary);
   control.report(1.0);
 }
 
@@ -325,7 +269,7 @@ std::string read_glb_key(const std::filesystem::path& path) {
   std::string head(20, '\0');
   std::error_code error;
   if (!file) throw IoError(path.string(), "cannot be read");
-  if (!file.read(head.data(), 20) || u32_at(head, 0) != kMagic || u32_at(head, 16) != kJsonChunk) return "";
+  if (!file.read(head.data(), 20) || u32_at(head, 0) != kGlbMagic || u32_at(head, 16) != kGlbJsonChunk) return "";
   const std::uint64_t length = u32_at(head, 12), size = std::filesystem::file_size(path, error);
   if (error || length > size - head.size()) return "";
   std::string text(static_cast<std::size_t>(length), '\0');  // Textures are behind it, and many.

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 
@@ -144,17 +145,7 @@ std::string data_uri(const std::filesystem::path& file) {
 }
 
 std::string data_uri(std::string_view bytes, std::string_view type) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out = "data:" + std::string(type) + ";base64,";
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    }
-    for (std::size_t k = 0; k < 4; ++k) out += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
+  return "data:" + std::string(type) + ";base64," + base64(bytes);
 }
 
 HtmlPage::HtmlPage(std::string title) : title_(std::move(title)) {}

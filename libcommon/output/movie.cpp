@@ -25,7 +25,7 @@ std::string extension_of(const std::filesystem::path& path) {
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const std::vector<std::string>& all = movie_extensions();
   if (std::find(all.begin(), all.end(), extension) != all.end()) return extension;
-  throw UsageError(path.string() + ": is no movie; expected a name that ends in .mp4, .webm or .gif");
+  throw ParseError(path.string() + ": is no movie; expected a name that ends in .mp4, .webm or .gif");
 }
 
 /// The movie that is written, and what is left to do when it is.

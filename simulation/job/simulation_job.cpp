@@ -107,9 +107,7 @@ JobItem scene_item(const std::shared_ptr<SimulationWork>& work) {
 
 JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begin, std::int64_t end, int stage) {
   JobItem item;
-  std::string number = std::to_string(end);
-  number.insert(0, number.size() < 8 ? 8 - number.size() : 0, '0');
-  item.name = "iterations-" + number;
+  item.name = "iterations-" + zero_padded(static_cast<std::uint64_t>(end), 8);
   item.stage = stage;
   const bool has_frame = work->file.is_frame(end);
   if (has_frame) item.outputs = {fs::path("history") / HistoryWriter::frame_file(frame_index(work->file, end))};

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -32,9 +33,8 @@ double high_value(const ImageF& values, const ImageU8& coverage) {
     if (coverage.data()[i] != 0 && values.data()[i] > 0.0f) covered.push_back(values.data()[i]);
   }
   if (covered.empty()) return 1.0;
-  const auto at = covered.begin() + static_cast<std::ptrdiff_t>(kHighShare * static_cast<double>(covered.size() - 1));
-  std::nth_element(covered.begin(), at, covered.end());
-  return static_cast<double>(*at);
+  return static_cast<double>(
+      value_at_rank(covered, static_cast<std::size_t>(kHighShare * static_cast<double>(covered.size() - 1))));
 }
 
 }  // namespace

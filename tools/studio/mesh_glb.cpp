@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "libcommon/output/glb_document.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/simulation/surface_atlas.h"
@@ -13,43 +14,29 @@ namespace patinate::studio {
 
 namespace {
 
-constexpr int kFloat = 5126, kUint32 = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
-
-void append_u32(std::string& bytes, std::size_t value) {
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xFF);
-}
-
 class Glb {
  public:
-  template <class T>
-  int add(const std::vector<T>& values, int components, const char* type, int component_type, int target) {
-    json_["bufferViews"].push_back(
-        {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", values.size() * sizeof(T)}, {"target", target}});
-    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
-    json_["accessors"].push_back({{"bufferView", json_["bufferViews"].size() - 1},
-                                  {"componentType", component_type},
-                                  {"count", values.size() / static_cast<std::size_t>(components)},
-                                  {"type", type}});
-    return static_cast<int>(json_["accessors"].size()) - 1;
+  int add_floats(const std::vector<float>& values, std::size_t components, const char* shape) {
+    return add_gltf_accessor(json_, add(values, kGltfVertices), kGltfFloat, values.size() / components, shape);
+  }
+  int add_positions(const std::vector<float>& values) {
+    return add_gltf_positions(json_, add(values, kGltfVertices), values);
+  }
+  int add_indices(const std::vector<std::uint32_t>& values) {
+    return add_gltf_accessor(json_, add(values, kGltfIndices), kGltfUint32, values.size(), "SCALAR");
   }
   [[nodiscard]] Json& json() { return json_; }
-  [[nodiscard]] std::string text() {
-    json_["asset"] = {{"version", "2.0"}, {"generator", "patinate"}};
-    json_["buffers"] = Json::array({{{"byteLength", bytes_.size()}}});
-    std::string json = json_.dump();
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    std::string out = "glTF";
-    append_u32(out, 2);
-    append_u32(out, 12 + 8 + json.size() + 8 + bytes_.size());
-    append_u32(out, json.size());
-    out += "JSON" + json;
-    append_u32(out, bytes_.size());
-    return out + std::string("BIN\0", 4) + bytes_;
-  }
+  [[nodiscard]] std::string text() { return glb_head(json_, bytes_.views(), bytes_.size(), "glb") + bytes_.padded(); }
 
  private:
+  template <class T>
+  int add(const std::vector<T>& values, int target) {
+    (void)json_["bufferViews"];  // They stand before the accessors.
+    return bytes_.add(values, target);
+  }
+
   Json json_ = Json::object();
-  std::string bytes_;  ///< All values have four bytes, so everything is aligned.
+  GlbBytes bytes_;
 };
 
 struct Vertices {
@@ -90,33 +77,21 @@ std::vector<float> floats_of(const std::vector<Vec3>& points, double scale) {
   return floats;
 }
 
-void set_bounds(Json& accessor, const std::vector<float>& positions) {
-  std::array<float, 3> low{positions[0], positions[1], positions[2]}, high = low;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    low[i % 3] = std::min(low[i % 3], positions[i]);
-    high[i % 3] = std::max(high[i % 3], positions[i]);
-  }
-  accessor["min"] = low;
-  accessor["max"] = high;
-}
-
 void add_part(Glb& glb, const Mesh& mesh, const MeshPart& part, double meters_per_unit, bool has_uvs) {
   const Vertices v = vertices_of(mesh, part.triangles, meters_per_unit, has_uvs);
   Json node{{"name", part.name}};
   if (!v.indices.empty()) {
-    Json attributes{{"POSITION", glb.add(v.positions, 3, "VEC3", kFloat, kArrayBuffer)}};
-    set_bounds(glb.json()["accessors"].back(), v.positions);
-    attributes["NORMAL"] = glb.add(v.normals, 3, "VEC3", kFloat, kArrayBuffer);
-    if (has_uvs) attributes["TEXCOORD_0"] = glb.add(v.uvs, 2, "VEC2", kFloat, kArrayBuffer);
-    const int indices = glb.add(v.indices, 1, "SCALAR", kUint32, kElementBuffer);
+    Json attributes{{"POSITION", glb.add_positions(v.positions)}};
+    attributes["NORMAL"] = glb.add_floats(v.normals, 3, "VEC3");
+    if (has_uvs) attributes["TEXCOORD_0"] = glb.add_floats(v.uvs, 2, "VEC2");
+    const int indices = glb.add_indices(v.indices);
     glb.json()["meshes"].push_back(
         {{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}}})}});
     node["mesh"] = glb.json()["meshes"].size() - 1;
   } else if (!part.points.empty()) {
     constexpr int kPoints = 0;
     const std::vector<float> positions = floats_of(part.points, meters_per_unit);
-    const Json attributes{{"POSITION", glb.add(positions, 3, "VEC3", kFloat, kArrayBuffer)}};
-    set_bounds(glb.json()["accessors"].back(), positions);
+    const Json attributes{{"POSITION", glb.add_positions(positions)}};
     glb.json()["meshes"].push_back(
         {{"name", part.name}, {"primitives", Json::array({{{"attributes", attributes}, {"mode", kPoints}}})}});
     node["mesh"] = glb.json()["meshes"].size() - 1;

@@ -80,7 +80,7 @@ void add_transfer(const ServedFolder& folder, const SurfaceInTime& surface, Json
   std::vector<std::string> guides;
   for (const transfer::RecordedControl& c : m.controls) guides.push_back(c.text());
   facts.add("Guided by", joined(guides));
-  facts.add("Coherent", short_number_text(rounded(100.0 * m.energy.coherent_share, 3)) + " %");
+  facts.add("Coherent", percent_text(m.energy.coherent_share));
 }
 
 void add_simulation(const fs::path& path, Json& json, FactList& facts) {
@@ -112,10 +112,8 @@ void add_registration(const ServedFolder& folder, const fs::path& path, Json& js
   facts.add("Unit", registration.unit.empty() ? "not said" : registration.unit);
 }
 
-std::string percent_text(const Json& json, const char* key) {
-  return json.contains(key) && json.at(key).is_number()
-             ? short_number_text(rounded(100.0 * json.at(key).get<double>(), 3)) + " %"
-             : "";
+std::string share_text(const Json& json, const char* key) {
+  return json.contains(key) && json.at(key).is_number() ? percent_text(json.at(key).get<double>()) : "";
 }
 
 void add_unlit(const fs::path& path, FactList& facts) {
@@ -125,7 +123,7 @@ void add_unlit(const fs::path& path, FactList& facts) {
     facts.add("Known", short_number_text(rounded(100.0 * json.value("determined_pixels", 0.0) / surface, 3)) +
                            " % of the surface");
   }
-  facts.add("Residual", percent_text(json, "residual"));
+  facts.add("Residual", share_text(json, "residual"));
   facts.add("Lamps", json.contains("lights") ? std::to_string(json.at("lights").size()) : "");
 }
 

@@ -73,8 +73,8 @@ std::string text_of(const PlacedScan& scan, const RegisteredScans& all) {
   const std::string unit = all.unit.empty() ? "" : " " + all.unit;
   std::string text = scan.name == all.reference ? "the reference" : scan.status;
   if (!scan.partner.empty()) {
-    text += ", RMS " + short_number_text(rounded(scan.residual, 3)) + unit + ", overlap " +
-            short_number_text(rounded(100.0 * scan.overlap, 3)) + " % with " + scan.partner;
+    text += ", RMS " + short_number_text(rounded(scan.residual, 3)) + unit + ", overlap " + percent_text(scan.overlap) +
+            " with " + scan.partner;
   }
   return text + (scan.problem.empty() ? "" : "; not shown: " + scan.problem);
 }

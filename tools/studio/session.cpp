@@ -18,11 +18,6 @@ constexpr std::size_t kMostBytes = std::size_t{512} << 20;
 constexpr std::size_t kMostTimes = 2000;
 constexpr int kLeastSize = 16, kMostSize = 8192;
 
-std::string base64_of(std::string_view bytes) {
-  const std::string uri = data_uri(bytes, "x/x");
-  return uri.substr(uri.find(',') + 1);
-}
-
 std::string replaced(std::string text, std::string_view what, std::string_view with) {
   for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += with.size())
     text.replace(at, what.size(), with);
@@ -55,7 +50,7 @@ class SessionWriter {
     Json headers = Json::object();
     for (const auto& [name, value] : response.headers) headers[name] = value;
     text_ += (text_.empty() ? "" : ",\n") + json_text(url) + ":{\"type\":" + json_text(response.type) +
-             ",\"headers\":" + json_text(headers) + ",\"base64\":\"" + base64_of(response.body) + "\"}";
+             ",\"headers\":" + json_text(headers) + ",\"base64\":\"" + base64(response.body) + "\"}";
     if (text_.size() > kMostBytes)
       throw InvalidInput("the file would have more than 512 MB; ask for fewer times or a smaller size");
   }

@@ -1,5 +1,4 @@
 // What a capture went through, step by step, with its pictures.
-#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -71,12 +70,6 @@ Json fixed_capture_steps(const capture::CaptureProject& project, StepPictures& p
   return steps;
 }
 
-std::string four_digits(std::size_t i) {
-  std::string number = std::to_string(i);
-  number.insert(0, 4 - std::min<std::size_t>(4, number.size()), '0');
-  return number;
-}
-
 /// What registration and unlighting said of one step of a relit ingest.
 std::string fact_text(const fs::path& file) {
   std::error_code error;
@@ -98,7 +91,7 @@ Json history_steps(const fs::path& folder, StepPictures& pictures) {
   Json steps = Json::array();
   const HistoryManifest m = read_history_manifest(folder);
   for (std::size_t i = 0; i < m.frames.size() && i < kMostSteps; ++i) {
-    const std::string number = four_digits(i);
+    const std::string number = zero_padded(i, 4);
     const fs::path report = "report";
     pictures.add(report / ("light_" + number + ".png"), "a photograph in the reference's view");
     pictures.add(report / ("albedo_" + number + ".png"), "albedo");
@@ -124,13 +117,13 @@ Json registration_steps(StepPictures& pictures) {
 std::string light_text(const Json& lights, std::size_t i) {
   if (!lights.is_array() || i >= lights.size()) return {};
   const Json& light = lights[i];
-  const auto percent = [](double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; };
   std::string text;
   if (light.contains("residual") && light.at("residual").is_number())
-    text += ": residual " + percent(light.at("residual").get<double>());
+    text += ": residual " + percent_text(light.at("residual").get<double>());
   if (light.contains("leave_one_out") && light.at("leave_one_out").is_object() &&
       light.at("leave_one_out").contains("median") && light.at("leave_one_out").at("median").is_number()) {
-    text += ", predicted from the others " + percent(light.at("leave_one_out").at("median").get<double>()) + " off";
+    text +=
+        ", predicted from the others " + percent_text(light.at("leave_one_out").at("median").get<double>()) + " off";
   }
   return text;
 }

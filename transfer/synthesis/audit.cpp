@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "transfer/synthesis/window_search.h"
@@ -76,9 +77,7 @@ OptimumAudit summary_of(const std::vector<Costs>& all) {
   audit.energy /= n * EnergyScale::kOne;
   audit.optimum /= n * EnergyScale::kOne;
   audit.optimal_share = static_cast<double>(optimal) / n;
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  audit.median_ratio = finite(*middle);
+  audit.median_ratio = finite(median(std::move(ratios)));
   return audit;
 }
 

@@ -211,6 +211,38 @@ TEST(Text, SuggestsTheWordThatWasMeant) {
   EXPECT_EQ(did_you_mean("temperature", words), "");
 }
 
+TEST(Text, SharesAsPercent) {
+  EXPECT_EQ(percent_text(0.123456), "12.3 %");
+  EXPECT_EQ(percent_text(0.0012345, 2), "0.12 %");
+  EXPECT_EQ(percent_text(0.0), "0 %");
+  EXPECT_EQ(fixed_percent_text(0.123456), "12.3 %");
+  EXPECT_EQ(fixed_percent_text(0.00012), "0 %");
+  EXPECT_EQ(fixed_percent_text(1.996, 0), "200 %");
+}
+
+TEST(Text, NumbersWithZerosSortAsTheyCount) {
+  EXPECT_EQ(zero_padded(7, 4), "0007");
+  EXPECT_EQ(zero_padded(0, 1), "0");
+  EXPECT_EQ(zero_padded(12345, 4), "12345");
+}
+
+TEST(Text, FieldsOfOptionsHaveDashesOnTheCommandLine) {
+  EXPECT_EQ(dashed("low_percent"), "--low-percent");
+  EXPECT_EQ(dashed("seed"), "--seed");
+}
+
+// RFC 4648, section 10.
+TEST(Text, Base64IsThatOfTheStandard) {
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64("foob"), "Zm9vYg==");
+  EXPECT_EQ(base64("fooba"), "Zm9vYmE=");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+}
+
 struct SampleOptions {
   double sigma_px = 2.0;
   int passes = 3;

@@ -268,6 +268,16 @@ TEST(JobInputs, FilesCountByContentAndRoleAndValuesByNameAndText) {
   EXPECT_NE(JobInputs("stage", 2).key(), JobInputs("stage", 1).key());
 }
 
+TEST(JobInputs, WithoutNamesTextsAndKeysCountAlone) {
+  const auto key = [](const char* name, const char* text, const char* role) {
+    return JobInputs::counted_without_names("stage").add_value(name, text).add_content(role, "photo", "k").key();
+  };
+  EXPECT_EQ(key("--a", "1", "photo"), key("--b", "1", "mask"));
+  EXPECT_NE(key("--a", "1", "photo"), key("--a", "2", "photo"));
+  EXPECT_EQ(key("--a", "1", "photo"), ContentHash().add("stage").add("1").add("k").hex());
+  EXPECT_EQ(JobInputs::counted_without_names("stage").add_value("--a", "1").list().front().name, "--a");
+}
+
 TEST(JobInputs, NamesAreUniqueAndReadFromTheProject) {
   TempFolder temp;
   fs::create_directory(temp / "photos");

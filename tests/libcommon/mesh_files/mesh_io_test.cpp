@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/temp_folder.h"
@@ -200,18 +201,6 @@ TEST(ReadPly, NamesWhatIsWrong) {
   EXPECT_EQ(error_of("a.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n"),
             "truncated: ends in element `vertex`, row 0 of 99999999999");
   EXPECT_EQ(error_of("a.ply", "obj\n"), "is not a PLY file; its first line must be `ply`");
-}
-
-std::string base64(const std::string& bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t v = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      v = v << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[v >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
 }
 
 /// A tetrahedron (0, x, y, z), outward, in a GLB-ready model with its buffer: 48 bytes positions, 32 bytes UVs, 12

@@ -8,8 +8,6 @@
 #include <numbers>
 
 #include "libcommon/core/hash.h"
-#include "libcommon/core/random.h"
-#include "simulation/tracing/pieces.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/simulation/tracing/chi_square.h"
@@ -331,60 +329,6 @@ TEST(GammatonTracer, DropsRunDownAWallRoundItsLowerEdgeAndDripThere) {
   EXPECT_EQ(num_dripped, 500);
   EXPECT_EQ(run.sum.left, 500);
   EXPECT_LT(farthest, scene.tracing.reach_mm) << "dripped from the middle of the underside";
-}
-
-TEST(FloatOn, WithoutRaysIsAsWithRays) {
-  // In a ball: a prism a meter high is cut by the other side everywhere, so that rays are asked; one of epsilon is not.
-  Scene scene = scene_with(with_any_uvs(make_icosphere(50.0, 3)));
-  const SceneMesh mesh = make_scene_mesh(scene);
-  const RayTracer rays(mesh.mesh);
-  const TriangleFrames frames(mesh, rays);
-  const FreeSpace free_space(rays);
-  scene.gravity_mm_s2 = {0, -kGravity, 0};
-  Clearance low(rays, frames, mesh.mesh.num_triangles(), scene.tracing.epsilon_mm),
-      high(rays, frames, mesh.mesh.num_triangles(), 1e3);
-  const MotionScene without = motion_scene(scene, rays, frames, free_space, low),
-                    with = motion_scene(scene, rays, frames, free_space, high);
-  RandomStream random(1, 0);
-  int num_same = 0;
-  for (int i = 0; i < 5000; ++i) {
-    const auto t = static_cast<std::int32_t>(random.below(static_cast<std::uint32_t>(mesh.mesh.num_triangles())));
-    EXPECT_TRUE(low.is_clear(t, false));
-    EXPECT_FALSE(high.is_clear(t, false));
-    const Gammaton from{.state = GammatonState::Floating,
-                        .is_front = false,
-                        .at = {.triangle = t, .b1 = 0.5 * random.uniform(), .b2 = 0.5 * random.uniform()},
-                        .position = Vec3::Zero(),
-                        .velocity = 1000.0 * Vec3(random.normal(), random.normal(), random.normal())};
-    Gammaton a = from, b = from;
-    std::int64_t pieces_a = 0, pieces_b = 0;
-    const auto hover = static_cast<std::uint32_t>(0x9E3779B9u * static_cast<std::uint32_t>(i));
-    ASSERT_EQ(float_on(without, a, hover, pieces_a), float_on(with, b, hover, pieces_b));
-    ASSERT_EQ(a.at.triangle, b.at.triangle);
-    constexpr double kRounding = 1e-5;  // mm: normals and gradients in float, over 50 mm
-    EXPECT_LT((a.position - b.position).norm(), kRounding);
-    EXPECT_LT((a.velocity - b.velocity).norm(), 1e3 * kRounding);  // mm/s, of 1000
-    num_same += a.at.triangle == t ? 1 : 0;
-  }
-  EXPECT_GT(num_same, 3000) << "most stay on their triangle";
-}
-
-TEST(FreeSpace, NothingLiesNearerThanItSays) {
-  const RayTracer rays(make_icosphere(50.0, 3));
-  const FreeSpace free_space(rays);
-  RandomStream random(1, 0);
-  int num_free = 0;
-  for (int i = 0; i < 20000; ++i) {
-    const Vec3 p = 100.0 * Vec3(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5);
-    const double free = free_space.distance(p);
-    num_free += free > 0.0 ? 1 : 0;
-    // A ball's surface is |50 - |p|| away in the Euclidean norm, at most sqrt(3) times the maximum norm; facets lie a
-    // little within.
-    EXPECT_LE(free, std::abs(50.0 - p.norm()) + 0.3);
-    const Vec3 d = Vec3(random.normal(), random.normal(), random.normal());
-    EXPECT_EQ(rays.first_hit(p, d / d.cwiseAbs().maxCoeff(), 0.0, free).triangle, -1);
-  }
-  EXPECT_GT(num_free, 10000);
 }
 
 TEST(GammatonTracer, EqualBitsForAnyNumberOfThreads) {

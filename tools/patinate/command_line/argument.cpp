@@ -24,12 +24,6 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t wid
 
 }  // namespace
 
-std::string dashed(std::string_view name) {
-  std::string text = "--" + std::string(name);
-  std::replace(text.begin(), text.end(), '_', '-');
-  return text;
-}
-
 std::string ArgumentInfo::key() const {
   if (name == "-o") return "output";
   std::string text = name.starts_with("--") ? name.substr(2) : name;

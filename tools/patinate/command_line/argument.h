@@ -63,8 +63,6 @@ struct CommandDeclaration {
   std::vector<std::string> examples;  ///< Without "patinate".
 };
 
-/// "--spatial-sigma" of spatial_sigma.
-[[nodiscard]] std::string dashed(std::string_view name);
 /// The usage line: "patinate lookup TRANSFER -o IMAGE [options]".
 [[nodiscard]] std::string usage_text(const CommandDeclaration& command);
 /// What --help prints.

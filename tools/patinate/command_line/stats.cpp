@@ -61,7 +61,7 @@ std::string text_of(const analysis::HistoryStatistics& s, const std::vector<anal
     text += s.correlation_length[t] ? cell(*s.correlation_length[t]) : cell("-");
     for (std::size_t k = 0; k < classes.size(); ++k) text += cell(s.class_shares[t][k]);
   }
-  text += "\nages visibly: " + short_number_text(rounded(100.0 * s.ages_share, 3)) + " % of the places";
+  text += "\nages visibly: " + percent_text(s.ages_share) + " of the places";
   return text + quartiles_text("onset", s.onset, unit) + quartiles_text("saturation", s.saturation, unit);
 }
 

@@ -78,8 +78,7 @@ int export_sequence(CommandRun& run, const SequenceSource& source, const History
   JobPlan plan = inputs.plan(output, "sequence.json");
   Json files = Json::array();
   for (std::size_t i = 0; i < times.size(); ++i) {
-    std::string number = std::to_string(i);
-    number.insert(0, 5 - std::min<std::size_t>(5, number.size()), '0');
+    const std::string number = zero_padded(i, 5);
     std::vector<std::filesystem::path> outputs;
     for (const std::string& tile : source.tile_names) outputs.push_back(tile_path(number + "." + extension, tile));
     if (outputs.size() == 1) {

@@ -7,9 +7,9 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
 #include "patinate/atlas/uv_layout.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/transfer/transfer_io.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/facts.h"
@@ -210,8 +210,7 @@ Facts mesh_facts(const std::filesystem::path& path) {
             !layout.problem.empty() ? layout.problem + ": --atlas auto unwraps"
             : tiles.empty()         ? "one square"
                                     : "tiles " + tiles);
-  facts.add("uv_overlap", layout.overlap_share,
-            mesh.has_uvs() ? short_number_text(rounded(100.0 * layout.overlap_share, 3)) + " %" : "");
+  facts.add("uv_overlap", layout.overlap_share, mesh.has_uvs() ? percent_text(layout.overlap_share) : "");
   const MeshTopology topology = mesh_topology(mesh);
   facts.add("parts", topology.num_parts);
   facts.add("boundary_loops", topology.num_boundary_loops,

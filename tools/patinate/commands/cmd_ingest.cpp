@@ -52,9 +52,8 @@ void note_survey(const capture::SurveyReport& survey, CommandRun& run) {
     run.note(std::to_string(num_shifted) +
              " photographs are moved against the ones before: --stabilize lays them over one another");
   }
-  const auto percent = [](double share) { return short_number_text(std::round(1000.0 * share) / 10.0) + " %"; };
   if (survey.outside_share >= 0.0005) {
-    run.note(percent(survey.outside_share) +
+    run.note(fixed_percent_text(survey.outside_share) +
              " of the pixels are saturated, in a highlight or out of view in some photograph and cannot be filled from "
              "others: they are outside the mask"
              " (--highlights keep keeps them)");
@@ -89,8 +88,8 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::Re
       continue;
     }
     for (const Json& note : step.value("notes", Json::array())) run.note(name + ": " + note.get<std::string>());
-    run.detail(name + ": " + short_number_text(std::round(1000.0 * step.at("determined_share").get<double>()) / 10.0) +
-               " % of the surface determined");
+    run.detail(name + ": " + fixed_percent_text(step.at("determined_share").get<double>()) +
+               " of the surface determined");
   }
   const HistoryReader reader(output);
   Json controls = Json::array();

@@ -29,10 +29,9 @@ int cmd_unlight(CommandRun& run) {
   double predicted = 0.0;
   for (const Json& light : made.at("lights"))
     predicted += light.at("leave_one_out").at("rms").get<double>() / static_cast<double>(made.at("lights").size());
-  const auto percent = [](double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; };
-  run.note(percent(determined / surface) + " of the surface determined; residual " +
-           percent(made.at("residual").get<double>()) + ", photographs predicted from the others " +
-           percent(predicted) + " off");
+  run.note(percent_text(determined / surface) + " of the surface determined; residual " +
+           percent_text(made.at("residual").get<double>()) + ", photographs predicted from the others " +
+           percent_text(predicted) + " off");
   run.report_output(*status, output,
                     Json{{"determined_pixels", made.at("determined_pixels")},
                          {"surface_pixels", made.at("surface_pixels")},

@@ -30,8 +30,6 @@ fs::path file_in(const fs::path& path, const char* name) {
   return fs::is_directory(path, error) ? path / name : path;
 }
 
-std::string percent(double share) { return short_number_text(rounded(100.0 * share, 3)) + " %"; }
-
 struct UnlitMap {
   std::string name;
   fs::path file;
@@ -108,7 +106,7 @@ Facts unlit_facts(const fs::path& path) {
   facts.add(
       "determined_pixels", unlit.num_determined,
       std::to_string(unlit.num_determined) + " of " + std::to_string(unlit.num_surface) + " that show the surface");
-  facts.add("residual", unlit.residual, percent(unlit.residual));
+  facts.add("residual", unlit.residual, percent_text(unlit.residual));
   Json names = Json::array();
   std::string shown;
   for (const UnlitMap& map : unlit.maps) {

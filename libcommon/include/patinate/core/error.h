@@ -32,8 +32,6 @@ class ParseError : public InputError {
   using InputError::InputError;
 };
 
-using UsageError = ParseError;  ///< The former name, while images and movies still say it.
-
 /// A file cannot be read or does not hold what it should (exit code 3). what() begins with the path.
 class IoError : public InputError {
  public:

@@ -54,7 +54,7 @@ void write_exr(const std::filesystem::path& path, const ImageF& image, const std
 void write_srgb8(const std::filesystem::path& path, const ImageF& linear, const std::string& key = "");
 /// Codes as they are: gray, RGB or RGBA PNG.
 void write_codes(const std::filesystem::path& path, const ImageU8& codes, const std::string& key = "");
-/// .exr -> half RGB in values, others -> 8-bit sRGB. @throws UsageError on an unknown extension.
+/// .exr -> half RGB in values, others -> 8-bit sRGB. @throws ParseError on an unknown extension.
 void write_color(const std::filesystem::path& path, const ImageF& linear, const std::string& key = "");
 
 }  // namespace patinate

@@ -30,7 +30,7 @@ void describe(OptionVisitor& v, MovieOptions& o);
 ///                 where H.264 and VP9 want even sizes.
 /// @param key      Content key, kept in the file.
 /// @throws InvalidInput if there is no picture, sizes differ, a size is outside [2, 8192], or an option is out of
-/// range; UsageError on another extension; CannotComplete if this build has no encoder or it cannot be written;
+/// range; ParseError on another extension; CannotComplete if this build has no encoder or it cannot be written;
 /// Canceled.
 void write_movie(const std::filesystem::path& path, int num_pictures, const std::function<ImageF(int)>& picture,
                  const MovieOptions& options = {}, const std::string& key = "", const RunControl& control = {});

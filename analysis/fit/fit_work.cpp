@@ -1,0 +1,130 @@
+#include "analysis/fit/fit_work.h"
+
+#include <cstdint>
+#include <utility>
+
+#include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+
+namespace patinate::analysis {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kFlatness = 1e-3;  ///< Delta E or per cent: smaller differences are not searched for.
+
+}  // namespace
+
+fs::path fit_record_file(const std::string& name) { return fs::path("evaluations") / (name + ".json"); }
+
+FitWork::FitWork(FitTask given) : task(std::move(given)) {
+  model.parameters = task.parameters;
+  model.age = task.age;
+  model.repeats = task.options.repeats;
+  model.flatness = kFlatness;
+  model.tolerance = task.options.tolerance;
+  model.seed = task.seed;
+  aged = model.indices(false);
+  appearance = model.indices(true);
+  budget = fit_budget(task.options, aged.size(), appearance.size());
+  for (const FitParameter& p : task.parameters) start.push_back(p.start);
+}
+
+const FitModel& FitWork::ready(const RunControl& control) {
+  const std::scoped_lock lock(mutex_);
+  if (!objective_) {
+    objective_.emplace(open_series(task.history).series, task.outline, task.terms, task.objective, control);
+    model.objective = &*objective_;
+  }
+  return model;
+}
+
+std::string FitWork::candidate_name(int generation, int k) const {
+  return "evaluation-" + zero_padded(static_cast<std::uint64_t>(1 + generation * budget.population + k), 5);
+}
+
+FitEvaluation FitWork::record(const fs::path& folder, const std::string& name) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (const auto found = records_.find(name); found != records_.end()) return found->second;
+  }
+  FitEvaluation e = read_evaluation(folder / fit_record_file(name), task.parameters.size(), task.terms.size());
+  const std::scoped_lock lock(mutex_);
+  return records_.try_emplace(name, std::move(e)).first->second;
+}
+
+FitWork::Standing FitWork::standing(const fs::path& folder, int generation) {
+  const std::scoped_lock lock(search_mutex_);
+  if (!search_) {
+    std::vector<double> unit;
+    for (const std::size_t i : aged) unit.push_back(unit_at(task.parameters[i], start[i]));
+    search_ = Standing{Evolution(unit, {.population = budget.population,
+                                        .step = task.options.step,
+                                        .tolerance = task.options.tolerance,
+                                        .flatness = kFlatness,
+                                        .restarts = task.options.restarts,
+                                        .seed = task.seed,
+                                        .purpose = 0}),
+                       start};
+    keep(record(folder, "initial"));
+  }
+  while (search_->evolution.generation() < generation && !search_->evolution.is_done()) {
+    std::vector<double> values;
+    const int g = search_->evolution.generation();
+    for (int k = 0; k < budget.population; ++k) values.push_back(keep(record(folder, candidate_name(g, k))));
+    search_->evolution.tell(values);
+  }
+  return *search_;
+}
+
+std::vector<FitEvaluation> FitWork::searched(const fs::path& folder) {
+  std::vector<FitEvaluation> list{record(folder, "initial")};
+  for (int g = 0; g < num_generations(); ++g) {
+    for (int k = 0; k < budget.population; ++k) list.push_back(record(folder, candidate_name(g, k)));
+  }
+  return list;
+}
+
+FitPoint FitWork::best(const fs::path& folder) {
+  std::optional<FitPoint> best;
+  for (const FitEvaluation& e : searched(folder)) {
+    const std::optional<std::size_t> i = e.best();
+    if (i && (!best || *e.points[*i].result.objective < *best->result.objective)) best = e.points[*i];
+  }
+  if (!best)
+    throw InvalidInput("fit: no values give a surface that can be compared: " +
+                       record(folder, "initial").points.front().result.problem);
+  return *best;
+}
+
+BoxPoint FitWork::box_point(const FitPoint& p) const {
+  BoxPoint out{.at = {}, .objective = p.result.objective.value_or(std::numeric_limits<double>::infinity())};
+  for (std::size_t i = 0; i < p.values.size(); ++i) out.at.push_back(unit_at(task.parameters[i], p.values[i]));
+  return out;
+}
+
+const FitWork::Ground& FitWork::ground(const fs::path& folder) {
+  const BoxPoint at = box_point(best(folder));
+  const std::vector<FitEvaluation> list = searched(folder);
+  const std::scoped_lock lock(search_mutex_);
+  if (ground_) return *ground_;
+  ground_.emplace();
+  for (const FitEvaluation& e : list) {
+    for (const FitPoint& p : e.points) ground_->tried.push_back(box_point(p));
+  }
+  ground_->valley = valley_of(at, ground_->tried, ground_->no_valley);
+  return *ground_;
+}
+
+double FitWork::keep(const FitEvaluation& e) {
+  const std::optional<std::size_t> i = e.best();
+  const double value = i ? *e.points[*i].result.objective : std::numeric_limits<double>::infinity();
+  if (value < best_value_) {
+    best_value_ = value;
+    search_->best = e.points[*i].values;
+  }
+  return value;
+}
+
+}  // namespace patinate::analysis

@@ -215,8 +215,6 @@ DecoderProcess::DecoderProcess(fs::path path) : impl_(std::make_unique<Impl>()) 
   impl_->connection.close_theirs();
   try {
     info_ = read_info(impl_->answer());
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     impl_->fail(e.what());
   }
@@ -234,8 +232,6 @@ CodedImage DecoderProcess::read(int frame) {
                              image.channels == static_cast<int>(info_.channels.size());
     if (!is_expected) impl_->fail("image " + std::to_string(frame) + " differs from the first one in size or channels");
     return image;
-  } catch (const IoError&) {
-    throw;
   } catch (const InvalidInput& e) {
     impl_->fail(e.what());
   }

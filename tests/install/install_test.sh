@@ -23,7 +23,10 @@ cd "$work"
 "$patinate" synth sculpture --resolution 48 -o urn --quiet
 "$work/examples/02_own_control" history urn/mesh.obj own.png
 "$work/examples/01_one_call" history urn/mesh.obj thickness=facing one.png
-for picture in own.png one.png texture.png picture.png; do
+# Formats that the modules bring: installed beside the programs, and found by a program of a stranger's.
+"$work/examples/02_own_control" history urn/mesh.obj own.jpg
+"$patinate" export history -o film.gif --frames 3 --quiet
+for picture in own.png own.jpg film.gif one.png texture.png picture.png; do
   said=$("$patinate" info "$picture" --json)
   [[ "$said" == *'"kind": "image"'* ]] || { echo "install: $picture is no picture: $said"; exit 1; }
 done

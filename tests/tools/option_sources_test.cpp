@@ -131,9 +131,11 @@ TEST(cli::Environment, WrongValuesNameTheVariable) {
   }
 }
 
-TEST(cli::Environment, IsNotWhereRealDataLie) {
-  ::setenv("PATINATE_DATA", "somewhere", 1);
-  for (const auto& [name, value] : cli::patinate_environment()) EXPECT_NE(name, "DATA");
+TEST(cli::Environment, LeavesOutWhatIsNoOption) {
+  for (const char* other : {"DATA", "DECODER", "DECODER_SECONDS", "MODULES"}) {
+    ::setenv((std::string("PATINATE_") + other).c_str(), "somewhere", 1);
+    for (const auto& [name, value] : cli::patinate_environment()) EXPECT_NE(name, other);
+  }
 }
 
 }  // namespace

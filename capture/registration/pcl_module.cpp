@@ -73,7 +73,7 @@ class Pcl final : public PclModule {
 
 }  // namespace patinate::capture
 
-extern "C" __attribute__((visibility("default"))) patinate::capture::PclModule* patinate_pcl_1() {
+extern "C" [[gnu::visibility("default")]] patinate::capture::PclModule* patinate_pcl_1() {
   static patinate::capture::Pcl module;
   return &module;
 }

@@ -3,7 +3,7 @@
 #include "libcommon/core/module.h"
 
 /// There when the program links `patinate::media`.
-extern "C" __attribute__((weak)) patinate::MediaModule* patinate_media_1();
+extern "C" [[gnu::weak]] patinate::MediaModule* patinate_media_1();
 
 namespace patinate {
 

@@ -33,7 +33,7 @@ class Media final : public MediaModule {
 
 }  // namespace patinate::media
 
-extern "C" __attribute__((visibility("default"))) patinate::MediaModule* patinate_media_1() {
+extern "C" [[gnu::visibility("default")]] patinate::MediaModule* patinate_media_1() {
   static patinate::media::Media module;
   return &module;
 }

@@ -29,7 +29,10 @@ cd "$work"
 "$work/examples/04_simulate" ledge
 "$work/examples/05_capture" photographs captured
 "$work/examples/06_compare"
-for picture in own.png one.png texture.png picture.png ledge/color.png ledge/hits.exr; do
+# Formats that the modules bring: installed beside the programs, and found by a program of a stranger's.
+"$work/examples/02_own_control" history urn/mesh.obj own.jpg
+"$patinate" export history -o film.gif --frames 3 --quiet
+for picture in own.png own.jpg film.gif one.png texture.png picture.png ledge/color.png ledge/hits.exr; do
   said=$("$patinate" info "$picture" --json)
   [[ "$said" == *'"kind": "image"'* ]] || { echo "install: $picture is no picture: $said"; exit 1; }
 done

@@ -13,6 +13,10 @@
 #include "patinate/core/run_control.h"
 #include "transfer/lookup/packed_lookup.h"
 
+namespace patinate {
+class ImageRowReader;
+}  // namespace patinate
+
 namespace patinate::transfer {
 
 struct CoordinateStripsOptions {
@@ -43,8 +47,7 @@ class CoordinateStrips {
   void visit(const Visitor& visitor, const RunControl& control = {}) const;
 
  private:
-  void read(class ImageRowReader& file, int strip, std::span<std::uint32_t> indices,
-            std::span<std::uint32_t> turns) const;
+  void read(ImageRowReader& file, int strip, std::span<std::uint32_t> indices, std::span<std::uint32_t> turns) const;
   [[nodiscard]] std::size_t strip_size(int strip) const;
   [[nodiscard]] std::vector<std::string> channels() const;
 

@@ -132,9 +132,11 @@ TEST(Environment, WrongValuesNameTheVariable) {
   }
 }
 
-TEST(Environment, IsNotWhereRealDataLie) {
-  ::setenv("PATINATE_DATA", "somewhere", 1);
-  for (const auto& [name, value] : cli::patinate_environment()) EXPECT_NE(name, "DATA");
+TEST(Environment, LeavesOutWhatIsNoOption) {
+  for (const char* other : {"DATA", "DECODER", "DECODER_SECONDS", "MODULES"}) {
+    ::setenv((std::string("PATINATE_") + other).c_str(), "somewhere", 1);
+    for (const auto& [name, value] : cli::patinate_environment()) EXPECT_NE(name, other);
+  }
 }
 
 }  // namespace

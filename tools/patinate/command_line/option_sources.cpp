@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <sstream>
 
@@ -18,6 +19,8 @@ namespace patinate::cli {
 namespace {
 
 constexpr std::string_view kPrefix = "PATINATE_";
+/// Variables that begin so and are no options: of tests, of decoder_process.h and of module.h.
+constexpr std::array<std::string_view, 4> kOtherVariables{"DATA", "DECODER", "DECODER_SECONDS", "MODULES"};
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -242,7 +245,8 @@ Environment patinate_environment() {
     const std::size_t equals = text.find('=');
     if (!text.starts_with(kPrefix) || equals == std::string_view::npos) continue;
     std::string name(text.substr(kPrefix.size(), equals - kPrefix.size()));
-    if (name != "DATA") result.emplace_back(std::move(name), std::string(text.substr(equals + 1)));
+    if (std::find(kOtherVariables.begin(), kOtherVariables.end(), name) != kOtherVariables.end()) continue;
+    result.emplace_back(std::move(name), std::string(text.substr(equals + 1)));
   }
   std::sort(result.begin(), result.end());
   return result;

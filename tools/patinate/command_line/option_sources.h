@@ -16,8 +16,8 @@ namespace patinate::cli {
 
 using Environment = std::vector<std::pair<std::string, std::string>>;
 
-/// The process' variables that begin with PATINATE_, without that, in alphabetical order. PATINATE_DATA is none: it
-/// tells tests where real data lie.
+/// The process' variables that begin with PATINATE_, without that, in alphabetical order; those left out that are no
+/// options (PATINATE_DATA, PATINATE_DECODER, PATINATE_DECODER_SECONDS, PATINATE_MODULES).
 [[nodiscard]] Environment patinate_environment();
 
 /// Supplies the options of `line` that `environment` names: PATINATE_SPATIAL_SIGMA is --spatial-sigma. Empty variables

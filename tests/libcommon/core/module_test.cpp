@@ -78,7 +78,7 @@ TEST(Module, ItsErrorsAreCaughtByTheirTypes) {
 
   MemorySink sink;
   const EncodedFormat unknown{.name = "a.unknown", .width = 1, .height = 1, .channels = {"Y"}};
-  EXPECT_NE(problem_of<UsageError>([&] { (void)media_module().create_encoder(unknown, sink); }).find("a.unknown: "),
+  EXPECT_NE(problem_of<ParseError>([&] { (void)media_module().create_encoder(unknown, sink); }).find("a.unknown: "),
             std::string::npos);
 
   const auto gif = media_module().create_gif("a.gif", 10.0, sink);

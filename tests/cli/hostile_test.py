@@ -203,7 +203,7 @@ class Hostile(unittest.TestCase):
                                 ("scene.json", ("simulate", "scene.json", "-o", "x")), ("parameters.json", ("fit", "scene.json", "history", "--parameters", "parameters.json", "-o", "x")),
                                 ("unlight.json", ("unlight", "unlight.json", "-o", "x")), ("calibrate.json", ("calibrate", "spheres", "calibrate.json", "-o", "x.json"))):
             whole = (self.folder / name).read_text()
-            self.write(name, re.sub(r'("version": ?1)', r'\1, "version": 1', whole, count=1))
+            self.write(name, re.sub(r'("version": ?\d+)', r'\1, \1', whole, count=1))
             self.refuses(3, "/version: is given twice; keep one of them", *arguments)
             self.write(name, whole)
         text = (self.folder / "history/history.json").read_text()

@@ -90,7 +90,7 @@ def drop(*keys):
     return change
 
 
-COMMON = [put("format", "patinate.other"), put("version", 2), put("surplus", 1), drop("format")]
+COMMON = [put("format", "patinate.other"), put("version", 99), put("surplus", 1), drop("format")]
 BROKEN = {
     "history": COMMON + [put("width", 0), put("width", 70000), put("width", "48"), put("height", 1.5), put("origin", "found"), put("time_unit", "weeks"),
                          put("texel_size_mm", 0), put("texel_size_mm", -1), put("frames", []), put("frames", {}), put("frames", 0, "time", "now"),

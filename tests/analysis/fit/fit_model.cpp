@@ -68,7 +68,7 @@ analysis::FitTask green_task(const std::filesystem::path& history, double chance
                   .control_names = {"x"}};
   const auto mutex = std::make_shared<std::mutex>();
   task.age = [chance, num_agings, mutex](const std::vector<double>& values, std::uint64_t seed_shift,
-                                         const RunControl&) -> ComposeWith {
+                                         const RunControl&) -> analysis::ComposeWith {
     if (num_agings) {
       const std::scoped_lock lock(*mutex);
       ++*num_agings;

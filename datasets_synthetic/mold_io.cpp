@@ -10,8 +10,8 @@
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
 #include "patinate/datasets/crackle.h"
-#include "patinate/mesh_files/point_cloud_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 
 namespace patinate::datasets {
 

@@ -6,8 +6,8 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/job/job_inputs.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate::datasets {
 

@@ -14,8 +14,8 @@
 #include "libcommon/core/text.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/error.h"
-#include "patinate/mesh_files/point_cloud_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 
 namespace patinate::capture {
 

@@ -9,8 +9,8 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/scan_mesh.h"
 #include "patinate/core/error.h"
-#include "patinate/mesh_files/point_cloud_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 
 namespace patinate::capture {
 

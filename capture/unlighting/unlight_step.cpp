@@ -18,9 +18,9 @@
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/geometry/camera_io.h"
+#include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "patinate/mesh_files/point_cloud_io.h"
-#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 

@@ -20,8 +20,8 @@
 #include "patinate/atlas/dilate.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/output/render.h"
 #include "tests/support/test_data.h"
 

@@ -8,9 +8,9 @@
 #include "patinate/atlas/dilate.h"
 #include "patinate/atlas/sheet.h"
 #include "patinate/core/error.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate::studio {
 

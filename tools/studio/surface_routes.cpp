@@ -5,8 +5,8 @@
 
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/color.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/scene_io.h"
 #include "tools/studio/mesh_glb.h"
 #include "tools/studio/picture_bytes.h"

@@ -15,8 +15,8 @@
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/core/json.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "transfer/files/flow_io.h"
 
 namespace patinate::transfer {

@@ -12,9 +12,9 @@
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
-#include "patinate/mesh_files/point_cloud_io.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/point_cloud_io.h"
 #include "tests/support/mold_errors.h"
 #include "tests/support/temp_folder.h"
 

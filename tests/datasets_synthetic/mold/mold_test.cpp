@@ -12,8 +12,8 @@
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::datasets {

@@ -7,8 +7,8 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "patinate/core/error.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {

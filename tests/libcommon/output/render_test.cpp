@@ -8,8 +8,8 @@
 
 #include "libcommon/output/orbit_camera.h"
 #include "patinate/core/error.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"

@@ -169,9 +169,9 @@ TEST(SceneEvents, OfEveryKindSurviveTheirJson) {
 
 TEST(SceneEvents, ARuleThatTheSceneLacksBeginsWithWhatIsGiven) {
   const Scene scene = scene_with_brush();
-  const std::vector<SceneEvent> events =
-      read(Json::parse(R"([{"iteration": 5, "op": "rule", "target": "new", "driver": "slope", "products": {"rust": 2}}])"),
-           scene);
+  const std::vector<SceneEvent> events = read(
+      Json::parse(R"([{"iteration": 5, "op": "rule", "target": "new", "driver": "slope", "products": {"rust": 2}}])"),
+      scene);
   ASSERT_EQ(events.size(), 1u);
   const RuleChange& change = std::get<RuleEvent>(events[0].what).change;
   ASSERT_TRUE(change.begins);

@@ -4,8 +4,8 @@
 
 #include "libcommon/core/files.h"
 #include "patinate/core/json.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"

@@ -9,6 +9,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
+#include "transfer/lookup/packed_lookup.h"
 
 namespace patinate::transfer {
 namespace {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "libcommon/core/instruction_set.h"
 #include "patinate/simulation/compose.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"

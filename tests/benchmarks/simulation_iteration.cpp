@@ -11,6 +11,7 @@
 #include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
+#include "simulation/tracing/gammatons.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "patinate/simulation/engine.h"
+#include "simulation/tracing/gammatons.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/long_scene.h"

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "libcommon/core/instruction_set.h"
 #include "libcommon/core/random.h"
 #include "simulation/composition/quantized_appearance.h"
 #include "tests/simulation/composition/compose_scene.h"

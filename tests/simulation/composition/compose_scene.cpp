@@ -7,7 +7,7 @@
 
 namespace patinate::testing_support {
 
-ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialAppearance> appearance,
+ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<simulation::MaterialAppearance> appearance,
                            const std::function<void(simulation::Scene&)>& change) {
   simulation::SceneObject object;
   object.name = "object";
@@ -20,11 +20,11 @@ ComposeScene::ComposeScene(Mesh mesh, int resolution, std::vector<MaterialAppear
   scene_mesh = simulation::make_scene_mesh(scene);
   surface = std::make_unique<simulation::SurfaceAtlas>(scene_mesh, resolution);
   map = std::make_unique<TexelMap>(scene_mesh.mesh, resolution, resolution);
-  std::vector<std::array<std::uint16_t, kMaxMaterials>> originals;
+  std::vector<std::array<std::uint16_t, simulation::kMaxMaterials>> originals;
   for (const simulation::SceneObject& each : scene.objects) {
-    std::array<std::uint16_t, kMaxMaterials> quanta{};
+    std::array<std::uint16_t, simulation::kMaxMaterials> quanta{};
     for (std::size_t i = 0; i < quanta.size(); ++i)
-      quanta[i] = static_cast<std::uint16_t>(std::lround(each.preset.amounts[i] * kAmountOne));
+      quanta[i] = static_cast<std::uint16_t>(std::lround(each.preset.amounts[i] * simulation::kAmountOne));
     originals.push_back(quanta);
   }
   atlas = std::make_unique<simulation::MaterialAtlas>(*surface, static_cast<int>(scene.materials.size()),
@@ -39,16 +39,17 @@ void ComposeScene::set(int material, const std::function<double(int, int, const 
       if (!surface->is_covered(t)) continue;
       const double amount = value(x, y, map->position_mm(std::int64_t{y} * grid.width + x));
       atlas->writable_tile(material, simulation::TileGrid::tile_of(t))[t % simulation::TileGrid::kTileTexels] =
-          static_cast<std::uint16_t>(std::lround(std::clamp(amount * kAmountOne, 0.0, double{kMaxAmount})));
+          static_cast<std::uint16_t>(
+              std::lround(std::clamp(amount * simulation::kAmountOne, 0.0, double{simulation::kMaxAmount})));
     }
   }
 }
 
-std::vector<MaterialAppearance> any_appearance(int num_materials, std::uint64_t seed) {
-  std::vector<MaterialAppearance> appearance;
+std::vector<simulation::MaterialAppearance> any_appearance(int num_materials, std::uint64_t seed) {
+  std::vector<simulation::MaterialAppearance> appearance;
   for (int i = 0; i < num_materials; ++i) {
     RandomStream random(seed, static_cast<std::uint64_t>(i));
-    MaterialAppearance look;
+    simulation::MaterialAppearance look;
     look.color.color = Vec3(random.uniform(), random.uniform(), random.uniform());
     look.strength = i == 0 ? 1.0 : std::exp(4.0 * random.uniform() - 2.0);
     look.variation = i % 3 == 0 ? 0.0 : random.uniform();

@@ -15,10 +15,11 @@ namespace patinate::testing_support {
 /// A scene of one object, its atlas and its amounts, all original at first.
 struct ComposeScene {
   /// @param appearance  One a material.
-  ComposeScene(Mesh mesh, int resolution, std::vector<MaterialAppearance> appearance,
+  ComposeScene(Mesh mesh, int resolution, std::vector<simulation::MaterialAppearance> appearance,
                const std::function<void(simulation::Scene&)>& change = {});
 
-  /// value(x, y, position in mm) is the new amount of a material; 1 = kAmountOne; rounded and kept in range.
+  /// value(x, y, position in mm) is the new amount of a material; 1 = simulation::kAmountOne; rounded and kept in
+  /// range.
   void set(int material, const std::function<double(int, int, const Vec3&)>& value);
   [[nodiscard]] simulation::Composer composer(simulation::ColorForm form = simulation::ColorForm::Normalized) const {
     return {scene, scene_mesh, *surface, form};
@@ -32,7 +33,7 @@ struct ComposeScene {
 };
 
 /// Looks of eight materials with every kind of number in them, different for each seed.
-[[nodiscard]] std::vector<MaterialAppearance> any_appearance(int num_materials, std::uint64_t seed);
+[[nodiscard]] std::vector<simulation::MaterialAppearance> any_appearance(int num_materials, std::uint64_t seed);
 /// Amounts of all materials that vary by texel, some left as they are; pages of the last material stay untouched.
 void set_any_amounts(ComposeScene& scene, std::uint64_t seed);
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "libcommon/core/instruction_set.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "simulation/composition/reference_compose.h"

@@ -177,7 +177,7 @@ TEST(SceneEvents, ARuleThatTheSceneLacksBeginsWithWhatIsGiven) {
   ASSERT_TRUE(change.begins);
   EXPECT_EQ(change.begins->name, "new");
   EXPECT_EQ(change.begins->driver, "slope");
-  EXPECT_EQ(change.begins->makes, (MaterialValues{0, 0, 2}));
+  EXPECT_EQ(change.begins->products, (MaterialValues{0, 0, 2}));
   EXPECT_FALSE(change.reactants);
 }
 

@@ -15,8 +15,10 @@ TransportScene scene_of(Mesh mesh, int resolution) {
   scene.objects.push_back(std::move(object));
   TransportScene out;
   out.surface = std::make_unique<simulation::SurfaceAtlas>(simulation::make_scene_mesh(scene), resolution);
-  out.atlas = std::make_unique<simulation::MaterialAtlas>(
-      *out.surface, 3, std::vector<std::array<std::uint16_t, kMaxMaterials>>{{0, kAmountOne, kAmountOne / 2}});
+  out.atlas =
+      std::make_unique<simulation::MaterialAtlas>(*out.surface, 3,
+                                                  std::vector<std::array<std::uint16_t, simulation::kMaxMaterials>>{
+                                                      {0, simulation::kAmountOne, simulation::kAmountOne / 2}});
   for (simulation::TexelIndex t = 0; t < out.surface->grid().num_texels(); ++t) {
     if (out.surface->is_covered(t)) out.covered.push_back(t);
   }
@@ -50,8 +52,8 @@ simulation::Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed)
   cargo.mass.resize(n);
   for (auto& mass : cargo.mass) {
     for (std::size_t m = 0; m < 3; ++m)
-      mass[m] =
-          static_cast<std::uint32_t>(random.uniform() * most * kAmountOne * simulation::SurfaceAtlas::kMedianWeight);
+      mass[m] = static_cast<std::uint32_t>(random.uniform() * most * simulation::kAmountOne *
+                                           simulation::SurfaceAtlas::kMedianWeight);
   }
   return cargo;
 }

@@ -33,7 +33,7 @@ int main(int argc, char** argv) try {
   const bool balances = simulation.ledger().balances();
   std::printf("%s after %.0f: the mass %s\n", argv[1], simulation.time(), balances ? "balances" : "does not balance");
   write_codes(folder / "color.png", simulation.compose().color_srgb8());
-  write_exr(folder / "hits.exr", simulation.parameter_map("hits").values, {"Y"});
+  write_exr(folder / "hits.exr", simulation.parameter_map("hits").values, {"Y"}, ExrDepth::Float);
   return balances ? 0 : 1;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "04_simulate: %s\n", e.what());

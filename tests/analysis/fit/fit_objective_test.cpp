@@ -130,7 +130,7 @@ TEST(FitParameter, RangesAreReadAndRefused) {
                                    {"/a=1", "LOW:HIGH"}}) {
     EXPECT_TRUE(has(error_of<ParseError>([&text = text] { (void)parse_fit_range(text); }), part)) << text;
   }
-  EXPECT_TRUE(has(error_of<ParseError>([] { (void)parse_fit_term("color_distribution"); }),
+  EXPECT_TRUE(has(error_of<ParseError>([] { (void)parse_fit_term("color_distributon"); }),
                   "did you mean `color_distribution`"));
   EXPECT_TRUE(has(error_of<ParseError>([] { (void)parse_fit_term("covered=-1"); }), "weight > 0"));
 }

@@ -32,6 +32,7 @@ void make_history(const fs::path& scene, const fs::path& output, simulation::Col
 void LiveEngine::save(const std::string& name) {
   const fs::path path = folder_.new_path(name);
   if (path.extension() != ".json") throw InvalidInput("\"" + name + "\": a scene file ends in .json");
+  catch_up();  // What was drawn is in the file, painted already or not.
   save_json(path, record_.file_for(path.parent_path(), iteration()));
 }
 
@@ -47,6 +48,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
   if (wants("history") && is_exporting_->load())
     throw InvalidInput("another history is being made; wait for it, or cancel it");
   const fs::path folder = folder_.new_path(name);
+  catch_up();
   fs::create_directory(folder);
   save_json(folder / "scene.json", record_.file_for(folder, iteration()));
   if (wants("textures") || wants("glb")) {

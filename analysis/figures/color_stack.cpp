@@ -10,14 +10,13 @@
 
 namespace patinate::analysis {
 
-namespace {
-
-/// Inside a loop that is parallel itself.
 RunControl on_this_thread() {
   RunControl control;
   control.num_threads = 1;
   return control;
 }
+
+namespace {
 
 /// Share of every pixel of the stack that the mask covers.
 ImageF coverage_of(const ImageU8& mask, StackSize size) {

@@ -83,4 +83,7 @@ struct SurfaceSource {
 /// The stack with only those of its texels. @param kept  Ascending, all of them the stack's.
 [[nodiscard]] ColorStack restricted(const ColorStack& stack, const std::vector<std::uint32_t>& kept);
 
+/// For calls inside a loop that is parallel itself: one thread, no progress.
+[[nodiscard]] RunControl on_this_thread();
+
 }  // namespace patinate::analysis

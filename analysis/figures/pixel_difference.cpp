@@ -13,13 +13,6 @@ namespace patinate::analysis {
 
 namespace {
 
-/// Inside a loop that is parallel itself.
-RunControl on_this_thread() {
-  RunControl control;
-  control.num_threads = 1;
-  return control;
-}
-
 double percentile(std::vector<float> values, double share) {
   const double rank = std::max(1.0, std::ceil(share * static_cast<double>(values.size())));
   return static_cast<double>(value_at_rank(values, static_cast<std::size_t>(rank) - 1));

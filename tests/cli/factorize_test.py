@@ -106,7 +106,7 @@ class Factorize(unittest.TestCase):
                 self.assertEqual(len(lines), 1, result.stderr)
                 self.assertIn(words, lines[0])
             self.assertFalse((WORK / "bad").exists())
-        self.assertIn("did you mean", patinate("factorize", "plate", "-o", "bad").stderr)
+        self.assertIn("did you mean `factorize`", patinate("factrize", "plate", "-o", "bad").stderr)
 
     @unittest.skipUnless(DATA, "PATINATE_DATA names no folder of real data")
     def test_copper_is_explained_better_the_further_its_first_minutes_are_away(self):
